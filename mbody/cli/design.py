@@ -329,10 +329,10 @@ def _progress(name: str) -> Any:
     """Where Ctrl-C may stop a task; it says how many searches have ended."""
     said = [-1]
 
-    def seen(done: int, of: int) -> None:
+    def seen(done: int, total: int) -> None:
         interrupt.mark()
         if done != said[0] and done:
-            message(f"{name}: {done} of {of} searches")
+            message(f"{name}: {done} of {total} searches")
         said[0] = done
 
     return seen

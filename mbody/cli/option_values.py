@@ -173,11 +173,11 @@ def measures_in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str,
     found = {}
     for name in names:
         one = measure_named(mechanism.measures, name)
-        by, of, instant = outermost(one.of)
-        inner = measure_named(mechanism.measures, of)
-        of = inner.of
+        by, argument, instant = outermost(one.of)
+        inner = measure_named(mechanism.measures, argument)
+        argument = inner.of
         if by:
-            of = f"at({of}, {instant})" if by == "at" else f"{by}({of})"
-        unit = "" if inner.by else check_measure(mechanism, Measure(of, one.unit).history)
-        found[name] = Measure(of, "deg") if unit == rad and not one.unit else one
+            argument = f"at({argument}, {instant})" if by == "at" else f"{by}({argument})"
+        unit = "" if inner.by else check_measure(mechanism, Measure(argument, one.unit).history)
+        found[name] = Measure(argument, "deg") if unit == rad and not one.unit else one
     return found

@@ -535,10 +535,10 @@ def _progress() -> Any:
     """Shows on a terminal how many frames are done, and lets Ctrl-C end the film."""
     shows = sys.stderr is not None and sys.stderr.isatty()
 
-    def progress(done: int, of: int) -> None:
+    def progress(done: int, total: int) -> None:
         interrupt.mark()
-        if shows and (done % 5 == 0 or done == of):
-            message(f"\rframe {done} of {of}", end="\n" if done == of else "")
+        if shows and (done % 5 == 0 or done == total):
+            message(f"\rframe {done} of {total}", end="\n" if done == total else "")
 
     return progress
 

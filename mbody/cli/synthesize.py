@@ -149,9 +149,9 @@ def linkages(args: Any) -> int:
         options["speed"] = _number("--speed", args.speed)
     show = counted("linkages")
 
-    def progress(done: int, of: int) -> None:
+    def progress(done: int, total: int) -> None:
         interrupt.mark()
-        show(done, of)
+        show(done, total)
 
     what = LinkageSet(**({"count": 1000} | options))
     found = write_linkages(

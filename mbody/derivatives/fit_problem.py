@@ -291,12 +291,14 @@ def _data_series(system: System, given: Any, free: bool) -> DataSeries:
     instants, used = _instants(system, columns, plain, free)
     measures, rows = {}, []
     for name, column in columns.items():
-        of, unit = split_heading(name)
+        quantity, unit = split_heading(name)
         if name in used:
             continue
-        own = system.mechanism.measures.get(of)
-        measures[of] = Measure(of if own is None else own.of, unit or (own.unit if own else ""))
-        check_measure(system.mechanism, measures[of])
+        own = system.mechanism.measures.get(quantity)
+        measures[quantity] = Measure(
+            quantity if own is None else own.of, unit or (own.unit if own else "")
+        )
+        check_measure(system.mechanism, measures[quantity])
         rows.append(column)
     if not rows:
         raise ModelError("fit: the data have no measured column beside the instants")

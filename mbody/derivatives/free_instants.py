@@ -789,18 +789,18 @@ class ReleasedInstants:
     ) -> None:
         """Put the rows of a part where those of the whole system are."""
         whole, part = self.run.system, run.system
-        to, of = phase_rows(whole, part)
-        to, of = np.append(to, whole.record_rows), np.append(of, part.record_rows)
+        to, origin = phase_rows(whole, part)
+        to, origin = np.append(to, whole.record_rows), np.append(origin, part.record_rows)
         names = [one.name for one in whole.drivers]
         signals = np.arange(3)
         for k, one in enumerate(part.drivers):
             to = np.append(to, whole.record_rows + 1 + 3 * names.index(one.name) + signals)
-            of = np.append(of, part.record_rows + 1 + 3 * k + signals)
+            origin = np.append(origin, part.record_rows + 1 + 3 * k + signals)
         first = whole.record_rows + 1 + 3 * len(names)
         loads = np.arange(values.shape[1] - first)
-        to, of = np.append(to, first + loads), np.append(of, found.loads + loads)
-        values[np.ix_(places, to)] = found.values[:, of]
-        changes[np.ix_(places, to)] = found.tangents[:, of]
+        to, origin = np.append(to, first + loads), np.append(origin, found.loads + loads)
+        values[np.ix_(places, to)] = found.values[:, origin]
+        changes[np.ix_(places, to)] = found.tangents[:, origin]
 
     def _since_release(self, t: Array, found: DualSolution, record: DualRecord) -> DualSolution:
         """Of what released drivers drove, the motion from then on."""

@@ -306,14 +306,17 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
         "figures"
     )
     units = {given: unit_of(rest.solution.mechanism, name) for given, name in by.items()}
-    of = {one.name: _unit(one, linear) for one in wanted}
+    unit_by_name = {one.name: _unit(one, linear) for one in wanted}
     return Gradient(
         value={one.name: _value(one, linear, found) for one in wanted},
         by=tuple(by),
         jacobian=jacobian,
-        units={one: {n: per(of[one], unit) for n, unit in units.items()} for one in of},
-        at=dict.fromkeys(of),
-        measured=of,
+        units={
+            one: {n: per(unit_by_name[one], unit) for n, unit in units.items()}
+            for one in unit_by_name
+        },
+        at=dict.fromkeys(unit_by_name),
+        measured=unit_by_name,
         **inherited(found, notes=notes),
     )
 
@@ -886,10 +889,10 @@ def sensitivity(
     columns = columns_of(run.mechanism, [measure], "sensitivity")
     names = checked_names(run.system, by, "sensitivity")
     if len(run.t) > 1 and not columns[0].by:
-        of = columns[0].name
+        text = columns[0].name
         raise ModelError(
-            f"sensitivity: '{of}' is a history of {len(run.t)} instants: say how it becomes one "
-            f"number, such as peak({of})"
+            f"sensitivity: '{text}' is a history of {len(run.t)} instants: say how it becomes one "
+            f"number, such as peak({text})"
         )
     return sensitivity_of(run, gradient_of(run, columns, names), names, by is None)
 

@@ -541,8 +541,8 @@ def tolerances(
     sigma = np.array([how.deviation_of(width) for how, _, width in spreads.values()])
     excess = np.array([how.excess for how, _, _ in spreads.values()])
 
-    def slopes(of: System) -> Gradient:
-        return gradient(of, {name: measure}, by, analysis, **options)
+    def slopes(design: System) -> Gradient:
+        return gradient(design, {name: measure}, by, analysis, **options)
 
     found = slopes(centre)
     value = found.value[name]

@@ -73,28 +73,28 @@ class Counterweight:
 # -- terms linear in masses and first moments --------------------------------------------------
 
 
-def link_columns(run: Solution, of: str) -> Array:
+def link_columns(run: Solution, quantity: str) -> Array:
     """Momentum ("v") or inertia force with opposite sign ("a") of links by m, m x, m y about their
     origins: (2 instants, 3 bodies).
     """
     columns = []
     for body in run.mechanism.bodies:
-        columns += _columns(run, body.name, run.point(Marker(body.name, (0.0, 0.0))), of)
+        columns += _columns(run, body.name, run.point(Marker(body.name, (0.0, 0.0))), quantity)
     return np.array(columns).T
 
 
-def counterweight_columns(run: Solution, places: Sequence[Marker], of: str) -> Array:
+def counterweight_columns(run: Solution, places: Sequence[Marker], quantity: str) -> Array:
     """Columns of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
     columns = []
     for place in places:
-        columns += _columns(run, place.body, run.point(place), of)
+        columns += _columns(run, place.body, run.point(place), quantity)
     return np.array(columns).T
 
 
-def _columns(run: Solution, body: str, place: PointHistory, of: str) -> list[Array]:
+def _columns(run: Solution, body: str, place: PointHistory, quantity: str) -> list[Array]:
     history = run[body]
     c, s, w = np.cos(history.angle), np.sin(history.angle), history.omega
-    if of == "v":
+    if quantity == "v":
         along, across, x, y = np.zeros_like(w), w, place.vx, place.vy
     else:
         # ë = α k × e − ω² e of a unit vector e of the link
@@ -582,10 +582,12 @@ def _same_motion(system: System, run: Solution) -> Solution:
 # -- the result --------------------------------------------------------------------------------
 
 
-def _rows(runs: list[Solution], places: list[Marker] | None, of: str) -> Array:
+def _rows(runs: list[Solution], places: list[Marker] | None, quantity: str) -> Array:
     """Columns of the links, or of counterweights at places, over the instants of several runs."""
     parts = [
-        link_columns(run, of) if places is None else counterweight_columns(run, places, of)
+        link_columns(run, quantity)
+        if places is None
+        else counterweight_columns(run, places, quantity)
         for run in runs
     ]
     return np.concatenate(parts) * weights_of_instants(len(runs), len(runs[0].t))[:, None]

@@ -409,8 +409,8 @@ class InternalLoads(Inherited):
         falls to both sides as 1 − η² in rectangles and circles, as √(1 − η²) in thin tubes.
         """
         if section is not None:
-            of: Any = as_section(section, self.body, self.run.mechanism[self.body].points)
-            sizes = {key: getattr(of, key) for key in of.sizes}
+            checked: Any = as_section(section, self.body, self.run.mechanism[self.body].points)
+            sizes = {key: getattr(checked, key) for key in checked.sizes}
         elif self.section is None:
             raise ModelError(
                 f"'{self.body}' has no section for its stress: give it one, such as section = "
@@ -418,15 +418,15 @@ class InternalLoads(Inherited):
                 self.body,
             )
         else:
-            of = self.section
+            checked = self.section
             values = self.run.system.values
-            sizes = {key: float(values[f"{self.body}.section.{key}"]) for key in of.sizes}
-        area, second, fibre, factor = of.properties(sizes)
+            sizes = {key: float(values[f"{self.body}.section.{key}"]) for key in checked.sizes}
+        area, second, fibre, factor = checked.properties(sizes)
         mean, bent = self.axial / area, self.bending * fibre / second
         shear = factor * self.shear / area
         squares = np.zeros(mean.shape)
         for eta in np.linspace(-1.0, 1.0, ACROSS):
-            part = shear * (1.0 - eta * eta) ** of.shear_profile
+            part = shear * (1.0 - eta * eta) ** checked.shear_profile
             squares = np.maximum(squares, (mean + eta * bent) ** 2 + 3.0 * part**2)
         equivalent = np.sqrt(squares)
         return Stress(mean - bent, mean + bent, shear, equivalent, **inherited(self.run))

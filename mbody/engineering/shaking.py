@@ -498,14 +498,14 @@ class ShakingOrders(Inherited):
             if self.force[k] > floor or self.moment[k] > arm or self.orders[k] in (1.0, 2.0)
         ]
         columns = [Column("ORDER", [f"{self.orders[k]:g}" for k in shown])]
-        for title, values, least, of in (
+        for title, values, least, dimension in (
             ("fx", self.fx, floor, unit.force),
             ("fy", self.fy, floor, unit.force),
             ("with it", np.abs(self.forward), floor, unit.force),
             ("against it", np.abs(self.backward), floor, unit.force),
             ("moment", self.moment, arm, unit.of("torque")),
         ):
-            columns.append(Column(title, numbers(values[shown], least), of))
+            columns.append(Column(title, numbers(values[shown], least), dimension))
         force, moment = (
             part if part > least else 0.0
             for part, least in zip(self.peak, (floor, arm), strict=True)

@@ -285,8 +285,8 @@ def laws_of(
 class PlainLaw:
     """A law as plain formulas: called it gives values, and `derivatives` (f, f′, f″) at a place."""
 
-    def __init__(self, of: Any) -> None:
-        self._function = of
+    def __init__(self, function: Any) -> None:
+        self._function = function
 
     def __call__(self, x: Any) -> Any:
         """Values at a place, or at an array of them."""
@@ -395,11 +395,11 @@ def _pint() -> Any:
 def scale(unit: str, mechanism: Mechanism) -> float:
     """The size of a unit in the units of the mechanism, by pint."""
     registry = _pint()
-    of = mechanism.units
+    system_units = mechanism.units
     one = (1.0 * registry.parse_units(unit)).to_base_units()
     length, force, time = (
         (1.0 * registry.parse_units(name)).to_base_units().magnitude
-        for name in (of.length, of.force, of.time)
+        for name in (system_units.length, system_units.force, system_units.time)
     )
     mass = force * time**2 / length
     powers = dict(one.dimensionality)

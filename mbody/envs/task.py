@@ -233,8 +233,8 @@ class Episodes:
         After the last step.
     """
 
-    def __init__(self, of: Task, n: int) -> None:
-        self.task, self.sims = of, Simulators(of.system, n, **of.options)
+    def __init__(self, task: Task, n: int) -> None:
+        self.task, self.sims = task, Simulators(task.system, n, **task.options)
         self.steps = np.zeros(n, dtype=int)
         self.rewards = np.zeros(n)
         self.ended, self.truncated = np.zeros((2, n), dtype=bool)

@@ -61,7 +61,8 @@ class Changeable:
     def not_changeable(self) -> dict[str, str]:
         """Why each of the other numbers cannot be changed."""
         made = {
-            name: f"it follows from {listed(sorted(of))}" for name, of in self.dependent.items()
+            name: f"it follows from {listed(sorted(sources))}"
+            for name, sources in self.dependent.items()
         }
         return self.fixed | made
 

@@ -538,7 +538,7 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
     about = image.manifest
     taken = {*about["inputs"], *about["states"]}
     constants = {f"{name}.value" for name in about["inputs"]}
-    of = {one["name"]: one["of"] for one in about["measures"]}
+    measured = {one["name"]: one["of"] for one in about["measures"]}
     for reference, entry in enumerate(image.entries):
         one, unit = entry.name, entry.unit
         if entry.kind == NUMBER_ENTRY:
@@ -552,7 +552,7 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
             rate = f"auxiliary state, integrated with the motion: {_rate(system, one)}"
             yield UnitVariable(reference, one, STATE, unit, _start(image, entry), rate)
         elif entry.kind == MEASURE_ENTRY and one not in taken:
-            text = "" if of[one] == one else of[one]
+            text = "" if measured[one] == one else measured[one]
             yield UnitVariable(reference, one, OUTPUT, unit, None, text)
 
 

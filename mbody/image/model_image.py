@@ -339,7 +339,7 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     )
     found = MeasuredProgram(recording.program([]))
     targets: list[Any] = []
-    for name, of, make in _wanted(instant):
+    for name, kind_of, make in _wanted(instant):
         try:
             value, dimension, unit = make()
             if isinstance(value, np.ndarray):
@@ -354,7 +354,7 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
         targets.append(value)
         found.names.append(name)
         found.units.append(unit or system.mechanism.units.of(dimension))
-        found.of.append(of)
+        found.of.append(kind_of)
     found.program = recording.program(targets)
     return found
 
@@ -807,14 +807,16 @@ def _manifest(
         "model": machine.name,
         "title": machine.name,
         "system of units": machine.units.name,
-        "units": {of: machine.units.of(of) for of in UNITS},
+        "units": {dimension: machine.units.of(dimension) for dimension in UNITS},
         "length": float(system.length),
         "numbers": [number(name, False) for name in changeable.rules]
         + [number(name, True) for name in changeable.dependent],
         "not_changeable": changeable.not_changeable(),
         "measures": [
-            {"name": name, "unit": unit, "of": of}
-            for name, unit, of in zip(measured.names, measured.units, measured.of, strict=True)
+            {"name": name, "unit": unit, "of": dimension}
+            for name, unit, dimension in zip(
+                measured.names, measured.units, measured.of, strict=True
+            )
         ],
         "inputs": list(input_numbers(system).values()),
         "states": [state.name for state in machine.states],

@@ -85,7 +85,7 @@ def _curve(name: Any, law: Any, scope: Scope) -> NamedCurve:
         if isinstance(law, Table):
             made = law.dimensioned(measures[1] or NUMBER, measures[0] or NUMBER)
         if isinstance(law, Table2):
-            x, y, z = (of or NUMBER for of in measures)
+            x, y, z = (dimension or NUMBER for dimension in measures)
             made = law.of_dimensions(z, x, y)
         whole: Law = substituted(made, lambda formula: formula.value(scope))
     except FormulaError as error:

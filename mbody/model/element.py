@@ -444,11 +444,11 @@ class Element:
         return low, high
 
     def _law(self, field: dataclasses.Field[Any], value: Any) -> Law | Formula:
-        dimension, of = (dimension_of(field.metadata[key]) for key in ("law", "of"))
+        dimension, argument = (dimension_of(field.metadata[key]) for key in ("law", "of"))
         if isinstance(value, Real) and not isinstance(value, bool):
             value = number(value, dimension, self.name, field.name)
         try:
-            law = as_law(value, dimension, of)
+            law = as_law(value, dimension, argument)
         except ModelError as error:
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
         if getattr(law, "interpolation", None) == "hold":
@@ -613,8 +613,8 @@ def resolved(
                         element, field, value, scope, quantities
                     )
                 elif value.variable:
-                    of = value.argument or TIME
-                    laws[field.name], numbers = compile_formula(value, scope, of)
+                    law_argument = value.argument or TIME
+                    laws[field.name], numbers = compile_formula(value, scope, law_argument)
                 else:
                     continue
             except FormulaError as error:

@@ -58,8 +58,8 @@ def _tables(mechanism: Mechanism) -> Iterator[str]:
         for field in _law_fields(cast(Any, type(element))):
             law = getattr(element, field.name)
             if isinstance(law, Table):
-                of, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
-                yield from _table(mechanism.units, element, field.name, law, of, value)
+                argument, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
+                yield from _table(mechanism.units, element, field.name, law, argument, value)
 
 
 def may_leave_tables(mechanism: Mechanism) -> bool:
@@ -76,7 +76,12 @@ def _law_fields(kind: Any) -> tuple[dataclasses.Field[Any], ...]:
 
 
 def _table(
-    units: UnitSystem, element: Element, field: str, table: Table, of: Dimension, value: Dimension
+    units: UnitSystem,
+    element: Element,
+    field: str,
+    table: Table,
+    argument: Dimension,
+    value: Dimension,
 ) -> Iterator[str]:
     beyond = table.beyond()
     low, high = (_number(end(table.y), value, units) for end in (min, max))
@@ -85,7 +90,7 @@ def _table(
         yield (
             f"'{element.name}': the spline through the table of its {field} leaves the range of "
             f"its points, {low} to {high}: it goes to {furthest} at "
-            f"{_number(beyond[0], of, units)}; give "
+            f"{_number(beyond[0], argument, units)}; give "
             'interpolation = "pchip" or "linear", or more points'
         )
     if element.role == "driver" and table.interpolation == "linear" and len(table.x) > 2:

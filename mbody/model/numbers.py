@@ -122,20 +122,20 @@ def _of_signal(element: Any, key: str) -> Dimension | None:
 
 def _of_law(law: Law, field: Any, key: str) -> Dimension | None:
     """The dimension of one number of a law of an element."""
-    value, of = (dimension_of(field.metadata[part]) for part in ("law", "of"))
-    return _of_numbers(law, value, of, key)
+    value, argument = (dimension_of(field.metadata[part]) for part in ("law", "of"))
+    return _of_numbers(law, value, argument, key)
 
 
-def _of_numbers(law: Law, value: Dimension, of: Dimension, key: str) -> Dimension | None:
+def _of_numbers(law: Law, value: Dimension, argument: Dimension, key: str) -> Dimension | None:
     """The dimension of one number of a law."""
     if not key:
         return value
     for part in dataclasses.fields(law):
         if part.name == key and "powers" in part.metadata:
-            return dimension_by(part.metadata["powers"], value, of)
+            return dimension_by(part.metadata["powers"], value, argument)
     power = re.fullmatch(r"c(\d+)", key)
     if law.kind == "polynomial" and power:
-        return value / of ** int(power[1])
+        return value / argument ** int(power[1])
     return None
 
 

@@ -120,16 +120,18 @@ def _known(element: Element, point: str) -> Mapping[str, str]:
                 f"'{element.name}' has no point '{point}' (it has: {listed(points)})"
             )
         whole = MOTION if point else MOTION | TURNING
-        return {key: of for key, of in whole.items() if key not in OF_FORCES}
+        return {key: dimension for key, dimension in whole.items() if key not in OF_FORCES}
     if point:
         raise FormulaError(f"'{element.name}' has no points: it is no body")
     if element.role == "driver":
         return {key: element.quantities()[key] for key in DRIVEN[:2]}
-    found = {key: of for key, of in element.quantities().items() if key not in OF_FORCES}
+    found = {
+        key: dimension for key, dimension in element.quantities().items() if key not in OF_FORCES
+    }
     if element.role != "load":
         return found
     load: Any = element
-    made = {key: of for key, (_, of) in load.outputs().items()}
+    made = {key: dimension for key, (_, dimension) in load.outputs().items()}
     states = {one.name.rpartition(".")[2]: one.measure for one in load.auxiliary_states()}
     return found | made | states | _described(element)
 

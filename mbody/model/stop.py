@@ -192,7 +192,9 @@ def _dimension(
     formula: Formula, scope: Scope, quantities: Mapping[str, Dimension | None]
 ) -> Dimension | None:
     """Dimension of a formula; None where plain numbers leave it open."""
-    measured = {name: Valued(1.0, of) for name, of in quantities.items()}
+    measured = {
+        name: Valued(1.0, quantity_dimension) for name, quantity_dimension in quantities.items()
+    }
     whole = Scope(scope.system, {**scope.names, **measured})
     plain = any(scope.names[n].dimension is None for n in formula.names & scope.names.keys())
     try:

@@ -127,14 +127,14 @@ def check_times(by: str, t: Array) -> None:
         )
 
 
-def integrand(of: str) -> str:
+def integrand(formula: str) -> str:
     """The history of which an integral over time is the reduction: with the dimension that the
     integral has.
 
     >>> integrand("motor.power")
     '(motor.power)*(1 s)'
     """
-    return f"({of})*(1 s)"
+    return f"({formula})*(1 s)"
 
 
 def outermost(text: str) -> Reduced:
@@ -311,10 +311,10 @@ class Measure:
     @property
     def history(self) -> Measure:
         """The measure without its reduction; of an integral times 1 s, so that its unit fits."""
-        by, of, _ = outermost(self.of)
+        by, inner, _ = outermost(self.of)
         if not by:
             return self
-        return Measure(integrand(of) if by == "integral" else of, self.unit)
+        return Measure(integrand(inner) if by == "integral" else inner, self.unit)
 
     @property
     def names(self) -> frozenset[str]:
@@ -478,11 +478,11 @@ def _options(name: str, options: Any) -> Mapping[str, Any]:
     return options
 
 
-def measure_named(measures: Mapping[str, Measure], of: str | Measure) -> Measure:
+def measure_named(measures: Mapping[str, Measure], given: str | Measure) -> Measure:
     """A measure, one of some measures by its name, or the measure of a formula."""
-    if isinstance(of, Measure):
-        return of
-    return (measures.get(of) if isinstance(of, str) else None) or Measure(of)
+    if isinstance(given, Measure):
+        return given
+    return (measures.get(given) if isinstance(given, str) else None) or Measure(given)
 
 
 def measures_without(measures: Mapping[str, Measure], gone: set[str]) -> dict[str, Measure]:

@@ -403,12 +403,13 @@ class _Evaluation:
         if len(values) != len(wanted):
             numbers = "one number" if len(wanted) == 1 else "two numbers"
             raise FormulaError(f"the curve '{name}' takes {numbers}, not {len(values)}")
-        for found, of in zip(dimensions, wanted, strict=True):
-            fits = of is None or found.mechanical == of.mechanical
+        for found, want in zip(dimensions, wanted, strict=True):
+            fits = want is None or found.mechanical == want.mechanical
             if self.with_units and self.checked and not fits:
-                assert of is not None
+                assert want is not None
                 raise FormulaError(
-                    f"the curve '{name}' is of {dimension_text(of)}, not of {dimension_text(found)}"
+                    f"the curve '{name}' is of {dimension_text(want)}, "
+                    f"not of {dimension_text(found)}"
                 )
         plain = named.dimension is None or not (self.with_units and self.checked)
         return named.value.values(*values), NUMBER if plain else named.dimension or NUMBER

@@ -135,21 +135,21 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
 
 def argument(solution: Result, element: Any, field: str) -> Array | None:
     """Argument of a law of an element over the instants; None where it is not known."""
-    of = element.__dataclass_fields__[field].metadata["of"]
-    if of == "time":
+    kind = element.__dataclass_fields__[field].metadata["of"]
+    if kind == "time":
         return solution.t
     found = _measured(solution, element)
     if found is None:
         return None
-    if of in ("length", "angle"):
+    if kind in ("length", "angle"):
         return found[0] - _number_column(solution, element, element.free)
     return found[1]
 
 
 def argument_rate(solution: Result, element: Any, field: str) -> Array | None:
     """Rate of `argument`; None where that is not known."""
-    of = element.__dataclass_fields__[field].metadata["of"]
-    found = _measured(solution, element) if of in ("length", "angle") else None
+    kind = element.__dataclass_fields__[field].metadata["of"]
+    found = _measured(solution, element) if kind in ("length", "angle") else None
     return None if found is None else found[1]
 
 
@@ -595,13 +595,13 @@ class _Histories(dict[str, Valued]):
             self[name] = Valued(self.history("", name), self.own[name])
         return super().get(name, default)
 
-    def _of_output(self, owner: str, text: str, of: str) -> Valued:
+    def _of_output(self, owner: str, text: str, output: str) -> Valued:
         """A quantity that a load makes of its numbers, its rate and its states."""
         tree = owned(parse(text), owner)
         system = self.mechanism.units
         known = {name: self._load_value(owner, name) for name in tree.names}
         found = evaluate(tree, Scope(system, {key: Valued(part) for key, part in known.items()}))
-        return Valued(found.value, dimension_of(of))
+        return Valued(found.value, dimension_of(output))
 
     def _load_value(self, owner: str, name: str) -> Any:
         """A number of a load, or one of its histories, by dotted name."""

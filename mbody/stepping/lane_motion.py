@@ -158,38 +158,38 @@ class LaneMotion:
 
     # -- numbers ------------------------------------------------------------------------------
 
-    def row(self, of: Array, row: int) -> Array:
+    def row(self, table: Array, row: int) -> Array:
         """A row of numbers (groups, rows, lanes) as a new array (n,)."""
-        found: Array = of[:, row, :].reshape(-1)[: self.count]
+        found: Array = table[:, row, :].reshape(-1)[: self.count]
         return found if found.base is None else found.copy()
 
-    def rows(self, of: Array, first: int, count: int) -> Array:
+    def rows(self, table: Array, first: int, count: int) -> Array:
         """Rows that follow each other: (n, count)."""
-        part = of[:, first : first + count, :].transpose(0, 2, 1)
+        part = table[:, first : first + count, :].transpose(0, 2, 1)
         return np.ascontiguousarray(part.reshape(-1, count)[: self.count])
 
-    def put(self, of: Array, row: int, which: Array, values: Array | float) -> None:
+    def put(self, table: Array, row: int, which: Array, values: Array | float) -> None:
         """Set one row of some states."""
-        of[which // LANES, row, which % LANES] = values
+        table[which // LANES, row, which % LANES] = values
 
-    def put_all(self, of: Array, which: Array, values: Array) -> None:
+    def put_all(self, table: Array, which: Array, values: Array) -> None:
         """Set the first rows of some states: values (states, rows)."""
-        of[which // LANES, : values.shape[1], which % LANES] = values
+        table[which // LANES, : values.shape[1], which % LANES] = values
 
-    def some(self, of: Array, which: Array) -> Array:
+    def some(self, table: Array, which: Array) -> Array:
         """All rows of some states: (states, rows)."""
-        return np.asarray(of[which // LANES, :, which % LANES])
+        return np.asarray(table[which // LANES, :, which % LANES])
 
-    def flag(self, of: Array, which: Array) -> None:
+    def flag(self, table: Array, which: Array) -> None:
         """Mark some states in `stale` or `fresh`."""
-        of[which // LANES, which % LANES] = 1.0
+        table[which // LANES, which % LANES] = 1.0
 
     def fill(self) -> None:
         """Let the lanes beyond the last state have its numbers, so that no lane is empty."""
         last, many = np.array([self.count - 1]), self.many
         beyond = np.arange(self.count, self.groups * LANES)
-        for of in (many.y, many.derivative, many.scale, many.near, many.state, many.inputs):
-            self.put_all(of, beyond, self.some(of, last))
+        for table in (many.y, many.derivative, many.scale, many.near, many.state, many.inputs):
+            self.put_all(table, beyond, self.some(table, last))
         self.put(many.state, UNTIL, beyond, -np.inf)
 
     # -- kernels ------------------------------------------------------------------------------
@@ -307,15 +307,15 @@ class LaneInputs(MutableMapping[str, Array]):
     def __setitem__(self, name: str, value: Any) -> None:
         place, lanes = self._input_index(name), self._lanes
         values = self._values(name, value)
-        of = lanes.many.inputs
-        filled = np.full(lanes.groups * of.shape[2], values[-1])
+        table = lanes.many.inputs
+        filled = np.full(lanes.groups * table.shape[2], values[-1])
         filled[: lanes.count] = values
         given = filled.reshape(lanes.groups, -1)
-        different = given != of[:, place, :]
+        different = given != table[:, place, :]
         if different.any():
             if name in self._drivers:
                 raise jumping(name, self._drivers[name])
-            of[:, place, :] = given
+            table[:, place, :] = given
             lanes.many.stale[different] = 1.0
             self._changed()
 
@@ -534,8 +534,8 @@ class LaneReadings:
             read = self._measures[of] = self._compiled(of)
         return read()
 
-    def _compiled(self, of: str | Measure) -> ReadAll:
-        measure = measure_named(self.system.mechanism.measures, of)
+    def _compiled(self, measured: str | Measure) -> ReadAll:
+        measure = measure_named(self.system.mechanism.measures, measured)
         check_measure(self.system.mechanism, measure)
         if self.system.batch is None:
             try:
@@ -577,8 +577,8 @@ class LaneReadings:
         exec("\n".join(lines), scope)
         function, lanes = scope["read"], self._lanes
 
-        def row(of: int, n: int) -> Array:
-            return lanes.row((lanes.many.y, lanes.many.inputs)[of], n)
+        def row(group: int, n: int) -> Array:
+            return lanes.row((lanes.many.y, lanes.many.inputs)[group], n)
 
         def instant(n: int) -> Array:
             self._evaluate()

@@ -409,8 +409,8 @@ class Simulator(MechanicsNow):
 
         def number(name: str, value: Any) -> float:
             own = next(one for one in system.mechanism.inputs if one.name == name)
-            of = own.dimension or DIMENSIONS["number"]
-            return number_in(system.mechanism, value, of, "inputs", name)
+            own_dimension = own.dimension or DIMENSIONS["number"]
+            return number_in(system.mechanism, value, own_dimension, "inputs", name)
 
         drivers = driver_inputs(system.mechanism, system.numbers)
         return Inputs(values, self._set_input, others, number, drivers)
@@ -683,10 +683,10 @@ class Simulator(MechanicsNow):
             return float(system.extent(self.q - to.q))
         first = self._first
         states = [state.name for state in system.mechanism.states]
-        of = {k: to[k] for k in to if k in states} if isinstance(to, Mapping) else {}
+        given_states = {k: to[k] for k in to if k in states} if isinstance(to, Mapping) else {}
         left = {k: to[k] for k in to if k not in states} if isinstance(to, Mapping) else to
         given = prescribed_values(system, {} if to is None else left)
-        own = self._auxiliary_states(of) if of else None
+        own = self._auxiliary_states(given_states) if given_states else None
         when = first.t if when is None else when
         near = nearest_state(system, when, first.q, given)
         self._integration.regularize(near.regularization)

@@ -88,7 +88,9 @@ def reset_states(
         left = ~good
     for k in np.flatnonzero(left).tolist():
         one = system.design(int(which[k])) if system.batch is not None else system
-        given = [replace(of, value=float(values[m, k])) for m, of in enumerate(places)]
+        given = [
+            replace(given_place, value=float(values[m, k])) for m, given_place in enumerate(places)
+        ]
         try:
             near = nearest_state(one, float(t[k]), base[k, :n], given)
         except (ModelError, SolveError) as error:
@@ -204,7 +206,7 @@ def _driven(system: System, places: tuple[tuple[str, str], ...]) -> System | Non
 
 def _repeated(system: System, count: int) -> System:
     """A batch of so many equal designs."""
-    par, mass = (np.repeat(of, count, axis=1) for of in (system.par, system.mass))
+    par, mass = (np.repeat(numbers, count, axis=1) for numbers in (system.par, system.mass))
     return replace(system, par=par, mass=mass, batch=count)
 
 
@@ -490,8 +492,8 @@ class Simulators(ScalarFallback):
         """Begin anew in some motions, with their present inputs."""
         lanes, many = self._lanes, self._lanes.many
         for k in which.tolist():
-            for of in (self._states, self._reasons, self._doubts):
-                of.pop(k, None)
+            for by_state in (self._states, self._reasons, self._doubts):
+                by_state.pop(k, None)
         self._changed()
         if self._on_lanes:
             lanes.begin(which, t, y)

@@ -190,9 +190,9 @@ class FunctionWriter(ABC):
             if row in self.rows or row[0] == "past"
         }
         needed = [*targets.values(), *piece.results.values()]
-        of = instructions(self.b, piece.recording, needed, self._read, self.number)
-        stored = {row: of(number) for row, number in targets.items()}
-        results = {one: of(number) for one, number in piece.results.items()}
+        value_of = instructions(self.b, piece.recording, needed, self._read, self.number)
+        stored = {row: value_of(number) for row, number in targets.items()}
+        results = {one: value_of(number) for one, number in piece.results.items()}
         for row, value in stored.items():
             self._store(value, self._past(row[1]) if row[0] == "past" else self.rows[row])
         return results

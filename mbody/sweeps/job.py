@@ -97,9 +97,9 @@ def columns_of(
     if isinstance(given, str | Measure):
         given = [given]
     if isinstance(given, Mapping):
-        found = [_column(mechanism, of, str(name), verb) for name, of in given.items()]
+        found = [_column(mechanism, measured, str(name), verb) for name, measured in given.items()]
     elif isinstance(given, Iterable):
-        found = [_column(mechanism, of, "", verb) for of in given]
+        found = [_column(mechanism, measured, "", verb) for measured in given]
     else:
         raise ModelError(f"{verb}: measure must be text, a list or a dict, not {brief(given)}")
     names = [column.name for column in found]
@@ -113,18 +113,20 @@ def columns_of(
     return tuple(found)
 
 
-def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColumn:
+def _column(mechanism: Mechanism, measured: Any, name: str, verb: str) -> MeasuredColumn:
     reduction, unit = "", ""
-    if isinstance(of, tuple) and len(of) == 2 and of[1] in REDUCTIONS:
-        of, reduction = of
-    if isinstance(of, Measure):
-        of, unit = of.of, of.unit
-    if not isinstance(of, str):
+    if isinstance(measured, tuple) and len(measured) == 2 and measured[1] in REDUCTIONS:
+        measured, reduction = measured
+    if isinstance(measured, Measure):
+        measured, unit = measured.of, measured.unit
+    if not isinstance(measured, str):
         raise ModelError(
             f"{verb}: a measure is text, a Measure, or a pair of one and of "
-            f"{', '.join(REDUCTIONS)}, not {brief(of)}"
+            f"{', '.join(REDUCTIONS)}, not {brief(measured)}"
         )
-    by, inner, instant = (reduction, of.strip(), 0) if reduction else _outermost(of, verb)
+    by, inner, instant = (
+        (reduction, measured.strip(), 0) if reduction else _outermost(measured, verb)
+    )
     measure = mechanism.measures.get(inner) or Measure(inner, unit)
     if measure.by and by:
         raise ModelError(
@@ -138,7 +140,7 @@ def _column(mechanism: Mechanism, of: Any, name: str, verb: str) -> MeasuredColu
         measure = Measure(integrand(measure.of), unit)
     check_measure(mechanism, measure)
     return MeasuredColumn(
-        name or (f"{reduction}({inner})" if reduction else of.strip()), measure, by, instant
+        name or (f"{reduction}({inner})" if reduction else measured.strip()), measure, by, instant
     )
 
 
@@ -466,10 +468,10 @@ def _block(job: Job, values: np.ndarray) -> PieceResult:
                 result.doubts[design] = run.doubts
         except (ModelError, SolveError) as error:
             result.failures[design] = str(error)
-    for column, of in zip(result.columns, job.columns, strict=True):
+    for column, wanted in zip(result.columns, job.columns, strict=True):
         finite = np.isfinite(column).reshape(len(values), -1).all(axis=1)
         for design in np.flatnonzero(~finite).tolist():
-            result.failures.setdefault(design, f"'{of.name}' has no finite value")
+            result.failures.setdefault(design, f"'{wanted.name}' has no finite value")
     return result
 
 

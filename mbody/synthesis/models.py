@@ -141,11 +141,11 @@ def _starts(
     order, s = _orders(demand)
     place = order % len(s)
     bodies = [body.name for body in demand.system.mechanism.bodies]
-    measures = {f"q{n}": of for n, of in enumerate(demand.quantities)}
+    measures = {f"q{n}": quantity for n, quantity in enumerate(demand.quantities)}
     measures |= {
-        f"{body} {key}": f"{body}.{of}"
+        f"{body} {key}": f"{body}.{quantity}"
         for body in bodies
-        for key, of in (("x", "origin.x"), ("y", "origin.y"), ("angle", "angle"))
+        for key, quantity in (("x", "origin.x"), ("y", "origin.y"), ("angle", "angle"))
     }
     samples = latin_hypercube(dict(demand.by), count, seed)
     run = sweep(demand.system, samples, "kinematics", measures, drive={demand.driver: s})

@@ -78,11 +78,11 @@ def _with_units(text: str, units: str) -> str:
     """
     text = re.sub(r'\{ of = ("[^"]*"), unit = "[^"]*" \}', r"\1", text)
     names = unit_system(units)
-    of = ", ".join((names.length, names.force, names.time, names.mass))
+    symbols = ", ".join((names.length, names.force, names.time, names.mass))
     line = f'units = "{units}"'.ljust(34)
     return re.sub(
         r"^units = .*$",
-        lambda _: f"{line} # plain numbers: {of}, and deg; or give the unit",
+        lambda _: f"{line} # plain numbers: {symbols}, and deg; or give the unit",
         text,
         count=1,
         flags=re.MULTILINE,

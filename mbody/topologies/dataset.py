@@ -249,11 +249,11 @@ class _Growth:
         """The first linkages of each topology that closed."""
         number = np.cumsum(self.alive.reshape(-1, self.drawn), axis=1).reshape(-1)
         kept = np.flatnonzero(self.alive & (number <= ALIKE))
-        of = self.topology[kept]
+        topology_numbers = self.topology[kept]
         return {
             "joints": self.joints[kept],
-            "links": self.links[of],
-            "slides": self.slides[of],
+            "links": self.links[topology_numbers],
+            "slides": self.slides[topology_numbers],
             "directions": self.directions[kept],
             "ground": np.tile([0, 2], (len(kept), 1)),
             "driver": np.zeros(len(kept), dtype=int),

@@ -200,14 +200,16 @@ def all_measures(run: Solution) -> list[str]:
 def curve_of(run: Solution, name: str) -> PlottedCurve:
     """The history of a quantity, in the unit in brackets behind its name."""
     in_unit = _UNIT.fullmatch(name.strip())
-    of = in_unit[1].strip() if in_unit else name
-    measure = measure_named(run.mechanism.measures, of)
+    quantity_name = in_unit[1].strip() if in_unit else name
+    measure = measure_named(run.mechanism.measures, quantity_name)
     if in_unit:
         measure = Measure(measure.of, in_unit[2].strip())
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not measure.unit:
         values, unit = np.degrees(values), "deg"
-    return PlottedCurve(of, np.where(np.isfinite(values), values, np.nan), dimension, unit)
+    return PlottedCurve(
+        quantity_name, np.where(np.isfinite(values), values, np.nan), dimension, unit
+    )
 
 
 def _band(curves: Sequence[PlottedCurve]) -> PlottedCurve:
@@ -497,14 +499,14 @@ def internal_diagram(found: InternalLoads, instant: int | None = None) -> Figure
         figure.set_size_inches(WIDTH, PANEL * len(rows) + MARGIN)
         panels = figure.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
         s = found.place
-        for n, (axes, (title, values, of)) in enumerate(zip(panels, rows, strict=True)):
+        for n, (axes, (title, values, dimension)) in enumerate(zip(panels, rows, strict=True)):
             color = CURVES[n % len(CURVES)][0]
             if len(values) > 1:
                 low, high = values.min(axis=0), values.max(axis=0)
                 axes.fill_between(s, low, high, color=color, alpha=0.15, linewidth=0.0)
             axes.plot(s, values[k], color=color, linewidth=1.6)
             axes.axhline(0.0, color=INK, linewidth=0.7)
-            axes.set_ylabel(f"{title}\n{of}")
+            axes.set_ylabel(f"{title}\n{dimension}")
             axes.grid(color=SOFT, alpha=0.35, linewidth=0.5)
             axes.spines[["top", "right"]].set_visible(False)
         panels[-1].set_xlabel(f"from {found.along[0]} to {found.along[1]}, {unit.length}")

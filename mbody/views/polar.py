@@ -94,8 +94,8 @@ def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
         force = run.reaction(name, book[name][1])
         curves.append(np.column_stack([c * force.fx + s * force.fy, c * force.fy - s * force.fx]))
     unit = run.mechanism.units.of("force")
-    of = "" if axes == "ground" else f" of {axes}"
-    labels = (f"along x{of} [{unit}]", f"along y{of} [{unit}]")
+    relative = "" if axes == "ground" else f" of {axes}"
+    labels = (f"along x{relative} [{unit}]", f"along y{relative} [{unit}]")
     return _curves(run, names, curves, labels, "hodograph", origin=True)
 
 

@@ -70,8 +70,10 @@ def _pins(sketch: SceneSketch) -> list[KeptLabel]:
             anchor = carrier.kept(place[None], sketch.pose.run, sketch.pose.k)
             outward = direction(0.5 * math.pi)
             gap = sketch.size("pin") + 1.5 * sketch.unit
-            of = f"pin:{names[0]}"
-            kept = KeptLabel(together(names), carrier, anchor, outward, gap, "pin", of, INK, True)
+            label = f"pin:{names[0]}"
+            kept = KeptLabel(
+                together(names), carrier, anchor, outward, gap, "pin", label, INK, True
+            )
             found.append(kept)
     return found
 

@@ -596,9 +596,9 @@ class SceneSketch(Sketch):
         outward = np.array([np.cos(wanted), np.sin(wanted)])
         kept = carrier.kept(place[None], self.pose.run, self.pose.k)
         color, italic = str(look.get("color", "")), bool(look.get("italic", False))
-        of = str(look.get("name", "")) or shown
+        owner = str(look.get("name", "")) or shown
         self.names.append(
-            KeptLabel(shown, carrier, kept, outward, gap, "element", of, color, italic)
+            KeptLabel(shown, carrier, kept, outward, gap, "element", owner, color, italic)
         )
         return Label(shown, [])
 

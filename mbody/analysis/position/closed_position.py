@@ -53,16 +53,16 @@ class _TurningGroups:
     """Bodies that only turn together where a whole turn is counted."""
 
     def __init__(self, names: list[str]) -> None:
-        self.of = {name: {name} for name in names}
+        self.members = {name: {name} for name in names}
 
     def join(self, *names: str) -> None:
-        whole: set[str] = set().union(*(self.of[name] for name in names))
+        whole: set[str] = set().union(*(self.members[name] for name in names))
         for name in whole:
-            self.of[name] = whole
+            self.members[name] = whole
 
     def free(self, name: str) -> bool:
         """Whether nothing says how often that body has turned."""
-        return "ground" not in self.of[name]
+        return "ground" not in self.members[name]
 
 
 class _Pose:
@@ -178,7 +178,7 @@ def _springs(system: System) -> Iterator[tuple[_TurningGroups, Any]]:
     for _ in _counting(system, groups):
         pass  # each joins its bodies
     for spring in springs:
-        if groups.of[spring.body] is not groups.of[spring.by]:
+        if groups.members[spring.body] is not groups.members[spring.by]:
             yield groups, spring
             groups.join(spring.body, spring.by)
 
@@ -193,7 +193,7 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
 
 def _turn(system: System, groups: _TurningGroups, poses: np.ndarray, name: str, angle: Any) -> None:
     """Turn a whole group by angles (designs,) [rad]."""
-    for body in groups.of[name]:
+    for body in groups.members[name]:
         poses[:, 3 * system.bodies[body] + 2] += angle
 
 
@@ -201,7 +201,7 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
     """Turn the last free group of a row so that least is left of it."""
     for name in reversed(row.factors):
         if groups.free(name):
-            own = [c for body, c in row.factors.items() if body in groups.of[name]]
+            own = [c for body, c in row.factors.items() if body in groups.members[name]]
             factor = float(sum(own))
             if abs(factor) > FACTOR_CANCELS * sum(abs(float(c)) for c in own):
                 turns = np.round(float(row.left) / (TURN * factor))
@@ -215,7 +215,7 @@ def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Constraint)
     if row is None or abs(float(row.left)) <= 0.25 * TURN:
         return
     for name in reversed(row.factors):
-        whole = groups.of[name]
+        whole = groups.members[name]
         factor = float(sum(c for body, c in row.factors.items() if body in whole))
         if factor and groups.free(name) and all(_is_wheel(system, read.at, one) for one in whole):
             _turn(system, groups, read.pose[None], name, -float(row.left) / factor)

@@ -487,14 +487,18 @@ shapes = dict[
 
 
 @functools.cache
-def law(dimension: Dimension | None, of: Dimension, words: tuple[str, ...] = tuple(LAWS)) -> Any:
+def law(
+    dimension: Dimension | None, argument: Dimension, words: tuple[str, ...] = tuple(LAWS)
+) -> Any:
     """A law of that dimension, None for any: a number, a formula, or a table with one of these
     kinds of law.
     """
     if not words:
-        return number(dimension, of)
-    value = Annotated[number(dimension, of), Tag("<value>")]
-    table = Annotated[_law_table(dimension, of, words), AfterValidator(_picked), Tag("<table>")]
+        return number(dimension, argument)
+    value = Annotated[number(dimension, argument), Tag("<value>")]
+    table = Annotated[
+        _law_table(dimension, argument, words), AfterValidator(_picked), Tag("<table>")
+    ]
     return Annotated[
         value | table,
         shape(
@@ -516,16 +520,16 @@ def _picked(given: BaseModel) -> Law:
 
 @functools.cache
 def _law_table(
-    dimension: Dimension | None, of: Dimension, words: tuple[str, ...]
+    dimension: Dimension | None, argument: Dimension, words: tuple[str, ...]
 ) -> type[BaseModel]:
     kinds = {
         word: (
-            _law_of_kind(LAWS[word], dimension, of) | None,
+            _law_of_kind(LAWS[word], dimension, argument) | None,
             Field(None, description=_first(LAWS[word])),
         )
         for word in words
     }
-    title = f"law: {_called(dimension)} of {name_of(of)}"
+    title = f"law: {_called(dimension)} of {name_of(argument)}"
     made: Any = create_model(
         title, __base__=Strict, __doc__="A table with one kind of law.", **kinds
     )
@@ -538,30 +542,32 @@ def _called(dimension: Dimension | None) -> str:
     return "any quantity" if dimension is None else name_of(dimension)
 
 
-def _by(powers: tuple[int, int, int], value: Dimension | None, of: Dimension) -> Dimension | None:
+def _by(
+    powers: tuple[int, int, int], value: Dimension | None, argument: Dimension
+) -> Dimension | None:
     """The dimension of a number of a law, None where any is taken."""
     if value is None:
-        return None if powers[0] else dimension_by(powers, of, of)
-    return dimension_by(powers, value, of)
+        return None if powers[0] else dimension_by(powers, argument, argument)
+    return dimension_by(powers, value, argument)
 
 
 def _first(cls: type) -> str:
     return (cls.__doc__ or "").split("\n\n")[0].replace("\n    ", " ")
 
 
-def _law_of_kind(cls: type[Law], dimension: Dimension | None, of: Dimension) -> Any:
+def _law_of_kind(cls: type[Law], dimension: Dimension | None, argument: Dimension) -> Any:
     if cls is Polynomial:
-        coefficient = _Coefficients(dimension, of)
+        coefficient = _Coefficients(dimension, argument)
         return Annotated[
             list[Any],
             AfterValidator(coefficient),
             WithJsonSchema({"type": "array", "items": {"type": ["number", "string"]}}),
         ]
     if cls is Cam:
-        return _cam(dimension, of)
-    model = _numbers_of(cls, dimension, of)
+        return _cam(dimension, argument)
+    model = _numbers_of(cls, dimension, argument)
     if cls is Table:
-        return Annotated[model, AfterValidator(_Points(dimension, of))]
+        return Annotated[model, AfterValidator(_Points(dimension, argument))]
     return Annotated[model, AfterValidator(functools.partial(_law_of, cls))]
 
 
@@ -590,14 +596,16 @@ CHOICES[("Table", "outside")] = get_args(Outside)
 CHOICES[("Table", "interpolation")] = get_args(Interpolation)
 
 
-def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> type[BaseModel]:
+def _numbers_of(
+    cls: type[Law], dimension: Dimension | None, argument: Dimension
+) -> type[BaseModel]:
     """The table of one kind of law, from the fields of its class."""
     found: dict[str, Any] = {}
     for parameter in dataclasses.fields(cls):
         powers = parameter.metadata.get("powers")
         default = ... if parameter.default is dataclasses.MISSING else parameter.default
         if powers:
-            kind = number(_by(powers, dimension, of))
+            kind = number(_by(powers, dimension, argument))
             if cls is Table:
                 kind, default = list[kind], []
         elif (cls.__name__, parameter.name) in CHOICES:
@@ -607,27 +615,27 @@ def _numbers_of(cls: type[Law], dimension: Dimension | None, of: Dimension) -> t
         found[parameter.name] = (kind, default)
     if cls is Table:
         found["file"] = (str, None)
-    title = f"{cls.__name__}: {_called(dimension)} of {name_of(of)}"
+    title = f"{cls.__name__}: {_called(dimension)} of {name_of(argument)}"
     return create_model(title, __base__=Strict, __doc__=_first(cls), **found)
 
 
-def _cam(dimension: Dimension | None, of: Dimension) -> Any:
+def _cam(dimension: Dimension | None, argument: Dimension) -> Any:
     rise = Annotated[
-        _numbers_of(Rise, dimension, of), AfterValidator(functools.partial(_law_of, Rise))
+        _numbers_of(Rise, dimension, argument), AfterValidator(functools.partial(_law_of, Rise))
     ]
     segment = create_model(
-        f"segment: {_called(dimension)} of {name_of(of)}",
+        f"segment: {_called(dimension)} of {name_of(argument)}",
         __base__=Strict,
         __doc__="A part of a cam's program: a rise or a dwell.",
         rise=(rise | None, None),
-        dwell=(number(of) | None, None),
+        dwell=(number(argument) | None, None),
     )
     cam = create_model(
-        f"Cam: {_called(dimension)} of {name_of(of)}",
+        f"Cam: {_called(dimension)} of {name_of(argument)}",
         __base__=Strict,
         __doc__=_first(Cam),
         segments=(list[Annotated[segment, AfterValidator(_segment)]], ...),
-        period=(number(of), ...),
+        period=(number(argument), ...),
     )
     return Annotated[cam, AfterValidator(functools.partial(_law_of, Cam))]
 

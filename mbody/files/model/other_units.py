@@ -104,13 +104,13 @@ class _Converter(Writer):
         wanted = (state.dimension or NUMBER) / DIMENSIONS["time"]
         return self.measured_text(rate.of(wanted), measured, state.name)
 
-    def law(self, name: str, law: Any, value: Dimension, of: Dimension) -> Any:
+    def law(self, name: str, law: Any, value: Dimension, argument: Dimension) -> Any:
         """A law; one of measured quantities only where all its numbers have units."""
         if isinstance(law, MeasuredFormula):
             formula = self.formulas[name]
             measured = measured_names(self.mechanism, formula.names)
             return self.measured_text(formula, measured, name.partition(".")[0])
-        return super().law(name, law, value, of)
+        return super().law(name, law, value, argument)
 
     def measured_text(
         self, formula: Formula, measured: Mapping[str, Dimension | None], element: str

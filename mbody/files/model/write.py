@@ -201,7 +201,7 @@ def curve_table(writer: NumberWriter, name: str, named: NamedCurve) -> dict[str,
     dimensions = (*named.takes, named.gives)
     # beside numbers with units plain ones are ratios
     other = NUMBER if any(dimensions) else None
-    measures = {key: of or other for key, of in zip("xyz", dimensions, strict=False)}
+    measures = {key: dimension or other for key, dimension in zip("xyz", dimensions, strict=False)}
     found: dict[str, Any] = {}
     for field in dataclasses.fields(law):
         value = getattr(law, field.name)
@@ -619,7 +619,7 @@ class Writer:
 
     # -- laws and numbers ---------------------------------------------------------------------
 
-    def law(self, name: str, law: Any, value: Dimension, of: Dimension) -> Any:
+    def law(self, name: str, law: Any, value: Dimension, argument: Dimension) -> Any:
         """A law: a number, a formula or a table."""
         formula = self.formulas.get(name)
         if formula is not None and (formula.variable or isinstance(law, MeasuredFormula)):
@@ -632,21 +632,24 @@ class Writer:
                 "model file does not carry: write a formula of t, or a table",
                 name.partition(".")[0],
             )
-        return {WORDS[type(law)]: self.law_numbers(name, law, value, of)}
+        return {WORDS[type(law)]: self.law_numbers(name, law, value, argument)}
 
-    def law_numbers(self, name: str, law: Law, value: Dimension, of: Dimension) -> Any:
+    def law_numbers(self, name: str, law: Law, value: Dimension, argument: Dimension) -> Any:
         """The numbers of a law."""
         if isinstance(law, Polynomial):
             given = enumerate(law.coefficients)
-            return [self.number(f"{name}.c{n}", c, value / of**n) for n, c in given]
+            return [self.number(f"{name}.c{n}", c, value / argument**n) for n, c in given]
         if isinstance(law, Cam):
             segments = [
-                {"dwell": self.number(f"{name}.segments.{n}.duration", segment.duration, of)}
+                {"dwell": self.number(f"{name}.segments.{n}.duration", segment.duration, argument)}
                 if isinstance(segment, Dwell)
-                else {"rise": self.law_numbers(f"{name}.segments.{n}", segment, value, of)}
+                else {"rise": self.law_numbers(f"{name}.segments.{n}", segment, value, argument)}
                 for n, segment in enumerate(law.segments)
             ]
-            return {"segments": segments, "period": self.number(f"{name}.period", law.period, of)}
+            return {
+                "segments": segments,
+                "period": self.number(f"{name}.period", law.period, argument),
+            }
         table: dict[str, Any] = {}
         for field in dataclasses.fields(law):
             own = getattr(law, field.name)
@@ -654,11 +657,11 @@ class Writer:
             if _is_default(field, own) and f"{name}.{field.name}" not in self.formulas:
                 continue
             if powers and isinstance(own, tuple):
-                place, dimension = f"{name}.{field.name}", dimension_by(powers, value, of)
+                place, dimension = f"{name}.{field.name}", dimension_by(powers, value, argument)
                 row = enumerate(own)
                 table[field.name] = [self.number(f"{place}.{n}", v, dimension) for n, v in row]
             elif powers:
-                dimension = dimension_by(powers, value, of)
+                dimension = dimension_by(powers, value, argument)
                 table[field.name] = self.number(f"{name}.{field.name}", own, dimension)
             else:
                 table[field.name] = word(own)
