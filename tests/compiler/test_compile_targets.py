@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from mbody.cli import compile as command
 from mbody.cli.compile import DOOR, all_kernels, compile_libraries
+from mbody.core import native
 from mbody.core.library import LEVELS
 from mbody.core.native import builder_command, place
 from mbody.image.fmu import SOURCES
@@ -180,11 +180,11 @@ def test_object_files_link_into_programs(tmp_path):
 def test_what_the_command_builds(tmp_path, monkeypatch, form, options):
     lines = []
 
-    def run(line, env):
+    def run(line, settings, progress):
         lines.append(line)
-        return SimpleNamespace(returncode=0)
+        return 0
 
-    monkeypatch.setattr(command, "subprocess", SimpleNamespace(run=run))
+    monkeypatch.setattr(native, "run_builder", run)
     targets = ["x86-64-v3", "macos"]
     given = {"target": targets, "out": str(tmp_path), "images": False, "fmu": False}
     assert compile_libraries(SimpleNamespace(**(given | form))) == 0

@@ -51,7 +51,7 @@ def lines(names):
 def test_the_core_for_browsers(monkeypatch, tmp_path, capfd):
     monkeypatch.setattr(webassembly, "builder_command", builder([webassembly.FILE]))
     monkeypatch.setattr(webassembly, "ready_core", lambda: None)
-    monkeypatch.setattr(webassembly, "_kept", lambda: tmp_path)
+    monkeypatch.setattr(webassembly, "_core_folder", lambda: tmp_path)
     assert webassembly.browser_core().read_bytes() == b"made"
     said = ["building the core for browsers (once) ...", *lines([*NAMES, webassembly.FILE])]
     assert capfd.readouterr() == ("", "".join(f"mbody: {line}\n" for line in said))
