@@ -109,6 +109,7 @@ def test_every_link_has_its_target(site, built):
     assert not wrong
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("site")
 def test_the_site_needs_no_network(site, built):
     for path, page in built.items():
@@ -122,6 +123,7 @@ def test_the_site_needs_no_network(site, built):
         assert not outside.findall(sheet.read_text("utf-8")), sheet
 
 
+@pytest.mark.slow
 @pytest.mark.xdist_group("site")
 def test_the_reference_has_all(site):
     def text(*names):
