@@ -10,7 +10,6 @@ import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, makers
 from mbody.cli import main
 from mbody.engineering import flywheel, size_flywheel
-from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from tests.support.engines import engine
 
@@ -125,25 +124,3 @@ def test_the_command(capsys):
     # t·mm² in kg·m²: 1e3 · 1e-6
     assert data["inertia"] * 1e-3 == pytest.approx(again.inertia, rel=1e-9)
     assert main(["flywheel", "v_twin", "--coefficient", "small"]) == 2
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda run: size_flywheel(run, 3.0), "between 0 and 2, not 3.0"),
-        (
-            lambda _: size_flywheel(mbody.kinetostatics(shaft(0.0), turn=True), 0.02),
-            "'motor' has no speed",
-        ),
-        (
-            lambda _: size_flywheel(
-                mbody.kinetostatics(mbody.gallery.load("norton_fourbar"), turn=True), 0.02
-            ),
-            "sized at a constant speed",
-        ),
-    ],
-)
-def test_refusals(call, words):
-    with pytest.raises(ModelError) as caught:
-        call(mbody.kinetostatics(shaft(5.0), turn=True))
-    assert words in str(caught.value)

@@ -282,26 +282,7 @@ RUN = mbody.kinetostatics(engine([0.0]), turn=True, instants=33)
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: harmonics(RUN, [1.0, 2.0]), "give one value an instant"),
-        (lambda: harmonics(RUN, "O.fx", highest=40), "32 instants of 1 turn show"),
-        (lambda: harmonics([0.0, 3.0, TURN], [1.0, 2.0, 1.0]), "need equal steps"),
-        (lambda: harmonics(RUN, "O.fx").of(0.5), "there is no order 0.5"),
-        (lambda: mbody.kinematics(engine([0.0]), turns=2), "turns goes with turn"),
-        (lambda: mbody.kinematics(engine([0.0]), turn=True, turns=0), "from 1 to 1000, not 0"),
-        (lambda: balance_shafts(RUN, [0.5]), "there is no shaft of order 0.5"),
-        (lambda: rocking_couple(RUN, {"ram": 1.0}), "there is no moving body 'ram'"),
         (lambda: rocking_couple(RUN, {"piston1": "3 s"}), "offset"),
-        (lambda: firing_angles("1-3-4", 4), "cylinder 2 does not fire"),
-        (lambda: firing_angles("1-3-4-3", 4), "cylinder 3 fires twice"),
-        (lambda: firing_angles("1-5", 2), "cylinder 5 is not there"),
-        (lambda: firing_angles("one two"), "numbers of cylinders such as '1-3-4-2'"),
-        (lambda: firing_angles("1-2", intervals=[1.0, 2.0]), "do not make the cycle"),
-        (
-            lambda: firing_angles("1-2-3", cranks={1: 0.0, 2: 0.0, 3: 0.0}),
-            "cylinder 2 fires 240 deg after cylinder 1",
-        ),
-        (lambda: firing_angles("1-2", cranks={1: 0.0}), "give one a cylinder"),
-        (lambda: firing_angles("1-2", turns=0), "a cycle has 2 turns"),
     ],
 )
 def test_refusals(call, words):

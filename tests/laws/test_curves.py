@@ -231,23 +231,6 @@ def test_what_no_formula_of_a_curve_is(text, words):
         wheel(Torque("drive", "wheel", value=text), curves={"motor": SPEED, "engine": ENGINE})
 
 
-@pytest.mark.parametrize(
-    ("curves", "words"),
-    [
-        ({"sin": SPEED}, "'sin' means something else in formulas"),
-        ({"a b": SPEED}, "'a b' cannot name a curve"),
-        ({"p": SPEED}, "'p' means something else"),
-        ({"c": 3.0}, "the curve 'c' must be a Table, a Table2 or another law, not 3.0"),
-        ({"c": Table(["0 s", "1 m"], [0, 1])}, "curve 'c': x: '1 m' is a length (m), where a time"),
-        ({"c": Table(["1 s", "0 s"], [0, 1])}, "curve 'c': Table: x must increase"),
-        (3.0, "curves must be a dict"),
-    ],
-)
-def test_what_no_curve_is(curves, words):
-    with says(ModelError, words):
-        Mechanism("m", curves=curves, parameters={"p": 1.0})
-
-
 def test_a_table_of_two_variables_is_no_law_of_one():
     with says(ModelError, "'f': value: a Table2 has two variables", "one of its curves"):
         Force("f", "wheel.A", ENGINE)
