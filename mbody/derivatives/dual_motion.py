@@ -37,7 +37,7 @@ from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, without_functions
 from mbody.errors import SolveError
 from mbody.kernels.friction import FRICTION_KINDS
-from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, stand_ins
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, artificial_masses
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
@@ -153,7 +153,7 @@ class DualMotion:
         self.rows = self.first_load + self.loads * system.coordinates
         sizes = coordinate_sizes(system.length, rates, accelerations)
         self.scale = np.concatenate([sizes, auxiliary_sizes(system), [1.0]])
-        light = stand_ins(system.layout, system.mass, system.length).any()
+        light = artificial_masses(system.layout, system.mass, system.length).any()
         self.regularization = REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 

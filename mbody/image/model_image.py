@@ -494,7 +494,7 @@ def _enter_path(
         at_rest=False,
         monitored=True,
         regularization=start.regularization,
-        reach=runner.reach(start, grid),
+        position_norm=runner.position_norm(start, grid),
     )
     found = PathOutput(
         output=np.zeros((count, runner.rows, 1)),
@@ -511,7 +511,7 @@ def _enter_path(
         arena.array(f"{name}.{key}", getattr(path, key))
     for key in ("output", "progress", "nearest", "passed"):
         arena.array(f"{name}.{key}", getattr(found, key))
-    arena.word(f"{name}.reach", arena.field_place(path, "reach"))
+    arena.word(f"{name}.reach", arena.field_place(path, "position_norm"))
     arena.array(f"{name}.measured", measures)
 
 

@@ -140,9 +140,9 @@ def user_numbers(W, w, handle, i, j, first, size, results):
             for part in range(4):
                 # places h, −h, 2 h, −2 h and their weights
                 far = 2.0 if part > 1 else 1.0
-                way = 1.0 if part % 2 == 0 else -1.0
-                weight = way * (8.0 if part < 2 else -1.0) / (12.0 * h)
-                set_arguments(W, i, j, first, size, lane, k, way * far * h)
+                sign = 1.0 if part % 2 == 0 else -1.0
+                weight = sign * (8.0 if part < 2 else -1.0) / (12.0 * h)
+                set_arguments(W, i, j, first, size, lane, k, sign * far * h)
                 call(W, handle, size, results)
                 for n in range(results):
                     x = entry(W.scratch, n, lane)
@@ -305,14 +305,14 @@ def steps(L, W, w, first, end):
 
 
 @njit
-def own_numbers(L, W, page, first):
-    """Auxiliary states and inputs ← those of a page from row `first` on, where it has them."""
-    if page.shape[0] <= first:
+def own_numbers(L, W, record, first):
+    """Auxiliary states and inputs ← those of a record from row `first` on, where it has them."""
+    if record.shape[0] <= first:
         return
     for n in range(L.owns):
-        W.own[n, 0] = page[first + n]
+        W.own[n, 0] = record[first + n]
     for n in range(L.input_row.shape[0]):
-        W.signal[L.input_row[n], 0] = page[first + L.owns + n]
+        W.signal[L.input_row[n], 0] = record[first + L.owns + n]
 
 
 @njit

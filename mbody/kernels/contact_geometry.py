@@ -47,7 +47,7 @@ class ContactShapes(Bundle):
         Corners from the mass centre.
     centre : array (shapes, 2)
         Of the bounding circle: of a circle itself; of a line its point.
-    reach : array (shapes,)
+    bounding_radius : array (shapes,)
         Radius of the bounding circle, infinite of lines.
     radius : array (shapes,)
         Of circles: zero of points, negative of rings.
@@ -78,7 +78,7 @@ class ContactShapes(Bundle):
     corner_start: Ints
     corner: Rows
     centre: Rows
-    reach: Floats
+    bounding_radius: Floats
     radius: Floats
     along: Rows
     large: Ints
@@ -341,8 +341,8 @@ def put(W, C, B, pair, feature, normal, point, gap):
         i, j, nx, ny = y, x, -nx, -ny
     size = math.inf
     for a in (i, j):
-        if C.reach[a] > 0.0:
-            size = min(size, C.reach[a])
+        if C.bounding_radius[a] > 0.0:
+            size = min(size, C.bounding_radius[a])
     place(W, B, (C.body[i], C.body[j], law, i, j, feature), (nx, ny), point, gap, size)
 
 
@@ -365,7 +365,7 @@ def place(W, B, who, normal, point, gap, size):
 
 
 @njit
-def touch(W, C, B, a, b, law, near):
+def add_contact(W, C, B, a, b, law, near):
     """Store the places where shapes a and b are nearer than `near`, normals from a to b."""
     ka, kb = C.kind[a], C.kind[b]
     straight, turned = (a, b, law, near, False), (b, a, law, near, True)
@@ -517,7 +517,7 @@ def polygons(W, C, B, pair, turned):
     edge_b, gap_b = widest_edge(W, C, b, a, near)
     if gap_b >= near:
         return
-    if gap_b > gap_a + CONTACT_EDGE_PREFERRED * (C.reach[a] + C.reach[b]):
+    if gap_b > gap_a + CONTACT_EDGE_PREFERRED * (C.bounding_radius[a] + C.bounding_radius[b]):
         clipped(W, C, B, turned, edge_b)
     else:
         clipped(W, C, B, pair, edge_a)
@@ -578,7 +578,7 @@ def clipped(W, C, B, pair, edge):
 
 
 @njit
-def rope_spot(W, C, B, n, near):
+def rope_point(W, C, B, n, near):
     """Rope n where it is nearly taut: a contact whose gap is what it could still be stretched."""
     i, j, law, r = C.rope[n, 0], C.rope[n, 1], C.rope[n, 2], C.rope_number
     ax, ay = to_world(W, i, r[n, 0], r[n, 1])
@@ -620,7 +620,7 @@ def find_contacts(W, C, B, h):
         near = body_margin(B, i, h, C.rope_number[n, 0], C.rope_number[n, 1])
         near += body_margin(B, j, h, C.rope_number[n, 2], C.rope_number[n, 3])
         B.counts[TESTED] += 1
-        rope_spot(W, C, B, n, near + CONTACT_GAP_CANDIDATE * C.rope_number[n, 4])
+        rope_point(W, C, B, n, near + CONTACT_GAP_CANDIDATE * C.rope_number[n, 4])
     if C.group_law.shape[0] > 0:
         grid(W, C, B)
     recall(B)
@@ -649,7 +649,7 @@ def margins(W, C, B, h):
         B.place[a, 0], B.place[a, 1] = centre_of(W, C, a)
         along, turning = speed_of(B, b)
         arm = math.hypot(C.centre[a, 0], C.centre[a, 1])
-        own = C.reach[a] if C.kind[a] != LINE else 0.0
+        own = C.bounding_radius[a] if C.kind[a] != LINE else 0.0
         B.margin[a] = h * (along + turning * (arm + own)) + CONTACT_GAP_CANDIDATE * own
         B.turning[a] = h * turning
 
@@ -663,10 +663,10 @@ def look(W, C, B, a, b, law):
     far = math.hypot(dx, dy)
     if C.kind[a] == LINE or C.kind[b] == LINE:
         line, other = (a, b) if C.kind[a] == LINE else (b, a)
-        near += B.turning[line] * (far + C.reach[other])
-    elif far - C.reach[a] - C.reach[b] >= near:
+        near += B.turning[line] * (far + C.bounding_radius[other])
+    elif far - C.bounding_radius[a] - C.bounding_radius[b] >= near:
         return
-    touch(W, C, B, a, b, law, near)
+    add_contact(W, C, B, a, b, law, near)
 
 
 @inline
@@ -699,15 +699,15 @@ def grid(W, C, B):
     shapes, mask = C.kind.shape[0], B.bucket.shape[0] - 1
     side = 0.0
     for a in range(shapes):
-        if C.group[a] >= 0 and not C.large[a] and B.margin[a] <= C.reach[a] + C.usual[0]:
-            side = max(side, C.reach[a] + B.margin[a])
+        if C.group[a] >= 0 and not C.large[a] and B.margin[a] <= C.bounding_radius[a] + C.usual[0]:
+            side = max(side, C.bounding_radius[a] + B.margin[a])
     side *= 2.0
     for n in range(mask + 1):
         B.bucket[n] = -1
     for a in range(shapes):
         if C.group[a] < 0:
             continue
-        if C.large[a] or B.margin[a] > C.reach[a] + C.usual[0]:
+        if C.large[a] or B.margin[a] > C.bounding_radius[a] + C.usual[0]:
             # as large are those that fly farther than they are wide
             B.following[a] = -2
             for b in range(shapes):

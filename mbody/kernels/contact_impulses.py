@@ -251,7 +251,7 @@ def effects(B, c):
 # -- Symmetric positive matrices in blocks of 3×3, one a pair of bodies that touch or are tied -
 #
 # H = M + Wᵀ Θ W + Gᵀ Δ⁻¹ G has the pattern of what touches what. Bodies are numbered breadth first
-# from the end of a longest way through it, and backward (Cuthill, McKee; George): then row p
+# from the end of a longest path through it, and backward (Cuthill, McKee; George): then row p
 # reaches from its first body on to the diagonal, and H = L Lᵀ fills nothing else. A row block p has
 # three rows of 3 (p − first + 1) numbers one after the other, so that products run along them.
 

@@ -190,18 +190,18 @@ def compare_step(L, W, w, h, last):
     for b in range(L.bodies):
         for n in range(3):
             o = 3 * b + n
-            way = ld(W.q, o, w) - ld(W.past, last + o, w)
+            change = ld(W.q, o, w) - ld(W.past, last + o, w)
             now, before = ld(W.v, o, w), ld(W.past, last + size + o, w)
             predicted = h * ld(W.past, last + 2 * size + o, w)
             d = now - before - predicted
             whole = now * now + before * before + predicted * predicted
             if n == 2:
-                turned = turned + way * way
-                most, least = larger(most, way), smaller(least, way)
+                turned = turned + change * change
+                most, least = larger(most, change), smaller(least, change)
                 turned_off = turned_off + d * d
                 turned_terms = turned_terms + whole
             else:
-                moved = moved + way * way
+                moved = moved + change * change
                 off = off + d * d
                 terms = terms + whole
     square = per_length * per_length
@@ -223,9 +223,9 @@ def compare_step(L, W, w, h, last):
 # W⁻¹: S = L D Lᵀ is the Gram–Schmidt process on the rows). All parts are smooth along a motion, and
 # one of them vanishes where rows become dependent, which is where branches meet.
 #
-# Near such a place p = κ (w² + x²), x being the way from the nearest place and w how far apart the
-# branches stay. A step from one branch to another leads from one side of that place to the other,
-# so that it is at least |x₁| + |x₂| long, and the second difference of p over it,
+# Near such a place p = κ (w² + x²), x being the distance from the nearest place and w how far apart
+# the branches stay. A step from one branch to another leads from one side of that place to the
+# other, so that it is at least |x₁| + |x₂| long, and the second difference of p over it,
 #
 #     p₂ − p₁ − (p₁ − p₀) h/back ≈ κ h² (1 + back/h) ≥ κ h²,
 #
@@ -240,7 +240,7 @@ def compare_step(L, W, w, h, last):
 # its sign. There a step is accepted where no sign changes and the second difference of each
 # determinant is smaller than the determinant.
 #
-# W.monitor holds three pages: the place before the last one, the last one, the new one; and which
+# W.monitor holds three slots: the place before the last one, the last one, the new one; and which
 # rows are redundant. Numbers are inverse, so that nothing is divided: with d = 1/e a second
 # difference of d times e₀ e₁ e₂ is a sum of products of two.
 
@@ -249,11 +249,11 @@ UNSURE, CHANGE_AHEAD, SOUND = 0, 1, 2
 
 
 @njit
-def store_parts(L, W, page, regularization):
-    """Put the inverse parts of all nodes, by the present factor, on a page; returns the greatest,
+def store_parts(L, W, slot, regularization):
+    """Put the inverse parts of all nodes, by the present factor, into a slot; returns the greatest,
     where rows are redundant that of the others.
     """
-    o, most = page * L.nodes, 1.0
+    o, most = slot * L.nodes, 1.0
     for k in range(L.nodes):
         a, c, b = W.diagonal[2 * k, 0], W.diagonal[2 * k + 1, 0], W.cross[k, 0]
         e = (a * c - b * b) * (W.pivot[3 * k, 0] * W.pivot[3 * k + 2, 0])
@@ -293,7 +293,7 @@ def branch_distance(L: Layout, W: Work, regularization: float) -> float:
 
 
 @inline
-def shift_pages(L, W):
+def shift_slots(L, W):
     """The new place becomes the last one, the last one that before it."""
     for k in range(2 * L.nodes):
         W.monitor[k, 0] = W.monitor[L.nodes + k, 0]
@@ -301,7 +301,7 @@ def shift_pages(L, W):
 
 @njit
 def store_earlier_parts(L, W, w, regularization, last):
-    """Fill the page of the place before from one a little behind the last place, which is at row
+    """Fill the slot of the place before from one a little behind the last place, which is at row
     `last` of W.past; returns how far behind it is. W.q stays there.
     """
     size = W.q.shape[0]
@@ -331,7 +331,7 @@ def greatest_rate(L, W, v, o):
 def rates_fit(L, W, w, h, regularization):
     """Whether the rate of every part at the end of a step h fits its mean over the step.
 
-    The end is the place W.q with the rates W.v and the new page; the factor is made again there.
+    The end is the place W.q with the rates W.v and the new slot; the factor is made again there.
     """
     far = greatest_rate(L, W, W.v, 0)
     if not far * abs(h) > 2.0 * PATH_BEFORE:
@@ -362,7 +362,7 @@ def rates_fit(L, W, w, h, regularization):
 
 @njit
 def judge_step(L, W, h, back, regularization):
-    """Judge a step h, the one before being `back`, by the three pages: `SOUND`; `UNSURE`, it may
+    """Judge a step h, the one before being `back`, by the three slots: `SOUND`; `UNSURE`, it may
     have left its branch; `CHANGE_AHEAD`, there is a change point at the part of it that is
     returned, which may be beyond its end.
 
@@ -476,7 +476,9 @@ class DrivenPath(Bundle):
     at_rest: int  # whether velocities and accelerations are zero (statics)
     monitored: int  # whether the branch is made certain; else it is only likely to be kept
     regularization: float  # of redundant rows, zero where there are none
-    reach: float  # greatest coordinate in model lengths and radians, of which TOLERANCE is a part
+    position_norm: (
+        float  # greatest coordinate in model lengths and radians, of which TOLERANCE is a part
+    )
 
 
 class PathOutput(Bundle):
@@ -512,18 +514,18 @@ def set_drivers(L, W, w, path, s, k):
 
 
 @njit
-def correct(L, W, w, regularization, reach):
+def correct(L, W, w, regularization, position_norm):
     """Newton's method to convergence: (converged, size of the first correction, least pivot)."""
     first, last, least = 0.0, FINITE, 0.0
     for iteration in range(ITERATIONS):
         e, least = newton(L, W, w, regularization, PIVOT_VANISHED)
         if iteration == 0:
             first = e
-        if not e < PATH_DIVERGED * (1.0 + reach):
+        if not e < PATH_DIVERGED * (1.0 + position_norm):
             return False, first, least
         # at rounding level corrections no longer shrink
-        if e <= LOOP_CLOSURE_PATH * reach or (
-            e <= LOOP_CLOSURE_PATH_STALLED * reach and e > 0.5 * last
+        if e <= LOOP_CLOSURE_PATH * position_norm or (
+            e <= LOOP_CLOSURE_PATH_STALLED * position_norm and e > 0.5 * last
         ):
             return True, first, least
         last = e
@@ -565,7 +567,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
             if k > 0 and h != 0.0:
                 predict(L, W, w, h, back, quintic, last)
             set_drivers(L, W, w, path, here + h, k)
-            good, first, least = correct(L, W, w, regularization, path.reach)
+            good, first, least = correct(L, W, w, regularization, path.position_norm)
             verdict, place, worst = SOUND, 0.0, 1.0
             if good and path.monitored and h != 0.0:
                 worst = store_parts(L, W, 2, regularization)
@@ -643,7 +645,7 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
                     else 0
                 )
                 last = store_place(L, W, w, last)
-                shift_pages(L, W)
+                shift_slots(L, W)
                 back, monitored_back = h, h
                 quintic = 0.0 if nonsmooth or path.mode == BY_INSTANT else 1.0
                 if verdict == CHANGE_AHEAD:

@@ -97,7 +97,7 @@ class LanePath(Bundle):
     s: Rows  # (steps, lanes) path parameter
     t: Rows  # (steps, lanes) time
     given: Rows  # (2·steps, lanes): rate and acceleration of the one driver, by driver only
-    reach: float  # greatest coordinate in model lengths and radians
+    position_norm: float  # greatest coordinate in model lengths and radians
     with_forces: int  # whether reactions are computed
     at_rest: int  # whether velocities and accelerations are zero (statics)
 
@@ -117,7 +117,7 @@ class Designs(Bundle):
     mass: Rows  # (masses, designs)
     q: Rows  # (coordinates, designs): first positions
     wanted: Ints  # rows that are kept, as `keep_some` takes them
-    page: Rows  # (kept + those of a primitive, lanes): workspace for one instant
+    record: Rows  # (kept + those of a primitive, lanes): workspace for one instant
     failed: Floats  # (designs,): set to one where a design must not be trusted
 
 
@@ -153,8 +153,8 @@ def follow_designs(
     """Follow all designs, as many at a time as there are lanes, and keep only some rows of each
     instant. The last lanes repeat the last design.
     """
-    count, lanes = designs.par.shape[1], designs.page.shape[1]
-    output, page = followed.output, designs.page
+    count, lanes = designs.par.shape[1], designs.record.shape[1]
+    output, record = followed.output, designs.record
     for low in range(0, count, lanes):
         for lane in range(lanes):
             design = min(low + lane, count - 1)
@@ -165,10 +165,10 @@ def follow_designs(
         begin(L, W, followed, TWO_AT_FIRST)
         for k in range(path.s.shape[0]):
             advance(L, P, Q, W, F, path, followed, k)
-            keep_some(L, W, wide(), designs.wanted, page)
+            keep_some(L, W, wide(), designs.wanted, record)
             for n in range(designs.wanted.shape[0]):
                 for lane in range(many):
-                    output[n, low + lane, k] = page[n, lane]
+                    output[n, low + lane, k] = record[n, lane]
         for lane in range(many):
             designs.failed[low + lane] = followed.found[FAILED, lane]
 
@@ -206,7 +206,7 @@ def advance(L, P, Q, W, F, path, followed, k):
         predict_instant(L, W, w, path, k, last, places)
     prescribe(L, W, w, path, here)
     first, rest, growth = zero, zero, zero
-    small = smallest(path.reach)
+    small = smallest(path.position_norm)
     for iteration in range(ITERATIONS):
         turns(L, W, w)
         rows(L, W, w, True, None)
@@ -220,11 +220,11 @@ def advance(L, P, Q, W, F, path, followed, k):
         if iteration == 0 and k > 2 and places == TWO_AT_FIRST:
             places = THREE
     newton = first, rest, growth, small, failed
-    way = h, back, 1.0 if k > 0 else 0.0, 1.0 if k > 1 else 0.0
+    spacing = h, back, 1.0 if k > 0 else 0.0, 1.0 if k > 1 else 0.0
     rates = zero, zero
     if path.mode == BY_DRIVER:
         rates = ld(path.given, 2 * k, w), ld(path.given, 2 * k + 1, w)
-    failed, most = conclude(L, S, W, w, F, path, (way, rates, last), newton)
+    failed, most = conclude(L, S, W, w, F, path, (spacing, rates, last), newton)
     st(followed.found, FAILED, failed, w)
     shared[LAST] = next_place(W, last)
     shared[PLACES], shared[SECOND] = places, 1 if second else 0
@@ -232,9 +232,9 @@ def advance(L, P, Q, W, F, path, followed, k):
 
 
 @inline
-def smallest(reach):
+def smallest(position_norm):
     """Square of the accepted correction."""
-    return LOOP_CLOSURE_LANES * LOOP_CLOSURE_LANES * reach * reach
+    return LOOP_CLOSURE_LANES * LOOP_CLOSURE_LANES * position_norm * position_norm
 
 
 @njit
@@ -259,13 +259,13 @@ def conclude(L, S, W, w, F, path, step, newton):
     W.past; newton: squares of the first and the last correction, the growth, square of the accepted
     correction, and which lanes have failed.
     """
-    way, rates, last = step
+    spacing, rates, last = step
     first, rest, growth, small, failed = newton
     one, zero = 0.0 * failed + 1.0, 0.0 * failed
-    h, _, seen, _ = way
+    h, _, seen, _ = spacing
     failed = larger(failed, select_le(rest, zero + small, zero, one))
     failed = larger(failed, select_le(growth, zero + PIVOT_GROWTH_LOST, zero, one))
-    failed, most = signs_kept(S, W, w, F, way, failed)
+    failed, most = signs_kept(S, W, w, F, spacing, failed)
     accelerations_square(L, S, W, w, F)
     moved, off, terms, spread = compare_step(L, W, w, h, last)
     wrong = select_le(spread, zero + PATH_SPREAD, zero, one)
@@ -289,7 +289,7 @@ def conclude(L, S, W, w, F, path, step, newton):
         if L.action_kind.shape[0] > 0 or L.friction_kind.shape[0] > 0:
             forces(L, W, w, -1)
         if L.friction_kind.shape[0] > 0:
-            residual = rough_multipliers_square(L, S, W, w, F)
+            residual = friction_multipliers_square(L, S, W, w, F)
         else:
             residual = multipliers_square(L, S, W, w, F)
     else:
@@ -413,7 +413,7 @@ def multipliers_square(L, P, W, w, F):
 
 
 @njit
-def rough_multipliers_square(L, P, W, w, F):
+def friction_multipliers_square(L, P, W, w, F):
     """Multipliers of the square system with friction; returns the square of the residual. Beyond
     what is allowed are lanes, too, in which friction is not certain to be unique, or has not
     converged.
@@ -477,7 +477,7 @@ class LinkageBatch(Bundle):
     # workspace: the arms and the lengths of all lanes, what is kept of an instant
     arms: Rows  # (2·nodes, lanes)
     lengths: Rows  # (1, lanes)
-    page: Rows  # (numbers + those of a primitive, lanes)
+    record: Rows  # (numbers + those of a primitive, lanes)
     # results of all linkages, (all, instants, columns): the row of each linkage, and the column of
     # each of its numbers, which are as `linkage_rows` numbers them
     output: Stacks
@@ -507,7 +507,7 @@ def follow_linkages(
     last lanes repeat the last piece.
     """
     w = wide()
-    pieces, lanes = batch.member.shape[0], batch.page.shape[1]
+    pieces, lanes = batch.member.shape[0], batch.record.shape[1]
     for low in range(0, pieces, lanes):
         put_pieces(W, batch, low)
         begin(L, W, followed, TWO)
@@ -520,14 +520,14 @@ def follow_linkages(
             worst = larger(worst, most)
             keep_linkage(L, W, w, batch)
             store_instant(batch, low, min(lanes, pieces - low), k)
-        st(batch.page, 0, worst, w)
+        st(batch.record, 0, worst, w)
         store_ends(L, W, followed, batch, low)
 
 
 @njit
 def put_pieces(W, batch, low):
     """Numbers and first positions of the pieces from `low` on, one a lane."""
-    pieces, lanes = batch.member.shape[0], batch.page.shape[1]
+    pieces, lanes = batch.member.shape[0], batch.record.shape[1]
     for lane in range(lanes):
         piece = min(low + lane, pieces - 1)
         member = batch.member[piece]
@@ -540,10 +540,10 @@ def put_pieces(W, batch, low):
 
 @njit
 def store_ends(L, W, followed, batch, low):
-    """How the pieces in the lanes ended; the page has the greatest growth of each."""
-    for lane in range(min(batch.page.shape[1], batch.member.shape[0] - low)):
+    """How the pieces in the lanes ended; the record has the greatest growth of each."""
+    for lane in range(min(batch.record.shape[1], batch.member.shape[0] - low)):
         batch.failed[low + lane] = followed.found[FAILED, lane]
-        batch.greatest[low + lane] = batch.page[0, lane]
+        batch.greatest[low + lane] = batch.record[0, lane]
         for n in range(3 * L.bodies):
             batch.nearest[n, low + lane] = W.base[n, lane]
             batch.q[n, low + lane] = W.q[n, lane]
@@ -551,52 +551,52 @@ def store_ends(L, W, followed, batch, low):
 
 @njit
 def keep_linkage(L, W, w, batch):
-    """Positions of nodes, forces on places, torques of drivers, on the page of this instant."""
-    page, nodes, drivers = batch.page, batch.node.shape[0], batch.driver.shape[0]
-    spare = page.shape[0] - PER_PRIMITIVE
+    """Positions of nodes, forces on places, torques of drivers, into the record of this instant."""
+    record, nodes, drivers = batch.record, batch.node.shape[0], batch.driver.shape[0]
+    spare = record.shape[0] - PER_PRIMITIVE
     zero, length = 0.0 * w, ld(batch.lengths, 0, w)
     for n in range(nodes):
         b = batch.node[n]
         c, s = ld(W.turn, 2 * b, w), ld(W.turn, 2 * b + 1, w)
         x, y = ld(batch.arms, 2 * n, w), ld(batch.arms, 2 * n + 1, w)
-        st(page, 2 * n, length * (ld(W.q, 3 * b, w) + c * x - s * y), w)
-        st(page, 2 * n + 1, length * (ld(W.q, 3 * b + 1, w) + s * x + c * y), w)
+        st(record, 2 * n, length * (ld(W.q, 3 * b, w) + c * x - s * y), w)
+        st(record, 2 * n + 1, length * (ld(W.q, 3 * b + 1, w) + s * x + c * y), w)
     for n in range(2 * nodes, spare):
-        st(page, n, zero, w)
+        st(record, n, zero, w)
     for e in range(batch.force_at.shape[0]):
-        keep_primitive(L, W, w, e, page, spare)
+        keep_primitive(L, W, w, e, record, spare)
         driven = -1
         for k in range(drivers):
             if e == batch.driver[k]:
                 driven = k
         if driven >= 0:
-            st(page, spare - drivers + driven, length * ld(page, spare + 4, w), w)
+            st(record, spare - drivers + driven, length * ld(record, spare + 4, w), w)
             continue
-        fx, fy = ld(page, spare + 2, w), ld(page, spare + 3, w)
+        fx, fy = ld(record, spare + 2, w), ld(record, spare + 3, w)
         i, j = batch.force_at[e, 0], batch.force_at[e, 1]
         if i >= 0:
-            add_force(page, 2 * (nodes + i), zero - fx, zero - fy, w)
+            add_force(record, 2 * (nodes + i), zero - fx, zero - fy, w)
         if j >= 0:
-            add_force(page, 2 * (nodes + j), fx, fy, w)
+            add_force(record, 2 * (nodes + j), fx, fy, w)
 
 
 @inline
-def add_force(page, row, fx, fy, w):
+def add_force(record, row, fx, fy, w):
     """Add a force to that of a place."""
-    st(page, row, ld(page, row, w) + fx, w)
-    st(page, row + 1, ld(page, row + 1, w) + fy, w)
+    st(record, row, ld(record, row, w) + fx, w)
+    st(record, row + 1, ld(record, row + 1, w) + fy, w)
 
 
 @inline
 def store_instant(batch, low, many, k):
-    """The page of step k into the results of the linkages."""
+    """The record of step k into the results of the linkages."""
     for lane in range(many):
         if k >= batch.count[low + lane]:
             continue
         member, instant = batch.member[low + lane], batch.first[low + lane] + k
         row = batch.row[member]
         for n in range(batch.column.shape[1]):
-            batch.output[row, instant, batch.column[member, n]] = batch.page[n, lane]
+            batch.output[row, instant, batch.column[member, n]] = batch.record[n, lane]
 
 
 @kernel

@@ -173,7 +173,7 @@ def breakdown(
 
     motion (instants, 9·bodies + owns + inputs): q, v, a of each instant, and auxiliary states
     and inputs unless these are in W; t (instants,); sliding (instants, pairs): multipliers of the
-    tangent rows of rough pairs, of no instant where friction is not wanted.
+    tangent rows of friction pairs, of no instant where friction is not wanted.
     """
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])

@@ -34,6 +34,8 @@ from mbody.kernels.state_derivative import (
     substitute,
 )
 from mbody.kernels.step_state import (
+    ARTIFICIAL_ENERGY,
+    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CONDITIONING,
     DONE,
@@ -45,8 +47,6 @@ from mbody.kernels.step_state import (
     NEXT,
     NOT_FINITE,
     SINGULAR_AHEAD,
-    STAND_IN_ENERGY,
-    STAND_IN_LIMIT,
     STEPS,
     TIME,
     Outputs,
@@ -410,7 +410,7 @@ def fixed_step(
             P[0, c] = P[1, c]
         deliver(L, W, S, O, h, now, refinements)
         state[TIME], state[NEXT] = now, length
-        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
+        if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
             return MORE
     return MORE
 

@@ -1,9 +1,9 @@
 """Sliding friction from the real reaction, by the factor at hand.
 
-A rough pair k has a tangent row g_k (the rate of sliding is g_k v − ν_k) and a size φ_k of friction
-that the multipliers of what presses it decide. It slides in the direction σ_k = ±1, so that the
-system gets the force −g_kᵀ λ_k with λ_k = σ_k x_k, x_k = φ_k(λ) ≥ 0. That enters the equations as a
-load:
+A friction pair k has a tangent row g_k (the rate of sliding is g_k v − ν_k) and a size φ_k of
+friction that the multipliers of what presses it decide. It slides in the direction σ_k = ±1, so
+that the system gets the force −g_kᵀ λ_k with λ_k = σ_k x_k, x_k = φ_k(λ) ≥ 0. That enters the
+equations as a load:
 
     Gᵀ λ = f − M a − Σ σ_k g_kᵀ x_k    ⇒    λ = λ₀ + B x,    x = φ(λ₀ + B x),
 
@@ -56,11 +56,11 @@ from mbody.core.tolerances import (
 )
 from mbody.kernels.schur_ldl import apply_g, solve
 
-# -- The sizes of friction of rough pairs, for the multipliers of what presses them ------------
+# -- The sizes of friction of friction pairs, for the multipliers of what presses them ------------
 #
 # See `mbody.kernels.friction` for the equations that they stand in.
 
-#: Kinds of rough pairs; the number of a kind is its place.
+#: Kinds of friction pairs; the number of a kind is its place.
 FRICTION_KINDS = (
     "pin",
     "guide",
@@ -244,7 +244,7 @@ def along_tangent(L, W, w, f, motion, known):
 
 @njit
 def sliding_rates(L, W, w):
-    """W.rate ← rates of sliding g v − ν of all rough pairs."""
+    """W.rate ← rates of sliding g v − ν of all friction pairs."""
     for f in range(L.friction_kind.shape[0]):
         st(W.rate, f, along_tangent(L, W, w, f, W.v, W.nu), w)
 
@@ -254,17 +254,19 @@ def slip_signs_by_rates(L, W, w):
     """W.slip_sign ← the signs of the rates; zero where a pair is at rest."""
     per_length = 1.0 / ld(W.size, 0, w)
     zero = 0.0 * per_length
-    swift = zero
+    velocity_scale = zero
     for b in range(L.bodies):
         x, y = ld(W.v, 3 * b, w) * per_length, ld(W.v, 3 * b + 1, w) * per_length
-        swift = larger(swift, larger(larger(x, -x), larger(y, -y)))
+        velocity_scale = larger(velocity_scale, larger(larger(x, -x), larger(y, -y)))
         turning = ld(W.v, 3 * b + 2, w)
-        swift = larger(swift, larger(turning, -turning))
+        velocity_scale = larger(velocity_scale, larger(turning, -turning))
     for f in range(L.friction_kind.shape[0]):
         angular = L.friction_kind[f] in (PIN, COUPLE, TORQUE)
         unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
-        still = select_le(larger(rate, -rate), RATE_NONE_FRICTION * swift, zero, zero + 1.0)
+        still = select_le(
+            larger(rate, -rate), RATE_NONE_FRICTION * velocity_scale, zero, zero + 1.0
+        )
         st(W.slip_sign, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
     fixed_slip_signs(L, W, w)
 
@@ -577,7 +579,7 @@ def friction_changes(L, W, w):
 
 @njit
 def viscous_friction(L, W, w):
-    """W.force ← W.force − d ṡ gᵀ of all rough pairs, ṡ the rate of sliding, also into W.rate."""
+    """W.force ← W.force − d ṡ gᵀ of all friction pairs, ṡ the rate of sliding, also into W.rate."""
     sliding_rates(L, W, w)
     for f in range(L.friction_kind.shape[0]):
         damping = ld(W.par, L.friction_par[f] + 3, w)
@@ -612,7 +614,7 @@ def store_sliding(L, W, w):
 
 @njit
 def friction_loss(L, W, f):
-    """The power that rough pair f takes: its multiplier times the rate of sliding."""
+    """The power that friction pair f takes: its multiplier times the rate of sliding."""
     s = L.friction_tangent[f]
     if W.on[s, 0] != 0.0:
         return 0.0

@@ -23,13 +23,13 @@ from mbody.kernels.layout import Layout, Work
 from mbody.kernels.loop_closure import close_from, gap
 from mbody.kernels.state_derivative import first_derivative
 from mbody.kernels.step_state import (
+    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CROSSING_TIME,
     KNOWN_UNTIL,
     LEAST_CONDITIONING,
     NEXT,
     SHORTENED_UNTIL,
-    STAND_IN_LIMIT,
     TIME,
     Stepping,
     Tolerances,
@@ -117,11 +117,11 @@ def store_sizes(L, W, S, v):
         unit = 1.0 if n % 3 == 2 else length
         speed = max(speed, abs(v[n]) / unit)
         greatest = max(greatest, abs(S.K[0, n3 + n]) / unit)
-    swift = max(speed, math.sqrt(greatest))
-    swift = 1.0 if swift == 0.0 else swift
+    velocity_scale = max(speed, math.sqrt(greatest))
+    velocity_scale = 1.0 if velocity_scale == 0.0 else velocity_scale
     for n in range(n3):
         unit = 1.0 if n % 3 == 2 else length
-        S.scale[n], S.scale[n3 + n] = unit, swift * unit
+        S.scale[n], S.scale[n3 + n] = unit, velocity_scale * unit
 
 
 @njit
@@ -154,10 +154,10 @@ def has_values(S):
 
 
 @njit
-def again(L, W, S, T, page):
+def again(L, W, S, T, record):
     """The derivative of the present state anew, with other inputs: the steps go on as they were."""
     best = S.state[BEST_CONDITIONING]
-    if not first_derivative(L, W, S, T.full_refinements, page):
+    if not first_derivative(L, W, S, T.full_refinements, record):
         return OPEN
     S.state[BEST_CONDITIONING] = max(S.state[BEST_CONDITIONING], best)
     return BEGUN if has_values(S) else NO_VALUE
@@ -184,7 +184,7 @@ def begin_motion(
         state[n] = 0.0
     state[TIME] = start.times[0]
     state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -math.inf
-    state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = math.inf, ARTIFICIAL_MASS_ENERGY
+    state[LEAST_CONDITIONING], state[ARTIFICIAL_LIMIT] = math.inf, ARTIFICIAL_MASS_ENERGY
     if not first_derivative(L, W, S, T.full_refinements, page) or not is_closed(L, W):
         return OPEN
     if not has_values(S):

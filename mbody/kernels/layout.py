@@ -22,8 +22,8 @@ from mbody.kernels.friction import ARMS
 
 #: Samples of a step by which its branch is judged, both ends included, at most.
 SAMPLES = 7
-#: Numbers of what is known of all rough pairs together: uniqueness, the part of friction that was
-#: reached, a determinant (`mbody.kernels.friction`).
+#: Numbers of what is known of all friction pairs together: uniqueness, the part of friction that
+#: was reached, a determinant (`mbody.kernels.friction`).
 FRICTION_NUMBERS = 3
 
 
@@ -52,7 +52,7 @@ class Layout(Bundle):
     # be on or off; and which primitives these are
     written_node: Ints
     switched: Ints
-    # rough pairs: kind, node whose multipliers press, tangent row among those that are switched,
+    # friction pairs: kind, node whose multipliers press, tangent row among those that are switched,
     # first parameter, signal row of a friction that is given; how their slip signs are known
     # (`mbody.kernels.friction`)
     friction_kind: Ints
@@ -110,7 +110,7 @@ class Layout(Bundle):
     # positions
     driver_row: Ints
     driver_node: Ints
-    driver_follows: Ints
+    driver_dependent: Ints
     # actions, sorted by kind: physics, bodies, body that it follows, parameters, first signal row,
     # own law, cause
     action_kind: Ints
@@ -175,7 +175,7 @@ class Work(Bundle):
     # rows that can be on or off: whether they are on, what is subtracted from Φ of them
     on: Rows
     anchor: Rows
-    # rough pairs: sign of sliding, rate, coefficient of friction, size x of friction; what is
+    # friction pairs: sign of sliding, rate, coefficient of friction, size x of friction; what is
     # known of all (`mbody.kernels.friction`)
     slip_sign: Rows
     rate: Rows
@@ -343,7 +343,7 @@ def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarra
     return np.asarray(1.0 / np.maximum(own, _least(mass, length))).reshape(-1, mass.shape[1])
 
 
-def stand_ins(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
+def artificial_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
     """In which sets a body has so little mass or inertia that another replaces it: (sets,)."""
     own = mass[: 3 * layout.bodies].reshape(-1, 3, mass.shape[1])
     return np.asarray((own < _least(mass, length)).any(axis=(0, 1)))
@@ -363,36 +363,36 @@ PER_PRIMITIVE = 5
 
 
 @njit
-def keep(L, W, w, page):
-    """Rows of page: q, v, a of all bodies, `PER_PRIMITIVE` rows a primitive, what is known of all
-    rough pairs where there are any, auxiliary states, inputs.
+def keep(L, W, w, record):
+    """Rows of a record: q, v, a of all bodies, `PER_PRIMITIVE` rows a primitive, what is known of
+    all friction pairs where there are any, auxiliary states, inputs.
     """
     n3 = 3 * L.bodies
     for n in range(n3):
-        st(page, n, ld(W.q, n, w), w)
-        st(page, n3 + n, ld(W.v, n, w), w)
-        st(page, 2 * n3 + n, ld(W.a, n, w), w)
-    keep_primitives(L, W, w, page, 3 * n3)
+        st(record, n, ld(W.q, n, w), w)
+        st(record, n3 + n, ld(W.v, n, w), w)
+        st(record, 2 * n3 + n, ld(W.a, n, w), w)
+    keep_primitives(L, W, w, record, 3 * n3)
     first = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
     if L.friction_kind.shape[0] > 0:
         for n in range(FRICTION_NUMBERS):
-            st(page, first + n, ld(W.friction, n, w), w)
+            st(record, first + n, ld(W.friction, n, w), w)
         first += FRICTION_NUMBERS
     for n in range(L.owns):
-        st(page, first + n, ld(W.own, n, w), w)
+        st(record, first + n, ld(W.own, n, w), w)
     for n in range(L.input_row.shape[0]):
-        st(page, first + L.owns + n, ld(W.signal, L.input_row[n], w), w)
+        st(record, first + L.owns + n, ld(W.signal, L.input_row[n], w), w)
 
 
 @njit
-def keep_primitives(L, W, w, page, first):
+def keep_primitives(L, W, w, record, first):
     """Reactions of all primitives, from row `first` on."""
     for e in range(L.primitive_node.shape[0]):
-        keep_primitive(L, W, w, e, page, first + PER_PRIMITIVE * e)
+        keep_primitive(L, W, w, e, record, first + PER_PRIMITIVE * e)
 
 
 @inline
-def keep_primitive(L, W, w, e, page, row):
+def keep_primitive(L, W, w, e, record, row):
     """Reaction of a primitive: −(block of j)ᵀ λ, moved from the mass centre to the marker on j."""
     k, j, arm = L.primitive_node[e], L.primitive_j[e], L.primitive_arm[e]
     o = 12 * L.written_node[e] + 6
@@ -403,15 +403,15 @@ def keep_primitive(L, W, w, e, page, row):
     c, s = ld(W.turn, 2 * j, w), ld(W.turn, 2 * j + 1, w)
     ax, ay = ld(W.par, arm, w), ld(W.par, arm + 1, w)
     px, py = c * ax - s * ay, s * ax + c * ay
-    st(page, row, x, w)
-    st(page, row + 1, y, w)
-    st(page, row + 2, fx, w)
-    st(page, row + 3, fy, w)
-    st(page, row + 4, t - (px * fy - py * fx), w)
+    st(record, row, x, w)
+    st(record, row + 1, y, w)
+    st(record, row + 2, fx, w)
+    st(record, row + 3, fy, w)
+    st(record, row + 4, t - (px * fy - py * fx), w)
 
 
 @njit
-def keep_some(L, W, w, rows, page):
+def keep_some(L, W, w, rows, record):
     """Only these rows (numbered as in `keep`, ascending), one after the other."""
     n3 = 3 * L.bodies
     pairs = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
@@ -420,21 +420,21 @@ def keep_some(L, W, w, rows, page):
     for n in range(rows.shape[0]):
         row = rows[n]
         if row < n3:
-            st(page, n, ld(W.q, row, w), w)
+            st(record, n, ld(W.q, row, w), w)
         elif row < 2 * n3:
-            st(page, n, ld(W.v, row - n3, w), w)
+            st(record, n, ld(W.v, row - n3, w), w)
         elif row < 3 * n3:
-            st(page, n, ld(W.a, row - 2 * n3, w), w)
+            st(record, n, ld(W.a, row - 2 * n3, w), w)
         elif row >= owns + L.owns:
-            st(page, n, ld(W.signal, L.input_row[row - owns - L.owns], w), w)
+            st(record, n, ld(W.signal, L.input_row[row - owns - L.owns], w), w)
         elif row >= owns:
-            st(page, n, ld(W.own, row - owns, w), w)
+            st(record, n, ld(W.own, row - owns, w), w)
         elif row >= pairs:
-            st(page, n, ld(W.friction, row - pairs, w), w)
+            st(record, n, ld(W.friction, row - pairs, w), w)
         else:
             e = (row - 3 * n3) // PER_PRIMITIVE
             spare = rows.shape[0]
             if e != last:
-                keep_primitive(L, W, w, e, page, spare)
+                keep_primitive(L, W, w, e, record, spare)
             last = e
-            st(page, n, ld(page, spare + row - 3 * n3 - PER_PRIMITIVE * e, w), w)
+            st(record, n, ld(record, spare + row - 3 * n3 - PER_PRIMITIVE * e, w), w)

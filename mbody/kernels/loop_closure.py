@@ -36,10 +36,10 @@ from mbody.kernels.position_velocity import (
     clear,
     copy,
     least_motion,
+    motion_norm,
     newton,
     put_column,
     rates_of_rows,
-    reach,
     take_off,
     weigh,
 )
@@ -113,7 +113,7 @@ def project_velocity(L, W, w, refinements):
             st(W.x, m, ld(W.x, m, w) - ld(W.nu, m, w), w)
         least_motion(L, W, w, W.x, False)
         if n == 0:
-            first = reach(L, W, w)
+            first = motion_norm(L, W, w)
         take_off(L, w, W.u, W.v)
     return first
 
@@ -328,7 +328,7 @@ def damped_newton(L, W, w, regularization, tolerance):
     for iteration in range(STEPS):
         least = factor(L, W, w, regularization, PIVOT_VANISHED)
         size = newton_correction(L, W, w)
-        step = reach(L, W, w)
+        step = motion_norm(L, W, w)
         if not step < LOOP_CLOSURE_DAMPING_LOST:
             return False, step, least
         if step <= tolerance or (step <= 1e3 * tolerance and step >= 0.5 * smallest):
@@ -367,7 +367,7 @@ def levenberg_marquardt(L, W, w, tolerance):
     for _ in range(4 * STEPS):
         factor(L, W, w, damping, PIVOT_VANISHED)
         newton_correction(L, W, w)
-        step = reach(L, W, w)
+        step = motion_norm(L, W, w)
         part = min(1.0, 0.5 / step) if step > 0.0 else 1.0
         for n in range(W.q.shape[0]):
             W.base[n, 0] = W.q[n, 0]

@@ -374,8 +374,10 @@ def project(L, W, B, M, t):
 
 
 @kernel
-def kept_instant(L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, page: Rows) -> bool:
-    """page (rows, 1) ← the instant t within the last step, on a straight line between its ends,
+def kept_instant(
+    L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, record: Rows
+) -> bool:
+    """record (rows, 1) ← the instant t within the last step, on a straight line between its ends,
     with the forces of the step: impulses by its length. Returns whether loops close.
     """
     n3, w, h, now = 3 * L.bodies, 0.0, M.state[LENGTH], M.state[NOW]
@@ -400,5 +402,5 @@ def kept_instant(L: Layout, W: Work, B: ContactWork, M: ImpulseSteps, t: float, 
         project_velocity(L, W, w, M.refinements)
     for n in range(2 * L.nodes):
         W.lam[n, 0] = B.row_impulse[n] / h
-    keep(L, W, w, page)
+    keep(L, W, w, record)
     return failed < 0.5

@@ -40,7 +40,7 @@ class DualInstants(Bundle):
     t: Floats  # (instants,)
     given: Stacks  # (instants, drivers, 3): value, rate, acceleration, except by time
     q: Rows  # (instants, coordinates)
-    rows: int  # of a page of `mbody.kernels.layout.keep`
+    rows: int  # of a record of `mbody.kernels.layout.keep`
     regularization: float
     with_forces: int  # whether reactions are computed
     at_rest: int  # whether velocities and accelerations are zero (statics)
@@ -78,7 +78,7 @@ def driven_duals(L: Layout, W: Work, instants: DualInstants, found: DualOutput) 
 
 @njit
 def keep_duals(L, W, w, output, rows, loads):
-    """output (rows, lanes) ← all of an instant: the page, the time, signals of the drivers, three
+    """output (rows, lanes) ← all of an instant: the record, the time, signals of the drivers, three
     each, and forces of each of so many loads on all coordinates.
     """
     keep(L, W, w, output)
@@ -113,14 +113,14 @@ def set_signals(L, W, w, instants, k):
     if instants.mode == BY_LAW:
         # the time at which the law is so far from its beginning depends on the numbers of the law
         o = L.driver_row[instants.leader]
-        way = ld(W.signal, o, w) - ld(W.scratch, 31, w)
-        off, rate = way - value(way), ld(W.signal, o + 1, w)
+        change = ld(W.signal, o, w) - ld(W.scratch, 31, w)
+        off, rate = change - value(change), ld(W.signal, o + 1, w)
         if rate != 0.0:
             st(W.time, 0, instants.t[k] - off / rate, w)
             signals(L, W, w, L.varying)
     elif instants.mode == BY_VALUE:
         for d in range(L.driver_row.shape[0]):
-            if L.driver_follows[d] == 0:
+            if L.driver_dependent[d] == 0:
                 for n in range(3):
                     st(W.signal, L.driver_row[d] + n, instants.given[k, d, n], w)
 
@@ -171,7 +171,7 @@ class FreeDuals(Bundle):
     absolute: float
     regularization: float
     refinements: int
-    rows: int  # of a page of `mbody.kernels.layout.keep`
+    rows: int  # of a record of `mbody.kernels.layout.keep`
     loads: int  # how many loads follow, each alone: all or none
     scale: Floats  # sizes of the numbers of the state
     state: Floats  # see T_NOW
@@ -279,7 +279,7 @@ def free_duals(L: Layout, W: Work, method: Explicit, F: FreeDuals, steps: int) -
             for n in range(size):
                 st(y, n, ld(end, n, w), w)
                 st(K[0], n, ld(K[stages], n, w), w)
-        # a page is of the present instant: the last evaluation may be of a step that was rejected
+        # a record is of the present instant: the last evaluation may be of a step that was rejected
         W.time[0, 0] = state[T_NOW]
         projected(L, W, w, F, y)
         keep_duals(L, W, w, F.output[k], F.rows, F.loads)

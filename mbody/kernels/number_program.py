@@ -99,18 +99,18 @@ def set_numbers(P: NumberProgram, L: Layout, W: Work) -> int:
 
 
 @kernel
-def measures(P: NumberProgram, N: NumberProgram, t: Floats, pages: Stacks, found: Rows) -> None:
+def measures(P: NumberProgram, N: NumberProgram, t: Floats, records: Stacks, found: Rows) -> None:
     """Measured quantities of instants, found (instants, outputs), from what is kept of each,
-    pages (instants, rows, 1).
+    records (instants, rows, 1).
 
-    The inputs of P are the rows of a page, the time, and the inputs of N.
+    The inputs of P are the rows of a record, the time, and the inputs of N.
     """
-    rows, inputs = pages.shape[1], N.lowest.shape[0]
+    rows, inputs = records.shape[1], N.lowest.shape[0]
     for n in range(inputs):
         P.slots[rows + 1 + n] = N.slots[n]
     for k in range(found.shape[0]):
         for n in range(rows):
-            P.slots[n] = pages[k, n, 0]
+            P.slots[n] = records[k, n, 0]
         P.slots[rows] = t[k]
         run(P)
         for n in range(found.shape[1]):

@@ -154,20 +154,20 @@ def newton(L, W, w, regularization, guard):
     clear(W.u, w)
     apply_gt(L, W, w, W.x, W.u)
     weigh(L, W, w, W.u)
-    size = reach(L, W, w)
+    size = motion_norm(L, W, w)
     take_off(L, w, W.u, W.q)
     return size, least
 
 
 @inline
-def reach(L, W, w):
+def motion_norm(L, W, w):
     """Size of a motion on columns, lengths by the model length: root of the sum of squares."""
     return np.sqrt(size_square(L, W, w))
 
 
 @inline
 def size_square(L, W, w):
-    """The square of `reach`."""
+    """The square of `motion_norm`."""
     per_length = 1.0 / ld(W.size, 0, w)
     far, turned = 0.0 * per_length, 0.0 * per_length
     for b in range(L.bodies):
@@ -190,7 +190,7 @@ def set_rates(L, W, w, d, rate, acceleration):
     """Set rate and acceleration of driver d, instead of those that its law gave; one that follows
     positions has those of its formula.
     """
-    if L.driver_follows[d] == 1:
+    if L.driver_dependent[d] == 1:
         return
     st(W.nu, 2 * L.driver_node[d], rate, w)
     st(W.signal, L.driver_row[d] + 1, rate, w)

@@ -56,6 +56,8 @@ from mbody.kernels.state_derivative import (
     substitute,
 )
 from mbody.kernels.step_state import (
+    ARTIFICIAL_ENERGY,
+    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CONDITIONING,
     DONE,
@@ -69,8 +71,6 @@ from mbody.kernels.step_state import (
     NOT_FINITE,
     REJECTED,
     SINGULAR_AHEAD,
-    STAND_IN_ENERGY,
-    STAND_IN_LIMIT,
     STEP_VANISHED,
     STEPS,
     TIME,
@@ -388,6 +388,6 @@ def radau(
             wanted = h
         state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
         state[JACOBIAN_VALID] = 1.0 if rate < STEP_JACOBIAN_VALID else 0.0
-        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
+        if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
             return MORE
     return MORE

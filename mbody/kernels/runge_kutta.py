@@ -59,6 +59,8 @@ from mbody.kernels.loop_closure import least_conditioning, tangential_part
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
+    ARTIFICIAL_ENERGY,
+    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     BRANCH_UNCERTAIN,
     CONDITIONING,
@@ -78,8 +80,6 @@ from mbody.kernels.step_state import (
     REJECTED,
     SHORTENED_UNTIL,
     STAGE_TRIES,
-    STAND_IN_ENERGY,
-    STAND_IN_LIMIT,
     STEP_VANISHED,
     STEPS,
     STIFF,
@@ -196,8 +196,8 @@ def runge_kutta(
     end_row = B.shape[0]
     # whether the error takes the derivative at the end
     early = E.shape[1] > end_row
-    w, size, causes, rubs = 0.0, y.shape[0], P.shape[1], L.friction_kind.shape[0] > 0
-    n3, swift = 3 * L.bodies, scale[6 * L.bodies - 1]
+    w, size, causes, frictional = 0.0, y.shape[0], P.shape[1], L.friction_kind.shape[0] > 0
+    n3, velocity_scale = 3 * L.bodies, scale[6 * L.bodies - 1]
     rtol, atol, regular = T.relative, T.absolute, T.refinements
     for _ in range(steps):
         t, h = state[TIME], state[NEXT]
@@ -234,7 +234,7 @@ def runge_kutta(
                 # what projections move along the manifold is of second order in what they move
                 # across it, by how far the singular position is
                 apart = math.sqrt(part / state[BEST_CONDITIONING])
-                moved = far * far / apart + h * (fast / apart) ** 2 / swift
+                moved = far * far / apart + h * (fast / apart) ** 2 / velocity_scale
                 close = apart < CONDITIONING_CLOSE and moved > PROJECTION_GREATEST * rtol
                 off_branch = off_branch or close or far > PROJECTION_SURE * apart
         if not good:
@@ -270,7 +270,7 @@ def runge_kutta(
             noise = (
                 ACCELERATION_ROUNDING
                 * h
-                * swift
+                * velocity_scale
                 / max(least / state[BEST_CONDITIONING], ACCELERATION_ROUNDING_NEAREST)
             )
         # both norms in one loop: with one at a time, as in `radau`, the compiler fuses products in
@@ -279,7 +279,7 @@ def runge_kutta(
             unit = (atol + noise) * scale[n] + rtol * max(abs(y[n]), abs(end[n]))
             e3 += (low_error[n] / unit) ** 2
             e5 += (error_row[n] / unit) ** 2
-        if rubs:
+        if frictional:
             low, high = work_errors(L, W, method, S, T, h)
             e3, e5 = e3 + low, e5 + high
         if not (e5 < FINITE) or not good:
@@ -357,7 +357,7 @@ def runge_kutta(
             state[NEXT] = min(state[NEXT], state[LONGEST_STEP])
         else:
             state[END_TRIES] = state[STAGE_TRIES] = 0.0
-        if state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]:
+        if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
             return MORE
         if state[STIFF_COUNT] >= STEP_STIFF_LIMIT and until - now > T.patience * state[NEXT]:
             return STIFF

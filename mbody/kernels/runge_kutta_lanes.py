@@ -11,7 +11,7 @@ control of the length and of stiffness (`mbody.kernels.runge_kutta_stages`), pro
 accelerations, samples. The loops are two. Near a singular position one motion projects every stage,
 retries a step in several ways and leaves the choice of its branch to Python, each an `if` with one
 outcome; on lanes every decision is a number of each lane, taken in
-`mbody.kernels.runge_kutta_lanes_control`, and all lanes wait for the longest way. Measured on a
+`mbody.kernels.runge_kutta_lanes_control`, and all lanes wait for the longest path. Measured on a
 free four-bar over 20 s at rtol 1e-8, on one core: 64 designs take 0.54 ms each on lanes and 4.0 ms
 each alone, so lanes cannot follow the loop of one motion; one design takes 10.9 ms on lanes, 2.7
 times as long as alone, so one motion cannot take the loop of lanes. Norms of errors and the cubic
@@ -57,11 +57,11 @@ from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import least_conditioning, projected_accelerations
 from mbody.kernels.position_velocity import put_column
 from mbody.kernels.singularity_monitor import (
+    artificial_energy,
     keep_last_sample,
     largest_rotation,
     sample_conditioning,
     singularity_risk,
-    stand_in_energy,
 )
 from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 from mbody.kernels.step_state import (
@@ -140,24 +140,24 @@ def projected_derivative(L, W, y, K, refinements, among):
 
 
 @njit
-def not_finite(page, w):
-    """Zero in lanes in which all rows of a page are finite, else NaN."""
-    total = 0.0 * ld(page, 0, w)
-    for n in range(1, page.shape[0]):
-        total = total + 0.0 * ld(page, n, w)
+def not_finite(record, w):
+    """Zero in lanes in which all rows of a record are finite, else NaN."""
+    total = 0.0 * ld(record, 0, w)
+    for n in range(1, record.shape[0]):
+        total = total + 0.0 * ld(record, n, w)
     return total
 
 
 @kernel
-def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page: Rows) -> None:
+def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, record: Rows) -> None:
     """Project the first state of every design and evaluate its derivative: batch.y and
     batch.derivative, conditioning, near and bad; the first output instant is kept where it is the
     first time.
 
-    page (rows, lanes): workspace. The last lanes repeat the last design.
+    record (rows, lanes): workspace. The last lanes repeat the last design.
     """
     w = wide()
-    designs, lanes = batch.par.shape[1], page.shape[1]
+    designs, lanes = batch.par.shape[1], record.shape[1]
     n3, t = 3 * L.bodies, batch.begin
     kept = batch.times[0] <= t
     for low in range(0, designs, lanes):
@@ -172,13 +172,13 @@ def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page
         signals(L, W, w, L.signal_law.shape[0])
         _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
         conditioning = sample_conditioning(L, W, w, 0)
-        keep(L, W, w, page)
-        failed = failed + not_finite(page, w)
+        keep(L, W, w, record)
+        failed = failed + not_finite(record, w)
         many = min(lanes, designs - low)
         if kept:
             for n in range(batch.rows.shape[0]):
                 for lane in range(many):
-                    batch.output[n, low + lane, 0] = page[batch.rows[n], lane]
+                    batch.output[n, low + lane, 0] = record[batch.rows[n], lane]
         for lane in range(many):
             design = low + lane
             for n in range(n3):
@@ -187,13 +187,13 @@ def initial_derivatives(L: Layout, W: Work, refinements: int, batch: Batch, page
                 batch.derivative[n3 + n, design] = W.a[n, lane]
             for n in range(L.owns):
                 batch.derivative[2 * n3 + n, design] = W.auxiliary_rate[n, lane]
-        st(page, 0, conditioning, w)
-        st(page, 1, failed, w)
+        st(record, 0, conditioning, w)
+        st(record, 1, failed, w)
         for lane in range(many):
-            batch.conditioning[low + lane] = page[0, lane]
+            batch.conditioning[low + lane] = record[0, lane]
             for k in range(L.nodes):
                 batch.near[k, low + lane] = W.near[k, lane]
-            batch.bad[low + lane] = 0.0 if page[1, lane] == 0.0 else 1.0
+            batch.bad[low + lane] = 0.0 if record[1, lane] == 0.0 else 1.0
 
 
 @inline
@@ -219,7 +219,7 @@ LOW_ERROR, ERROR, STAGE_CONDITIONING, END_CONDITIONING, STIFFNESS, FAILED = rang
 HAS_INSTANT, INSTANT, FRACTION = range(PROGRESS + 12, PROGRESS + 15)
 #: Steps and time when the mean length was last judged; whether the step may have met a singular
 #: position; kinetic energy of masses that replace missing ones.
-MEAN_STEPS, MEAN_TIME, RISK, STAND_INS = range(PROGRESS + 15, PROGRESS + 19)
+MEAN_STEPS, MEAN_TIME, RISK, ARTIFICIAL_ENERGY = range(PROGRESS + 15, PROGRESS + 19)
 #: The time that the lane goes on to.
 UNTIL = PROGRESS + 19
 CONTROLS = PROGRESS + 20
@@ -240,7 +240,7 @@ class LaneWorkspace(Bundle):
         As of `mbody.kernels.step_state.Stepping`.
     K, F : arrays (derivatives, 2·coordinates, lanes), (terms, 2·coordinates, lanes)
         Derivatives and polynomials.
-    page : array (rows, lanes)
+    record : array (rows, lanes)
         What is kept of an instant.
     """
 
@@ -253,7 +253,7 @@ class LaneWorkspace(Bundle):
     scale: Rows
     K: Stacks
     F: Stacks
-    page: Rows
+    record: Rows
 
 
 @njit
@@ -360,7 +360,7 @@ def finish_steps(lanes, batch, patience, stable):
             continue
         best, end = S[BEST_CONDITIONING, lane], S[END_CONDITIONING, lane]
         lost = not S[FAILED, lane] < 0.5 or not end >= CONDITIONING_NO_END * best
-        if lost or S[RISK, lane] > 0.0 or S[STAND_INS, lane] > ARTIFICIAL_MASS_ENERGY:
+        if lost or S[RISK, lane] > 0.0 or S[ARTIFICIAL_ENERGY, lane] > ARTIFICIAL_MASS_ENERGY:
             leave_design(lanes, batch, lane)
             continue
         S[CONDITIONING, lane] = end
@@ -377,12 +377,12 @@ def finish_steps(lanes, batch, patience, stable):
         S[NEXT, lane] = max(wanted, S[NEXT, lane]) if S[CLIPPED, lane] > 0.5 else wanted
         left = S[UNTIL, lane] - S[STEP_END, lane]
         stiff = S[STIFF_COUNT, lane] >= STEP_STIFF_LIMIT and left > patience * S[NEXT, lane]
-        slow = False
+        lagging = False
         if S[STEPS, lane] - S[MEAN_STEPS, lane] >= MANY_STEPS:
             mean = (S[STEP_END, lane] - S[MEAN_TIME, lane]) / MANY_STEPS
-            slow = left > patience * mean
+            lagging = left > patience * mean
             S[MEAN_STEPS, lane], S[MEAN_TIME, lane] = S[STEPS, lane], S[STEP_END, lane]
-        if stiff or slow:
+        if stiff or lagging:
             leave_design(lanes, batch, lane)
 
 
@@ -479,7 +479,7 @@ def take_steps(L, W, method, T, batch, lanes):
     st(S, STIFFNESS, stiffness, w)
     turned = largest_rotation(L, w, lanes.y, lanes.end)
     st(S, RISK, singularity_risk(L, W, w, method.at, MONITOR_STEEPER, turned), w)
-    st(S, STAND_INS, stand_in_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
+    st(S, ARTIFICIAL_ENERGY, artificial_energy(L, W, w, W.v) if regular > 0 else 0.0 * turned, w)
     finish_steps(lanes, batch, T.patience, method.stable)
     accepted = ld(S, ACCEPTED, w)
     keep_last_sample(L, W, w, method.sample[end_row], accepted)
@@ -573,8 +573,8 @@ def deliver_lanes(L, W, T, batch, lanes):
         st(W.time, 0, ld(S, INSTANT, w), w)
         among = ld(S, HAS_INSTANT, w)
         _, _, failed = projected_accelerations(L, W, w, 0.0, T.full_refinements, among)
-        keep(L, W, w, lanes.page)
-        st(S, FAILED, failed + not_finite(lanes.page, w), w)
+        keep(L, W, w, lanes.record)
+        st(S, FAILED, failed + not_finite(lanes.record, w), w)
         store_derivative(L, W, w, lanes.K[1])
         interpolation_errors(T, lanes, x)
         for lane in range(count):
@@ -584,7 +584,7 @@ def deliver_lanes(L, W, T, batch, lanes):
             if S[FAILED, lane] == 0.0 and sound:
                 k = int(S[DELIVERED, lane])
                 for n in range(batch.rows.shape[0]):
-                    batch.output[n, design[lane], k] = lanes.page[batch.rows[n], lane]
+                    batch.output[n, design[lane], k] = lanes.record[batch.rows[n], lane]
                 S[DELIVERED, lane] += 1.0
             else:
                 leave_design(lanes, batch, lane)
@@ -814,11 +814,11 @@ def evaluate_lanes(
     refinements: int,
     many: LaneStates,
     lanes: LaneWorkspace,
-    pages: Stacks,
+    records: Stacks,
     first: int,
     last: int,
 ) -> None:
-    """Records of the present instant of every state: pages (groups, rows, lanes).
+    """Records of the present instant of every state: records (groups, rows, lanes).
 
     States marked `fresh` begin there: they become their projection, with derivative, conditioning
     and distances; those that cannot are marked bad. Others are left as they are.
@@ -828,10 +828,10 @@ def evaluate_lanes(
         signals(L, W, w, L.signal_law.shape[0])
     for group in range(first, last):
         load_group(L, W, many, lanes, group)
-        fresh, page = many.fresh[group], pages[group]
+        fresh, record = many.fresh[group], records[group]
         load_state(L, W, w, lanes.y)
         _, _, failed = projected_accelerations(L, W, w, 0.0, refinements, 1.0 + 0.0 * wide())
-        keep(L, W, w, page)
+        keep(L, W, w, record)
         begins = ld(many.fresh, group, w)
         near = many.near[group]
         conditioning = sample_conditioning(L, W, w, 0)
@@ -842,7 +842,7 @@ def evaluate_lanes(
             new = select_le(1.0, begins, conditioning, old)
             st(S, CONDITIONING if row == 0 else BEST_CONDITIONING, new, w)
         # NaN is bad
-        st(S, FAILED, larger(failed, not_finite(page, w)), w)
+        st(S, FAILED, larger(failed, not_finite(record, w)), w)
         store_state(L, W, w, lanes.stage)
         for n in range(L.owns):
             st(lanes.stage, 6 * L.bodies + n, ld(W.own, n, w), w)

@@ -27,12 +27,12 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.kernels.step_state import (
+    ARTIFICIAL_ENERGY,
     DECIDE_BELOW,
     KNOWN_UNTIL,
     LEAST_AT,
     LEAST_CONDITIONING,
     SHORTENED_UNTIL,
-    STAND_IN_ENERGY,
     TIME,
 )
 
@@ -119,20 +119,20 @@ def may_be_singular(L, W, S, at, other, near_singular):
 
 
 @njit
-def record_accepted(L, W, S, sample, least, least_at, stand_ins):
+def record_accepted(L, W, S, sample, least, least_at, artificial):
     """Record a step that is accepted, whose last sample was number `sample`: where it was nearest
-    to a singular position, and, with `stand_ins`, the energy of what replaces missing masses.
+    to a singular position, and, with `artificial`, the energy of what replaces missing masses.
     """
     state = S.state
     keep_last_sample(L, W, 0.0, sample, 1.0)
     if least < state[LEAST_CONDITIONING]:
         state[LEAST_CONDITIONING], state[LEAST_AT] = least, least_at
-    if stand_ins:
-        state[STAND_IN_ENERGY] = stand_in_energy(L, W, 0.0, W.v)
+    if artificial:
+        state[ARTIFICIAL_ENERGY] = artificial_energy(L, W, 0.0, W.v)
 
 
 @njit
-def stand_in_energy(L, W, w, v):
+def artificial_energy(L, W, w, v):
     """Kinetic energy of masses that replace missing ones, as a part of that of the masses, at
     the velocities v (coordinates, ·).
     """

@@ -1,4 +1,5 @@
-"""LU of the square Φ_q with fixed pivots: the fast way of the lanes (see `mbody.system.pivoting`).
+"""LU of the square Φ_q with fixed pivots: the fast method of the lanes (see
+`mbody.system.pivoting`).
 
 Where the drivers determine everything Φ_q is square, and P Φ_q Q = L U with permutations P, Q that
 are chosen once. Velocities and accelerations solve Φ_q v = ν and Φ_q a = γ, reactions Φ_qᵀ λ =

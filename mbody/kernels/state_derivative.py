@@ -62,8 +62,8 @@ def store_derivative(L, W, w, K):
 @njit
 def powers(L, W, P):
     """P (causes,) ← the power of every load, or of all together where P has one number for them,
-    then of every driver and of every rough pair, below zero where it takes, and of every stop that
-    moves. W.force holds the sum of all loads.
+    then of every driver and of every friction pair, below zero where it takes, and of every stop
+    that moves. W.force holds the sum of all loads.
     """
     pairs, moving = L.friction_kind.shape[0], L.moving.shape[0]
     count = P.shape[0] - L.driver_row.shape[0] - pairs - moving
@@ -109,20 +109,20 @@ def state_derivative(L, W, S, t, y, row, refinements, projected):
 
 
 @kernel
-def initial_derivative(L: Layout, W: Work, S: Stepping, refinements: int, page: Rows) -> bool:
-    """Project the first state S.y at the time in its slot, evaluate its derivative, page (rows, 1)
-    ← what is kept of it. Returns whether the projection converged.
+def initial_derivative(L: Layout, W: Work, S: Stepping, refinements: int, record: Rows) -> bool:
+    """Project the first state S.y at the time in its slot, evaluate its derivative, record (rows,
+    1) ← what is kept of it. Returns whether the projection converged.
     """
-    return first_derivative(L, W, S, refinements, page)
+    return first_derivative(L, W, S, refinements, record)
 
 
 @njit
-def first_derivative(L, W, S, refinements, page):
+def first_derivative(L, W, S, refinements, record):
     """First derivative of the state, with its record (`initial_derivative`)."""
     signals(L, W, 0.0, L.signal_law.shape[0])
     _, _, good = state_derivative(L, W, S, S.state[TIME], S.y, 0, refinements, True)
     S.state[CONDITIONING] = S.state[BEST_CONDITIONING] = sample_conditioning(L, W, 0.0, 0)
-    keep(L, W, 0.0, page)
+    keep(L, W, 0.0, record)
     return good
 
 

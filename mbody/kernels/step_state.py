@@ -32,7 +32,7 @@ LEAST_CONDITIONING, LEAST_AT = 19, 20
 KNOWN_UNTIL, SHORTENED_UNTIL, DECIDE_BELOW = 21, 22, 23
 #: Kinetic energy of the masses that replace missing ones, as a part of the whole; above which
 #: part the integrator returns.
-STAND_IN_ENERGY, STAND_IN_LIMIT = 24, 25
+ARTIFICIAL_ENERGY, ARTIFICIAL_LIMIT = 24, 25
 #: When the singular position that is known is met.
 CROSSING_TIME = 26
 #: Instants within steps that stability limits, which got steps of their own
@@ -44,7 +44,7 @@ FASTEST = 28
 THROUGHPUT = 29
 #: How many slots there are; and those that are infinite where nothing limits them.
 PROGRESS = 30
-UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, STAND_IN_LIMIT, CROSSING_TIME)
+UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, ARTIFICIAL_LIMIT, CROSSING_TIME)
 
 #: What an integrator returns: the end is reached; there is more to do; the step has vanished; a
 #: derivative is not finite; stiffness limits explicit steps; the next step is the last one, if it

@@ -241,7 +241,7 @@ def with_friction(mechanism: Mechanism) -> list[str]:
     slip.
     """
     closed = [one for one in mechanism.contacts if one.closed and not one.rolls]
-    names = [joint.name for joint in mechanism.joints if joint.rubs]
+    names = [joint.name for joint in mechanism.joints if joint.has_friction]
     if not closed:
         return names
     from mbody.model.contact import Contact

@@ -148,7 +148,7 @@ class ConstraintPrimitive:
 
 @dataclass(frozen=True)
 class FrictionPrimitive:
-    """A rough pair: what slides, and what presses it; see `mbody.kernels.friction`.
+    """A friction pair: what slides, and what presses it; see `mbody.kernels.friction`.
 
     Attributes
     ----------

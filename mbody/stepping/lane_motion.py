@@ -20,7 +20,7 @@ from mbody.analysis.dynamics.integrators import (
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, brief
-from mbody.kernels.layout import Work, inverse_masses, stand_ins
+from mbody.kernels.layout import Work, artificial_masses, inverse_masses
 from mbody.kernels.runge_kutta_lanes import (
     CONTROLS,
     UNTIL,
@@ -93,7 +93,7 @@ class LaneMotion:
         self.layout = without_hold(system.runtime(), {**hold_inputs(system), **inputs})
         # states that all go alone have no steps on lanes
         self.table = TABLES.get(settings.method, TABLES["dopri5"])()
-        light = bool(stand_ins(system.layout, system.mass, system.length).any())
+        light = bool(artificial_masses(system.layout, system.mass, system.length).any())
         self.tolerances = Tolerances(
             relative=settings.rtol,
             absolute=settings.atol,
@@ -152,7 +152,7 @@ class LaneMotion:
             scale=aligned(n, LANES),
             K=aligned(len(self.table.A) * n, LANES).reshape(-1, n, LANES),
             F=aligned(terms * n, LANES).reshape(-1, n, LANES),
-            page=aligned(2, LANES),
+            record=aligned(2, LANES),
         )
         return self.system.work(LANES, masses=True), workspace
 

@@ -93,7 +93,7 @@ class LaneInstants:
     s: np.ndarray
     t: np.ndarray
     given: np.ndarray
-    reach: float
+    position_norm: float
     with_forces: bool
     at_rest: bool
 

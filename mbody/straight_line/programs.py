@@ -114,7 +114,7 @@ class MotionCall:
         self.joined = joined
         self.shape = rows, lanes, steps - 1 if joined else steps
         self.q, self.ends, self.found = work.q, np.empty((rows, lanes)), np.empty((FOUND, lanes))
-        self.small = np.array([smallest(instants.reach)])
+        self.small = np.array([smallest(instants.position_norm)])
         s, t, given = instants.s, instants.t, instants.given
         before = work.par, work.mass, work.q, s, t, given, self.small, initial
         words = [lanes, steps, *map(_address, before), self.shape[2], 0]
@@ -154,7 +154,7 @@ def step_table(path: LanePath) -> np.ndarray:
     found["three"][3:] = ((back != 0.0) & (found["longer"] != back))[3:]
     if path.mode == BY_DRIVER:
         found["rate"], found["acceleration"] = path.given[::2, 0], path.given[1::2, 0]
-    found["small"][:] = smallest(path.reach)
+    found["small"][:] = smallest(path.position_norm)
     return np.ascontiguousarray(np.stack([found[name] for name in COLUMNS], axis=1))
 
 

@@ -920,7 +920,7 @@ class _Compiler:
             input_row=integers(list(self.input_row.values())),
             driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
-            driver_follows=integers(dependent),
+            driver_dependent=integers(dependent),
             action_kind=integers([ACTION_KINDS.index(action.kind) for action in actions]),
             action_i=integers([index[action.i] for action in actions]),
             action_j=integers([index[action.j] for action in actions]),

@@ -221,7 +221,7 @@ class System:
     @functools.cached_property
     def independent_drivers(self) -> tuple[Driver, ...]:
         """The drivers that do not follow positions, in the order of the description."""
-        dependent = self.layout.driver_follows.tolist()
+        dependent = self.layout.driver_dependent.tolist()
         return tuple(d for d, one in zip(self.drivers, dependent, strict=True) if not one)
 
     @functools.cached_property

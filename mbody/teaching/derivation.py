@@ -159,11 +159,11 @@ class _Link:
 
     def _joint(self, wrench: Wrench) -> None:
         joint: Any = self.machine[wrench.cause]
-        if joint.unknowns == ("N", "T") and not joint.rubs:
+        if joint.unknowns == ("N", "T") and not joint.has_friction:
             self._guided(wrench, joint)
         else:
             # of some joints the equations say whether they have a torque, of others its size does
-            known = joint.unknowns and not joint.rubs
+            known = joint.unknowns and not joint.has_friction
             self._force(wrench, True, "T" in joint.unknowns if known else None)
 
     def _meaning(self, symbol: Symbol, wrench: Wrench, sign: int, what: str) -> None:

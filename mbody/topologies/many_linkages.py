@@ -150,7 +150,7 @@ class _GroupContinuation:
             s=s,
             t=s,
             given=np.zeros((2, LANES)),
-            reach=COORDINATE_NORM,
+            position_norm=COORDINATE_NORM,
             with_forces=True,
             at_rest=group.at_rest,
         )
@@ -189,7 +189,7 @@ class _GroupContinuation:
             nearest=np.zeros_like(q),
             arms=aligned(len(arm), LANES),
             lengths=aligned(1, LANES),
-            page=aligned(numbers + PER_PRIMITIVE, LANES),
+            record=aligned(numbers + PER_PRIMITIVE, LANES),
             output=self.output,
             row=group.row,
             column=group.column,
@@ -236,7 +236,7 @@ class _GroupContinuation:
         runner, start = Runner(self.system, self.analysis), self._start(linkage)
         try:
             found = runner.scalar(
-                start, self._grid(self.tau), design=linkage, reach=COORDINATE_NORM
+                start, self._grid(self.tau), design=linkage, position_norm=COORDINATE_NORM
             )
         except PathEnded as stuck:
             self._fail(row, self._why(stuck, start.work, linkage), stuck.place)

@@ -318,7 +318,7 @@ def _layout(
             input_row=none,
             driver_row=signal[driven],
             driver_node=node[driven],
-            driver_follows=np.zeros(drivers, dtype=np.int64),
+            driver_dependent=np.zeros(drivers, dtype=np.int64),
             action_kind=[ACTION_KINDS.index("gravity")],
             action_i=ground,
             action_j=ground,

@@ -71,11 +71,12 @@ def contact_tables(system: System) -> ContactTables:
     names = tuple(dict.fromkeys([*itertools.chain(*pairs), *grouped]))
     number = {name: n for n, name in enumerate(names)}
     found = [_Outline(machine, at, name) for name in names]
-    reach = np.array([one.reach for one in found])
-    finite = reach[np.isfinite(reach) & (reach > 0.0)]
+    bounding_radius = np.array([one.bounding_radius for one in found])
+    finite = bounding_radius[np.isfinite(bounding_radius) & (bounding_radius > 0.0)]
     usual = float(np.median(finite)) if finite.size else system.length
     large = [
-        not one.reach <= LARGE * usual or one.kind == LINE or one.radius < 0.0 for one in found
+        not one.bounding_radius <= LARGE * usual or one.kind == LINE or one.radius < 0.0
+        for one in found
     ]
     group, table = _sets(groups, sides, names, len(contacts))
     ropes = [(n, one) for n, one in enumerate(contacts) if isinstance(one, Rope)]
@@ -89,7 +90,7 @@ def contact_tables(system: System) -> ContactTables:
         corner_start=integers(starts),
         corner=np.array([*itertools.chain(*corners), (0.0, 0.0)], dtype=float),
         centre=_rows([one.centre for one in found], 2),
-        reach=reach,
+        bounding_radius=bounding_radius,
         radius=np.array([one.radius for one in found]),
         along=_rows([one.along for one in found], 2),
         large=integers(large),
@@ -188,16 +189,16 @@ class _Outline:
         self.corners: list[tuple[float, float]] = []
         self.radius, self.along = 0.0, (1.0, 0.0)
         if isinstance(shape, Vertex):
-            self.kind, self.centre, self.reach = CIRCLE, place(shape.point), 0.0
+            self.kind, self.centre, self.bounding_radius = CIRCLE, place(shape.point), 0.0
         elif isinstance(shape, Disc | Ring):
             _refuse_arc(shape, name)
             point = shape.disc if isinstance(shape, Disc) else shape.ring
             self.kind, self.centre = CIRCLE, place(point)
-            self.reach = float(at[f"{name}.radius"])
-            self.radius = self.reach if isinstance(shape, Disc) else -self.reach
+            self.bounding_radius = float(at[f"{name}.radius"])
+            self.radius = self.bounding_radius if isinstance(shape, Disc) else -self.bounding_radius
         elif isinstance(shape, Line):
             angle = float(at[f"{name}.angle"])
-            self.kind, self.centre, self.reach = LINE, place(shape.point), math.inf
+            self.kind, self.centre, self.bounding_radius = LINE, place(shape.point), math.inf
             self.along = math.cos(angle), math.sin(angle)
         else:
             segment = isinstance(shape, Segment)
@@ -211,7 +212,7 @@ class _Outline:
                 _refuse_concave(corners, name)
             middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
             self.centre = float(middle[0]), float(middle[1])
-            self.reach = float(np.hypot(*(corners - middle).T).max())
+            self.bounding_radius = float(np.hypot(*(corners - middle).T).max())
             self.corners = [(float(x), float(y)) for x, y in corners]
 
 

@@ -54,7 +54,7 @@ class BatchSetup:
         Closed position of the description at the first instant, from which all designs are closed.
     origin : array (parameters,)
         The numbers of the description, as kernels take them.
-    small, reach : float
+    small, position_norm : float
         Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
     pivots : PivotChoices
     straight : bool
@@ -67,7 +67,7 @@ class BatchSetup:
     pose: np.ndarray
     origin: np.ndarray
     small: float
-    reach: float
+    position_norm: float
     pivots: PivotChoices
     straight: bool = False
 
@@ -89,7 +89,7 @@ def batch_setup(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> BatchS
         start.work.q[:, 0].copy(),
         runner.system.par[:, 0].copy(),
         float(rounding(runner.system, start.work.q[:, 0])),
-        runner.reach(start, grid),
+        runner.position_norm(start, grid),
         pivots,
     )
 
@@ -134,7 +134,7 @@ def on_lanes(
     runner = Runner(system, setup.analysis)
     grid, kept = with_middle(setup.grid)
     output = np.empty((len(wanted), len(poses), len(grid.s)))
-    path = runner.lane_instants(grid, in_all_lanes(grid), setup.reach).path
+    path = runner.lane_instants(grid, in_all_lanes(grid), setup.position_norm).path
     q = np.ascontiguousarray(poses.T)
     designs = _designs(system.par, system.mass, q, wanted)
     code = _code(system, setup, path)
@@ -148,7 +148,9 @@ def on_lanes(
 
 def _designs(par: np.ndarray, mass: np.ndarray, q: np.ndarray, wanted: np.ndarray) -> Designs:
     record = aligned(len(wanted) + PER_PRIMITIVE, LANES)
-    return Designs(par=par, mass=mass, q=q, wanted=wanted, page=record, failed=np.empty(q.shape[1]))
+    return Designs(
+        par=par, mass=mass, q=q, wanted=wanted, record=record, failed=np.empty(q.shape[1])
+    )
 
 
 def _follow(
@@ -201,7 +203,9 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     poses = _poses(runner, start, grid)
     simple = runner.fits_lanes(start, grid)
     middled, kept = with_middle(grid)
-    instants = runner.lane_instants(middled, in_all_lanes(middled), runner.reach(start, grid))
+    instants = runner.lane_instants(
+        middled, in_all_lanes(middled), runner.position_norm(start, grid)
+    )
     blocks = []
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)

@@ -169,7 +169,7 @@ class _Curve:
         s = given[:, 0, 0].copy() if count == 1 else steps.astype(float)
         chords = np.zeros((len(steps), count))
         chords[:-1, self.which] = change / STATIONS
-        reach = float(system.extent(work.q[:, 0]))
+        position_norm = float(system.extent(work.q[:, 0]))
         path = DrivenPath(
             mode=BY_DRIVER if count == 1 else BY_INSTANT,
             s=s,
@@ -180,7 +180,7 @@ class _Curve:
             at_rest=False,
             monitored=True,
             regularization=self.start.regularization,
-            reach=1.0 + reach + abs(change) / self.unit,
+            position_norm=1.0 + position_norm + abs(change) / self.unit,
         )
         path_output = PathOutput(
             output=np.empty((len(steps), system.record_rows, 1)),

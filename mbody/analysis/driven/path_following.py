@@ -275,12 +275,12 @@ class MotionPieces:
     """
 
     def __init__(
-        self, system: System, grid: TimeGrid, reach: float, with_forces: bool, at_rest: bool
+        self, system: System, grid: TimeGrid, position_norm: float, with_forces: bool, at_rest: bool
     ) -> None:
         # not the system itself: it is freed when nobody else has it
         self._layout = system.runtime()
         self.index = _pieces(len(grid.s))
-        self.instants = instants_on_lanes(grid, self.index, reach, with_forces, at_rest)
+        self.instants = instants_on_lanes(grid, self.index, position_norm, with_forces, at_rest)
         first = grid.take(self.index[0])
         self._path = DrivenPath(
             mode=grid.mode,
@@ -292,7 +292,7 @@ class MotionPieces:
             at_rest=at_rest,
             monitored=False,
             regularization=0.0,
-            reach=reach,
+            position_norm=position_norm,
         )
         rows, n = system.record_rows, system.coordinates
         self._follow = PathOutput(
@@ -365,11 +365,11 @@ _free_pieces: weakref.WeakKeyDictionary[System, dict[Hashable, list[MotionPieces
 
 @contextmanager
 def borrowed_pieces(
-    system: System, grid: TimeGrid, reach: float, with_forces: bool, at_rest: bool
+    system: System, grid: TimeGrid, position_norm: float, with_forces: bool, at_rest: bool
 ) -> Iterator[MotionPieces]:
     """The pieces of a motion for one call."""
     kinds = _free_pieces.setdefault(system, {})
-    key = grid.mode, len(grid.s), reach, with_forces, at_rest
+    key = grid.mode, len(grid.s), position_norm, with_forces, at_rest
     free = kinds.get(key)
     if free is None:
         # of a list, which is made at once: other threads may keep others meanwhile
@@ -380,14 +380,14 @@ def borrowed_pieces(
         pieces = free.pop()
         pieces.take(grid)
     except IndexError:
-        pieces = MotionPieces(system, grid, reach, with_forces, at_rest)
+        pieces = MotionPieces(system, grid, position_norm, with_forces, at_rest)
     yield pieces
     if len(grid.s) <= LONGEST:
         free.append(pieces)
 
 
 def instants_on_lanes(
-    grid: TimeGrid, index: np.ndarray, reach: float, with_forces: bool, at_rest: bool
+    grid: TimeGrid, index: np.ndarray, position_norm: float, with_forces: bool, at_rest: bool
 ) -> LaneInstants:
     """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
     lanes).
@@ -404,7 +404,7 @@ def instants_on_lanes(
         s=s,
         t=t,
         given=given,
-        reach=reach,
+        position_norm=position_norm,
         with_forces=with_forces,
         at_rest=at_rest,
     )
@@ -459,7 +459,7 @@ class Runner:
         #: Steps of the last motion on the scalar path.
         self.steps = 0
 
-    def reach(self, start: ClosedPosition, grid: TimeGrid) -> float:
+    def position_norm(self, start: ClosedPosition, grid: TimeGrid) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
         turned = np.abs(grid.s).max() if grid.mode == BY_DRIVER else 0.0
         return float(1.0 + max(self.system.extent(start.work.q[:, 0]), turned))
@@ -470,7 +470,7 @@ class Runner:
         grid: TimeGrid,
         *,
         with_forces: bool | None = None,
-        reach: float | None = None,
+        position_norm: float | None = None,
         design: int = 0,
         monitored: bool = True,
     ) -> np.ndarray:
@@ -492,7 +492,9 @@ class Runner:
             at_rest=self.at_rest,
             monitored=monitored,
             regularization=start.regularization,
-            reach=self.reach(start, grid) if reach is None else reach,
+            position_norm=self.position_norm(start, grid)
+            if position_norm is None
+            else position_norm,
         )
         progress = np.zeros(PROGRESS)
         path_output = PathOutput(
@@ -526,10 +528,12 @@ class Runner:
         return output
 
     def seeds(
-        self, start: ClosedPosition, grid: TimeGrid, reach: float | None = None
+        self, start: ClosedPosition, grid: TimeGrid, position_norm: float | None = None
     ) -> np.ndarray:
         """Motion without forces and without a certain branch: (instants, rows)."""
-        return self.scalar(start, grid, with_forces=False, reach=reach, monitored=False)[:, :, 0]
+        return self.scalar(
+            start, grid, with_forces=False, position_norm=position_norm, monitored=False
+        )[:, :, 0]
 
     def record(self, start: ClosedPosition, grid: TimeGrid) -> Record:
         """All instants of the grid, on lanes where that pays, else on the scalar path.
@@ -550,8 +554,8 @@ class Runner:
         fits = len(grid.s) >= MANY and self.fits_lanes(start, grid)
         if not fits or self.system.plans.get("pivots", ()) is None:
             return None
-        reach, kind = self.reach(start, grid), (self.with_forces, self.at_rest)
-        with borrowed_pieces(self.system, grid, reach, *kind) as pieces:
+        position_norm, kind = self.position_norm(start, grid), (self.with_forces, self.at_rest)
+        with borrowed_pieces(self.system, grid, position_norm, *kind) as pieces:
             return self._on_pieces(pieces, start, grid)
 
     def _on_pieces(
@@ -579,7 +583,7 @@ class Runner:
             except PathEnded:
                 return None
             output[:, :, lane], ends[:, lane] = whole[:-1], whole[-1]
-        if not pieces.gap(ends) <= PATH_SEAM * pieces.instants.reach:
+        if not pieces.gap(ends) <= PATH_SEAM * pieces.instants.position_norm:
             return None
         near = functools.partial(pieces.near, output, ends)
         self.branches.on_lanes(found, pieces.instants.t, near)
@@ -592,11 +596,13 @@ class Runner:
         regular = not (start.regularization or self.system.has_user_code)
         return regular and grid.mode != BY_INSTANT
 
-    def lane_instants(self, grid: TimeGrid, index: np.ndarray, reach: float) -> LaneInstants:
+    def lane_instants(
+        self, grid: TimeGrid, index: np.ndarray, position_norm: float
+    ) -> LaneInstants:
         """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
         lanes).
         """
-        return instants_on_lanes(grid, index, reach, self.with_forces, self.at_rest)
+        return instants_on_lanes(grid, index, position_norm, self.with_forces, self.at_rest)
 
     def on_lanes(self, work: Any, instants: LaneInstants) -> tuple[np.ndarray, np.ndarray]:
         """Follow all lanes from the positions in `work`: (steps, rows, lanes), and what the kernel

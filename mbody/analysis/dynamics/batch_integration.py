@@ -30,7 +30,7 @@ from mbody.analysis.dynamics.integrators import (
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.initial_state import BatchStart, batch_start, initial_states
 from mbody.core.lanes import LANES, aligned
-from mbody.kernels.layout import inverse_masses, stand_ins
+from mbody.kernels.layout import artificial_masses, inverse_masses
 from mbody.kernels.runge_kutta_lanes import (
     CONTROLS,
     Batch,
@@ -104,7 +104,7 @@ def lane_motions(
         or first.regularization
     ):
         return None
-    light = stand_ins(system.layout, system.mass, system.length)
+    light = artificial_masses(system.layout, system.mass, system.length)
     return LaneMotions(start, request, bool(light.any()))
 
 
@@ -115,7 +115,7 @@ def integrate_lanes(
     (rows,).
     """
     q, v, good = initial_states(motions.start, system, values)
-    good &= stand_ins(system.layout, system.mass, system.length) == motions.light
+    good &= artificial_masses(system.layout, system.mass, system.length) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
     for design in np.flatnonzero(good).tolist():
         good[design] = _moves(system, design, motions.request.first, q[design], v[design])
@@ -202,7 +202,7 @@ def _workspace(
         scale=aligned(n, LANES),
         K=aligned(len(table.A) * n, LANES).reshape(-1, n, LANES),
         F=aligned(terms * n, LANES).reshape(-1, n, LANES),
-        page=record,
+        record=record,
     )
     for array, own in zip(
         (lanes.y, lanes.scale, lanes.K[0], work.par, work.mass, work.weight),

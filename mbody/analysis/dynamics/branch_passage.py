@@ -75,6 +75,8 @@ from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
+    ARTIFICIAL_ENERGY,
+    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CROSSING_TIME,
     DECIDE_BELOW,
@@ -83,8 +85,6 @@ from mbody.kernels.step_state import (
     LEAST_CONDITIONING,
     NEXT,
     SHORTENED_UNTIL,
-    STAND_IN_ENERGY,
-    STAND_IN_LIMIT,
     TIME,
 )
 from mbody.model.element import listed
@@ -113,7 +113,7 @@ class BranchPassage:
         self.doubts: tuple[Doubt, ...] = ()
         self.met: tuple[MetPosition, ...] = ()
         state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
-        state[LEAST_CONDITIONING], state[STAND_IN_LIMIT] = np.inf, ARTIFICIAL_MASS_ENERGY
+        state[LEAST_CONDITIONING], state[ARTIFICIAL_LIMIT] = np.inf, ARTIFICIAL_MASS_ENERGY
         self.first_position = np.zeros(0)
 
     @property
@@ -187,16 +187,16 @@ class BranchPassage:
         masses take much of the energy.
         """
         state, n = self.state, self.system.coordinates
-        if state[STAND_IN_ENERGY] <= state[STAND_IN_LIMIT]:
+        if state[ARTIFICIAL_ENERGY] <= state[ARTIFICIAL_LIMIT]:
             return
-        t, state[STAND_IN_LIMIT] = (
+        t, state[ARTIFICIAL_LIMIT] = (
             float(state[TIME]),
-            ARTIFICIAL_MASS_GROWTH * float(state[STAND_IN_ENERGY]),
+            ARTIFICIAL_MASS_GROWTH * float(state[ARTIFICIAL_ENERGY]),
         )
         always = inertialess(self.system, t, self.first_position)
         if inertialess(self.system, t, y[:n]) <= always:
             return
-        state[STAND_IN_LIMIT] = np.inf
+        state[ARTIFICIAL_LIMIT] = np.inf
         names = _without_mass(self.system, y[n : 2 * n])
         who = f"{listed(names, 4)} {'has' if len(names) == 1 else 'have'} no mass"
         message = (

@@ -54,7 +54,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.errors import ModelError, SolveError
-from mbody.kernels.layout import stand_ins
+from mbody.kernels.layout import artificial_masses
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
@@ -173,7 +173,7 @@ class Integration(RateJumps):
     def _motion(self) -> Motion:
         """All that the kernel works on."""
         # a small mass replaces a missing one: refinement takes its effect back
-        light = stand_ins(self.layout, self.system.mass, self.system.length).any()
+        light = artificial_masses(self.layout, self.system.mass, self.system.length).any()
         tolerances = Tolerances(
             relative=self.settings.rtol,
             absolute=self.settings.atol,

@@ -33,7 +33,7 @@ from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 def described(cls: type) -> dict[str, str]:
     """The description of each parameter of a class and its bases, from their docstrings; where one
-    refers to a base, as "see `RubbingJoint`", with the words of that base.
+    refers to a base, as "see `FrictionalJoint`", with the words of that base.
 
     >>> from mbody.model.loads import Damper
     >>> described(Damper)["name"]

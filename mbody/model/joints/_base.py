@@ -97,7 +97,7 @@ class Joint(Constraint):
         return self.parallel and not self.coincident
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether friction or damping is given, be it 0."""
         return False
 
@@ -122,7 +122,7 @@ class Joint(Constraint):
         rubs the power that it takes.
         """
         reaction = {"fx": "force", "fy": "force", "force": "force", "torque": "torque"}
-        return reaction | self.coordinates | ({"loss": "power"} if self.rubs else {})
+        return reaction | self.coordinates | ({"loss": "power"} if self.has_friction else {})
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
         """Of markers that keep one direction their angle; else None."""
@@ -212,7 +212,7 @@ def relative_angle(joint: Joint, at: Numbers, pose: PoseReader) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RubbingJoint(Joint):
+class FrictionalJoint(Joint):
     """Base of joints with Coulomb friction between two surfaces.
 
     The coefficient is `friction` while the surfaces slide and at most `static` while they stick;
@@ -253,7 +253,7 @@ class RubbingJoint(Joint):
             refuse_static(self.name, float(self.friction), float(self.static))
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether friction or damping is given, be it 0."""
         return self.friction is not None or getattr(self, "viscous", None) is not None
 
@@ -264,14 +264,14 @@ class RubbingJoint(Joint):
             name = self.name
             refuse_static_of_designs(name, at[f"{name}.friction"], at[f"{name}.static"])
 
-    def coefficients(self, at: Numbers, reach: Any = 1.0) -> list[Any]:
-        """(μ_k, μ_s, Stribeck speed, viscous) as the kernels take them, of a rate that is `reach`
+    def coefficients(self, at: Numbers, radius: Any = 1.0) -> list[Any]:
+        """(μ_k, μ_s, Stribeck speed, viscous) as the kernels take them, of a rate that is `radius`
         times smaller than the sliding speed, as the angular velocity of a pin is by its radius.
         """
         name = self.name
         kinetic = 0.0 if self.friction is None else at[f"{name}.friction"]
         static = kinetic if self.static is None else at[f"{name}.static"]
-        stribeck = 0.0 if self.stribeck is None else at[f"{name}.stribeck"] / reach
+        stribeck = 0.0 if self.stribeck is None else at[f"{name}.stribeck"] / radius
         viscous = 0.0 if getattr(self, "viscous", None) is None else at[f"{name}.viscous"]
         return [kinetic, static, stribeck, viscous]
 
@@ -327,7 +327,7 @@ class GivenFriction(Joint):
             )
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """That is all it does."""
         return True
 
@@ -444,7 +444,7 @@ class StrikingJoint(Joint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LimitedJoint(RubbingJoint, StrikingJoint):
+class LimitedJoint(FrictionalJoint, StrikingJoint):
     """Base of joints whose free coordinate may have limits: the angle of the marker on j from that
     on i, or the travel of the place on j along the x axis of the marker on i.
 

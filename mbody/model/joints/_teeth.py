@@ -106,7 +106,7 @@ class ToothedJoint(StrikingJoint):
         raise NotImplementedError
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether the teeth lose power."""
         return self.efficiency is not None or self.friction is not None
 
@@ -166,7 +166,7 @@ class ToothedJoint(StrikingJoint):
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """Friction of the teeth against the relative rate, and their radial force on the wheels."""
         name, found = self.name, []
-        if self.rubs:
+        if self.has_friction:
             turning = ConstraintPrimitive(
                 "angle", self.i.body, self.j.body, "a", [0.0], switched=True
             )

@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.laws import Law
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
-from mbody.model.joints._base import Flank, RubbingJoint, StrikingJoint
+from mbody.model.joints._base import Flank, FrictionalJoint, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
 from mbody.quantities.types import NumberField, OptionalNumberField
 
@@ -28,7 +28,7 @@ PLACES = 721
 
 
 @dataclass(frozen=True)
-class CamFollower(RubbingJoint, StrikingJoint):
+class CamFollower(FrictionalJoint, StrikingJoint):
     """Cam pair, disk cam with roller, knife-edge or flat-faced follower, translating, offset or
     swinging: the place on j, or a face through it, stays on the profile about the place on i.
 

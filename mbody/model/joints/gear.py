@@ -127,7 +127,7 @@ class Gear(ToothedJoint):
 
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The pitch point, from the centre on j."""
-        return touching(self.radii(at)[1], d)
+        return pitch_point(self.radii(at)[1], d)
 
 
 def signed(ri: Value, rj: Value, internal: bool) -> tuple[Value, Value]:
@@ -168,7 +168,7 @@ def turns_of_wheels(wheels: Any, at: Numbers, pose: PoseReader) -> TurnRow:
     return TurnRow({i: ci, j: cj}, left)
 
 
-def touching(rj: Value, d: Any) -> Any:
+def pitch_point(rj: Value, d: Any) -> Any:
     """From the centre on j to where the wheels touch."""
     return tuple(-rj * part / np.hypot(*d) for part in d)
 

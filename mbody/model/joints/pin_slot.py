@@ -106,7 +106,7 @@ class PinSlot(LimitedJoint):
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The pin along its slot."""
-        if not self.rubs:
+        if not self.has_friction:
             return []
         parameters = [*self.coefficients(at), 0.0, 0.0]
         return [FrictionPrimitive("pressed", along_axis(self, at), 0, parameters)]

@@ -99,7 +99,7 @@ class Prismatic(LimitedJoint):
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The slider on its guide."""
-        if not self.rubs:
+        if not self.has_friction:
             return []
         own = [
             0.0 if getattr(self, field) is None else at[f"{self.name}.{field}"]

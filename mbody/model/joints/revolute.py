@@ -104,7 +104,7 @@ class Revolute(LimitedJoint):
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The pin in its hole: it turns by the angle of j from i."""
-        if not self.rubs:
+        if not self.has_friction:
             return []
         radius = 0.0 if self.friction is None else at[f"{self.name}.pin_radius"]
         slowest = 1.0 if self.stribeck is None else radius

@@ -12,7 +12,7 @@ from mbody.laws import Constant
 from mbody.model.constraint import refuse_static, refuse_static_of_designs
 from mbody.model.element import number_field
 from mbody.model.joints._base import Flank, StrikingJoint
-from mbody.model.joints.gear import signed, touching, turns_of_wheels, without_slip
+from mbody.model.joints.gear import pitch_point, signed, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
 from mbody.quantities.types import NumberField, OptionalNumberField
@@ -162,7 +162,7 @@ class Rolling(StrikingJoint):
         return [Flank(row, -1.0 if self.internal else 1.0, slides)]
 
     @property
-    def rubs(self) -> bool:
+    def has_friction(self) -> bool:
         """Whether rolling is resisted."""
         return self.resistance is not None
 
@@ -191,7 +191,7 @@ class Rolling(StrikingJoint):
     def reaction_point(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:
         """The point of contact, from the centre on j."""
         if self.on_radius is not None:
-            return touching(self.radii(at)[1], d)
+            return pitch_point(self.radii(at)[1], d)
         return below(at[f"{self.name}.radius"], angle_i)
 
     def normal(self, at: Any, d: Any, angle_i: Any, angle_j: Any) -> Any:

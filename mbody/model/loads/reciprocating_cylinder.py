@@ -156,14 +156,14 @@ class ReciprocatingCylinder(Load):
             Whether the valves stay shut, so that the pressure has no bounds.
         """
         near, far = (self.far, self.near) if opposite else (self.near, self.far)
-        way = 1.0 if far > near else -1.0
+        direction = 1.0 if far > near else -1.0
         gas = self.bulk_modulus is None
-        travelled, stroke = way * (coordinate - near), abs(far - near)
+        travelled, stroke = direction * (coordinate - near), abs(far - near)
         stiff = self.exponent if gas else self.bulk_modulus
         valves = self.suction, self.delivery
         law = stiff, float(gas), self.ambient
         found = charge(
-            travelled, way * rate, stroke, self.clearance, *valves, *law, float(not shut)
+            travelled, direction * rate, stroke, self.clearance, *valves, *law, float(not shut)
         )
         return float(found)
 
@@ -175,11 +175,11 @@ class ReciprocatingCylinder(Load):
         angle, near, far = at.angle(self, "i"), at[f"{name}.near"], at[f"{name}.far"]
         ix, iy = at.arm(self, "i")
         ux, uy = np.cos(angle), np.sin(angle)
-        origin, way = ux * ix + uy * iy, np.sign(far - near)
+        origin, direction = ux * ix + uy * iy, np.sign(far - near)
         keys = ("clearance", "suction", "delivery", "exponent" if gas else "bulk_modulus")
         more: list[Any] = [np.abs(far - near), *(at[f"{name}.{key}"] for key in keys)]
         more += [float(gas), at[f"{name}.ambient"]]
-        faces = [("area", near, way), ("opposite_area", far, -way)]
+        faces = [("area", near, direction), ("opposite_area", far, -direction)]
         return [
             ForcePrimitive(
                 "chamber",
@@ -201,13 +201,14 @@ def travel(i, j, u, arm, d):
 
 
 @njit
-def charge(way, rate, stroke, clearance, suction, delivery, stiff, gas, ambient, valves):
-    """Pressure where the piston has gone `way` from the near dead centre, moving at `rate` from it.
+def charge(travel, rate, stroke, clearance, suction, delivery, stiff, gas, ambient, valves):
+    """Pressure where the piston has gone `travel` from the near dead centre, moving at `rate` from
+    it.
 
     Growing: from p_d at h = c; else from p_s at h = H. A liquid: p + K ln(h₀/h); a gas:
     (p + p₀)(h₀/h)ⁿ − p₀.
     """
-    h = clearance + smaller(larger(way, 0.0), stroke)
+    h = clearance + smaller(larger(travel, 0.0), stroke)
     p, last = suction, clearance + stroke
     if rate > 0.0:
         p, last = delivery, clearance

@@ -126,8 +126,8 @@ def elongation(i, j, p):
     """
     arms, (dx, dy), (dvx, dvy), _ = between(i, j, p[0], p[1], p[2], p[3])
     length = np.sqrt(dx * dx + dy * dy)
-    reach = np.sqrt(dx * dx + dy * dy + TINY)
-    ux, uy = dx / reach, dy / reach
+    distance = np.sqrt(dx * dx + dy * dy + TINY)
+    ux, uy = dx / distance, dy / distance
     rate = p[5]
     x = (1.0 - rate) * (length - p[4]) + rate * (ux * dvx + uy * dvy)
     return x, ((ux, uy), arms)

@@ -37,9 +37,9 @@ class Tyre(BetweenPlaces):
         F = μ F_N sin(C atan(B κ − E (B κ − atan(B κ)))),    σ κ̇ = −(v + h ω) − |v| κ.
 
     κ, "tyre.slip", is a state of its own: at a constant speed it is the slip −(v + h ω)/|v|, −1 of
-    a wheel that is locked, and follows it over the way σ, the relaxation length. At a standstill it
-    is what the tyre is deflected, −∫ (v + h ω) dt/σ, so that the tyre holds a vehicle on a slope as
-    a spring does, without creep, and a vehicle that has stopped swings on it.
+    a wheel that is locked, and follows it over the length σ, the relaxation length. At a standstill
+    it is what the tyre is deflected, −∫ (v + h ω) dt/σ, so that the tyre holds a vehicle on a slope
+    as a spring does, without creep, and a vehicle that has stopped swings on it.
 
     Parameters
     ----------
