@@ -200,7 +200,7 @@ class RockingCouple(Inherited):
     --------
     >>> import mbody
     >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 2), speed=10.0, start=0.0)
-    >>> couple = mbody.engineering.shaking(mbody.kinetostatics(engine), {"slider": 0.5})
+    >>> couple = mbody.engineering.rocking_couple(mbody.kinetostatics(engine), {"slider": 0.5})
     >>> round(float(abs(couple.x[0])), 9)
     0.0
     """
@@ -433,7 +433,7 @@ class ShakingOrders(Inherited):
     >>> rotor.add(mbody.Body("wheel", mass=2.0, cg=(0.1, 0.0)))
     >>> rotor.add(mbody.Revolute("O", "ground", "wheel"))
     >>> rotor.add(mbody.AngleDriver("motor", "wheel", mbody.laws.ConstantSpeed(0.0, 10.0)))
-    >>> found = mbody.engineering.shaking(mbody.kinetostatics(rotor, turn=True))
+    >>> found = mbody.engineering.shaking_orders(mbody.kinetostatics(rotor, turn=True))
     >>> round(float(found.force[1]), 9)  # m e ω², which turns with the wheel
     20.0
     """

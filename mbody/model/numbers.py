@@ -44,7 +44,7 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
     >>> from mbody import Torque, makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)
     >>> machine.add(Torque("brake", "rocker", value=1.0))
-    >>> meant(machine, "brake")[0], meant(machine, "motor.rate")[0]
+    >>> resolve_number(machine, "brake")[0], resolve_number(machine, "motor.rate")[0]
     ('brake.value', 'motor.rate')
     """
     if name in mechanism.parameters:

@@ -378,6 +378,7 @@ def analyse_at(
     By default those of the mechanism, else t = 0.
 
     >>> import mbody
+    >>> from mbody.model.study import Instants
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
     >>> run = analyse_at(machine, "kinematics", Instants(at={"crank": "90 deg"}))
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
