@@ -403,7 +403,7 @@ REACTION = ("fx", "fy", "force", "torque", "loss", "contact")
 
 
 def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
-    """History of a quantity, its dimension and the unit that it is in. (instants,), of a `batch`
+    """History of a quantity, its dimension and the unit that it is in. (instants,), of a batch
     (designs, instants); angles without a unit of their own in rad.
 
     >>> import mbody

@@ -437,7 +437,7 @@ class FrictionProblem:
             low[..., k], high[..., k], low_by[..., k, :], high_by[..., k, :] = parts
         return low, high, low_by, high_by
 
-    # -- as a linear complementarity problem --------------------------------------------------
+    # -- linear complementarity problem --------------------------------------------------------
 
     def solve(self) -> FrictionSolution | None:
         """One solution; None where Lemke's path ends on a ray, or where tangents of the limits lead
