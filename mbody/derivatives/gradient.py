@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.driven import ANALYSES, requested_instants, statics, turned_driver
+from mbody.analysis.driven.driven import ANALYSES, requested_instants, revolving_driver, statics
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
@@ -683,7 +683,7 @@ def gradient_at(
     """The gradient of measures of a result; `turn` as of the analysis, or of `Instants.over`."""
     names = checked_names(run.system, by)
     columns = columns_of(run.mechanism, measure, "gradient")
-    return gradient_of(run, columns, names, turned_driver(run.system, turn))
+    return gradient_of(run, columns, names, revolving_driver(run.system, turn))
 
 
 def gradient_of(

@@ -29,7 +29,7 @@ from mbody.system.read_only import lock
 Array = np.ndarray
 
 
-def cycle_turns(angle: Array, what: str) -> int:
+def cycle_revolutions(angle: Array, what: str) -> int:
     """How many whole turns the angles (instants,) [rad] make, both ends included."""
     steps = np.diff(angle)
     turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
@@ -240,7 +240,7 @@ def energy_fluctuation(
             return fluctuation(angle)
         raise ModelError("energy_fluctuation takes angles and torques, or a result: give both")
     angle, torque = (np.asarray(part, dtype=float) for part in (angle, torque))
-    whole_angle = 2.0 * math.pi * cycle_turns(angle, "a fluctuation")
+    whole_angle = 2.0 * math.pi * cycle_revolutions(angle, "a fluctuation")
     check_repeats(torque, float(np.abs(torque).max()), "torque", "a fluctuation")
     x = np.abs(angle - angle[0])
     sign = 1.0 if angle[-1] > angle[0] else -1.0

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbody.core.tolerances import HARMONICS_FOLDED, HARMONICS_ORDER_SAME, HARMONICS_STEPS_EQUAL
-from mbody.engineering.fluctuation import angle_driver, check_repeats, counted, cycle_turns
+from mbody.engineering.fluctuation import angle_driver, check_repeats, counted, cycle_revolutions
 from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
@@ -144,7 +144,7 @@ def harmonics(
         raise ModelError(
             f"harmonics of {values.shape} values at {angle.shape} angles: give one value an instant"
         )
-    turns = cycle_turns(angle, "a harmonic")
+    turns = cycle_revolutions(angle, "a harmonic")
     check_repeats(values, float(np.abs(values).max()), name, "a harmonic")
     orders, found, folding = complex_orders(angle, values, turns, highest)
     parts = 2.0 * found[1:]

@@ -17,7 +17,7 @@ from mbody.core.tolerances import (
     HARMONICS_ORDER_SAME,
     RATE_CONSTANT,
 )
-from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_turns
+from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import complex_orders, driver_cycle, place_of
 from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
@@ -598,7 +598,7 @@ def shaking_orders(
     run = as_solution(run)
     angle = driver_cycle(run, driver)
     shaking = shaking_force(run, about)
-    turns = cycle_turns(angle, "a shaking order")
+    turns = cycle_revolutions(angle, "a shaking order")
     force = np.asarray(shaking.fx + 1j * shaking.fy)
     size = _size(run)
     check_repeats(force.real, size, "shaking force (x)", "a shaking order")

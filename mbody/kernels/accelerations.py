@@ -27,7 +27,7 @@ import numpy as np
 from mbody.core.decorators import kernel, njit
 from mbody.core.lanes import highest, ld, st
 from mbody.core.tolerances import PIVOT_VANISHED
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
     add_sliding,
@@ -50,7 +50,7 @@ FRICTION_PASSES = 6
 def free_accelerations(L, W, w, regularization, refinements):
     """a and λ at W.q, W.v, W.time, with W.weight the inverse masses; see `augmented_solution`."""
     signals(L, W, w, L.varying)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     augmented_solution(L, W, w, refinements)

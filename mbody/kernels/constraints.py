@@ -587,7 +587,7 @@ def custom(L, W, w, e):
 
 
 @njit
-def turns(L, W, w):
+def body_rotations(L, W, w):
     """Cosine and sine of every body's angle: once a body, not once a joint."""
     for b in range(L.bodies):
         s, c = sincos(ld(W.q, 3 * b + 2, w))

@@ -57,7 +57,7 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     TINY,
 )
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work, keep
@@ -284,7 +284,7 @@ def mark_redundant(L, W, regularization):
 @kernel
 def branch_distance(L: Layout, W: Work, regularization: float) -> float:
     """Least part that elimination leaves of a node of rows at the position W.q."""
-    turns(L, W, 0.0)
+    body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, None)
     factor(L, W, 0.0, regularization, PIVOT_VANISHED)
     if regularization != 0.0:
@@ -309,7 +309,7 @@ def store_earlier_parts(L, W, w, regularization, last):
     back = PATH_BEFORE / far if far > 0.0 else 1.0
     for n in range(3 * L.bodies):
         W.q[n, 0] = W.past[last + n, 0] - back * W.past[last + size + n, 0]
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     store_parts(L, W, 0, regularization)
@@ -339,7 +339,7 @@ def rates_fit(L, W, w, h, regularization):
     back = math.copysign(PATH_BEFORE / far, h)
     for n in range(3 * L.bodies):
         W.q[n, 0] -= back * W.v[n, 0]
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     smooth = True
@@ -354,7 +354,7 @@ def rates_fit(L, W, w, h, regularization):
         smooth = smooth and abs(second_difference) <= CHANGE_POINT_SHARP_END * min(p1, p2)
     for n in range(3 * L.bodies):
         W.q[n, 0] += back * W.v[n, 0]
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     return smooth

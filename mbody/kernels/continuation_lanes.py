@@ -28,7 +28,7 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     RESIDUAL_LANES_SQUARE,
 )
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.continuation import (
     BY_DRIVER,
     compare_step,
@@ -208,7 +208,7 @@ def advance(L, P, Q, W, F, path, followed, k):
     first, rest, growth = zero, zero, zero
     small = smallest(path.position_norm)
     for iteration in range(ITERATIONS):
-        turns(L, W, w)
+        body_rotations(L, W, w)
         rows(L, W, w, True, None)
         growth, second = factored(P, Q, W, w, F, second, failed)
         S = Q if second else P
@@ -608,7 +608,7 @@ def branch_distances(L: Layout, W: Work, batch: LinkageBatch, distances: Floats)
         member = batch.member[piece]
         put_column(batch.par, member, W.par, 0)
         put_column(batch.nearest, piece, W.q, 0)
-        turns(L, W, 0.0)
+        body_rotations(L, W, 0.0)
         rows(L, W, 0.0, True, None)
         factor(L, W, 0.0, 0.0, PIVOT_VANISHED)
         distances[piece] = 1.0 / store_parts(L, W, 1, 0.0)

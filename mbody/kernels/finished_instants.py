@@ -8,7 +8,13 @@ from mbody.core.bundle import Bundle, Floats, Grids, Ints, Rows, Stacks
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import ld, st
 from mbody.core.tolerances import PIVOT_VANISHED
-from mbody.kernels.constraints import further_block, measured_formulas, own_numbers, rows, turns
+from mbody.kernels.constraints import (
+    body_rotations,
+    further_block,
+    measured_formulas,
+    own_numbers,
+    rows,
+)
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
     CERTIFICATE,
@@ -90,7 +96,7 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
         for n in range(n3):
             W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
         own_numbers(L, W, motion[k], 3 * n3)
-        turns(L, W, w)
+        body_rotations(L, W, w)
         rows(L, W, w, True, None)
         worst = 0.0
         for n in range(2 * L.nodes):
@@ -238,7 +244,7 @@ def at_instant(L, W, w, motion, t, k):
     for n in range(n3):
         W.q[n, 0], W.v[n, 0] = motion[k, n], motion[k, n3 + n]
     own_numbers(L, W, motion[k], 3 * n3)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     measured_formulas(L, W, w)
 
 

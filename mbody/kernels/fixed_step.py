@@ -19,7 +19,7 @@ from mbody.core.tolerances import (
     TIMES_SAME_SAMPLE,
 )
 from mbody.kernels.accelerations import augmented_solution
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.dense_output import deliver, hermite_output
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work
@@ -231,7 +231,7 @@ def factor_position(L, W, t, regularization):
     """Rows and factor of the position W.q."""
     W.time[0, 0] = t
     signals(L, W, 0.0, L.varying)
-    turns(L, W, 0.0)
+    body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, None)
     factor(L, W, 0.0, regularization, PIVOT_VANISHED)
 
@@ -247,7 +247,7 @@ def first_half(L, W, y, u, t, h, blocks):
     signals(L, W, w, L.varying)
     for n in range(n3):
         W.q[n, 0] = y[n] + h * (y[n3 + n] + 0.5 * h * u[n])
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     for n in range(blocks.shape[0]):
         W.block[n, 0] = blocks[n]
@@ -256,7 +256,7 @@ def first_half(L, W, y, u, t, h, blocks):
     signals(L, W, w, L.varying)
     for n in range(n3):
         W.q[n, 0], W.v[n, 0] = y[n], y[n3 + n] + 0.5 * h * u[n]
-    turns(L, W, w)
+    body_rotations(L, W, w)
     forces(L, W, w, -1)
     # W.u ← M⁻¹ (f − M u − G₀ᵀ λ)
     clear(W.u, w)

@@ -17,7 +17,7 @@ from mbody.core.tolerances import (
     STEP_FIRST_SILENT,
     TINY,
 )
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.loop_closure import close_from, gap
@@ -82,7 +82,7 @@ def close_at(
 @njit
 def is_closed(L, W):
     """Whether no row is open at W.q."""
-    turns(L, W, 0.0)
+    body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, None)
     return math.sqrt(2.0 * gap(L, W)) < LOOP_OPEN * W.size[0, 0]
 

@@ -29,7 +29,7 @@ from mbody.core.tolerances import (
     TINY,
 )
 from mbody.kernels.accelerations import augmented_solution
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import (
@@ -127,7 +127,7 @@ def projected_accelerations(L, W, w, regularization, refinements, among):
     """
     signals(L, W, w, L.varying)
     far, failed = project_position(L, W, w, regularization, among)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     fast = project_velocity(L, W, w, refinements)
@@ -145,7 +145,7 @@ def constrained_accelerations(L, W, w, regularization, refinements, projected):
         far, fast, failed = projected_accelerations(L, W, w, regularization, refinements, 1.0)
         return far, fast, failed < 0.5
     signals(L, W, w, L.varying)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     rows(L, W, w, None, True)
@@ -228,7 +228,7 @@ def simplified_correction(L, W, w, part):
     more than Φ falls, however short the step is. Leaves q there, with its blocks.
     """
     move(L, W, W.base, W.r, part)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     exchange_blocks(L, W)
     size = newton_correction(L, W, w)
@@ -253,7 +253,7 @@ def gap(L, W):
 @kernel
 def violation(L: Layout, W: Work) -> float:
     """Evaluate Φ, Φ_q, ν and γ at W.q and W.v, the signals being set; returns the size of Φ."""
-    turns(L, W, 0.0)
+    body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, True)
     return math.sqrt(2.0 * gap(L, W))
 
@@ -323,7 +323,7 @@ def damped_newton(L, W, w, regularization, tolerance):
         W.guess[n, 0] = W.q[n, 0]
     part, last, least = 1.0, 0.0, 0.0
     smallest = FINITE
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     for iteration in range(STEPS):
         least = factor(L, W, w, regularization, PIVOT_VANISHED)
@@ -361,7 +361,7 @@ def damped_newton(L, W, w, regularization, tolerance):
 @njit
 def levenberg_marquardt(L, W, w, tolerance):
     """Levenberg–Marquardt on ½|Φ|² from W.q: ends at a closed position or at the smallest gap."""
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     here, damping = gap(L, W), 1e-2
     for _ in range(4 * STEPS):
@@ -372,7 +372,7 @@ def levenberg_marquardt(L, W, w, tolerance):
         for n in range(W.q.shape[0]):
             W.base[n, 0] = W.q[n, 0]
         move(L, W, W.base, W.u, part)
-        turns(L, W, w)
+        body_rotations(L, W, w)
         rows(L, W, w, True, None)
         now = gap(L, W)
         if now < here:
@@ -383,7 +383,7 @@ def levenberg_marquardt(L, W, w, tolerance):
         else:
             for n in range(W.q.shape[0]):
                 W.q[n, 0] = W.base[n, 0]
-            turns(L, W, w)
+            body_rotations(L, W, w)
             rows(L, W, w, True, None)
             damping *= 5.0
             if damping > LOOP_CLOSURE_DAMPING_LOST:
@@ -432,7 +432,7 @@ def project_designs(
 @njit
 def nearest_velocity(L, W, w, regularization):
     """Velocity nearest to the present one that satisfies Φ_q v = ν (`project`)."""
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, True)
     factor(L, W, w, regularization, PIVOT_VANISHED)
     rates_of_rows(L, W, w)

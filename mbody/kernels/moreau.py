@@ -23,7 +23,7 @@ import math
 from mbody.core.bundle import Rows
 from mbody.core.decorators import kernel, njit
 from mbody.core.tolerances import CONTACT_IMPULSES_RESCUED, CONTACT_STEP_SHORTEST, PIVOT_VANISHED
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_geometry import (
     FOUND,
     LACKING,
@@ -191,7 +191,7 @@ def begin(L, W, B, M, t, h):
         W.own[n, 0] = y[2 * n3 + n]
     W.time[0, 0] = t + 0.5 * h
     signals(L, W, w, L.varying)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     causes = M.loads.shape[0] - 1
     forces(L, W, w, -1)
@@ -364,7 +364,7 @@ def project(L, W, B, M, t):
     W.time[0, 0] = t
     signals(L, W, w, L.varying)
     _, failed = project_position(L, W, w, M.regularization, 1.0)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, M.regularization, PIVOT_VANISHED)
     project_velocity(L, W, w, M.refinements)
@@ -395,7 +395,7 @@ def kept_instant(
     failed = 0.0
     if L.nodes > 0 and 0.0 < part < 1.0:
         _, failed = project_position(L, W, w, M.regularization, 1.0)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     if L.nodes > 0 and 0.0 < part < 1.0:
         factor(L, W, w, M.regularization, PIVOT_VANISHED)

@@ -15,7 +15,7 @@ from mbody.core.tolerances import (
     TIME_STEP_SHORTEST_DUALS,
 )
 from mbody.kernels.accelerations import augmented_solution, free_accelerations
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.dense_output import combined, next_length, stage_state
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import viscous_friction
@@ -190,7 +190,7 @@ def projected(L, W, w, F, y):
     signals(L, W, w, L.varying)
     for _ in range(NEWTON_STEPS):
         newton(L, W, w, F.regularization, PIVOT_VANISHED)
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     factor(L, W, w, F.regularization, PIVOT_VANISHED)
     project_velocity(L, W, w, F.refinements)

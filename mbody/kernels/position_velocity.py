@@ -23,7 +23,7 @@ from mbody.core.decorators import inline, njit
 from mbody.core.duals import passes_more
 from mbody.core.lanes import highest, ld, st
 from mbody.core.tolerances import RESIDUAL_ROUNDING, TINY
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.friction import (
     BY_RATES,
     add_sliding,
@@ -146,7 +146,7 @@ def put_column(source, column, target, lane):
 @njit
 def newton(L, W, w, regularization, guard):
     """One Newton step on Φ; returns its size (in model lengths and radians) and factor's pivot."""
-    turns(L, W, w)
+    body_rotations(L, W, w)
     rows(L, W, w, True, None)
     least = factor(L, W, w, regularization, guard)
     copy(W.phi, W.x, w)

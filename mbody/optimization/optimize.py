@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.driven import ANALYSES, turned_driver
+from mbody.analysis.driven.driven import ANALYSES, revolving_driver
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.tolerances import (
@@ -489,7 +489,7 @@ def optimize(
         screen = Screen(None, motion, goals, limits)
     else:
         job = _job(system, ranges, Screen.columns(goals, limits), analysis, options)
-        turned = turned_driver(system, job.how.get("turn"))
+        turned = revolving_driver(system, job.how.get("turn"))
         screen = Screen(job, Evaluator(job, names, turned), goals, limits)
     seen = counted("searches") if progress is True else progress or None
     search = MultiStart(screen.evaluator, screen, ranges, starts, seed, seen)

@@ -128,7 +128,7 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
         sign = 1.0 if sides[body] == "i" else -1.0
         force, torque = sign * (fx * ux + fy * uy), 0.0 * torque
     elif load.by_angle:
-        angle, rate = turned(solution, load)
+        angle, rate = relative_angle(solution, load)
     beside = beside_line(solution, load) if load.on_line else (None,) * 4
     return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate, *beside)
 
@@ -159,7 +159,7 @@ def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
         return None
     if element.along_line:
         return stretched(solution, element)[:2]
-    return turned(solution, element) if element.by_angle else None
+    return relative_angle(solution, element) if element.by_angle else None
 
 
 def _number_column(solution: Result, element: Element, key: str) -> Any:
@@ -245,7 +245,7 @@ def beside_line(solution: Result, load: Load) -> tuple[Array, Array, Array, Arra
     return height, ux * vx + uy * vy, ux * vy - uy * vx, spin
 
 
-def turned(solution: Result, load: Any) -> tuple[Array, Array]:
+def relative_angle(solution: Result, load: Any) -> tuple[Array, Array]:
     """Angle of a body from the one that carries the opposite torque, and its rate."""
     body, by = solution[load.body], solution[load.by]
     return body.angle - by.angle, body.omega - by.omega

@@ -21,7 +21,7 @@ from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.evaluate import ONE, TWO
 from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history
-from mbody.solution.measures import check_measure, evaluate_measure, stretched, turned
+from mbody.solution.measures import check_measure, evaluate_measure, relative_angle, stretched
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, driven_motion
 from mbody.system.formula_steps import record_formula
@@ -109,13 +109,13 @@ class TracedInstant(Solution):
             on_j = -f * ux, -f * uy
             return LoadHistory(name, action.j, action.i, *on_j, zero, f, length, None, rate)
         if action.kind == "twist":
-            angle, rate = turned(self, own)
+            angle, rate = relative_angle(self, own)
             f = self._value(own, action.law, (1.0 - p[1]) * (angle - p[0]) + p[1] * rate)
             parts: tuple[Any, ...] = (zero, zero, -f, zero, None, angle, rate)
             return LoadHistory(name, action.j, action.i, *parts)
         f = self._value(own, action.signals[0], self.t)
         if action.kind == "torque":
-            turn: tuple[Any, Any] = turned(self, own) if own.by_angle else (None, None)
+            turn: tuple[Any, Any] = relative_angle(self, own) if own.by_angle else (None, None)
             return LoadHistory(name, action.j, action.i, zero, zero, f, zero, None, *turn)
         body = self[action.j]
         angle = body.angle * p[4]

@@ -142,7 +142,7 @@ class MotionWriter(FunctionWriter):
                             self._element(self.buffer, b.add(buffer, _number(n)))
                         )
                         square.append(b.load(self._side(numbers, _number(low)), align=8 * SIDE))
-                    for n, value in enumerate(turned(b, square)):
+                    for n, value in enumerate(transposed(b, square)):
                         place = b.add(lanes[low + n], _number(begin))
                         b.store(value, self._side(self.word["output"], place), align=CALLERS)
 
@@ -175,7 +175,7 @@ class MotionWriter(FunctionWriter):
         return b.mul(lanes, self.word["stride"])
 
 
-def turned(builder: Any, rows: list[Any]) -> list[Any]:
+def transposed(builder: Any, rows: list[Any]) -> list[Any]:
     """Columns of rows as rows of columns, the transpose: by pairs, then fours, and so on."""
     rows, count, width = list(rows), len(rows), 1
     while width < count:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.recorded_numbers import NumberRecording, Untraceable
-from mbody.kernels.constraints import rows, turns
+from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.continuation import predict, predict_by_three
 from mbody.kernels.continuation_lanes import conclude, newton_square, prescribe
 from mbody.kernels.forces import signals
@@ -182,7 +182,7 @@ def _pieces(recorder: _PieceRecorder, repeated: set[Row]) -> dict[str, Piece]:
         predict(L, W, 0.0, h, back, quintic, 0)
 
     def position(W: Any, factors: Any, given: Any) -> None:
-        turns(L, W, 0.0)
+        body_rotations(L, W, 0.0)
         rows(L, W, 0.0, True, None)
 
     def prescribed(W: Any, factors: Any, given: Any) -> None:

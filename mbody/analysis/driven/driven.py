@@ -625,7 +625,7 @@ def requested_instants(
     if not options or "at" in options or "over" in options:
         ask = Instants(**options) if options else system.mechanism.ask or Instants()
     turn = options.get("turn") if ask is None else ask.over
-    return RequestedInstants(analysis, options, ask, turned_driver(system, turn))
+    return RequestedInstants(analysis, options, ask, revolving_driver(system, turn))
 
 
 def analyse_with(system: System, analysis: str, options: Mapping[str, Any], verb: str) -> Solution:
@@ -633,7 +633,7 @@ def analyse_with(system: System, analysis: str, options: Mapping[str, Any], verb
     return requested_instants(system, analysis, options, verb).analysed(system)
 
 
-def turned_driver(system: System, turn: Any) -> str:
+def revolving_driver(system: System, turn: Any) -> str:
     """The driver whose turn it is, by its own name or that of its body, or `True` or "turn" for the
     first; empty where none turns.
     """

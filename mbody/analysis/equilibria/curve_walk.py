@@ -413,7 +413,7 @@ def roots_of(curve: MotionCurve, walk: Walk, start: bool = False) -> Roots:
     return _CurveIsolation(curve, walk, start).found
 
 
-def out_of_turn(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
+def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
     """Zeros beside which one must be missing: along a smooth residual force its slope changes sign
     from each to the next, and all round a closed walk.
 

@@ -325,7 +325,7 @@ class Cover:
                 return True
         return False
 
-    def tells_turns_apart(self) -> bool:
+    def distinguishes_revolutions(self) -> bool:
         """Whether a whole turn of some body changes the loads, as of a torsion spring."""
         first = self.nodes[0].place
         top = self.manifold.scale_of(first)
@@ -343,7 +343,7 @@ class Cover:
         """Positions (…, coordinates) in the tangent plane of a place, whole turns left out:
         (…, 2).
         """
-        return np.asarray(whole_turns_less((q - node.place.q) / self.scale) @ node.frame.T)
+        return np.asarray(without_whole_revolutions((q - node.place.q) / self.scale) @ node.frame.T)
 
     @functools.cached_property
     def _every(self) -> tuple[Array, Array, Array, Array]:
@@ -361,7 +361,7 @@ class Cover:
         count = len(self.nodes)
         first, second, apart = self.within(self._names[:count], 1.6 * self._radii[:count, None])
         first, second = first[apart > 0.0], second[apart > 0.0]
-        chord = whole_turns_less((q[second] - q[first]) / self.scale)
+        chord = without_whole_revolutions((q[second] - q[first]) / self.scale)
         seen = np.einsum("nfc,nc->nf", frames[first], chord)
         u, sizes, vt = np.linalg.svd(frames[first] @ frames[second].transpose(0, 2, 1))
         begin = np.searchsorted(first, np.arange(count + 1))
@@ -413,7 +413,7 @@ class Cover:
         return found
 
 
-def whole_turns_less(displacement: Array) -> Array:
+def without_whole_revolutions(displacement: Array) -> Array:
     """Differences of positions (…, coordinates) without units, whole turns left out."""
     displacement = displacement.copy()
     displacement[..., 2::3] = np.remainder(displacement[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
@@ -698,7 +698,7 @@ class TangentChart:
         """
         return bool(hold([self], q[None])[0])
 
-    def turned_little(self, ends: Array, moved: Array) -> Array:
+    def is_small_rotation(self, ends: Array, moved: Array) -> Array:
         """By how much the ends of loads move to each other in cells (cells, loads), those of cells
         (cells, 2, 2, loads, 2); `moved` is the same in a chart that has no centre.
         """
@@ -733,7 +733,7 @@ class PolarChart(TangentChart):
         angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
         return np.asarray((np.stack([np.hypot(x, z), angle], axis=-1) - self.low) / self.step)
 
-    def turned_little(self, ends: Array, moved: Array) -> Array:
+    def is_small_rotation(self, ends: Array, moved: Array) -> Array:
         """Relative motion of the ends of loads in cells (cells, loads); loads whose ends coincide
         in the centre rotate with the angle only.
         """
@@ -764,9 +764,9 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     cover = charts[0].cover
     origin = np.array([chart.node.place.q for chart in charts])
     frames = np.array([chart.node.frame for chart in charts])
-    displacement = whole_turns_less((q - origin) / cover.scale)
+    displacement = without_whole_revolutions((q - origin) / cover.scale)
     found = chart_positions(charts, np.einsum("nfc,nc->nf", frames, displacement))
-    apart = np.abs(whole_turns_less((found.q - q) / cover.scale)).max(axis=1)
+    apart = np.abs(without_whole_revolutions((found.q - q) / cover.scale)).max(axis=1)
     return np.asarray(found.good & (np.where(found.good, apart, np.inf) < POSITION_SAME))
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.analysis.equilibria.curve_walk import RUN_AWAY, MotionCurve, Walk, out_of_turn, roots_of
+from mbody.analysis.equilibria.curve_walk import RUN_AWAY, MotionCurve, Walk, out_of_order, roots_of
 from mbody.analysis.equilibria.position_surface import Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
@@ -222,7 +222,7 @@ class RestSearch:
             self.ends.append(("wide", cover.nodes[-1].place))
         elif not inward:
             self.ends.append(("wide", cover.rim[0].place))
-        elif cover.tells_turns_apart():
+        elif cover.distinguishes_revolutions():
             self.ends.append(("turns", here))
         self._relax(here)
 
@@ -309,7 +309,7 @@ class RestSearch:
                     arclength, place = whole - arclength, back or place
                 met.append((arclength, place))
             self.jumps += [node.place for node in roots.jumps]
-            odd = out_of_turn(curve, walk, roots)
+            odd = out_of_order(curve, walk, roots)
             # a walk that comes to the very place where a load jumps does not see the jump
             if odd and not any(directionless_loads(self.manifold, r.place) for r in roots.rests):
                 self.odd += [node.place for node in odd]

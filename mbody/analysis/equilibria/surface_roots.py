@@ -41,7 +41,7 @@ from mbody.analysis.equilibria.position_surface import (
     hold,
     may_meet,
     meetings,
-    whole_turns_less,
+    without_whole_revolutions,
 )
 from mbody.analysis.position.tangent_space import Array, Place
 from mbody.core.tolerances import (
@@ -297,7 +297,7 @@ class ChartCells:
         along = [np.linalg.norm(np.diff(ends, axis=n), axis=-1).max(axis=(2, 3)) for n in (2, 3)]
         moved = np.hypot(*along)
         for n, chart in enumerate(charts):
-            moved[n] = chart.turned_little(ends[n], moved[n])
+            moved[n] = chart.is_small_rotation(ends[n], moved[n])
         lengths = np.linalg.norm(ends, axis=-1)
         self.turning = moved > lengths.min(axis=(2, 3))
         for load in np.flatnonzero(self.creased):
@@ -763,7 +763,7 @@ class _SurfaceIsolation:
         frames = np.array([chart.node.frame for chart in charts])
         low = np.array([chart.low for chart in charts])
         step = np.array([chart.step for chart in charts])
-        displacement = whole_turns_less((q[k] - origin[which]) / cover.scale)
+        displacement = without_whole_revolutions((q[k] - origin[which]) / cover.scale)
         at = (np.einsum("nfc,nc->nf", frames[which], displacement) - low[which]) / step[which]
         inside = ((at >= 0.0) & (at <= FINEST)).all(axis=1)
         for number_, chart, own in zip(k[inside], which[inside], at[inside], strict=True):

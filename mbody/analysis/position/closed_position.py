@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 TURN = 2.0 * math.pi
 
 
-class _TurningGroups:
+class _RotatingGroups:
     """Bodies that only turn together where a whole turn is counted."""
 
     def __init__(self, names: list[str]) -> None:
@@ -151,11 +151,11 @@ def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, floa
     return found
 
 
-def _groups(system: System) -> _TurningGroups:
-    return _TurningGroups([*(body.name for body in system.mechanism.bodies), "ground"])
+def _groups(system: System) -> _RotatingGroups:
+    return _RotatingGroups([*(body.name for body in system.mechanism.bodies), "ground"])
 
 
-def _counting(system: System, groups: _TurningGroups) -> Iterator[Constraint]:
+def _counting(system: System, groups: _RotatingGroups) -> Iterator[Constraint]:
     """Elements whose rows count turns, those that bind two bodies to one angle first; each joins
     its bodies once it has been looked at.
     """
@@ -167,7 +167,7 @@ def _counting(system: System, groups: _TurningGroups) -> Iterator[Constraint]:
             groups.join(*element.turn_bodies())
 
 
-def _springs(system: System) -> Iterator[tuple[_TurningGroups, Any]]:
+def _springs(system: System) -> Iterator[tuple[_RotatingGroups, Any]]:
     """Torsion springs between bodies of which nothing says how often they have turned, each with
     the groups as the springs before it leave them.
     """
@@ -191,13 +191,15 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     return twist
 
 
-def _turn(system: System, groups: _TurningGroups, poses: np.ndarray, name: str, angle: Any) -> None:
+def _turn(
+    system: System, groups: _RotatingGroups, poses: np.ndarray, name: str, angle: Any
+) -> None:
     """Turn a whole group by angles (designs,) [rad]."""
     for body in groups.members[name]:
         poses[:, 3 * system.bodies[body] + 2] += angle
 
 
-def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: TurnRow) -> None:
+def _nearest(system: System, groups: _RotatingGroups, pose: np.ndarray, row: TurnRow) -> None:
     """Turn the last free group of a row so that least is left of it."""
     for name in reversed(row.factors):
         if groups.free(name):
@@ -209,7 +211,7 @@ def _nearest(system: System, groups: _TurningGroups, pose: np.ndarray, row: Turn
             return
 
 
-def _mesh(system: System, groups: _TurningGroups, read: _Pose, pair: Constraint) -> None:
+def _mesh(system: System, groups: _RotatingGroups, read: _Pose, pair: Constraint) -> None:
     """Turn the last free wheel of a pair whose ψ is nearer to the opposite direction."""
     row = pair.turn_row(read.at, read)
     if row is None or abs(float(row.left)) <= 0.25 * TURN:

@@ -110,13 +110,13 @@ class TorsionDamper(Turning):
 
 
 @inline
-def turn(i, j, p):
+def relative_angle(i, j, p):
     """Argument of the law: θ_j − θ_i − θ₀, or the rate ω_j − ω_i where p₁ = 1."""
     rate = p[1]
     return (1.0 - rate) * (j[2] - i[2] - p[0]) + rate * (j[7] - i[7]), None
 
 
-@load_physics(argument=turn)
+@load_physics(argument=relative_angle)
 @inline
 def twist(i, j, p, f, known):
     """T = −f on j, f on i: it turns back."""
