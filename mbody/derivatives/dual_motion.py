@@ -62,7 +62,7 @@ class Tangents:
     ----------
     par, mass : arrays (rows, directions)
         Of the numbers of the kernels.
-    anchor, phases : arrays (rows that can be on or off, …), (phases, directions)
+    anchor, phases : arrays (rows of the active set, …), (phases, directions)
     hold : array (inputs that keep their values, directions)
     resolved : array (directions,)
         Below which tangents do not count.
@@ -107,9 +107,9 @@ class DualInstant:
         The state, projected on the constraints, and its derivative.
     record : DualNumber (rows,)
         As of `mbody.kernels.motion_duals.keep_duals`.
-    value, rate : DualNumber (switched,)
-        Of the rows that can be on or off: Φ and its rate.
-    block : DualNumber (switched, coordinates)
+    value, rate : DualNumber (active set,)
+        Of the rows of the active set: Φ and its rate.
+    block : DualNumber (active set, coordinates)
         Φ_q of these.
     joints : DualNumber (rows, coordinates)
         Φ_q of all others.
@@ -414,7 +414,7 @@ class GuardDuals:
         ]
 
     def _multiplier(self, record: DualNumber, row: int) -> DualNumber:
-        e = int(self.uni.layout.switched[row])
+        e = int(self.uni.layout.active_set[row])
         return record[3 * self.system.coordinates + PER_PRIMITIVE * e]
 
     def _pressing(self, record: DualNumber, number: int) -> Any:
@@ -750,7 +750,7 @@ def anchored(
         if point.tangent < 0 or not stretch.on[point.tangent]:
             continue
         if point.candidate.solid == "circle":
-            e = int(uni.layout.switched[point.tangent])
+            e = int(uni.layout.active_set[point.tangent])
             row = int(uni.layout.primitive_par[e])
             place = uni.phase_rows.index(row + 6)
             phases[place] = now.par[row + 6].tangents + _turned(uni, n, row, now)

@@ -114,7 +114,7 @@ def _accelerations(run: Solution) -> np.ndarray:
     system, n = run.system, run.system.coordinates
     a = np.abs(run.record.table(slice(2 * n, 3 * n))[0])
     mass = float(system.mass[:n:3, 0].sum())
-    if not len(system.layout.switched) or mass <= 0.0:
+    if not len(system.layout.active_set) or mass <= 0.0:
         return np.asarray(a)
     primitives = run.record.table(slice(3 * n, 3 * n + PER_PRIMITIVE * len(system.owners)))[0]
     force = float(np.abs(primitives.reshape(-1, PER_PRIMITIVE)[:, 2:4]).max(initial=0.0))
@@ -643,7 +643,7 @@ class FreeInstants:
         tangents = Tangents(
             self.par,
             self.mass,
-            np.zeros((len(uni.layout.switched), len(self.names))),
+            np.zeros((len(uni.layout.active_set), len(self.names))),
             self.par[uni.phase_rows],
             np.zeros((len(motion.hold), len(self.names))),
             self.resolved,

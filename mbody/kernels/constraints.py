@@ -395,15 +395,15 @@ def rows(L, W, w, position, velocity):
     for e in range(L.primitive_kind.shape[0]):
         every_kind(L, W, w, e, L.primitive_kind[e], position, velocity)
     # on lanes no row is switched on
-    if count(w) == 1 and L.switched.shape[0] > 0:
+    if count(w) == 1 and L.active_set.shape[0] > 0:
         switch(L, W, w, position, velocity)
 
 
 @njit
 def switch(L, W, w, position, velocity):
-    """Rows that can be on or off ← what their physics gave, less the anchor of Φ, or nothing."""
-    for s in range(L.switched.shape[0]):
-        e = L.switched[s]
+    """Rows of the active set ← what their physics gave, less the anchor of Φ, or nothing."""
+    for s in range(L.active_set.shape[0]):
+        e = L.active_set[s]
         k, m = L.primitive_node[e], L.written_node[e]
         # a row that is off may be no number, as where two centres coincide
         on = highest(ld(W.on, s, w)) != 0.0
@@ -425,10 +425,10 @@ def switch(L, W, w, position, velocity):
 
 @inline
 def further_block(L, side):
-    """Where the physics of a row that can be on or off writes the block of a further side, which
+    """Where the physics of a row of the active set writes the block of a further side, which
     is that number of `L.more`.
     """
-    return 12 * (L.nodes + (L.more.shape[0] + 1) // 2 + L.switched.shape[0]) + 6 * side
+    return 12 * (L.nodes + (L.more.shape[0] + 1) // 2 + L.active_set.shape[0]) + 6 * side
 
 
 @inline

@@ -119,9 +119,9 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
             for n in range(3):
                 W.r[3 * L.slot_body[s] + n, 0] += W.u[3 * s + n, 0]
         worst, term, power, flow = 0.0, 0.0, 0.0, 0.0
-        for s in range(L.switched.shape[0]):
+        for s in range(L.active_set.shape[0]):
             # a row that can be off acts all the same: as a contact or friction
-            e = L.switched[s]
+            e = L.active_set[s]
             own = carry_row(L, W, e, lam[k, 2 * e])
             power -= own
             flow += abs(own)
@@ -213,7 +213,7 @@ def alone(L, W, w, sliding):
         add_row(W, w, m, i, j, sliding[f])
     balancing_multipliers(L, W, w)
     for f in range(L.friction_kind.shape[0]):
-        node = 2 * L.primitive_node[L.switched[L.friction_tangent[f]]]
+        node = 2 * L.primitive_node[L.active_set[L.friction_tangent[f]]]
         st(W.lam, node, sliding[f] + 0.0 * ld(W.size, 0, w), w)
 
 

@@ -225,7 +225,7 @@ POWERS = 12
 @inline
 def tangent(L, W, w, f):
     """Place of the row of pair f in the blocks, and both of its bodies."""
-    e = L.switched[L.friction_tangent[f]]
+    e = L.active_set[L.friction_tangent[f]]
     return L.written_node[e], L.primitive_i[e], L.primitive_j[e]
 
 
@@ -607,7 +607,7 @@ def store_sliding(L, W, w):
         s = L.friction_tangent[f]
         viscous = ld(W.par, L.friction_par[f] + 3, w) * ld(W.rate, f, w)
         sliding = ld(W.slip_sign, f, w) * ld(W.slip, f, w) + viscous
-        node = 2 * L.primitive_node[L.switched[s]]
+        node = 2 * L.primitive_node[L.active_set[s]]
         on = ld(W.on, s, w)
         st(W.lam, node, on * ld(W.lam, node, w) + (1.0 - on) * sliding, w)
 
@@ -618,4 +618,4 @@ def friction_loss(L, W, f):
     s = L.friction_tangent[f]
     if W.on[s, 0] != 0.0:
         return 0.0
-    return W.lam[2 * L.primitive_node[L.switched[s]], 0] * W.rate[f, 0]
+    return W.lam[2 * L.primitive_node[L.active_set[s]], 0] * W.rate[f, 0]

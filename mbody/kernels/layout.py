@@ -51,8 +51,8 @@ class Layout(Bundle):
     # node where the physics of each is written: its own, or one beyond all nodes of a row that can
     # be on or off; and which primitives these are
     written_node: Ints
-    switched: Ints
-    # friction pairs: kind, node whose multipliers press, tangent row among those that are switched,
+    active_set: Ints
+    # friction pairs: kind, node whose multipliers press, tangent row among those of the active set,
     # first parameter, signal row of a friction that is given; how their slip signs are known
     # (`mbody.kernels.friction`)
     friction_kind: Ints
@@ -61,7 +61,7 @@ class Layout(Bundle):
     friction_par: Ints
     friction_signal: Ints
     slip_signs: int
-    # those of the rows that can be on or off which change with time while all bodies rest: stops
+    # those of the rows of the active set which change with time while all bodies rest: stops
     # that move
     moving: Ints
     # nodes: first column of either side; blocks below the diagonal of each; their rows
@@ -172,7 +172,7 @@ class Work(Bundle):
     base: Rows
     # blocks of the position that was factored, while the factor serves at another one; one lane
     factored_block: Floats
-    # rows that can be on or off: whether they are on, what is subtracted from Φ of them
+    # rows of the active set: whether they are on, what is subtracted from Φ of them
     on: Rows
     anchor: Rows
     # friction pairs: sign of sliding, rate, coefficient of friction, size x of friction; what is
@@ -267,14 +267,14 @@ def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame
     """The frame of the workspaces of a system."""
     L = layout
     numbers = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more), L.owns
-    shape = (*numbers, L.formula_numbers, len(L.switched), len(L.friction_kind))
+    shape = (*numbers, L.formula_numbers, len(L.active_set), len(L.friction_kind))
     return _frame(shape, parameters, signals, lanes)
 
 
 @functools.lru_cache(maxsize=256)
 def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) -> Frame:
-    bodies, slots, nodes, blocks, more, owns, formulas, switched, pairs = shape
-    written = first_beyond(nodes, more) + switched if switched else nodes
+    bodies, slots, nodes, blocks, more, owns, formulas, active_set, pairs = shape
+    written = first_beyond(nodes, more) + active_set if active_set else nodes
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
         "par": parameters,
@@ -289,8 +289,8 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "formula": formulas,
         "own": owns,
         "auxiliary_rate": owns,
-        # what further sides of rows that can be on or off give lies beyond all nodes
-        "block": max(12 * nodes + 6 * more, 12 * written + (6 * more if switched else 0)),
+        # what further sides of rows of the active set give lies beyond all nodes
+        "block": max(12 * nodes + 6 * more, 12 * written + (6 * more if active_set else 0)),
         "phi": 2 * written,
         "nu": 2 * written,
         "gamma": 2 * written,
@@ -311,7 +311,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "arm": ARMS * pairs,
     }
     rows |= dict.fromkeys(("diagonal", "x", "lam"), 2 * nodes)
-    rows |= dict.fromkeys(("on", "anchor"), switched)
+    rows |= dict.fromkeys(("on", "anchor"), active_set)
     rows |= dict.fromkeys(("slip_sign", "rate", "coefficient", "slip", "kept_slip"), pairs)
     lengths = {
         "user_arguments": 17 + parameters,

@@ -85,7 +85,7 @@ def powers(L, W, P):
     for f in range(pairs):
         P[count + L.driver_row.shape[0] + f] = -friction_loss(L, W, f)
     for m in range(moving):
-        node = 2 * L.primitive_node[L.switched[L.moving[m]]]
+        node = 2 * L.primitive_node[L.active_set[L.moving[m]]]
         # as of a driver: the row gives ν where it is on
         P[count + L.driver_row.shape[0] + pairs + m] = -W.lam[node, 0] * W.nu[node, 0]
 

@@ -63,7 +63,7 @@ def rolling_from(
     else:
         i, j = parameters[4], parameters[5]
         parameters[6] = np.arctan2(dy, dx) - i * turned_i - j * turned_j
-    return replace(row, parameters=parameters, switched=False)
+    return replace(row, parameters=parameters, active_set=False)
 
 
 def _arm_end(
@@ -172,7 +172,7 @@ class ContactCandidate:
     def taut(cls, bodies: tuple[str, str], arms: list[Any], length: Any) -> ContactCandidate:
         """That of a rope."""
         law = Signal(Constant(0.0), [length])
-        row = ConstraintPrimitive("clearance", *bodies, "l", arms, law, switched=True)
+        row = ConstraintPrimitive("clearance", *bodies, "l", arms, law, active_set=True)
         return cls(row, None, -1.0, False, None, (arms[2], arms[3]), False, "rope")
 
     @classmethod
@@ -286,11 +286,11 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
     arm, radius = _circle(at, one)
     bodies = _body(edged[0]), _body(one[0])
     shifted = [ix - radius * uy, iy + radius * ux, *arm, -uy, ux]
-    normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, switched=True)
+    normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, active_set=True)
     turning = not isinstance(one[1], CORNERS)
     along = [ix, iy, *arm, ux, uy, *([radius] if turning else [])]
     kind = "rack" if turning else "coordinate"
-    tangent = ConstraintPrimitive(kind, *bodies, "l", along, switched=True)
+    tangent = ConstraintPrimitive(kind, *bodies, "l", along, active_set=True)
     solid = type(edged[1]).__name__.lower()
     begin = (ix, iy), (ux, uy), length
     arcs = _arcs(at, one, True, None)
@@ -307,9 +307,9 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
         ri = -ri
     apart, bodies, arms = ri + rj, (_body(i[0]), _body(j[0])), [*arm_i, *arm_j]
     law = Signal(Constant(0.0), [apart])
-    normal = ConstraintPrimitive("clearance", *bodies, "l", arms, law, switched=True)
+    normal = ConstraintPrimitive("clearance", *bodies, "l", arms, law, active_set=True)
     parameters = [*arms, ri / apart, rj / apart, 0.0]
-    tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, switched=True)
+    tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, active_set=True)
     sign = -1.0 if inside else 1.0
     # within a ring both touch on the side that the centre of the inner one is on
     here = -1.0 if isinstance(j[1], Ring) else 1.0
@@ -379,7 +379,7 @@ class OneSided(Constraint):
         candidates = self.candidates(at)
         if not self.closed:
             return [candidate.normal for candidate in candidates]
-        across = [replace(candidate.normal, switched=False) for candidate in candidates]
+        across = [replace(candidate.normal, active_set=False) for candidate in candidates]
         if not self.rolls:
             return across
         i, j = self.bodies

@@ -122,9 +122,9 @@ class ConstraintPrimitive:
         What a ``"sum"`` adds up, over more bodies than two.
     more : tuple of str
         Further bodies of a ``"formula"``.
-    switched : bool
-        Whether its one row can be on or off, as of a contact or of a pair that sticks or slides;
-        it begins off.
+    active_set : bool
+        Whether its one row is of the active set, active or not, as of a contact or of a pair that
+        sticks or slides; it begins off.
     """
 
     kind: str
@@ -137,7 +137,7 @@ class ConstraintPrimitive:
     function: Callable[..., Any] | None = None
     parts: tuple[Part, ...] = ()
     more: tuple[str, ...] = ()
-    switched: bool = False
+    active_set: bool = False
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -157,7 +157,8 @@ class FrictionPrimitive:
         of wheels, ``"follower"`` of a cam, ``"apart"``, the force that presses wheels apart,
         ``"torque"`` or ``"force"`` of a law.
     tangent : ConstraintPrimitive
-        The row whose rate is the rate of sliding, switched: it is on while the pair sticks.
+        The row whose rate is the rate of sliding, of the active set: it is active while the pair
+        sticks.
     presses : int
         Which primitive of the element has the reaction that presses.
     parameters : list

@@ -170,7 +170,7 @@ class Stop(OneSided):
     def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The one coordinate."""
         row = ConstraintPrimitive(
-            "formula", "ground", "ground", self.row, [], at.law(self, "gap"), switched=True
+            "formula", "ground", "ground", self.row, [], at.law(self, "gap"), active_set=True
         )
         return [ContactCandidate.row(row, 1.0)]
 
@@ -262,7 +262,7 @@ class Freewheel(OneSided):
 
     def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The angle between the bodies, from where it holds."""
-        row = ConstraintPrimitive("angle", *self.bodies, "a", [0.0], switched=True)
+        row = ConstraintPrimitive("angle", *self.bodies, "a", [0.0], active_set=True)
         return [ContactCandidate.one_way(row, -1.0 if self.clockwise else 1.0)]
 
     def overlapping(

@@ -230,7 +230,7 @@ def friction_pairs(system: System) -> tuple[FrictionPair, ...]:
     for kind, tangent, parameter in zip(
         L.friction_kind, L.friction_tangent, L.friction_par, strict=True
     ):
-        e = int(L.switched[tangent])
+        e = int(L.active_set[tangent])
         owner: Any = system.owners[e][0]
         apart = owner.role == "contact" and not owner.closed
         found.append(FrictionPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), apart))

@@ -134,7 +134,7 @@ def works_of_pairs(system: System) -> dict[str, str]:
     """
     L, found = system.layout, dict[str, str]()
     for tangent in L.friction_tangent:
-        name = system.owners[int(L.switched[tangent])][0].name
+        name = system.owners[int(L.active_set[tangent])][0].name
         count = sum(owner == name for owner in found.values())
         found[f"{name}.friction" + (f"_{count + 1}" if count else "")] = name
     return found
@@ -143,7 +143,7 @@ def works_of_pairs(system: System) -> dict[str, str]:
 def works_of_moving(system: System) -> list[str]:
     """Names of the work of every moving stop, as "floor.moving"."""
     L = system.layout
-    return [f"{system.owners[int(L.switched[s])][0].name}.moving" for s in L.moving]
+    return [f"{system.owners[int(L.active_set[s])][0].name}.moving" for s in L.moving]
 
 
 def _named(system: System, records: Array) -> dict[str, dict[str, AccountedEnergy]]:

@@ -93,7 +93,7 @@ class ModalState:
     modes, pairs : tuples of str
         Of the contact points and of the frictional joints.
     on, anchor : tuples of float
-        Of the rows that can be on or off, whether they are and where sticking began.
+        Of the rows of the active set, whether they are and where sticking began.
     phases : tuple of float
         Of the rows along contact points of two circles.
     groups : tuple of tuples of int

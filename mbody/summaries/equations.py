@@ -277,7 +277,7 @@ class _UnknownColumns:
         L, n3 = self.system.layout, 3 * self.system.coordinates
         block = self.work.block[:, 0].reshape(-1, 3)
         force = np.zeros(self.system.coordinates + 3)
-        for e in L.switched:
+        for e in L.active_set:
             own = self.numbers[n3 + PER_PRIMITIVE * e]
             for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
                 force[3 * body : 3 * body + 3] -= own * block[4 * L.written_node[e] + side]

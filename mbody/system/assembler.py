@@ -263,17 +263,17 @@ def blocks_of(
 ) -> list[dict[str, int]]:
     """Of every primitive where its physics writes the blocks of its bodies; −1 of the ground.
     place: node of every primitive in the order of elimination; written: the node that its physics
-    writes, another one of those that can be on or off.
+    writes, another one of the active set.
     """
     nodes = len(plan.order)
-    switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
-    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(switched))
+    active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
+    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(active_set))
     further: dict[int, list[int]] = {}
     for n, k in enumerate(plan.more_node):
         further.setdefault(int(k), []).append(6 * n)
     found = []
     for e, primitive in enumerate(primitives):
-        k, first = written[e], apart if primitive.switched else 12 * nodes
+        k, first = written[e], apart if primitive.active_set else 12 * nodes
         at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
         found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
     return found
@@ -377,7 +377,7 @@ def friction_table(
     pairs: Sequence[tuple[Constraint, FrictionPrimitive]],
     owners: Sequence[tuple[Element, int]],
     place: Mapping[int, int],
-    switched: Sequence[int],
+    active_set: Sequence[int],
 ) -> dict[str, Any]:
     """Columns of the layout, a line a friction pair, in the order of the description."""
     number = {(one.name, part): e for e, (one, part) in enumerate(owners)}
@@ -386,7 +386,7 @@ def friction_table(
     tangents = []
     for element, _ in pairs:
         part = rows[element.name] - left[element.name]
-        tangents.append(switched.index(number[element.name, part]))
+        tangents.append(active_set.index(number[element.name, part]))
         left[element.name] -= 1
     pressing = [place[number[element.name, pair.presses]] for element, pair in pairs]
     return {
@@ -831,10 +831,10 @@ class _Compiler:
         for n in rows:
             formulas.add_signal(laws[n], offset[a + n], first[n], 3 * n)
         driver_steps = len(formulas.rows)
-        switched = [e for e, primitive in enumerate(primitives) if primitive.switched]
+        active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
         beyond = first_beyond(len(slots.sides), len(plan.more_node))
         written = [place[e] for e in range(a)]
-        for n, e in enumerate(switched):
+        for n, e in enumerate(active_set):
             written[e] = beyond + n
         blocks = blocks_of(primitives, place, written, plan)
         spans = np.zeros((a, 3), dtype=np.int64)
@@ -863,7 +863,7 @@ class _Compiler:
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
         moving = [
             number
-            for number, e in enumerate(switched)
+            for number, e in enumerate(active_set)
             if (own_row := laws[self.primitive_signal[e] // 3].driven) and own_row.explicit
         ]
         dependent = [driver.name in self.following for driver in self.mechanism.drivers]
@@ -884,8 +884,8 @@ class _Compiler:
             primitive_law=primitive_law,
             primitive_handle=integers([-1] * a),
             written_node=integers(written),
-            switched=integers(switched),
-            **friction_table(self.pairs, self.owners, place, switched),
+            active_set=integers(active_set),
+            **friction_table(self.pairs, self.owners, place, active_set),
             friction_par=integers(offset[c:-1]),
             friction_signal=integers(self.friction_signal),
             moving=integers(moving),

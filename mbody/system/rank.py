@@ -105,7 +105,7 @@ def _row_places(system: System) -> tuple[np.ndarray, np.ndarray, list[tuple[int,
     more = [
         (width * int(line) + 3 * int(L.slot_body[column // 3]), 12 * L.nodes + 6 * n)
         for n, (k, column) in enumerate(L.more)
-        for line in np.flatnonzero((node == k) & (row == 0))  # none of what can be on or off
+        for line in np.flatnonzero((node == k) & (row == 0))  # none of the active set
     ]
     both = bodies[:, 0] == bodies[:, 1]  # two sides of one body add up
     more += list(zip(place[both, 1].tolist(), number[both, 1].tolist(), strict=True))
@@ -560,7 +560,7 @@ def sparse_rows(system: System, work: Work) -> SparseRows:
         block.append(blocks[node, side, line])
     first_rows = {int(k): n for n, k in enumerate(node.tolist()) if line[n] == 0}
     for n, (k, column) in enumerate(L.more):
-        if int(k) in first_rows:  # none of what can be on or off
+        if int(k) in first_rows:  # none of the active set
             first = 12 * L.nodes + 6 * n
             row.append(np.array([first_rows[int(k)]]))
             body.append(np.array([L.slot_body[column // 3]]))

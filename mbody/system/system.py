@@ -60,7 +60,7 @@ def no_such_number(name: str, machine: Mechanism, values: Mapping[str, Any]) -> 
 
 
 def fixed_rows(
-    layout: Layout, row_kinds: Sequence[str], switched: Container[int], length: float
+    layout: Layout, row_kinds: Sequence[str], active_set: Container[int], length: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Proximal terms, identity rows, and blocks of the welds of one body's slots, each (rows, 1):
     equal x and y, then equal angle.
@@ -70,7 +70,7 @@ def fixed_rows(
     pairs = zip(row_kinds, L.primitive_node, strict=True)
     for e, (kinds, node) in enumerate(pairs):
         for row in range(2):
-            if row < len(kinds) and e not in switched:
+            if row < len(kinds) and e not in active_set:
                 weights[2 * node + row] = 1.0 if kinds[row] == "l" else length**-2
             else:
                 pad[2 * node + row] = 1.0
@@ -178,9 +178,9 @@ class System:
 
     @functools.cached_property
     def rows(self) -> int:
-        """Number of constraint rows, drivers included, without those that can be on or off."""
+        """Number of constraint rows, drivers included, without those of the active set."""
         every = sum(len(kinds) for kinds in self.row_kinds)
-        return every - len(self.switched_rows)
+        return every - len(self.active_set_rows)
 
     @property
     def coordinates(self) -> int:
@@ -481,7 +481,7 @@ class System:
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
         weights, pad, blocks = self.once(
             "fixed rows",
-            lambda: fixed_rows(L, self.row_kinds, self.switched_rows, self.length),
+            lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.length),
         )
         work.regularization_weight[: len(weights)] = weights
         work.pad[: len(pad)], work.block[: len(blocks)] = pad, blocks
@@ -495,21 +495,21 @@ class System:
         return found
 
     @functools.cached_property
-    def switched_rows(self) -> dict[int, int]:
-        """Of the primitives that can be on or off their number among these."""
-        return {int(e): n for n, e in enumerate(self.layout.switched)}
+    def active_set_rows(self) -> dict[int, int]:
+        """Of the primitives of the active set their number among these."""
+        return {int(e): n for n, e in enumerate(self.layout.active_set)}
 
     @functools.cached_property
     def row_table(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of every row its primitive, its number in it, and whether it is an angle: joints in the
-        order of the description, then drivers. Rows that can be on or off are not among them.
+        order of the description, then drivers. Rows of the active set are not among them.
         """
         found = [
             (e, row, kind == "a")
             for primitives in self.primitives_of.values()
             for e in primitives
             for row, kind in enumerate(self.row_kinds[e])
-            if e not in self.switched_rows
+            if e not in self.active_set_rows
         ]
         table = np.array(found, dtype=np.int64).reshape(-1, 3)
         return table[:, 0], table[:, 1], table[:, 2] == 1

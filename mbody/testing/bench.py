@@ -337,7 +337,7 @@ class Bench:
         lines: list[Array] = []
         padding = 0.0
         for e, kinds in enumerate(self.system.row_kinds):
-            if e in self.system.switched_rows:
+            if e in self.system.active_set_rows:
                 continue  # friction is no constraint
             for row in range(2):
                 k, o = 2 * L.primitive_node[e] + row, 12 * L.primitive_node[e] + 3 * row

@@ -280,7 +280,7 @@ def _layout(
             primitive_law=never,
             primitive_handle=never,
             written_node=node,
-            switched=none,
+            active_set=none,
             friction_kind=none,
             friction_node=none,
             friction_tangent=none,

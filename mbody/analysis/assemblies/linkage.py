@@ -141,7 +141,7 @@ class Linkage:
             own = made.get(element.name, [])
             # beyond those of the element are rows of friction and of contacts, which begin off
             left_out = element.name == self.released and own[part].kind == "angle"
-            if part < len(own) and not own[part].switched and not left_out:
+            if part < len(own) and not own[part].active_set and not left_out:
                 found[e] = element, own[part]
         return found
 

@@ -100,7 +100,7 @@ class ContactChoice:
         return rank_of(G).free
 
     def _row(self, number: int) -> Array:
-        """One row that can be on or off, dimensionless."""
+        """One row of the active set, dimensionless."""
         unit = 1.0 if self.uni.angular[number] else 1.0 / self.system.length
         own = self.rows.block[number] / self.uni.units[number]
         return np.asarray(unit * own * self.system.coordinate_units)

@@ -1,5 +1,5 @@
-"""The rows of a system that can be on or off: contacts, ropes and frictional joints, with their
-modes.
+"""The rows of a system that belong to the active set: contacts, ropes and frictional joints, with
+their modes.
 
 A `ContactPoint` is one candidate of a contact or the distance of a rope: a normal row and a tangent
 row. A `JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open",
@@ -178,7 +178,7 @@ class ContactPoint:
         Of the contact or rope.
     candidate : ContactCandidate
     normal, tangent : int
-        Numbers of its rows among those that can be on or off; tangent −1 of a rope.
+        Numbers of its rows among those of the active set; tangent −1 of a rope.
     pair : int
         Its number among the friction pairs; −1 of a rope.
     friction, static, restitution : float
@@ -206,7 +206,7 @@ class JointPair:
     name : str
         Of the joint.
     tangent, pair : int
-        Its row among those that can be on or off, its number among the friction pairs.
+        Its row among those of the active set, its number among the friction pairs.
     """
 
     name: str
@@ -216,13 +216,13 @@ class JointPair:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """Values of the rows that can be on or off, as their physics gave them, at one position.
+    """Values of the rows of the active set, as their physics gave them, at one position.
 
     Attributes
     ----------
-    value, rate, gamma : arrays (switched,)
+    value, rate, gamma : arrays (active set,)
         Φ, Φ_q v − ν, and what −Φ̈ has without accelerations.
-    block : array (switched, coordinates)
+    block : array (active set, coordinates)
         Φ_q.
     """
 
@@ -234,11 +234,11 @@ class Rows:
 
 @dataclass(frozen=True, eq=False)
 class RowHistories:
-    """Values of the rows that can be on or off at many instants.
+    """Values of the rows of the active set at many instants.
 
     Attributes
     ----------
-    value, rate : arrays (instants, switched)
+    value, rate : arrays (instants, active set)
         Φ and Φ_q v − ν.
     """
 
@@ -278,7 +278,7 @@ def refuse_modes(system: System, what: str) -> None:
     L, machine = system.layout, system.mechanism
     names = [one.described for one in machine.contacts]
     names += [joint.name for joint in machine.joints if contacts_of(joint)]
-    names += [system.owners[int(L.switched[s])][0].name for s in L.friction_tangent]
+    names += [system.owners[int(L.active_set[s])][0].name for s in L.friction_tangent]
     raise ModelError(
         f"{listed(dict.fromkeys(names), 4)} of '{machine.name}' may open, stick or slide, which "
         f"{what} does not decide: follow the motion by simulate with dop853, dopri5 or radau5, "
@@ -296,7 +296,7 @@ class Unilateral:
         at = system.numbers
         number = {(one.name, part): e for e, (one, part) in enumerate(system.owners)}
         pair_of = {int(s): f for f, s in enumerate(L.friction_tangent)}
-        place = {int(e): s for s, e in enumerate(L.switched)}
+        place = {int(e): s for s, e in enumerate(L.active_set)}
         self.contact_points: list[ContactPoint] = []
         taken: set[int] = set()
         welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
@@ -322,21 +322,21 @@ class Unilateral:
                     ContactPoint(contact.name, candidate, normal, tangent, pair, *numbers, law)
                 )
         self.friction_joints = [
-            JointPair(system.owners[int(L.switched[s])][0].name, int(s), f)
+            JointPair(system.owners[int(L.active_set[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
             if f not in taken and _may_stick(system, f)
         ]
-        units = [system.row_kinds[int(e)] for e in L.switched]
-        #: Of every row that can be on or off, whether it is an angle.
+        units = [system.row_kinds[int(e)] for e in L.active_set]
+        #: Of every row of the active set, whether it is an angle.
         self.angular = np.array([kinds == "a" for kinds in units], dtype=bool)
         #: By what values of rows are multiplied: gaps are lengths, those of angles by the model
         #: length, as are all approaches.
-        self.units = np.ones(len(L.switched))
+        self.units = np.ones(len(L.active_set))
         normals = [point.normal for point in self.contact_points]
         self.units[normals] = np.where(self.angular[normals], system.length, 1.0)
 
     def __len__(self) -> int:
-        return len(self.layout.switched)
+        return len(self.layout.active_set)
 
     def unit_of(self, n: int) -> float:
         """By what the gap of contact point n is multiplied."""
@@ -345,10 +345,10 @@ class Unilateral:
     # -- active set ----------------------------------------------------------------------------
 
     def set_rows(self, work: Work, on: Array, slip_signs: Array) -> None:
-        """Switch rows (switched,) of a workspace on or off, and set the directions of sliding
+        """Switch rows (active set,) of a workspace on or off, and set the directions of sliding
         (pairs,).
         """
-        node = 2 * self.layout.primitive_node[self.layout.switched]
+        node = 2 * self.layout.primitive_node[self.layout.active_set]
         weight = np.where(self.angular, self.system.length**-2, 1.0)
         work.on[: len(on), 0] = on
         work.pad[node, 0] = 1.0 - on
@@ -374,8 +374,8 @@ class Unilateral:
         velocities. Leaves a workspace at the last of them.
         """
         nodes, rows, places, columns = self.places
-        n, count, switched = self.system.coordinates, len(times), len(nodes)
-        value, nu = np.empty((count, switched)), np.empty((count, switched))
+        n, count, active_set = self.system.coordinates, len(times), len(nodes)
+        value, nu = np.empty((count, active_set)), np.empty((count, active_set))
         block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
         v[:, :n] = records[:, n : 2 * n]
         kept = [(work.phi[:, 0], 2 * nodes, value), (work.nu[:, 0], 2 * nodes, nu)]
@@ -388,9 +388,9 @@ class Unilateral:
             for part, at, found in kept:
                 part.take(at, out=found[m], mode="clip")
         weights = self.units[rows] * block * v[:, columns]
-        index = switched * np.arange(count)[:, None] + rows
-        sums = np.bincount(index.ravel(), weights.ravel(), count * switched)
-        rate = sums.reshape(count, switched) - self.units * nu
+        index = active_set * np.arange(count)[:, None] + rows
+        sums = np.bincount(index.ravel(), weights.ravel(), count * active_set)
+        rate = sums.reshape(count, active_set) - self.units * nu
         return RowHistories(self.units * value, rate)
 
     @functools.cached_property
@@ -399,11 +399,11 @@ class Unilateral:
         the coordinate.
         """
         L = self.layout
-        nodes = L.written_node[L.switched]
-        number = {int(k): s for s, k in enumerate(L.primitive_node[L.switched])}
+        nodes = L.written_node[L.active_set]
+        number = {int(k): s for s, k in enumerate(L.primitive_node[L.active_set])}
         beyond = 12 * (first_beyond(L.nodes, len(L.more)) + len(nodes))
         found = []
-        for s, e in enumerate(L.switched):
+        for s, e in enumerate(L.active_set):
             found += [
                 (s, 12 * nodes[s], L.primitive_i[e]),
                 (s, 12 * nodes[s] + 6, L.primitive_j[e]),
@@ -539,7 +539,7 @@ class Unilateral:
     def bodies(self) -> list[tuple[int, int]]:
         """The two bodies of the rows of every contact point."""
         L = self.layout
-        primitives = [int(L.switched[t.normal]) for t in self.contact_points]
+        primitives = [int(L.active_set[t.normal]) for t in self.contact_points]
         return [(int(L.primitive_i[e]), int(L.primitive_j[e])) for e in primitives]
 
     def turned_from(self, work: Work) -> Array:
@@ -560,7 +560,7 @@ class Unilateral:
         phase.
         """
         o = int(
-            self.layout.primitive_par[int(self.layout.switched[self.contact_points[n].tangent])]
+            self.layout.primitive_par[int(self.layout.active_set[self.contact_points[n].tangent])]
         )
         return np.asarray(work.par[o : o + 7, 0])
 
@@ -582,18 +582,18 @@ class Unilateral:
         circles = [
             t for t in self.contact_points if t.tangent >= 0 and t.candidate.solid == "circle"
         ]
-        return [int(L.primitive_par[int(L.switched[t.tangent])]) + 6 for t in circles]
+        return [int(L.primitive_par[int(L.active_set[t.tangent])]) + 6 for t in circles]
 
     def turn_phase(self, work: Work, n: int, angle: float) -> None:
         """Add to ψ of the row along contact point n, of two circles."""
-        e = int(self.layout.switched[self.contact_points[n].tangent])
+        e = int(self.layout.active_set[self.contact_points[n].tangent])
         work.par[int(self.layout.primitive_par[e]) + 6, 0] += angle
 
     # -- forces -------------------------------------------------------------------------------
 
     def multiplier(self, records: Array, row: int) -> Any:
-        """λ of a row that can be on or off, of records (rows,) or (instants, rows)."""
-        e = int(self.layout.switched[row])
+        """λ of a row of the active set, of records (rows,) or (instants, rows)."""
+        e = int(self.layout.active_set[row])
         return records[..., 3 * self.system.coordinates + PER_PRIMITIVE * e]
 
     def pressing(self, records: Array, point: ContactPoint) -> Any:

@@ -72,7 +72,7 @@ def _row(system: System, work: Work, e: int) -> Array:
     always = np.flatnonzero(system.row_table[0] == e)
     if len(always):
         return np.asarray(jacobian(system, work)[1][always[0]])
-    uni, place = Unilateral(system), int(np.flatnonzero(system.layout.switched == e)[0])
+    uni, place = Unilateral(system), int(np.flatnonzero(system.layout.active_set == e)[0])
     return np.asarray(uni.read(work).block[place] / uni.units[place])
 
 

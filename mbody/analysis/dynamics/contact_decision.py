@@ -127,7 +127,7 @@ class SharedForces(Protocol):
 
 
 class ModalMotion(Protocol):
-    """A motion with rows that can be on or off.
+    """A motion with rows of the active set.
 
     Attributes
     ----------
@@ -445,7 +445,7 @@ def model_of(
     m, count = len(closed), len(uni.contact_points)
     W, _ = contact_rows(uni, rows, list(closed))
     frictional = [k for k in range(m) if points[k].tangent >= 0 and points[k].static > 0.0]
-    # of every tangent its row among those that can be on or off, its pair, its slip sign, its owner
+    # of every tangent its row among those of the active set, its pair, its slip sign, its owner
     pairs = [
         (one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.friction_joints)
     ]

@@ -1,6 +1,6 @@
 """Motion with contacts, ropes and frictional joints: smooth steps between located changes of modes.
 
-Between two changes every row that can be on or off keeps its state: what sticks and what is closed
+Between two changes every row of the active set keeps its state: what sticks and what is closed
 is a constraint, what slides has friction from its real force. Guards are positive as long as that
 holds: the gap of an open contact, the force of a closed one, the reserve of friction of one that
 sticks, the rate of one that slides, det(I − φ′ B) of sliding friction. Where one of them falls to
@@ -38,7 +38,7 @@ from mbody.analysis.dynamics.events import (
     StepStart,
     extrema,
 )
-from mbody.analysis.dynamics.restart import fresh_guards, set_switched, shared_of
+from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.core.tolerances import (
     CONTACT_EDGE_BEHIND,
     CONTACT_EDGES_FLUSH,
@@ -245,7 +245,7 @@ def guard_sizes(motion: ModalMotion) -> list[float]:
 
 
 class ModalIntegration(JumpIntegration):
-    """Integrates one system with rows that can be on or off, in given modes."""
+    """Integrates one system with rows of the active set, in given modes."""
 
     decides_modes = True
 
@@ -381,7 +381,7 @@ class ModalIntegration(JumpIntegration):
         key = self.on.tobytes()
         if key not in self.layouts:
             off = np.zeros(self.layout.nodes, dtype=bool)
-            off[self.layout.primitive_node[self.layout.switched]] = self.on == 0.0
+            off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
             self.layouts[key] = without_nodes(self.layout, off)
         self.motion = replace(self.motion, layout=self.layouts[key])
 
@@ -523,7 +523,7 @@ class ModalIntegration(JumpIntegration):
         found = restart.modal
         assert found is not None
         self.modes, self.pairs = list(found.modes), list(found.pairs)
-        self.on = set_switched(self.uni, self.work, found)
+        self.on = set_active_set(self.uni, self.work, found)
         self.eliminate_rows_that_are_on()
         self.groups = {group[0]: list(group) for group in found.groups}
         self.shared, self.fresh = shared_of(found), fresh_guards(found)
@@ -568,7 +568,7 @@ ROUNDING = {
 
 
 class ContactIntegration(ModalIntegration):
-    """Integrates one system with rows that can be on or off, and decides which are."""
+    """Integrates one system with rows of the active set, and decides which are."""
 
     # -- the motion ---------------------------------------------------------------------------
 

@@ -25,7 +25,7 @@ WORDS = ("open", "redundant", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
-def set_switched(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
+def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
     """Set rows, anchors, phases and slip signs of a workspace; returns which rows are on."""
     on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
     pairs = [one.pair for one in uni.contact_points] + [one.pair for one in uni.friction_joints]

@@ -114,7 +114,7 @@ class Joint(Constraint):
         return ()
 
     def free_row(self, at: Numbers) -> ConstraintPrimitive:
-        """The row of its free coordinate, which can be on or off."""
+        """The row of its free coordinate, of the active set."""
         raise NotImplementedError
 
     def quantities(self) -> dict[str, str]:

@@ -95,7 +95,7 @@ class ToothedJoint(StrikingJoint):
         """Both flanks, by half the play to either side."""
         half = 0.5 * at[f"{self.name}.backlash"]
         return [
-            Flank(replace(self.shifted(at, -sign * half), switched=True), sign)
+            Flank(replace(self.shifted(at, -sign * half), active_set=True), sign)
             for sign in (1.0, -1.0)
         ]
 
@@ -168,7 +168,7 @@ class ToothedJoint(StrikingJoint):
         name, found = self.name, []
         if self.has_friction:
             turning = ConstraintPrimitive(
-                "angle", self.i.body, self.j.body, "a", [0.0], switched=True
+                "angle", self.i.body, self.j.body, "a", [0.0], active_set=True
             )
             mean, uneven = self._loss(at)
             found.append(

@@ -104,7 +104,7 @@ class BandBrake(GivenFriction):
 
     def tangent(self, at: Numbers) -> ConstraintPrimitive:
         """The angle of the drum from the body that carries the lever."""
-        return ConstraintPrimitive("angle", *self.bodies, "a", [0.0], switched=True)
+        return ConstraintPrimitive("angle", *self.bodies, "a", [0.0], active_set=True)
 
     def per_value(self, at: Numbers) -> tuple[Any, Any]:
         """Torque for a force of 1 on the lever, from the balance of the lever."""

@@ -120,7 +120,7 @@ class Belt(GivenFriction):
         sign = -1.0 if self.crossed else 1.0
         radii = [at[f"{self.name}.radius_i"], sign * at[f"{self.name}.radius_j"]]
         numbers = [*at.arm(self, "i"), *at.arm(self, "j"), *radii]
-        return ConstraintPrimitive("belt", *self.bodies, "l", numbers, switched=True)
+        return ConstraintPrimitive("belt", *self.bodies, "l", numbers, active_set=True)
 
     def per_value(self, at: Numbers) -> tuple[Any, Any]:
         """The force on the rim for a mean tension of 1."""
@@ -132,7 +132,7 @@ class Belt(GivenFriction):
         """Slip on the rims, and the pull between the centres."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         free = Signal(Constant(0.0), [0.0])
-        line = ConstraintPrimitive("clearance", *self.bodies, "l", arms, free, switched=True)
+        line = ConstraintPrimitive("clearance", *self.bodies, "l", arms, free, active_set=True)
         part = 2.0 * np.sqrt(1.0 - self.sine(at) ** 2)
         numbers = [part, part, 0.0, 0.0, 1.0, 0.0]
         pull = FrictionPrimitive("pull", line, 0, numbers, at.law(self, "tension"))

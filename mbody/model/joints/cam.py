@@ -155,7 +155,7 @@ class CamFollower(FrictionalJoint, StrikingJoint):
     def flanks(self, at: Numbers) -> list[Flank]:
         """The profile, from outside."""
         (row,) = self.primitives(at)
-        return [Flank(replace(row, switched=True), 1.0)]
+        return [Flank(replace(row, active_set=True), 1.0)]
 
     def frictions(self, at: Numbers) -> list[FrictionPrimitive]:
         """The follower, or the surface of its roller, along the cam."""
@@ -167,11 +167,11 @@ class CamFollower(FrictionalJoint, StrikingJoint):
         kinetic, static, stribeck, viscous = self.coefficients(at)
         if self.flat:
             own = [ix, iy, jx, jy, beta_n, beta_i - beta_n, self._rotation_sign]
-            row = ConstraintPrimitive("face_slip", *bodies, "l", own, law=law, switched=True)
+            row = ConstraintPrimitive("face_slip", *bodies, "l", own, law=law, active_set=True)
         else:
             wheel = at[f"{self.name}.roller"]
             own = [ix, iy, jx, jy, beta_i, self._rotation_sign, wheel]
-            row = ConstraintPrimitive("roller_slip", *bodies, "l", own, law=law, switched=True)
+            row = ConstraintPrimitive("roller_slip", *bodies, "l", own, law=law, active_set=True)
         part: Value = 0.0
         if self.pin_radius is not None:
             # the pin slides by so much less than the surface of the roller

@@ -53,4 +53,4 @@ class Clutch(GivenFriction):
 
     def tangent(self, at: Numbers) -> ConstraintPrimitive:
         """The angle between the bodies."""
-        return ConstraintPrimitive("angle", *self.bodies, "a", [0.0], switched=True)
+        return ConstraintPrimitive("angle", *self.bodies, "a", [0.0], active_set=True)

@@ -19,7 +19,7 @@ def along_axis(joint: Any, at: Numbers) -> ConstraintPrimitive:
     beta = at.angle(joint, "i")
     parameters = [*at.arm(joint, "i"), *at.arm(joint, "j"), np.cos(beta), np.sin(beta)]
     bodies = joint.i.body, joint.j.body
-    return ConstraintPrimitive("coordinate", *bodies, "l", parameters, switched=True)
+    return ConstraintPrimitive("coordinate", *bodies, "l", parameters, active_set=True)
 
 
 @constraint_physics()

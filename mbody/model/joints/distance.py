@@ -80,7 +80,7 @@ class Distance(StrikingJoint):
     def flanks(self, at: Numbers) -> list[Flank]:
         """The distance, one way."""
         (row,) = self.primitives(at)
-        free = replace(row, kind="clearance", switched=True)
+        free = replace(row, kind="clearance", active_set=True)
         return [Flank(free, 1.0 if self.one_sided == "push" else -1.0)]
 
     def distances(self) -> tuple[tuple[str, str], ...]:

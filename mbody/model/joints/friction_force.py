@@ -56,4 +56,4 @@ class FrictionForce(GivenFriction):
         """The displacement along the axis."""
         beta = at.angle(self, "i")
         numbers = [*at.arm(self, "i"), *at.arm(self, "j"), np.cos(beta), np.sin(beta)]
-        return ConstraintPrimitive("coordinate", *self.bodies, "l", numbers, switched=True)
+        return ConstraintPrimitive("coordinate", *self.bodies, "l", numbers, active_set=True)

@@ -98,7 +98,7 @@ class Gear(ToothedJoint):
     def radial(self, at: Numbers) -> tuple[ConstraintPrimitive, float]:
         """The distance of the centres: wheels press apart, a wheel in a ring to its middle."""
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
-        row = ConstraintPrimitive("distance", self.i.body, self.j.body, "l", arms, switched=True)
+        row = ConstraintPrimitive("distance", self.i.body, self.j.body, "l", arms, active_set=True)
         return row, 1.0 if self.internal else -1.0
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:

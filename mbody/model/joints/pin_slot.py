@@ -83,11 +83,11 @@ class PinSlot(LimitedJoint):
         (row,) = self.primitives(at)
         tangent = along_axis(self, at) if self.friction is not None else None
         if self.one_sided:
-            return [Flank(replace(row, switched=True), 1.0, tangent)]
+            return [Flank(replace(row, active_set=True), 1.0, tangent)]
         half = 0.5 * at[f"{self.name}.clearance"]
         return [
             Flank(
-                replace(row, switched=True, signal=Signal(Constant(0.0), [-sign * half])),
+                replace(row, active_set=True, signal=Signal(Constant(0.0), [-sign * half])),
                 sign,
                 tangent,
             )

@@ -71,7 +71,7 @@ class RackPinion(ToothedJoint):
         beta = at.angle(self, "i")
         parameters = [*at.arm(self, "i"), *at.arm(self, "j"), -np.sin(beta), np.cos(beta)]
         bodies = self.i.body, self.j.body
-        return ConstraintPrimitive("coordinate", *bodies, "l", parameters, switched=True), -1.0
+        return ConstraintPrimitive("coordinate", *bodies, "l", parameters, active_set=True), -1.0
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """One row; see `along_line`."""

@@ -117,18 +117,18 @@ class Revolute(LimitedJoint):
         radius = 0.0 if self.pin_radius is None else at[f"{self.name}.pin_radius"]
         arms = [*at.arm(self, "i"), *at.arm(self, "j")]
         law = Signal(Constant(0.0), [gap])
-        normal = ConstraintPrimitive("clearance", *self.bodies, "l", arms, law, switched=True)
+        normal = ConstraintPrimitive("clearance", *self.bodies, "l", arms, law, active_set=True)
         if self.friction is None:
             return [Flank(normal, -1.0)]
         # radii of a ring and a disc in it, as parts of their difference
         numbers = [*arms, (radius + gap) / gap, -radius / gap, 0.0]
-        tangent = ConstraintPrimitive("slipping", *self.bodies, "l", numbers, switched=True)
+        tangent = ConstraintPrimitive("slipping", *self.bodies, "l", numbers, active_set=True)
         return [Flank(normal, -1.0, tangent)]
 
     def free_row(self, at: Numbers) -> ConstraintPrimitive:
         """The angle."""
         beta = at.angle(self, "j") - at.angle(self, "i")
-        return ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [beta], switched=True)
+        return ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [beta], active_set=True)
 
 
 @constraint_physics()

@@ -151,14 +151,14 @@ class Rolling(StrikingJoint):
 
     def flanks(self, at: Numbers) -> list[Flank]:
         """The road, or the other wheel, from outside or from within."""
-        across, _ = (replace(row, switched=True) for row in self.primitives(at))
+        across, _ = (replace(row, active_set=True) for row in self.primitives(at))
         if self.on_radius is None:
-            return [Flank(across, 1.0, replace(along_line(self, at), switched=True))]
+            return [Flank(across, 1.0, replace(along_line(self, at), active_set=True))]
         ri, rj = self.radii(at)
         row = replace(across, kind="clearance")
         numbers = [*at.arm(self, "i"), *at.arm(self, "j"), ri / (ri + rj), rj / (ri + rj), 0.0]
         bodies = self.i.body, self.j.body
-        slides = ConstraintPrimitive("slipping", *bodies, "l", numbers, switched=True)
+        slides = ConstraintPrimitive("slipping", *bodies, "l", numbers, active_set=True)
         return [Flank(row, -1.0 if self.internal else 1.0, slides)]
 
     @property
@@ -171,7 +171,9 @@ class Rolling(StrikingJoint):
         if self.resistance is None:
             return []
         arm = at[f"{self.name}.resistance"]
-        turning = ConstraintPrimitive("angle", self.i.body, self.j.body, "a", [0.0], switched=True)
+        turning = ConstraintPrimitive(
+            "angle", self.i.body, self.j.body, "a", [0.0], active_set=True
+        )
         return [FrictionPrimitive("couple", turning, 0, [arm, arm, 0.0, 0.0, 0.0, 0.0])]
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow:
