@@ -424,6 +424,7 @@ def test_a_browser_that_cannot_run_the_core_plays_the_recorded_motion(browser, f
 # -- the command ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @live
 def test_the_command_makes_live_pages_where_the_core_is(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

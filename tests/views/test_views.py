@@ -277,6 +277,7 @@ def anew(tmp_path_factory):
     return folder, pictures.make(folder)
 
 
+@pytest.mark.slow
 def test_the_pictures_are_those_of_the_gallery(anew):
     folder, made = anew
     assert {path.name for path in pictures.FOLDER.iterdir()} == {*made, *pictures.KEPT}
