@@ -191,14 +191,7 @@ def tolerances(args: Any) -> int:
     if args.angle == "deg":
         wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
     found = solved(
-        mechanism,
-        wanted,
-        scatter,
-        args.analysis,
-        count=count,
-        seed=seed,
-        within=within,
-        **options,
+        mechanism, wanted, scatter, args.analysis, count=count, seed=seed, within=within, **options
     )
     if args.json:
         head = heading(mechanism.name, "tolerances", unit_symbols(mechanism.units), found)

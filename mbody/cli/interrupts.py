@@ -27,10 +27,7 @@ LINE = b"mbody: stopped\n"
 class Interrupt:
     """Handler of Ctrl-C.
 
-    Attributes
-    ----------
-    requested : bool
-        Whether what is under way is to stop at its next mark.
+    `requested`: Whether what is under way is to stop at its next mark.
     """
 
     def __init__(self) -> None:

@@ -711,10 +711,7 @@ examples:
 class _Parser(argparse.ArgumentParser):
     """Errors are raised, so that they are reported like all others.
 
-    Attributes
-    ----------
-    commands : mapping of str to _Parser
-        Of the whole command, its commands by name.
+    `commands`: Of the whole command, its commands by name.
     """
 
     commands: Mapping[str, _Parser] = MappingProxyType({})
@@ -869,9 +866,7 @@ def parser() -> argparse.ArgumentParser:
         command("report", "the engineer's document, for screen and paper", "pictures.report")
     )
     cross = command(
-        "crosscheck",
-        "results compared with those of other engines",
-        "analyse.crosscheck",
+        "crosscheck", "results compared with those of other engines", "analyse.crosscheck"
     )
     add_model(cross)
     cross.add_argument(

@@ -138,11 +138,7 @@ def needed(module: Any) -> list[str]:
 
 
 def emit(
-    target: Target,
-    module: Any,
-    file: Path,
-    portable: bool = False,
-    parts: Sequence[Path] = (),
+    target: Target, module: Any, file: Path, portable: bool = False, parts: Sequence[Path] = ()
 ) -> None:
     """Machine code of a module: an object file by its ending, else linked into a library, with C
     sources where there are `parts`; half a file is never left.

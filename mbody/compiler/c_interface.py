@@ -60,10 +60,7 @@ class _Wrapper:
         builder, (arguments, results_) = self._function(f"mbody_{name}_words", [words, words])
         kinds = [k for t in self.found.argtypes for k in self._leaves(t, False)]
         self._call(
-            builder,
-            self._words(builder, arguments, kinds),
-            builder.bitcast(results_, BYTES),
-            False,
+            builder, self._words(builder, arguments, kinds), builder.bitcast(results_, BYTES), False
         )
         return self.module
 

@@ -49,9 +49,7 @@ _MACHINES = {"amd64": "x86_64", "arm64": "aarch64"}
 def processor_features() -> frozenset[str]:
     """Features of the processor, by NumPy's names."""
     # NumPy has no types of its private modules
-    from numpy._core._multiarray_umath import (  # type: ignore[import-not-found]
-        __cpu_features__,
-    )
+    from numpy._core._multiarray_umath import __cpu_features__  # type: ignore[import-not-found]
 
     return frozenset(name for name, there in __cpu_features__.items() if there)
 

@@ -16,23 +16,10 @@ from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, co
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
+from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
-from mbody.core.tolerances import (
-    COMPLEX_STEP,
-    CONTACT_GAP_NONE,
-    CONTACT_IMPACT_UNKNOWN_NONE,
-    GUARD_GRAZING,
-    REDUNDANT_ROW_SOFTNESS,
-    ROWS_DEPENDENT,
-    TANGENT_IMPACT_SAME,
-    TANGENT_WEIGHT_SAME,
-    TANGENTS_DIFFER,
-    TANGENTS_DIFFER_TOLERANCES,
-    TIMES_SAME_CHANGES,
-    TINY,
-)
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
 from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, without_functions
 from mbody.errors import SolveError
@@ -58,14 +45,10 @@ STEPS = 20_000
 class Tangents:
     """Derivatives of all that a motion is made of but its state, by some directions.
 
-    Attributes
-    ----------
-    par, mass : arrays (rows, directions)
-        Of the numbers of the kernels.
-    anchor, phases : arrays (rows of the active set, …), (phases, directions)
-    hold : array (inputs that keep their values, directions)
-    resolved : array (directions,)
-        Below which tangents do not count.
+    `par`, `mass` (rows, directions): Of the numbers of the kernels.
+    `anchor`, `phases` (rows of the active set, …) (phases, directions)
+    `hold` (inputs that keep their values, directions)
+    `resolved` (directions,): Below which tangents do not count.
     """
 
     par: Array
@@ -100,21 +83,13 @@ class Tangents:
 class DualInstant:
     """One instant in dual numbers.
 
-    Attributes
-    ----------
-    t : float
-    y, slope : DualNumber (numbers,)
-        The state, projected on the constraints, and its derivative.
-    record : DualNumber (rows,)
-        As of `mbody.kernels.motion_duals.keep_duals`.
-    value, rate : DualNumber (active set,)
-        Of the rows of the active set: Φ and its rate.
-    block : DualNumber (active set, coordinates)
-        Φ_q of these.
-    joints : DualNumber (rows, coordinates)
-        Φ_q of all others.
-    par, signal, blocks, formula : DualNumber
-        Of the workspace.
+    `t`: float
+    `y`, `slope`: The state, projected on the constraints, and its derivative.
+    `record`: As of `mbody.kernels.motion_duals.keep_duals`.
+    `value`, `rate`: Of the rows of the active set: Φ and its rate.
+    `block`: Φ_q of these.
+    `joints`: Φ_q of all others.
+    `par`, `signal`, `blocks`, `formula`: Of the workspace.
     """
 
     t: float
@@ -154,7 +129,7 @@ class DualMotion:
         sizes = coordinate_sizes(system.length, rates, accelerations)
         self.scale = np.concatenate([sizes, auxiliary_sizes(system), [1.0]])
         light = artificial_masses(system.layout, system.mass, system.length).any()
-        self.regularization = REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
+        self.regularization = tol.REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 
     def follow(
@@ -266,7 +241,7 @@ class DualMotion:
         raise_user_error(system)
         if code != DONE or not np.isfinite(free.output).all():
             unit = system.mechanism.units.time
-            if float(times[-1]) - begin <= TIMES_SAME_CHANGES * float(times[-1]):
+            if float(times[-1]) - begin <= tol.TIMES_SAME_CHANGES * float(times[-1]):
                 raise SolveError(
                     f"the motion of '{system.mechanism.name}' ends, but for rounding, where "
                     f"something changes, at t = {times[-1]:.6g} {unit}, as by an impact: it has no "
@@ -291,7 +266,7 @@ class DualMotion:
         share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
         own = work.mass.reshape(-1, 3, LANES)[L.slot_body] * share[:, None, None]
         weights = work.weight[: 3 * L.slots].reshape(L.slots, 3, LANES)
-        there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < TANGENT_WEIGHT_SAME
+        there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < tol.TANGENT_WEIGHT_SAME
         slopes = -own[:, :, width] * np.square(weights[:, :, :1])
         weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
         for place, amount in self._layout(stretch)[1].items():
@@ -372,7 +347,7 @@ class GuardDuals:
             return False
         point = self.uni.contact_points[guard.number]
         gap = float(point.candidate.sign * value(now.value)[point.normal])
-        return gap < -CONTACT_GAP_NONE * self.system.length
+        return gap < -tol.CONTACT_GAP_NONE * self.system.length
 
     def kind_of(self, guard: Guard | JumpGuard) -> bool:
         """Whether a guard follows from forces, not from positions and rates alone."""
@@ -479,7 +454,7 @@ class ChangeTimes:
         #: By time alone, along which no number changes.
         self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
         self.width = len(lost.names)
-        self.short = TIMES_SAME_CHANGES * float(run.t[-1] - run.initial_states[0].start.t[0])
+        self.short = tol.TIMES_SAME_CHANGES * float(run.t[-1] - run.initial_states[0].start.t[0])
         self.events: list[EventTime] = []
         self.own = [event for event in run.events if not event.contact]
         self.measures = {
@@ -542,7 +517,8 @@ class ChangeTimes:
         size = np.maximum(np.abs(row), np.abs(other))
         return (
             np.abs(row - other)
-            > (TANGENTS_DIFFER + TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol) * size
+            > (tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol)
+            * size
         )
 
     def _zero(
@@ -555,7 +531,9 @@ class ChangeTimes:
             return None
         change = float(rate.tangents[0])
         return (
-            None if not abs(change) > GUARD_GRAZING * self._usual(guard) else -g.tangents / change
+            None
+            if not abs(change) > tol.GUARD_GRAZING * self._usual(guard)
+            else -g.tangents / change
         )
 
     def _usual(self, guard: Guard | JumpGuard) -> float:
@@ -627,18 +605,18 @@ class ImpactDuals:
             if z is None:
                 return None
             w = A @ z + b
-            size = max(float(np.abs(z).max(initial=0.0)), TINY)
-            fast = max(float(np.abs(b).max(initial=0.0)), TINY)
-            tied = (z <= CONTACT_IMPACT_UNKNOWN_NONE * size) & (
-                w <= CONTACT_IMPACT_UNKNOWN_NONE * fast
+            size = max(float(np.abs(z).max(initial=0.0)), tol.TINY)
+            fast = max(float(np.abs(b).max(initial=0.0)), tol.TINY)
+            tied = (z <= tol.CONTACT_IMPACT_UNKNOWN_NONE * size) & (
+                w <= tol.CONTACT_IMPACT_UNKNOWN_NONE * fast
             )
             # friction of what does not press is none, whatever its complement
             tied[len(closed) :] &= np.tile(
-                z[: len(closed)][frictional] > CONTACT_IMPACT_UNKNOWN_NONE * size, 2
+                z[: len(closed)][frictional] > tol.CONTACT_IMPACT_UNKNOWN_NONE * size, 2
             )
             if tied.any():
                 return None
-            taken = np.flatnonzero(z > CONTACT_IMPACT_UNKNOWN_NONE * size)
+            taken = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
             supports.append(taken[_independent(A[np.ix_(taken, taken)])])
             return z
 
@@ -657,10 +635,10 @@ class ImpactDuals:
             found = self._after(now, closed, k, again)
             assert found is not None
             if not np.allclose(
-                found.real, plain.real, rtol=0.0, atol=TANGENT_IMPACT_SAME * np.abs(plain).max()
+                found.real, plain.real, rtol=0.0, atol=tol.TANGENT_IMPACT_SAME * np.abs(plain).max()
             ):
                 return None
-            tangents[:, k] = found.imag / COMPLEX_STEP
+            tangents[:, k] = found.imag / tol.COMPLEX_STEP
         return DualNumber(plain.real, tangents)
 
     def _after(self, now: DualInstant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
@@ -713,14 +691,14 @@ def _independent(A: Array) -> Array:
         return np.zeros(0, dtype=int)
     _, R, order = qr(A, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > ROWS_DEPENDENT * max(float(sizes[0]), TINY)])
+    return np.sort(order[: len(sizes)][sizes > tol.ROWS_DEPENDENT * max(float(sizes[0]), tol.TINY)])
 
 
 def _with(one: DualNumber, k: int) -> Array:
     """Values, with the tangents of direction k as imaginary parts; without any for k = −1."""
     if k < 0:
         return np.asarray(one.value)
-    return np.asarray(one.value + 1j * COMPLEX_STEP * one.tangents[..., k])
+    return np.asarray(one.value + 1j * tol.COMPLEX_STEP * one.tangents[..., k])
 
 
 def _with_all(some: list[Any], k: int) -> Array:
@@ -731,7 +709,7 @@ def _with_all(some: list[Any], k: int) -> Array:
     if k < 0:
         return plain
     parts = [one.tangents[k] if isinstance(one, DualNumber) else 0.0 for one in some]
-    return np.asarray(plain + 1j * COMPLEX_STEP * np.array(parts))
+    return np.asarray(plain + 1j * tol.COMPLEX_STEP * np.array(parts))
 
 
 # -- Anchors of sticking and closing, with derivatives -----------------------------------------

@@ -24,13 +24,9 @@ from mbody.system.system import System
 class EventTime:
     """When something happens in a motion, with derivatives.
 
-    Attributes
-    ----------
-    name, contact : str
-        As of `EventRecord`.
-    t : float
-    row : array (numbers,)
-        NaN where there is none.
+    `name`, `contact`: As of `EventRecord`.
+    `t`: float
+    `row` (numbers,): NaN where there is none.
     """
 
     name: str
@@ -157,14 +153,11 @@ class WorkspaceKind(NamedTuple):
 class DualWorkspace:
     """A workspace, the instants that are computed in it, and what is found.
 
-    Attributes
-    ----------
-    work : Work
-        Of dual numbers.
-    instants : DualInstants
-    found : DualOutput
-    first_load : int
-        Row of the first load: after the record, the time and three signals of each driver.
+    `work`: Of dual numbers.
+    `instants`: DualInstants
+    `found`: DualOutput
+    `first_load`: Row of the first load: after the record, the time and three signals of each
+      driver.
     """
 
     def __init__(self, system: System, kind: WorkspaceKind) -> None:

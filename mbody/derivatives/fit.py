@@ -11,19 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import (
-    BOUND_AT,
-    FIT_CORRELATION_CHANCE,
-    FIT_DEVIATION_LEAST,
-    FIT_DEVIATIONS_SETTLED,
-    FIT_DIRECTION_NONE,
-    FIT_ENDS,
-    FIT_ENDS_GRADIENT,
-    FIT_RESIDUAL_ROUNDING,
-    FIT_SINGULAR_VALUE,
-    FIT_SINGULAR_VALUE_DIFFERENCES,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
@@ -81,26 +69,20 @@ class Combination:
     def shown(self, values: Mapping[str, float]) -> float:
         """Its value, 0 where it is rounding beside the parts of the sum."""
         greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
-        return 0.0 if abs(self.value) <= FIT_DIRECTION_NONE * greatest else self.value
+        return 0.0 if abs(self.value) <= tol.FIT_DIRECTION_NONE * greatest else self.value
 
 
 @dataclass(frozen=True, eq=False)
 class Identified:
     """Identifiability of the unknowns: rank, covariance factor and undetermined directions.
 
-    Attributes
-    ----------
-    rank : int
-        How many combinations are determined.
-    inverse : array (unknowns, unknowns)
-        (JᵀJ)⁻¹, of the determined combinations alone where some are not.
-    open : array of bool (unknowns,)
-        Which take part in a direction that is not determined.
-    pivots : tuple of int
-        Unknowns that leave nothing open if they are held, one of each direction.
-    undetermined : tuple of OpenDirection
-    terms : tuple of dict
-        Combinations that are determined, of those that take part.
+    `rank`: How many combinations are determined.
+    `inverse` (unknowns, unknowns): (JᵀJ)⁻¹, of the determined combinations alone where some are
+      not.
+    `open` (unknowns,): Which take part in a direction that is not determined.
+    `pivots`: Unknowns that leave nothing open if they are held, one of each direction.
+    `undetermined`: tuple of OpenDirection
+    `terms`: Combinations that are determined, of those that take part.
     """
 
     rank: int
@@ -122,7 +104,7 @@ def identified(
     lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))
     scaled = np.where(none, 0.0, jacobian / lengths)
     _, values, directions = np.linalg.svd(scaled, full_matrices=True)
-    rank = int((values > tolerance * max(values.max(initial=0.0), TINY)).sum())
+    rank = int((values > tolerance * max(values.max(initial=0.0), tol.TINY)).sum())
     kept = directions[:rank] / values[:rank, None]
     inverse = (kept.T @ kept) / np.outer(lengths, lengths)
     null, pivots = _reduced(directions[rank:])
@@ -157,7 +139,7 @@ def _reduced(rows: Array) -> tuple[Array, list[int]]:
         pivots.append(pivot)
         others = np.arange(len(rows)) != n
         rows[others] -= np.outer(rows[others, pivot], rows[n])
-    return np.where(np.abs(rows) > FIT_DIRECTION_NONE, rows, 0.0), pivots
+    return np.where(np.abs(rows) > tol.FIT_DIRECTION_NONE, rows, 0.0), pivots
 
 
 def _said(parts: Mapping[str, float], units: Mapping[str, str]) -> str:
@@ -306,7 +288,7 @@ class Fit(Inherited):
 
 
 #: Where a singular value is zero: exact derivatives, and differences.
-ZERO = {True: FIT_SINGULAR_VALUE, False: FIT_SINGULAR_VALUE_DIFFERENCES}
+ZERO = {True: tol.FIT_SINGULAR_VALUE, False: tol.FIT_SINGULAR_VALUE_DIFFERENCES}
 #: Passes that find the deviations of several columns from their residuals.
 PASSES = 12
 #: How often what is held is chosen anew.
@@ -317,15 +299,10 @@ CHOICES = 4
 class BestNumbers:
     """The least sum of squares.
 
-    Attributes
-    ----------
-    numbers : array (unknowns,)
-        Values, then offsets.
-    sigma : array (columns,)
-        Deviations of the columns by which residuals are divided.
-    known : Identified
-        What the data determine, by the derivatives there.
-    settled : bool
+    `numbers` (unknowns,): Values, then offsets.
+    `sigma` (columns,): Deviations of the columns by which residuals are divided.
+    `known`: What the data determine, by the derivatives there.
+    `settled`: bool
     """
 
     numbers: Array
@@ -351,8 +328,8 @@ def best_numbers(
             squares, counts = problem.sizes(numbers)
             # each column bears its part of the unknowns
             free = np.maximum(counts * (1.0 - known.rank / problem.count), 1.0)
-            new = np.maximum(np.sqrt(squares / free), FIT_DEVIATION_LEAST * problem.ranges())
-            done = np.abs(new / sigma - 1.0).max() <= FIT_DEVIATIONS_SETTLED
+            new = np.maximum(np.sqrt(squares / free), tol.FIT_DEVIATION_LEAST * problem.ranges())
+            done = np.abs(new / sigma - 1.0).max() <= tol.FIT_DEVIATIONS_SETTLED
             sigma = new
             numbers, known = search.best(numbers, sigma)
             if done:
@@ -422,7 +399,12 @@ class _ResidualSearch:
             lambda part: unit * problem.jacobian(whole(part), sigma)[:, free],
             bounds=(bounds[0] / unit, bounds[1] / unit),
             x_scale="jac",
-            **{"ftol": FIT_ENDS, "xtol": FIT_ENDS, "gtol": FIT_ENDS_GRADIENT, "max_nfev": 200},
+            **{
+                "ftol": tol.FIT_ENDS,
+                "xtol": tol.FIT_ENDS,
+                "gtol": tol.FIT_ENDS_GRADIENT,
+                "max_nfev": 200,
+            },
         )
         self.settled = bool(found.status != 0)
         return whole(found.x)
@@ -679,16 +661,16 @@ def _notes(
     if problem.count == known.rank:
         notes.append("there are as many unknowns as data: nothing is left to judge errors by")
     for key, value, low, high in zip(keys, numbers, *bounds, strict=True):
-        if min(value - low, high - value) <= BOUND_AT * (abs(value) or 1.0):
+        if min(value - low, high - value) <= tol.BOUND_AT * (abs(value) or 1.0):
             notes.append(f"'{key}' is at its bound: its interval is that of no bound")
     lefts = problem.histories(numbers)
     for k, (name, size) in enumerate(zip(problem.columns, problem.ranges(), strict=True)):
         rows = [left[k][mask[k]] for left, mask in zip(lefts, problem.masks, strict=True)]
         count, whole = sum(map(len, rows)), sum(float(row @ row) for row in rows)
-        if count < FEW or whole <= count * (FIT_RESIDUAL_ROUNDING * size) ** 2:
+        if count < FEW or whole <= count * (tol.FIT_RESIDUAL_ROUNDING * size) ** 2:
             continue
         shared = sum(float(row[1:] @ row[:-1]) for row in rows) / whole
-        if abs(shared) * math.sqrt(count) > FIT_CORRELATION_CHANCE:
+        if abs(shared) * math.sqrt(count) > tol.FIT_CORRELATION_CHANCE:
             notes.append(
                 f"what is left of '{name}' is no noise, each residual has {shared:.2f} of the one "
                 "before: the model lacks something, and the intervals are too narrow"

@@ -239,16 +239,10 @@ DIMENSIONS = {
 class DataSeries:
     """The data of one run.
 
-    Attributes
-    ----------
-    instants : dict
-        Arguments of the analysis: ``t``, or ``drive``.
-    measures : dict of Measure
-        By column.
-    values : array (columns, instants)
-        NaN where nothing was measured.
-    known : dict
-        Numbers that were others in this run.
+    `instants`: Arguments of the analysis: ``t``, or ``drive``.
+    `measures`: By column.
+    `values` (columns, instants): NaN where nothing was measured.
+    `known`: Numbers that were others in this run.
     """
 
     instants: dict[str, Any]
@@ -417,11 +411,7 @@ class FreePrediction:
     run: Solution
 
     def __init__(
-        self,
-        system: System,
-        series: DataSeries,
-        names: Sequence[str],
-        options: Mapping[str, Any],
+        self, system: System, series: DataSeries, names: Sequence[str], options: Mapping[str, Any]
     ) -> None:
         self.system = system.with_values(series.known) if series.known else system
         self.names, self.measures = list(names), dict(series.measures)

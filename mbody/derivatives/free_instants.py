@@ -14,19 +14,8 @@ from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.simulate import integrate_phases, motion_start, phase_rows
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
+from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import (
-    CHANGE_RESOLVED,
-    GUARD_BEYOND_ZERO,
-    GUARD_ZERO,
-    ROWS_DEPENDENT,
-    STATE_REPEATED,
-    TANGENTS_DIFFER,
-    TANGENTS_DIFFER_TOLERANCES,
-    TIMES_SAME,
-    TIMES_SAME_BEGINNING,
-    TINY,
-)
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.derivatives.dual_motion import (
     ChangeTimes,
@@ -70,15 +59,11 @@ PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 class FirstState:
     """Where a motion begins.
 
-    Attributes
-    ----------
-    t : float
-    y : array (numbers,)
-        Coordinates, rates, auxiliary states.
-    tangents : array (numbers, names)
-    accelerations : array (coordinates,)
-        For sizes alone.
-    settings : IntegrationSettings
+    `t`: float
+    `y` (numbers,): Coordinates, rates, auxiliary states.
+    `tangents` (numbers, names)
+    `accelerations` (coordinates,): For sizes alone.
+    `settings`: IntegrationSettings
     """
 
     t: float
@@ -201,7 +186,8 @@ def _prescribed(
             moved = _tangents_of(whole, body, place, len(by)) @ chain - asked
             most = max(1.0, float(np.abs(moved).max(initial=0.0)))
             lost |= {
-                names[int(k)]: TIED for k in np.flatnonzero(np.abs(moved) > ROWS_DEPENDENT * most)
+                names[int(k)]: TIED
+                for k in np.flatnonzero(np.abs(moved) > tol.ROWS_DEPENDENT * most)
             }
     return found, lost
 
@@ -231,12 +217,12 @@ def _free(
     order = [row for row, name in enumerate(owners) if name not in names]
     kept, found = list[np.ndarray](), list[StartDriver]()
     for row in [*order, *(owners.index(name) for name in names)]:
-        left = G[row] / max(float(np.linalg.norm(G[row])), TINY)
+        left = G[row] / max(float(np.linalg.norm(G[row])), tol.TINY)
         for _ in range(2):
             for one in kept:
                 left = left - (one @ left) * one
         size = float(np.linalg.norm(left))
-        if size > ROWS_DEPENDENT:
+        if size > tol.ROWS_DEPENDENT:
             kept.append(left / size)
             if owners[row] in names:
                 found.append(every[names.index(owners[row])])
@@ -429,7 +415,7 @@ class DualWalk:
         units = motion.scale[: len(first), None]
         most = np.abs(held / units).max(axis=0, initial=0.0)
         apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
-        limit = TANGENTS_DIFFER + TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
+        limit = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         wrong = apart > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
@@ -444,7 +430,7 @@ class DualWalk:
         motion, first = self.motion, self.first
         if (
             not begun.tangents.any()
-            or begun.value - first.t > TIMES_SAME_BEGINNING * motion.run.t[-1]
+            or begun.value - first.t > tol.TIMES_SAME_BEGINNING * motion.run.t[-1]
         ):
             return
         units = motion.scale[: len(after.value), None]
@@ -454,7 +440,7 @@ class DualWalk:
         size = np.abs(jump / units).max(axis=0, initial=0.0)
         why = "the motion begins where its modes change, which it does or does not by other numbers"
         self.lost.lose(
-            size > TANGENTS_DIFFER * np.maximum(most, self.tangents.resolved), stretch.t, why
+            size > tol.TANGENTS_DIFFER * np.maximum(most, self.tangents.resolved), stretch.t, why
         )
 
     def _struck(
@@ -540,9 +526,9 @@ class DualWalk:
         for place, size in stretch.sizes.items():
             g, rate = now.formula[place], float(ahead.formula.tangents[place, 0])
             side = float(np.sign(g.value))
-            if abs(g.value) <= GUARD_ZERO * size:
+            if abs(g.value) <= tol.GUARD_ZERO * size:
                 side = float(np.sign(rate))
-                moved = np.abs(g.tangents) > GUARD_ZERO * size * self.tangents.resolved
+                moved = np.abs(g.tangents) > tol.GUARD_ZERO * size * self.tangents.resolved
                 why = "the motion begins there where a formula jumps, other numbers beside it"
                 self.lost.lose(moved, stretch.t, why)
             if side:
@@ -567,8 +553,8 @@ class DualWalk:
         g = self.motion.at(stretch, t, y, self.tangents).formula.value
         for place, size in stretch.sizes.items():
             side = stretch.sides.get(place, 0.0)
-            if side * g[place] < -GUARD_BEYOND_ZERO * size or (
-                not side and abs(g[place]) > GUARD_BEYOND_ZERO * size
+            if side * g[place] < -tol.GUARD_BEYOND_ZERO * size or (
+                not side and abs(g[place]) > tol.GUARD_BEYOND_ZERO * size
             ):
                 why = "a formula (sign, step) has jumped unseen"
                 self.lost.lose(True, stretch.t, why)
@@ -585,7 +571,7 @@ class DualWalk:
 
 def _within(stretch: ModeStretch, t: Array) -> Array:
     """Times of a stretch; those that differ from its ends by rounding are its ends."""
-    near = TIMES_SAME * np.abs(t)
+    near = tol.TIMES_SAME * np.abs(t)
     found = np.where(t - stretch.t <= near, stretch.t, t)
     return np.where(stretch.end - t <= near, stretch.end, found)
 
@@ -666,7 +652,7 @@ class FreeInstants:
         kept = self.run.record.table(slice(0, n))[instants]
         apart = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
         if float(apart.max(initial=0.0)) <= max(
-            STATE_REPEATED, TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
+            tol.STATE_REPEATED, tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         ):
             return
         names = listed([one.name for one in machine.controllers])
@@ -700,7 +686,7 @@ def _resolved(system: System, names: Sequence[str]) -> Array:
         alike = [one for one in system.values if unit_of(system.mechanism, one) == units[k]]
         sizes[k] = number_sizes(system, alike).max(initial=0.0)
     sizes[sizes == 0.0] = np.inf
-    return CHANGE_RESOLVED / sizes
+    return tol.CHANGE_RESOLVED / sizes
 
 
 def spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str, Any]:

@@ -16,17 +16,7 @@ from mbody.analysis.equilibria.equilibrium import Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.linear.modes import Mode, ModePlace, mode_place, modes, rates_at
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import (
-    DERIVATIVE_ALLOWED,
-    DERIVATIVE_BANDS,
-    DERIVATIVE_ERRORS,
-    DERIVATIVE_MOTION_FINER,
-    DERIVATIVE_MOTION_FINEST,
-    DERIVATIVE_ROOT_SIMPLE,
-    DIFFERENCE_STEP_MATRICES,
-    DIFFERENCE_STEP_NUMBERS,
-    EQUILIBRIUM_LAST_STEP,
-)
+from mbody.core import tolerances as tol
 from mbody.derivatives.driven_instants import DrivenInstants, RestInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
@@ -164,11 +154,11 @@ def compared_with_differences(
 
     by: dotted names, in the order of the gradient; run_of: the motion of a system with an rtol.
     """
-    fine = max(DERIVATIVE_MOTION_FINER * rtol, DERIVATIVE_MOTION_FINEST)
+    fine = max(tol.DERIVATIVE_MOTION_FINER * rtol, tol.DERIVATIVE_MOTION_FINEST)
     sizes = np.array([name in system.values for name in by]) * number_sizes(system, by)
     sizes[np.isnan(found.jacobian).any(axis=tuple(range(found.jacobian.ndim - 1)))] = 0.0
     # both signs, so that numbers that act alike do not always act together
-    change = DIFFERENCE_STEP_NUMBERS * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
+    change = tol.DIFFERENCE_STEP_NUMBERS * sizes * np.where(np.arange(len(by)) % 2, -0.7, 1.0)
     if not change.any():
         return found
     names = listed(may_jump_unseen(system))
@@ -187,12 +177,14 @@ def compared_with_differences(
         rows = np.nan_to_num(jacobian[k])
         apart = np.abs(2.0 * rows @ change - narrow)
         scale = 2.0 * np.abs(rows * change).sum(axis=-1)
-        limit = DERIVATIVE_ALLOWED * np.maximum(scale, np.abs(narrow)) + DERIVATIVE_BANDS * np.abs(
-            wide - narrow
-        )
+        limit = tol.DERIVATIVE_ALLOWED * np.maximum(
+            scale, np.abs(narrow)
+        ) + tol.DERIVATIVE_BANDS * np.abs(wide - narrow)
         # below the noise of the motions nothing can be said
         noise = (
-            DERIVATIVE_ERRORS * fine * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
+            tol.DERIVATIVE_ERRORS
+            * fine
+            * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
         )
         if (apart > np.maximum(limit, noise)).any():
             jacobian[k] = np.nan
@@ -277,7 +269,7 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
             changes = beside.changes(
-                name, DIFFERENCE_STEP_MATRICES * (sizes[k] or 1.0), linear, places
+                name, tol.DIFFERENCE_STEP_MATRICES * (sizes[k] or 1.0), linear, places
             )
         except (ModelError, SolveError) as error:
             why = str(error)
@@ -346,7 +338,7 @@ class _BesideRest:
             e = np.array([one.value[0] for one in efforts])
             step = np.linalg.solve(np.array([one.tangents[0] for one in efforts]), -e)
             place = place + step
-            if np.abs(step / self.unit).max() <= EQUILIBRIUM_LAST_STEP:
+            if np.abs(step / self.unit).max() <= tol.EQUILIBRIUM_LAST_STEP:
                 break
         else:
             return None
@@ -384,10 +376,12 @@ def _simple(mode: Mode, linear: Linearization) -> Array | None:
     left: Array = np.linalg.svd((s * s * M + s * C + K).T)[2][-1].conj()
     below = left @ (2.0 * s * M + C) @ u
     size = float(np.abs(left) @ (2.0 * abs(s) * np.abs(M) + np.abs(C)) @ np.abs(u))
-    if s == 0.0 or not abs(below) > DERIVATIVE_ROOT_SIMPLE * size:
+    if s == 0.0 or not abs(below) > tol.DERIVATIVE_ROOT_SIMPLE * size:
         return None
     sizes = np.linalg.svd(s * s * M + s * C + K, compute_uv=False)
-    return None if len(sizes) > 1 and not sizes[-2] > DERIVATIVE_ROOT_SIMPLE * sizes[0] else left
+    return (
+        None if len(sizes) > 1 and not sizes[-2] > tol.DERIVATIVE_ROOT_SIMPLE * sizes[0] else left
+    )
 
 
 def _of_root(mode: Mode, linear: Linearization, changes: Sequence[Array], kind: str) -> float:
@@ -444,7 +438,7 @@ def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
     unit = np.array([linear.solution.system.length] * 2 + [1.0])
     size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
     size *= unit[place.key]
-    return found if abs(found) > DERIVATIVE_ROOT_SIMPLE * size else 0.0
+    return found if abs(found) > tol.DERIVATIVE_ROOT_SIMPLE * size else 0.0
 
 
 def _wanted(measure: Any, linear: Linearization, count: int) -> list[_ModalMeasure]:
@@ -815,20 +809,14 @@ def _without(
 class Sensitivity(Inherited):
     """Derivatives of one measured quantity, those of most weight first.
 
-    Attributes
-    ----------
-    measure, unit : str
-    value : float
-    by : dict
-        By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
-        where the number or the quantity is zero.
-    numbers : dict
-        The present values of the numbers.
-    at : float or None
-        Time of the instant that was taken; None where all count.
-    time_unit : str
-    status, doubts, notes
-        Of the result, and where there is no derivative.
+    `measure`, `unit`: str
+    `value`: float
+    `by`: By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
+      where the number or the quantity is zero.
+    `numbers`: The present values of the numbers.
+    `at`: Time of the instant that was taken; None where all count.
+    `time_unit`: str
+    `status`, `doubts`, `notes`: Of the result, and where there is no derivative.
     """
 
     model: str

@@ -43,12 +43,8 @@ Array = np.ndarray
 class JumpGuard:
     """The argument of functions that jump where it is zero.
 
-    Attributes
-    ----------
-    number : int
-        Its place among the numbers of the formulas.
-    size : float
-        Its greatest value along the motion.
+    `number`: Its place among the numbers of the formulas.
+    `size`: Its greatest value along the motion.
     """
 
     number: int
@@ -259,38 +255,24 @@ class Strike:
 class ModeStretch:
     """A motion between two changes of modes, or set times.
 
-    Attributes
-    ----------
-    t : float
-        When it begins.
-    strikes : tuple of Strike
-        Impacts with which it begins, in their order.
-    y, slope : array or None
-        Its first state, after these, and the derivative there; None where the state before goes on.
-    on, anchor, phases, slip_sign : arrays
-        Rows that are on, where sticking began, phases of the rows along two circles, directions of
-        sliding.
-    modes, pairs : tuples of str
-        Of contact points and of frictional joints.
-    groups : dict
-        Contact points that stick by the row of one of them, by that one.
-    inputs : dict
-        Inputs that keep their values.
-    end : float
-    guard : Guard, JumpGuard or None
-        What is zero at the end; None of a set time and of the end of the motion.
-    also : tuple of Guard
-        Others that are zero at the end.
-    lost : str
-        Why there are no derivatives from here on; empty where there are.
-    sides : dict
-        On which side arguments of jumps are, 1 or −1, by place: set by what follows the motion.
-    crossed : int or None
-        The argument that was zero where it begins.
-    sizes : dict
-        The greatest values of arguments of jumps along the motion, by place.
-    sampled : bool
-        Whether controllers may have to sample, or inputs to be set, where it begins.
+    `t`: When it begins.
+    `strikes`: Impacts with which it begins, in their order.
+    `y`, `slope`: Its first state, after these, and the derivative there; None where the state
+      before goes on.
+    `on`, `anchor`, `phases`, `slip_sign`: Rows that are on, where sticking began, phases of the
+      rows along two circles, directions of sliding.
+    `modes`, `pairs`: Of contact points and of frictional joints.
+    `groups`: Contact points that stick by the row of one of them, by that one.
+    `inputs`: Inputs that keep their values.
+    `end`: float
+    `guard`: What is zero at the end; None of a set time and of the end of the motion.
+    `also`: Others that are zero at the end.
+    `lost`: Why there are no derivatives from here on; empty where there are.
+    `sides`: On which side arguments of jumps are, 1 or −1, by place: set by what follows the
+      motion.
+    `crossed`: The argument that was zero where it begins.
+    `sizes`: The greatest values of arguments of jumps along the motion, by place.
+    `sampled`: Whether controllers may have to sample, or inputs to be set, where it begins.
     """
 
     t: float

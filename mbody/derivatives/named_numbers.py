@@ -34,11 +34,7 @@ def start_numbers(mechanism: Mechanism) -> dict[str, str]:
 
 
 def checked_names(
-    system: System,
-    by: Sequence[str] | str | None,
-    verb: str = "gradient",
-    *,
-    starts: bool = False,
+    system: System, by: Sequence[str] | str | None, verb: str = "gradient", *, starts: bool = False
 ) -> dict[str, str]:
     """Dotted names of the requested numbers by the names that were given; by default of all that
     have no formula. Sentences begin with the verb; `starts`: numbers of a beginning may be named.
@@ -199,14 +195,9 @@ def _tangents(rows: list[Any], count: int) -> np.ndarray:
 class RecordedNumbers:
     """The operations from the numbers of a description to those of the kernels.
 
-    Attributes
-    ----------
-    place : dict
-        Place of every input by name.
-    fixed : dict
-        Numbers that are constants in it, with their values.
-    outputs : int
-        Rows of par and mass; what follows them is looked at by others.
+    `place`: Place of every input by name.
+    `fixed`: Numbers that are constants in it, with their values.
+    `outputs`: Rows of par and mass; what follows them is looked at by others.
     """
 
     program: NumberProgram

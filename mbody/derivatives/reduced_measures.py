@@ -32,19 +32,12 @@ SHOWN = {"absolute": "abs", "minimum": "min", "maximum": "max"}
 class NeededInstants:
     """The instants that a measure needs.
 
-    Attributes
-    ----------
-    needed : array of int
-        Numbers of instants; the first is that of a greatest or least value, others share it. Of
-        "span" those of the greatest value, then those of the least.
-    single : bool
-        Whether one instant decides.
-    value : float or array
-        As the result has it.
-    loads : bool
-        Whether it has what loads do.
-    greatest : int
-        Of "span", how many of the needed are of the greatest value.
+    `needed`: Numbers of instants; the first is that of a greatest or least value, others share it.
+      Of "span" those of the greatest value, then those of the least.
+    `single`: Whether one instant decides.
+    `value`: As the result has it.
+    `loads`: Whether it has what loads do.
+    `greatest`: Of "span", how many of the needed are of the greatest value.
     """
 
     needed: np.ndarray

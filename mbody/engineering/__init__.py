@@ -19,11 +19,7 @@ from mbody.engineering.instant_centres import (
     instant_centres,
 )
 from mbody.engineering.internal_loads import InternalLoads, Stress, internal_loads
-from mbody.engineering.motion_polygons import (
-    MotionPolygon,
-    acceleration_polygon,
-    velocity_polygon,
-)
+from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.engineering.motor_sizing import MotorCurve, MotorSizing, motor_sizing
 from mbody.engineering.path_curvature import (
     InflectionCircle,

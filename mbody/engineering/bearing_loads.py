@@ -104,10 +104,7 @@ class BearingLoad(Inherited):
 
 
 def bearing_load(
-    run: Solution,
-    joint: str,
-    kind: str | float = "ball",
-    rating: Number | None = None,
+    run: Solution, joint: str, kind: str | float = "ball", rating: Number | None = None
 ) -> BearingLoad:
     """Equivalent load, load spectrum and life of the bearing in a revolute joint.
 

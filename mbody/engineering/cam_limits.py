@@ -11,12 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
-from mbody.core.tolerances import (
-    CAM_CENTRE_FIXED,
-    CAM_CIRCLE_NONE,
-    CAM_JUMP_BESIDE,
-    RATE_NONE_COORDINATE,
-)
+from mbody.core import tolerances as tol
 from mbody.engineering.motion_polygons import check_moving, pose_at
 from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Law
@@ -140,7 +135,7 @@ def cam_places(cam: CamFollower) -> np.ndarray:
     law: Law = cam.profile
     jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
     grid = np.linspace(0.0, math.tau, PLACES)[:-1]
-    both = np.concatenate([grid, jumps - CAM_JUMP_BESIDE, jumps + CAM_JUMP_BESIDE])
+    both = np.concatenate([grid, jumps - tol.CAM_JUMP_BESIDE, jumps + tol.CAM_JUMP_BESIDE])
     return np.unique(np.mod(both, math.tau))
 
 
@@ -303,9 +298,7 @@ def _summary(found: CamAnalysis) -> str:
     unit = found.mechanism.units.length
     words = f"cam '{found.joint.name}', {found.follower}"
     lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
-    rows: list[tuple[str, str, str, str]] = [
-        ("base radius", number(found.base_radius), unit, ""),
-    ]
+    rows: list[tuple[str, str, str, str]] = [("base radius", number(found.base_radius), unit, "")]
     if found.roller:
         rows.append(("radius of the roller", number(found.roller), unit, ""))
     if found.greatest is not None:
@@ -392,21 +385,13 @@ class FollowerPath:
     """The path of a follower's place beside its cam, whose centre is the origin; the cam turns
     counter-clockwise by θ, a cam that turns clockwise is mirrored.
 
-    Attributes
-    ----------
-    place : complex array (n,)
-        Of the roller's centre, the knife edge, or the place in the face [length].
-    first, second : arrays (n,)
-        Derivatives by θ of the follower's coordinate: of its travel along the guide [length], of
-        its angle on the arm [1].
-    along : complex
-        Direction of the guide; 0 on an arm.
-    pivot : complex
-        Of the arm.
-    normal : complex array (n,) or None
-        Of a flat face.
-    roller : float
-        [length]
+    `place` (n,): Of the roller's centre, the knife edge, or the place in the face [length].
+    `first`, `second` (n,): Derivatives by θ of the follower's coordinate: of its travel along the
+      guide [length], of its angle on the arm [1].
+    `along`: Direction of the guide; 0 on an arm.
+    `pivot`: Of the arm.
+    `normal` (n,): Of a flat face.
+    `roller`: [length]
 
     >>> turn = np.linspace(0.0, 2.0 * np.pi, 361)
     >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(turn)))
@@ -495,7 +480,7 @@ class FollowerPath:
                     inside = worst(self.shifted(middle)) <= 0.0
                     low, high = (low, middle) if inside else (middle, high)
                 base = self.shifted(high).base_radius()
-                return base if base > CAM_CIRCLE_NONE * float(np.abs(self.place).max()) else 0.0
+                return base if base > tol.CAM_CIRCLE_NONE * float(np.abs(self.place).max()) else 0.0
         return None
 
     def _excess(self, limit: float | None) -> Callable[[FollowerPath], float]:
@@ -556,8 +541,13 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     size = float(np.abs(seen - middle).max())
     moved = float(np.abs(middle - middle[0]).max())
     omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
-    steady = np.abs(omega).min() > CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
-    if len(held) != 1 or moved > CAM_CENTRE_FIXED * size or not steady or np.ptp(np.sign(omega)):
+    steady = np.abs(omega).min() > tol.CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
+    if (
+        len(held) != 1
+        or moved > tol.CAM_CENTRE_FIXED * size
+        or not steady
+        or np.ptp(np.sign(omega))
+    ):
         return None
     (guide,) = held
     p = seen - middle
@@ -753,7 +743,7 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
         return complex(x, y) + 1j * turn * arm
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
-    return found if abs(found) > RATE_NONE_COORDINATE else 0j
+    return found if abs(found) > tol.RATE_NONE_COORDINATE else 0j
 
 
 def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> CamPlace | None:

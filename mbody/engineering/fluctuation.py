@@ -9,12 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbody.core.tolerances import (
-    CYCLE_PERIODIC,
-    CYCLE_WHOLE_TURNS,
-    ROOT_REAL_FINE,
-    WORK_CYCLE_ROUNDING,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
@@ -34,7 +29,7 @@ def cycle_revolutions(angle: Array, what: str) -> int:
     steps = np.diff(angle)
     turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
-    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > CYCLE_WHOLE_TURNS * turns:
+    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > tol.CYCLE_WHOLE_TURNS * turns:
         raise ModelError(
             f"{what} needs whole turns in one direction, both ends included; these "
             f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
@@ -54,7 +49,7 @@ def counted(turns: int) -> str:
 def check_repeats(values: Array, size: float, name: str, what: str) -> None:
     """Refuse a quantity (instants,) that does not end as it began."""
     begin, end = values[0] + 0.0, values[-1] + 0.0  # without the sign of a zero
-    if not abs(end - begin) <= CYCLE_PERIODIC * size:
+    if not abs(end - begin) <= tol.CYCLE_PERIODIC * size:
         raise ModelError(
             f"the {name} is {begin:.6g} at the beginning of the cycle and {end:.6g} at its "
             f"end: {what} needs a periodic cycle: give the driver a constant "
@@ -135,7 +130,7 @@ class Fluctuation(Inherited):
         """Coefficient of fluctuation of energy, ΔE / work of a cycle; infinite without work, or
         with one that is rounding beside ΔE.
         """
-        none = abs(self.work) <= WORK_CYCLE_ROUNDING * self.fluctuation
+        none = abs(self.work) <= tol.WORK_CYCLE_ROUNDING * self.fluctuation
         return math.inf if none else self.fluctuation / abs(self.work)
 
     @property
@@ -285,7 +280,7 @@ def _may_cross(torque: Array, mean: float) -> Array:
 def _crossings(c: Array, h: float) -> Array:
     """Zeros of a cubic with ascending coefficients within 0 … h."""
     roots = np.roots(c[::-1])
-    real = roots.real[np.abs(roots.imag) <= ROOT_REAL_FINE * (h + np.abs(roots.real))]
+    real = roots.real[np.abs(roots.imag) <= tol.ROOT_REAL_FINE * (h + np.abs(roots.real))]
     return np.asarray(real[(real >= 0.0) & (real <= h)])
 
 

@@ -10,12 +10,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import (
-    FORCE_NONE_BALANCE,
-    LEAST_SQUARES_ENDS,
-    PRINTED_NONE_FINE,
-    SINGULAR_VALUE_ZERO,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
@@ -158,12 +153,14 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
     z = np.zeros(2 * count)
     for _ in range(PASSES):
         slopes = jacobian(z)
-        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=SINGULAR_VALUE_ZERO)[0]
-        done = np.abs(new - z).max(initial=0.0) <= LEAST_SQUARES_ENDS * np.abs(new).max(initial=0.0)
+        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=tol.SINGULAR_VALUE_ZERO)[0]
+        done = np.abs(new - z).max(initial=0.0) <= tol.LEAST_SQUARES_ENDS * np.abs(new).max(
+            initial=0.0
+        )
         z = new
         if done:
             break
-    if np.abs(left(z)).max(initial=0.0) > SINGULAR_VALUE_ZERO * np.abs(rest).max(initial=0.0):
+    if np.abs(left(z)).max(initial=0.0) > tol.SINGULAR_VALUE_ZERO * np.abs(rest).max(initial=0.0):
         z = _least(left, jacobian, z, float(np.linalg.norm(rest)))
     return z.reshape(count, 2) * radii[:, None]
 
@@ -178,7 +175,11 @@ def _least(left: Any, jacobian: Any, start: Array, scale: float) -> Array:
             begin,
             lambda z: jacobian(z) / scale,
             x_scale="jac",
-            **{"ftol": LEAST_SQUARES_ENDS, "xtol": LEAST_SQUARES_ENDS, "gtol": LEAST_SQUARES_ENDS},
+            **{
+                "ftol": tol.LEAST_SQUARES_ENDS,
+                "xtol": tol.LEAST_SQUARES_ENDS,
+                "gtol": tol.LEAST_SQUARES_ENDS,
+            },
         )
         for begin in (start, np.zeros_like(start))
     ]
@@ -337,16 +338,14 @@ class ForceBalance(Inherited):
                 Column("radius", numbers([one.radius for one in weights]), unit.length),
                 Column("angle", [f"{np.degrees(one.angle):.3f}" for one in weights], "deg"),
                 Column(
-                    "moment",
-                    numbers([one.moment for one in weights]),
-                    f"{unit.mass}·{unit.length}",
+                    "moment", numbers([one.moment for one in weights]), f"{unit.mass}·{unit.length}"
                 ),
             ]
         )
         peaks = self.data()["peaks"]
         parts = [peaks[when][what] for what in ("force", "moment") for when in ("before", "after")]
         # a moment is rounding beside what the forces would have at the size of the mechanism
-        floor = PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
+        floor = tol.PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
         parts[2:] = [part if part > floor else 0.0 for part in parts[2:]]
         shown = table(
             [
@@ -448,10 +447,12 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     # what is rounding beside the momenta of the links, taken one by one, is balanced already
     size = float(np.linalg.norm(links * present))
     momentum = links @ present
-    if np.linalg.norm(momentum) <= FORCE_NONE_BALANCE * size:
+    if np.linalg.norm(momentum) <= tol.FORCE_NONE_BALANCE * size:
         momentum = 0.0 * momentum
     moments = best_moments(columns, momentum, radii)
-    complete = _residual_momentum(columns, moments, radii, momentum) <= FORCE_NONE_BALANCE * size
+    complete = (
+        _residual_momentum(columns, moments, radii, momentum) <= tol.FORCE_NONE_BALANCE * size
+    )
     before, notes = _shaking(run), []
     moving = float(np.abs(before.magnitude).max(initial=0.0)) > 0.0
     if not moving:
@@ -597,7 +598,7 @@ def _rank(columns: Array, length: float) -> int:
     """The number of conditions: of masses and first moments by the model length."""
     scaled = columns / np.tile([length, 1.0, 1.0], columns.shape[1] // 3)
     sizes = np.linalg.svd(scaled, compute_uv=False)
-    return int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) if sizes.size and sizes[0] else 0
+    return int((sizes > tol.SINGULAR_VALUE_ZERO * sizes[0]).sum()) if sizes.size and sizes[0] else 0
 
 
 def _residual_momentum(columns: Array, moments: Array, radii: Array, present: Array) -> float:
@@ -712,7 +713,7 @@ def _would_do(wanted: Mapping[Marker, float], blocks: list[Solution], present: A
     places, radii = list(wanted), np.array(list(wanted.values()))
     columns = _rows(blocks, places, "v")
     moments = best_moments(columns, present, radii)
-    return _residual_momentum(columns, moments, radii, present) <= FORCE_NONE_BALANCE * float(
+    return _residual_momentum(columns, moments, radii, present) <= tol.FORCE_NONE_BALANCE * float(
         np.linalg.norm(present)
     )
 

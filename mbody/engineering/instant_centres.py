@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    DIRECTION_ROUNDING,
-    LINES_PARALLEL,
-    POINT_SAME,
-    RATE_NONE_INSTANT_CENTRE,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.engineering.motion_polygons import (
     AT_REST,
     at_unit_speed,
@@ -161,7 +155,7 @@ class InstantCentres(Inherited):
             place = complex(one.x[instant], one.y[instant])
             others = firsts[: len(groups)]
             size = np.maximum(np.abs(others), max(self.length, abs(place)))
-            alike = np.flatnonzero(np.abs(others - place) <= POINT_SAME * size)
+            alike = np.flatnonzero(np.abs(others - place) <= tol.POINT_SAME * size)
             if len(alike):
                 groups[alike[0]].append(one)
             else:
@@ -287,8 +281,11 @@ def _by_rates(run: Solution) -> InstantCentres | None:
     for i, j in itertools.combinations(names, 2):
         dx, dy = u[j][0] - u[i][0], u[j][1] - u[i][1]
         turning = omega[j] - omega[i]
-        slides, turns = np.hypot(dx, dy) / length > RATE_NONE_INSTANT_CENTRE * size, np.abs(turning)
-        turns = turns > RATE_NONE_INSTANT_CENTRE * np.maximum(size, np.hypot(dx, dy) / length)
+        slides, turns = (
+            np.hypot(dx, dy) / length > tol.RATE_NONE_INSTANT_CENTRE * size,
+            np.abs(turning),
+        )
+        turns = turns > tol.RATE_NONE_INSTANT_CENTRE * np.maximum(size, np.hypot(dx, dy) / length)
         kind = np.where(turns, "finite", np.where(slides, "infinite", "none"))
         rate = np.where(turns, turning, np.nan)
         across = np.arctan2(dx, -dy)
@@ -318,7 +315,7 @@ def _degrees(angle: float) -> str:
 def _line(angle: Array) -> Array:
     """Directions of lines [rad], above −π/2 and up to π/2."""
     turned = np.remainder(angle, np.pi)
-    return np.where(turned > 0.5 * np.pi + DIRECTION_ROUNDING, turned - np.pi, turned)
+    return np.where(turned > 0.5 * np.pi + tol.DIRECTION_ROUNDING, turned - np.pi, turned)
 
 
 def _keeping(run: Solution) -> dict[frozenset[str], Revolute | Prismatic]:
@@ -406,7 +403,7 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
     run = as_solution(run)
     check_moving(run, "centrodes are")
     m = relative_motion(run, body, relative_to)
-    pole = m.instant_centre(RATE_NONE_INSTANT_CENTRE)
+    pole = m.instant_centre(tol.RATE_NONE_INSTANT_CENTRE)
     moving = np.exp(-1j * m.angle) * (pole - m.place)
     return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))
 
@@ -424,12 +421,8 @@ Pair = frozenset[str]
 class KennedyLine:
     """A line through three centres.
 
-    Attributes
-    ----------
-    pair : pair of str
-        The bodies whose centre is sought.
-    through : two pairs of str
-        The bodies whose centres are known, both with the same third body.
+    `pair`: The bodies whose centre is sought.
+    `through`: The bodies whose centres are known, both with the same third body.
     """
 
     pair: tuple[str, str]
@@ -477,7 +470,7 @@ def kennedy_lines(
                 if k not in (i, j) and known.issuperset(ends):
                     lines[k] = np.cross(at[ends[0]], at[ends[1]])
             best, thirds = _crossing(lines)
-            if best > LINES_PARALLEL:
+            if best > tol.LINES_PARALLEL:
                 new.append(frozenset((i, j)))
                 found += [KennedyLine((i, j), ((i, k), (k, j))) for k in thirds]
         if not new:
@@ -491,10 +484,10 @@ def _crossing(lines: dict[str, np.ndarray]) -> tuple[float, tuple[str, ...]]:
         return 0.0, ()
     names, whole = list(lines), np.array(list(lines.values()))
     sizes = np.linalg.norm(whole, axis=1)
-    units = whole / np.maximum(sizes, TINY)[:, None]
+    units = whole / np.maximum(sizes, tol.TINY)[:, None]
     apart = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
     # lines through centres that are one point, or of which one is missing, are none
-    sound = sizes > LINES_PARALLEL
+    sound = sizes > tol.LINES_PARALLEL
     apart = np.where(np.triu(sound[:, None] & sound, 1), apart, 0.0)
     one, other = np.unravel_index(int(np.argmax(apart)), apart.shape)
     best = float(apart[one, other])

@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import Wrench, free_body
-from mbody.core.tolerances import (
-    DENSITY_NEGATIVE_ROUNDING,
-    POINT_SAME,
-    PRINTED_NONE_FINE,
-    RATE_NONE_BAR,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
@@ -36,14 +31,11 @@ Array = np.ndarray
 class LinkMass:
     """A mass along a line, or in one place of it.
 
-    Attributes
-    ----------
-    mass, place, across, inertia : float
-        Its mass centre is `place` along the bar and `across` it [length].
-    length : float
-        Of the bar.
-    density : array (3,) or None
-        λ(s) = Σ density[k] s^k [mass/length]; None where it is a lump at its mass centre.
+    `mass`, `place`, `across`, `inertia`: Its mass centre is `place` along the bar and `across` it
+      [length].
+    `length`: Of the bar.
+    `density` (3,): λ(s) = Σ density[k] s^k [mass/length]; None where it is a lump at its mass
+      centre.
     """
 
     mass: float
@@ -95,7 +87,7 @@ def link_mass(
             places.append(-first / (2.0 * of_x[2]))
         if (
             min(np.polynomial.polynomial.polyval(x, of_x) for x in places)
-            > -DENSITY_NEGATIVE_ROUNDING * mean
+            > -tol.DENSITY_NEGATIVE_ROUNDING * mean
         ):
             x = np.polynomial.Polynomial([-1.0, 1.0 / half])
             density = np.zeros(3)
@@ -111,15 +103,10 @@ def link_mass(
 class Bar:
     """The line of a bar in link axes, from its first point to its second.
 
-    Attributes
-    ----------
-    along : tuple of 2 str
-        Its points.
-    x, y : float
-        Its beginning [length].
-    cos, sin : float
-        Its direction.
-    length : float
+    `along`: Its points.
+    `x`, `y`: Its beginning [length].
+    `cos`, `sin`: Its direction.
+    `length`: float
     """
 
     along: tuple[str, str]
@@ -145,17 +132,11 @@ class Bar:
 class BarForces:
     """The forces on a bar but for its weight and inertia: arrays (instants, forces).
 
-    Attributes
-    ----------
-    causes : tuple of str
-    place : array
-        Along the bar, where they act or where the rigid arm to them begins [length].
-    axial, across : array
-        Forces along and across the bar.
-    couple : array
-        About that place of the bar.
-    weight : array (instants, 2)
-        By gravity, along and across the bar.
+    `causes`: tuple of str
+    `place`: Along the bar, where they act or where the rigid arm to them begins [length].
+    `axial`, `across`: Forces along and across the bar.
+    `couple`: About that place of the bar.
+    `weight` (instants, 2): By gravity, along and across the bar.
     """
 
     causes: tuple[str, ...]
@@ -187,7 +168,7 @@ def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
     at = run.system.numbers
     (ax, ay), (bx, by) = (map(float, at.point(f"{body}.{name}")) for name in line)
     length = float(np.hypot(bx - ax, by - ay))
-    if not length > POINT_SAME * run.system.length:
+    if not length > tol.POINT_SAME * run.system.length:
         raise ModelError(
             f"'{line[0]}' and '{line[1]}' of '{body}' are one place: a bar goes along two", body
         )
@@ -207,7 +188,7 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
                     name
                     for name in link.points
                     if _apart((x, y), at.point(f"{link.name}.{name}"))
-                    <= POINT_SAME * run.system.length
+                    <= tol.POINT_SAME * run.system.length
                 ]
                 for name in names[:1]:
                     found.setdefault(name, (x, y))
@@ -486,7 +467,7 @@ class InternalLoads(Inherited):
         size = max(abs(found["axial"][0]), abs(found["shear"][0]))
         floor = {"axial": size, "shear": size, "bending": size * self.length}
         value = {
-            key: one[0] if abs(one[0]) > PRINTED_NONE_FINE * floor.get(key, 0.0) else 0.0
+            key: one[0] if abs(one[0]) > tol.PRINTED_NONE_FINE * floor.get(key, 0.0) else 0.0
             for key, one in found.items()
         }
         lines = table(
@@ -637,10 +618,10 @@ def _snapped(place: Array, length: float) -> Array:
     """
     found = place.copy()
     for row in found.T:
-        if np.ptp(row) <= RATE_NONE_BAR * length:
+        if np.ptp(row) <= tol.RATE_NONE_BAR * length:
             row[:] = row.mean()
             for end in (0.0, length):
-                if abs(row[0] - end) <= RATE_NONE_BAR * length:
+                if abs(row[0] - end) <= tol.RATE_NONE_BAR * length:
                     row[:] = end
     return found
 
@@ -650,7 +631,7 @@ def _cuts(bar: Bar, mass: LinkMass, place: Array, places: int) -> tuple[Array, A
     lump = [mass.place] if mass.density is None and mass.mass > 0.0 else []
     low = min(0.0, float(place.min(initial=0.0)), *lump)
     high = max(bar.length, float(place.max(initial=bar.length)), *lump)
-    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= RATE_NONE_BAR * bar.length]
+    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= tol.RATE_NONE_BAR * bar.length]
     sharp = np.unique([low, high, *fixed, *lump])
     plain = np.setdiff1d(np.linspace(low, high, places), sharp)
     cuts = np.concatenate([sharp, sharp, plain])

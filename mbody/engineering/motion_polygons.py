@@ -34,12 +34,8 @@ AT_REST = "the instant centres are those at unit speed"
 class RelativeMotion:
     """Motion of a body in the axes of another one: arrays (instants,), complex and real.
 
-    Attributes
-    ----------
-    place, velocity, acceleration : complex arrays
-        Of the mass centre, from that of the other body.
-    angle, omega, alpha : arrays
-        Of the body's axes in those of the other.
+    `place`, `velocity`, `acceleration`: Of the mass centre, from that of the other body.
+    `angle`, `omega`, `alpha`: Of the body's axes in those of the other.
     """
 
     place: Array

@@ -11,12 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
-from mbody.core.tolerances import (
-    CRANK_BESIDE_DEAD_CENTRE,
-    FORCE_NONE,
-    HARMONICS_ORDER_SAME,
-    RATE_CONSTANT,
-)
+from mbody.core import tolerances as tol
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import complex_orders, driver_cycle, place_of
 from mbody.errors import ModelError, brief
@@ -346,7 +341,7 @@ def firing_angles(
         raise ModelError(f"a cycle has 2 turns or 1, or another whole number, not {turns!r}")
     cycle = 2.0 * math.pi * turns
     steps = [cycle / count] * count if intervals is None else [float(one) for one in intervals]
-    if len(steps) != count or abs(sum(steps) - cycle) > CRANK_BESIDE_DEAD_CENTRE * cycle:
+    if len(steps) != count or abs(sum(steps) - cycle) > tol.CRANK_BESIDE_DEAD_CENTRE * cycle:
         raise ModelError(
             f"{len(steps)} intervals of {math.degrees(sum(steps)):.6g} deg in all do not make the "
             f"cycle of {count} cylinders, {360 * turns} deg: give one after each firing"
@@ -386,7 +381,7 @@ def _check_cranks(found: Mapping[int, float], cranks: Mapping[int, float]) -> No
     for n, angle in found.items():
         own = float(cranks[n]) - float(cranks[first])
         off = math.remainder(angle - own, 2.0 * math.pi)
-        if abs(off) > CRANK_BESIDE_DEAD_CENTRE * 2.0 * math.pi:
+        if abs(off) > tol.CRANK_BESIDE_DEAD_CENTRE * 2.0 * math.pi:
             raise ModelError(
                 f"cylinder {n} fires {math.degrees(angle):.6g} deg after cylinder {first}, where "
                 f"its piston is {math.degrees(abs(off)):.6g} deg of the crank away from the dead "
@@ -490,7 +485,7 @@ class ShakingOrders(Inherited):
 
     def __str__(self) -> str:
         unit = self.run.mechanism.units
-        floor = FORCE_NONE * self.size
+        floor = tol.FORCE_NONE * self.size
         arm = floor * self.run.system.length
         shown = [
             k
@@ -692,7 +687,7 @@ def balance_shafts(
     found = shaking_orders(run, driver=name, highest=max(highest, 1.0))
     rate = np.asarray(run.driven(name)[1])
     speed = float(np.mean(rate))
-    if not speed or np.ptp(rate) > RATE_CONSTANT * abs(speed):
+    if not speed or np.ptp(rate) > tol.RATE_CONSTANT * abs(speed):
         raise ModelError(
             f"balance shafts are for a constant speed, '{name}' has {rate.min():g} to "
             f"{rate.max():g} rad/s: give its law a constant speed",
@@ -700,7 +695,7 @@ def balance_shafts(
         )
     shafts = []
     for order in orders:
-        places = np.flatnonzero(np.abs(found.orders - order) < HARMONICS_ORDER_SAME)
+        places = np.flatnonzero(np.abs(found.orders - order) < tol.HARMONICS_ORDER_SAME)
         if not places.size or not order > 0:
             raise ModelError(
                 f"there is no shaft of order {order:g}: orders of this cycle are multiples of "
@@ -708,7 +703,7 @@ def balance_shafts(
             )
         for sense, parts in ((1, found.forward), (-1, found.backward)):
             part = complex(parts[places[0]])
-            if abs(part) > FORCE_NONE * found.size:
+            if abs(part) > tol.FORCE_NONE * found.size:
                 unbalance = abs(part) / (order * speed) ** 2
                 angle = float(np.angle(-part))
                 shafts.append(BalanceShaft(float(order), sense, unbalance, angle, abs(part)))

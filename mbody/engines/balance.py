@@ -410,11 +410,7 @@ def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
 
 
 def _power(
-    system: System,
-    run: Solution,
-    forces: tuple[Array, Array],
-    rates: Array,
-    comparison: Comparison,
+    system: System, run: Solution, forces: tuple[Array, Array], rates: Array, comparison: Comparison
 ) -> None:
     """Power of loads, inertia and drivers: their sum is 0, since ideal joints do no work."""
     loads, inertia = forces

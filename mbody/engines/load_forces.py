@@ -48,17 +48,11 @@ from mbody.system.system import System
 class Outline:
     """A shape on a body.
 
-    Attributes
-    ----------
-    body : str
-    kind : str
-        "line", "segment", "polygon", "disc" or "ring"; points are discs without radius.
-    points : tuple of pairs
-        From the mass centre, link axes [length].
-    radius : float
-        Of discs and rings [length].
-    direction : float
-        Of a line, link axes [rad].
+    `body`: str
+    `kind`: "line", "segment", "polygon", "disc" or "ring"; points are discs without radius.
+    `points`: From the mass centre, link axes [length].
+    `radius`: Of discs and rings [length].
+    `direction`: Of a line, link axes [rad].
     """
 
     body: str
@@ -212,14 +206,9 @@ def has_force_law(load: Load) -> bool:
 class BodyState:
     """Position and rates of one body, as an engine has them.
 
-    Attributes
-    ----------
-    place : array (2,)
-        Of the mass centre, in the world.
-    angle : float
-        [rad]
-    velocity : array (3,)
-        (vx, vy, ω).
+    `place` (2,): Of the mass centre, in the world.
+    `angle`: [rad]
+    `velocity` (3,): (vx, vy, ω).
     """
 
     place: Array

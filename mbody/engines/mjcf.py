@@ -15,12 +15,7 @@ import numpy as np
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import (
-    MUJOCO_ARTIFICIAL_INERTIA,
-    MUJOCO_ARTIFICIAL_MASS,
-    MUJOCO_IMPEDANCE,
-    POINT_SAME,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
 from mbody.engines.spanning_tree import (
@@ -216,18 +211,11 @@ def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[f
 class Document:
     """One file while it is written: sections, bodies, coordinates.
 
-    Attributes
-    ----------
-    fix_drivers : bool
-        Whether constraints fix the driven coordinates.
-    pose : dict
-        (x, y, θ) of every body at the start, by name.
-    parts : dict
-        Sections of the file by tag.
-    inside : dict
-        The element of every body, by its name in the file.
-    columns : list of FileCoordinate
-        Coordinates of the file.
+    `fix_drivers`: Whether constraints fix the driven coordinates.
+    `pose`: (x, y, θ) of every body at the start, by name.
+    `parts`: Sections of the file by tag.
+    `inside`: The element of every body, by its name in the file.
+    `columns`: Coordinates of the file.
     """
 
     def __init__(self, system: System, start: Solution, fix_drivers: bool) -> None:
@@ -317,8 +305,11 @@ class Document:
         if mass and not inertia:
             # more than the least that MuJoCo accepts
             least = 1e-14 / (self.scale.mass * self.scale.length**2)
-            return mass, max(MUJOCO_ARTIFICIAL_INERTIA * mass * self.system.length**2, least)
-        return mass or MUJOCO_ARTIFICIAL_MASS * greatest, inertia or MUJOCO_ARTIFICIAL_MASS * widest
+            return mass, max(tol.MUJOCO_ARTIFICIAL_INERTIA * mass * self.system.length**2, least)
+        return (
+            mass or tol.MUJOCO_ARTIFICIAL_MASS * greatest,
+            inertia or tol.MUJOCO_ARTIFICIAL_MASS * widest,
+        )
 
 
 # -- Joints that close loops, in MJCF: constraints, tendons, second halves of bodies -----------
@@ -478,7 +469,7 @@ class ClosureWriter:
             for joint, own, far in ((one, *ends) for one in pins for ends in ("ij", "ji")):
                 on, to = getattr(joint, own).body, getattr(joint, far).body
                 px, py = self.system.numbers.arm(joint, own)
-                near = abs(px - x) + abs(py - y) <= POINT_SAME * self.system.length
+                near = abs(px - x) + abs(py - y) <= tol.POINT_SAME * self.system.length
                 if on == name and near and to not in found:
                     found.add(to)
                     pending.append((to, self.system.numbers.arm(joint, far)))
@@ -726,7 +717,7 @@ class ElementWriter(ClosureWriter):
                 continue
             heading = self.document.pose[branch.body][2] + column.direction
             along = np.cos(heading - base)
-            if abs(abs(along) - 1.0) > POINT_SAME or type(branch.joint) is not Prismatic:
+            if abs(abs(along) - 1.0) > tol.POINT_SAME or type(branch.joint) is not Prismatic:
                 continue
             sign = round(float(along)) * (1.0 if pair[0] == driver.i.body else -1.0)
             name = column.name
@@ -842,9 +833,10 @@ class MjcfWriter:
             notes.append(
                 f"{', '.join(repr(one) for one in self.document.artificial_masses)}: without mass "
                 "or inertia; the file has very small ones "
-                f"({MUJOCO_ARTIFICIAL_MASS:g} of the greatest, {MUJOCO_ARTIFICIAL_INERTIA:g} for "
-                "point masses), since MuJoCo cannot move a massless body; where loads act on "
-                "these alone its steps are unstable: give them masses before the file is run freely"
+                f"({tol.MUJOCO_ARTIFICIAL_MASS:g} of the greatest, "
+                f"{tol.MUJOCO_ARTIFICIAL_INERTIA:g} for point masses), since MuJoCo cannot move a "
+                "massless body; where loads act on these alone its steps are unstable: give them "
+                "masses before the file is run freely"
             )
         without = (*elements.refused, *signals_of(self.machine))
         named = {one.element for one in without}
@@ -912,7 +904,7 @@ class MjcfWriter:
             self.document.parts["default"],
             "equality",
             solref=numbers(1.0, -k, -0.1 * math.sqrt(k)),
-            solimp=f"{MUJOCO_IMPEDANCE} {MUJOCO_IMPEDANCE} 0.001 0.5 2",
+            solimp=f"{tol.MUJOCO_IMPEDANCE} {tol.MUJOCO_IMPEDANCE} 0.001 0.5 2",
         )
 
     def _rods(self) -> None:

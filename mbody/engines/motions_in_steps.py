@@ -17,13 +17,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
-from mbody.core.tolerances import (
-    COMPARISON_BLIND,
-    COMPARISON_FLOOR,
-    COMPARISON_IMPACTS_SAME,
-    FORCE_NONE,
-    RTOL_COMPARISON_ROUGH,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
 from mbody.model.closed_mechanism import with_others
@@ -47,12 +41,9 @@ MARGIN = {1.0: 1.5, 0.5: 3.0}
 class Stepped:
     """One motion in steps.
 
-    Attributes
-    ----------
-    places : array (instants, bodies, 3)
-        x, y and angle of every body, in the units of the mechanism.
-    modes : dict
-        "open", "stick" or "slip" of every contact at the instants; empty where it is not certain.
+    `places` (instants, bodies, 3): x, y and angle of every body, in the units of the mechanism.
+    `modes`: "open", "stick" or "slip" of every contact at the instants; empty where it is not
+      certain.
     """
 
     places: Array
@@ -100,7 +91,7 @@ class StepwiseCheck:
             f"of {longest:.3g} {unit}, a half and a quarter of it, each length three times a "
             "little different: contacts begin and end with a step, so that results are of order 1"
         )
-        if changes[0] > changes[1] > COMPARISON_FLOOR * self.run.system.length:
+        if changes[0] > changes[1] > tol.COMPARISON_FLOOR * self.run.system.length:
             note += f" (observed: {math.log2(changes[0] / changes[1]):.2f})"
         return rows, unseen, [note]
 
@@ -124,8 +115,8 @@ class StepwiseCheck:
             least = size if kind == "place" else 1.0
             top = max([least, *(float(np.abs(one).max()) for one in ours.values())])
             worst_of_kind = off[:, :, list(parts)].max(axis=(1, 2)) / top
-            expected = MARGIN[self.order] * worst_of_kind + COMPARISON_FLOOR
-            seen = worst_of_kind <= COMPARISON_BLIND
+            expected = MARGIN[self.order] * worst_of_kind + tol.COMPARISON_FLOOR
+            seen = worst_of_kind <= tol.COMPARISON_BLIND
             for (b, part), mine in ours.items():
                 name = f"{bodies[b].name}.{('x', 'y', 'angle')[part]}"
                 if not seen.any():
@@ -136,9 +127,8 @@ class StepwiseCheck:
                 pair = float(mine[k]), float(finest[k, b, part])
                 why = f"its steps, of order {self.order:g}: how far those of all lengths are apart"
                 rows.append(Row(name, *pair, float(apart[k]), float(expected[k]), why))
-        why = (
-            f"steps of {self.engine} of several lengths differ by more than {COMPARISON_BLIND:.0%}"
-        )
+        most = f"{tol.COMPARISON_BLIND:.0%}"
+        why = f"steps of {self.engine} of several lengths differ by more than {most}"
         return rows, [Inexpressible(name, why) for name in blind]
 
     def _modes(self, motions: list[Stepped]) -> list[Row]:
@@ -157,7 +147,7 @@ class StepwiseCheck:
             modes, press = self.run.mode(contact.name), self.run.contact(contact.name)
             ours = [plain_mode(modes[k]) for k in self.instants]
             # what touches without a force is open as much as closed
-            unloaded = np.abs(press) <= FORCE_NONE * np.abs(press).max()
+            unloaded = np.abs(press) <= tol.FORCE_NONE * np.abs(press).max()
             certain = [
                 (mine, said[0])
                 for mine, said, close, k in zip(ours, theirs, near, self.instants, strict=True)
@@ -237,7 +227,7 @@ def by_newtons_law(system: System, run: Solution) -> float:
             float(run.t[-1]),
             start=run.take([0]),
             times=run.t,
-            rtol=RTOL_COMPARISON_ROUGH,
+            rtol=tol.RTOL_COMPARISON_ROUGH,
             events=(),
         )
     except (ModelError, SolveError):
@@ -247,5 +237,5 @@ def by_newtons_law(system: System, run: Solution) -> float:
         mine, theirs = run[body.name], again[body.name]
         for key, unit in (("x", system.length), ("y", system.length), ("angle", 1.0)):
             apart = np.maximum(apart, np.abs(getattr(mine, key) - getattr(theirs, key)) / unit)
-    differs = np.flatnonzero(apart > COMPARISON_IMPACTS_SAME)
+    differs = np.flatnonzero(apart > tol.COMPARISON_IMPACTS_SAME)
     return float(run.t[differs[0] - 1]) if len(differs) else float(run.t[-1])

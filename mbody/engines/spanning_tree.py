@@ -260,17 +260,12 @@ CUT_JOINTS = (Revolute, Prismatic, Fixed, Distance, PinSlot)
 class ConstraintRow:
     """One row: its force direction, value, rate, acceleration and Jacobian.
 
-    Attributes
-    ----------
-    i, j : str
-        The bodies.
-    place : array (2,)
-    force : array (2,)
-        On j at the place, of a unit multiplier.
-    torque : float
-    value, rate, change : float
-        The constrained quantity and its derivatives.
-    jacobian : array (n,)
+    `i`, `j`: The bodies.
+    `place` (2,)
+    `force` (2,): On j at the place, of a unit multiplier.
+    `torque`: float
+    `value`, `rate`, `change`: The constrained quantity and its derivatives.
+    `jacobian` (n,)
     """
 
     i: str

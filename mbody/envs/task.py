@@ -45,21 +45,14 @@ class Variable:
 class Task:
     """Description of an environment.
 
-    Attributes
-    ----------
-    system : System
-    actions, observations, ranges : tuples of Variable
-        Inputs that are set; what is measured; what begins at random within its bounds.
-    reward : tuple of pairs
-        Measures with their weights.
-    ends : tuple of pairs
-        Each end as it was written, and the measure that is positive there.
-    length : float
-        Time of one step of the environment.
-    most : int or None
-        Steps after which it is truncated.
-    options : dict
-        As of `Simulators`.
+    `system`: System
+    `actions`, `observations`, `ranges`: Inputs that are set; what is measured; what begins at
+      random within its bounds.
+    `reward`: Measures with their weights.
+    `ends`: Each end as it was written, and the measure that is positive there.
+    `length`: Time of one step of the environment.
+    `most`: Steps after which it is truncated.
+    `options`: As of `Simulators`.
     """
 
     system: System
@@ -127,8 +120,7 @@ def _bounds(machine: Mechanism, name: str, given: Any, dimension: Any) -> tuple[
     low, high = (number_in(machine, one, dimension, "envs.make", name) for one in pair)
     if not low < high:
         raise ModelError(
-            f"envs.make: '{name}' goes from {low:g} to {high:g}: give the lower bound first",
-            name,
+            f"envs.make: '{name}' goes from {low:g} to {high:g}: give the lower bound first", name
         )
     return low, high
 
@@ -225,12 +217,9 @@ def _end(machine: Mechanism, text: Any) -> str:
 class Episodes:
     """Episodes of a task, many side by side.
 
-    Attributes
-    ----------
-    sims : Simulators
-    rewards : array (n,)
-    ended, truncated : arrays (n,) of bool
-        After the last step.
+    `sims`: Simulators
+    `rewards` (n,)
+    `ended`, `truncated` (n,): After the last step.
     """
 
     def __init__(self, task: Task, n: int) -> None:

@@ -48,17 +48,11 @@ class Contour:
 class PartOutline:
     """A link alone, in its own axes [length].
 
-    Attributes
-    ----------
-    name : str
-    holes, circles : list of (centre, radius)
-        Holes for pins; pitch circles and rollers, which are no edges.
-    contours : list of Contour
-        Its edges.
-    lines : list of (start, end)
-        Directions of guides and slots.
-    marks : dict
-        Named points.
+    `name`: str
+    `holes`, `circles`: Holes for pins; pitch circles and rollers, which are no edges.
+    `contours`: Its edges.
+    `lines`: Directions of guides and slots.
+    `marks`: Named points.
     """
 
     name: str

@@ -29,14 +29,10 @@ SIZE = "the error of a state is relative to it, which an image cannot change"
 class Changeable:
     """The changeable numbers of a system.
 
-    Attributes
-    ----------
-    rules : dict
-        Value and rule of every number that an image takes, by dotted name: its inputs in order.
-    dependent : dict
-        Of every number that follows from parameters, what it follows from.
-    fixed : dict
-        Of every other number why it cannot be changed.
+    `rules`: Value and rule of every number that an image takes, by dotted name: its inputs in
+      order.
+    `dependent`: Of every number that follows from parameters, what it follows from.
+    `fixed`: Of every other number why it cannot be changed.
     """
 
     system: System

@@ -48,14 +48,9 @@ HEADERS = ("mbody.h", "fmu.h")
 class Platform:
     """A kind of machine, as FMI names it.
 
-    Attributes
-    ----------
-    target : str
-        Of `mbody compile`.
-    file : str
-        What the compiler names the binary.
-    fmi_2, fmi_3 : str
-        Its folder under binaries/; empty where the version has none.
+    `target`: Of `mbody compile`.
+    `file`: What the compiler names the binary.
+    `fmi_2`, `fmi_3`: Its folder under binaries/; empty where the version has none.
     """
 
     target: str
@@ -178,18 +173,11 @@ LOGGED = ("logStatusWarning", "logStatusDiscard", "logStatusError")
 class UnitVariable:
     """A variable of a unit.
 
-    Attributes
-    ----------
-    reference : int
-        The number of its entry in the image.
-    name, kind : str
-        `kind`: PARAMETER, INPUT, OUTPUT or STATE.
-    unit : str
-        That of the model, in which `description` shows it; values are in SI.
-    start : float or None
-        In SI.
-    text : str
-        What it is, in words.
+    `reference`: The number of its entry in the image.
+    `name`, `kind`: `kind`: PARAMETER, INPUT, OUTPUT or STATE.
+    `unit`: That of the model, in which `description` shows it; values are in SI.
+    `start`: In SI.
+    `text`: What it is, in words.
     """
 
     reference: int
@@ -204,17 +192,12 @@ class UnitVariable:
 class UnitFacts:
     """Facts of a unit's description beside its variables.
 
-    Attributes
-    ----------
-    name, identifier, text : str
-        Of the model, of the binaries, and the note of the model.
-    token : str
-        guid, or instantiation token.
-    digest, tool : str
-        SHA-256 of the image; what has made it.
-    first, last, step : float
-        Times [s] of the motion of the description, and how far its instants are apart.
-    tolerance : float
+    `name`, `identifier`, `text`: Of the model, of the binaries, and the note of the model.
+    `token`: guid, or instantiation token.
+    `digest`, `tool`: SHA-256 of the image; what has made it.
+    `first`, `last`, `step`: Times [s] of the motion of the description, and how far its instants
+      are apart.
+    `tolerance`: float
     """
 
     name: str
@@ -455,18 +438,11 @@ LONGEST = 60
 class ModelFmu:
     """A unit of co-simulation.
 
-    Attributes
-    ----------
-    content : bytes
-        Of the .fmu file.
-    description : str
-        Its modelDescription.xml.
-    variables : tuple of UnitVariable
-        Parameters, inputs, outputs and states.
-    notes : tuple of str
-        What it lacks, in sentences.
-    platforms : tuple of str
-        For which machines it has binaries, as FMI 3.0 names them.
+    `content`: Of the .fmu file.
+    `description`: Its modelDescription.xml.
+    `variables`: Parameters, inputs, outputs and states.
+    `notes`: What it lacks, in sentences.
+    `platforms`: For which machines it has binaries, as FMI 3.0 names them.
     """
 
     content: bytes

@@ -72,13 +72,9 @@ SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹·", "0123456789.")
 class SiUnit:
     """The SI unit of what another unit measures.
 
-    Attributes
-    ----------
-    name : str
-        Such as "N.m"; empty of a plain number.
-    factor : float
-        The other unit in this one.
-    dimension : Dimension
+    `name`: Such as "N.m"; empty of a plain number.
+    `factor`: The other unit in this one.
+    `dimension`: Dimension
     """
 
     name: str
@@ -301,14 +297,9 @@ MISFIT = "distance of the places, less the one by the radii"
 class MeasuredProgram:
     """MeasuredProgram quantities of an image.
 
-    Attributes
-    ----------
-    program : NumberProgram
-        From what is kept of an instant, the time and the changeable numbers.
-    names, units, of : list of str
-        Of every target.
-    notes : list of str
-        What could not be recorded.
+    `program`: From what is kept of an instant, the time and the changeable numbers.
+    `names`, `units`, `of`: Of every target.
+    `notes`: What could not be recorded.
     """
 
     program: NumberProgram
@@ -683,9 +674,7 @@ class ModelImage:
 
 
 def to_image(
-    model: Mechanism | System,
-    instants: int | None = None,
-    analyses: Sequence[str] = ANALYSES,
+    model: Mechanism | System, instants: int | None = None, analyses: Sequence[str] = ANALYSES
 ) -> ModelImage:
     """The image of a mechanism, on which the compiled core runs without Python.
 

@@ -9,21 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    EXTREMUM_BINDS_NEAR,
-    EXTREMUM_BRACKET,
-    EXTREMUM_BRACKET_PART,
-    EXTREMUM_CUBIC_ROUGH,
-    EXTREMUM_EDGE_NEAR,
-    EXTREMUM_SPACING_FINEST,
-    EXTREMUM_SPACING_WIDE,
-    EXTREMUM_UNKNOWN_NONE,
-    EXTREMUM_VALUES_EQUAL,
-    EXTREMUM_VALUES_ROUNDING,
-    EXTREMUM_VALUES_SAME,
-    ROW_HOLDS,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.inverse.roots import Affine, Residuals, newton, spread
 from mbody.inverse.trials import SearchVariable
 from mbody.optimization.aims_and_limits import AimRows
@@ -60,15 +46,11 @@ CLOSED, OPEN, ENDLESS = "closed", "open", "endless"
 class Best:
     """The place of the greatest value.
 
-    Attributes
-    ----------
-    x : float
-    value : float
-    end : str
-        `CLOSED` where it is taken; `OPEN` where it is only come near to, at the edge of what can be
-        analysed; `ENDLESS` where values grow without bound towards that edge.
-    outer : int
-        −1 or 1 where it is the lower or the upper end of the range; else 0.
+    `x`: float
+    `value`: float
+    `end`: `CLOSED` where it is taken; `OPEN` where it is only come near to, at the edge of what can
+      be analysed; `ENDLESS` where values grow without bound towards that edge.
+    `outer`: −1 or 1 where it is the lower or the upper end of the range; else 0.
     """
 
     x: float
@@ -152,7 +134,7 @@ class Profile:
     @property
     def allowed(self) -> Array:
         """At which samples all side conditions hold."""
-        margins = self.y[:, :-1] >= -ROW_HOLDS * self.size[:, :-1] - self.noise[:-1]
+        margins = self.y[:, :-1] >= -tol.ROW_HOLDS * self.size[:, :-1] - self.noise[:-1]
         good: Array = self.found & margins.all(axis=1)
         return good
 
@@ -174,21 +156,23 @@ class Profile:
         five = np.concatenate([y, self.y[None, k]])
         spread = five.max(axis=0) - five.min(axis=0)
         floor = (
-            EXTREMUM_VALUES_ROUNDING * (self.size[k] + np.abs(five).max(axis=0)) + self.noise + TINY
+            tol.EXTREMUM_VALUES_ROUNDING * (self.size[k] + np.abs(five).max(axis=0))
+            + self.noise
+            + tol.TINY
         )
         with np.errstate(invalid="ignore"):
-            part = np.abs(fitted - self.y[k]) / (spread + floor / EXTREMUM_CUBIC_ROUGH)
+            part = np.abs(fitted - self.y[k]) / (spread + floor / tol.EXTREMUM_CUBIC_ROUGH)
         # places that nearly coincide show nothing
-        apart = np.abs(x).min(axis=0) > EXTREMUM_SPACING_FINEST**2 * self.spacing
+        apart = np.abs(x).min(axis=0) > tol.EXTREMUM_SPACING_FINEST**2 * self.spacing
         off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
         return off
 
     def _refine(self) -> None:
         """More samples where a cubic does not foretell them."""
         while len(self.x) < MOST:
-            unresolved = np.flatnonzero(self._off() > EXTREMUM_CUBIC_ROUGH)
+            unresolved = np.flatnonzero(self._off() > tol.EXTREMUM_CUBIC_ROUGH)
             left = np.union1d(unresolved - 1, unresolved)
-            wide = np.diff(self.x)[left] > EXTREMUM_SPACING_FINEST * self.spacing
+            wide = np.diff(self.x)[left] > tol.EXTREMUM_SPACING_FINEST * self.spacing
             known = self.found[left] & self.found[left + 1]
             left = left[wide & known]
             if not left.size:
@@ -213,7 +197,7 @@ class Profile:
         width = self.spacing
         for far, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
             good = far
-            while abs(good - bad) > EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
+            while abs(good - bad) > tol.EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
                 middle = 0.5 * (good + bad)
                 if middle in (good, bad):
                     break
@@ -224,13 +208,13 @@ class Profile:
             if good == far:  # a bound of the number itself, as zero of a mass
                 continue
             sign = math.copysign(width, far - bad)
-            near = good + sign * np.concatenate([EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)])
+            near = good + sign * np.concatenate([tol.EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)])
             self.add(np.append(near[(near - far) * sign <= 0.0], good))
             self.edges[good] = self._end(good, sign)
 
     def _end(self, edge: float, width: float) -> str:
         """Whether values grow without bound towards an edge, by how fast they grow."""
-        far, middle, near = (self.at(edge + part * width)[-1] for part in EXTREMUM_EDGE_NEAR)
+        far, middle, near = (self.at(edge + part * width)[-1] for part in tol.EXTREMUM_EDGE_NEAR)
         if near > middle > far and near - middle > 0.7 * (middle - far):
             return ENDLESS
         return OPEN
@@ -279,7 +263,10 @@ class Profile:
         (fa, fb), side = (self.at(x)[column] for x in (a, b)), 0
         weak = [fa, fb]
         for _ in range(STEPS):
-            if abs(b - a) <= EXTREMUM_BRACKET * (abs(a) + abs(b) + self.spacing) or 0.0 in (fa, fb):
+            if abs(b - a) <= tol.EXTREMUM_BRACKET * (abs(a) + abs(b) + self.spacing) or 0.0 in (
+                fa,
+                fb,
+            ):
                 break
             x = (a * weak[1] - b * weak[0]) / (weak[1] - weak[0])
             if not min(a, b) < x < max(a, b):
@@ -329,7 +316,7 @@ class Profile:
     def _floor(self) -> float:
         """By how much values may differ that are equal."""
         top = int(np.where(self.allowed, self.y[:, -1], -np.inf).argmax())
-        return float(self.noise[-1] + EXTREMUM_VALUES_EQUAL * self.size[top, -1])
+        return float(self.noise[-1] + tol.EXTREMUM_VALUES_EQUAL * self.size[top, -1])
 
     def _promising(self) -> list[float]:
         """Samples greater than their neighbours, all three allowed, whose summit may be best."""
@@ -341,7 +328,7 @@ class Profile:
         for k in np.flatnonzero(good[1:-1] & good[:-2] & good[2:]) + 1:
             three = y[k - 1 : k + 2]
             drop = three[1] - three.min()
-            wide = self.x[k + 1] - self.x[k - 1] > EXTREMUM_SPACING_WIDE * self.spacing
+            wide = self.x[k + 1] - self.x[k - 1] > tol.EXTREMUM_SPACING_WIDE * self.spacing
             if wide and drop > floor and three[1] >= max(three[0], three[2], top - drop):
                 summits.append((-three[1], float(self.x[k])))
         found = [x for _, x in sorted(summits)[:PEAKS]]
@@ -368,7 +355,7 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
     for _ in range(STEPS):
         if (
             high - low
-            <= EXTREMUM_BRACKET * (abs(low) + abs(high)) + EXTREMUM_BRACKET_PART * (c - a)
+            <= tol.EXTREMUM_BRACKET * (abs(low) + abs(high)) + tol.EXTREMUM_BRACKET_PART * (c - a)
             or slope == 0.0
         ):
             break
@@ -406,22 +393,14 @@ class Unbounded(Exception):
 class Extremum:
     """Result of the search over one unknown, in its steps.
 
-    Attributes
-    ----------
-    u : float or None
-        The place; None where no sample is allowed.
-    nearest : float
-        Of samples that can be analysed, the one that breaks side conditions least; NaN where none
-        can be.
-    low, high : float
-        The range that was searched.
-    gaps : tuple of pairs
-        Where within it values fail.
-    inwards : tuple of float
-        Where the place is the edge of what can be analysed: places ever further from it, at which
-        an analysis has more digits left. Empty elsewhere.
-    unresolved : bool
-        Whether samples still did not foretell each other when there were enough of them.
+    `u`: The place; None where no sample is allowed.
+    `nearest`: Of samples that can be analysed, the one that breaks side conditions least; NaN where
+      none can be.
+    `low`, `high`: The range that was searched.
+    `gaps`: Where within it values fail.
+    `inwards`: Where the place is the edge of what can be analysed: places ever further from it, at
+      which an analysis has more digits left. Empty elsewhere.
+    `unresolved`: Whether samples still did not foretell each other when there were enough of them.
     """
 
     u: float | None
@@ -457,7 +436,7 @@ class _Range:
     def u(self, s: Array) -> Array:
         """The unknown at parameters s, exactly the bounds at its ends."""
         u = s if self.even else self.start + np.sinh(s)
-        u = np.where(np.abs(u) <= EXTREMUM_UNKNOWN_NONE * (1.0 + abs(self.start)), 0.0, u)
+        u = np.where(np.abs(u) <= tol.EXTREMUM_UNKNOWN_NONE * (1.0 + abs(self.start)), 0.0, u)
         clipped: Array = np.clip(u, self.low, self.high)
         return clipped
 
@@ -523,7 +502,7 @@ def _nearest(profile: Profile, space: _Range) -> float:
     """Unknown with the least violation of conditions: see `Extremum.nearest`."""
     if not profile.found.any():
         return math.nan
-    margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], TINY)
+    margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], tol.TINY)
     worst = np.nan_to_num(margins.min(axis=1, initial=0.0), nan=-np.inf)
     worst[~profile.found] = -np.inf
     return float(space.u(profile.x[[int(worst.argmax())]])[0])
@@ -556,18 +535,11 @@ SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
 class ClimbResult:
     """Result of the climbs from all starts.
 
-    Attributes
-    ----------
-    u : array (unknowns,) or None
-        The best place; None where no side conditions could be met.
-    nearest : array (unknowns,) or None
-        The place that breaks them least, where none meets them.
-    endless : bool
-        Whether values grow as far as was searched.
-    starts, agreeing : int
-        Climbs that ended, and those that ended at the best value.
-    better : bool
-        Whether a sample was better than all climbs.
+    `u` (unknowns,): The best place; None where no side conditions could be met.
+    `nearest` (unknowns,): The place that breaks them least, where none meets them.
+    `endless`: Whether values grow as far as was searched.
+    `starts`, `agreeing`: Climbs that ended, and those that ended at the best value.
+    `better`: Whether a sample was better than all climbs.
     """
 
     u: Array | None
@@ -660,7 +632,7 @@ class _Hill:
             if found is None:
                 return None
             end = found.at.x
-            near = EXTREMUM_VALUES_SAME * (high - low)
+            near = tol.EXTREMUM_VALUES_SAME * (high - low)
             inner = (end <= low + near) & (low > self.low)
             inner |= (end >= high - near) & (high < self.high)
             if not inner.any():
@@ -672,7 +644,7 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return None
-        part = here.rest[:-1] / np.maximum(here.size[:-1], TINY)
+        part = here.rest[:-1] / np.maximum(here.size[:-1], tol.TINY)
         part[: self.equations] = -np.abs(part[: self.equations])
         return self.sign * float(here.rest[-1]), -min(float(part.min(initial=0.0)), 0.0)
 
@@ -681,12 +653,14 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return u
-        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], TINY)
-        bind = [k for k in range(len(part)) if k < self.equations or part[k] < EXTREMUM_VALUES_SAME]
+        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], tol.TINY)
+        bind = [
+            k for k in range(len(part)) if k < self.equations or part[k] < tol.EXTREMUM_VALUES_SAME
+        ]
         if not bind or len(bind) > len(u):
             return u
         found = newton(self.rows, bind, u)
-        if found is None or np.abs(found.base - u).max() > EXTREMUM_BINDS_NEAR * (
+        if found is None or np.abs(found.base - u).max() > tol.EXTREMUM_BINDS_NEAR * (
             1.0 + np.abs(u).max()
         ):
             return u
@@ -714,7 +688,7 @@ def best_climb(
             continue
         end = hill.refined(end)
         met = hill.met(end)
-        if met is not None and met[1] <= ROW_HOLDS:
+        if met is not None and met[1] <= tol.ROW_HOLDS:
             ends.append((met[0], end))
         elif met is not None:
             nearest = min(nearest, (met[1], end), key=lambda pair: pair[0])
@@ -729,16 +703,16 @@ def best_climb(
         if (place < hill.low).any() or (place > hill.high).any():
             continue
         met = hill.met(place)
-        if met is not None and met[1] <= ROW_HOLDS:
+        if met is not None and met[1] <= tol.ROW_HOLDS:
             others.append((met[0], place))
         elif met is not None:
             nearest = min(nearest, (met[1], place), key=lambda pair: pair[0])
     if not ends and not others:
         return ClimbResult(None, nearest[1])
     top, best = max(ends + others, key=lambda pair: pair[0])
-    floor = EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
+    floor = tol.EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
-    near = EXTREMUM_VALUES_SAME * (hill.high - hill.low)
+    near = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
     on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor

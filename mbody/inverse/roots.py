@@ -13,18 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    DIFFERENCE_STEP_UNKNOWNS,
-    ROW_HOLDS,
-    ROW_REST_ROUNDING,
-    TINY,
-    UNKNOWN_BRACKET,
-    UNKNOWN_NEAR_BRACKET,
-    UNKNOWN_NEAR_VALUE,
-    UNKNOWN_OPEN,
-    UNKNOWN_STEP_GAIN,
-    UNKNOWN_STEP_ROUNDING,
-)
+from mbody.core import tolerances as tol
 
 Array = np.ndarray
 #: An unknown and what is left of a row there.
@@ -60,12 +49,14 @@ class Affine:
     def solve(self, rows: Sequence[int]) -> Array:
         """The unknowns that make as many rows zero."""
         chosen = list(rows)
-        size = np.maximum(self.size[chosen], TINY)
+        size = np.maximum(self.size[chosen], tol.TINY)
         slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
         u, s, vt = np.linalg.svd(slope)
-        if s[-1] <= UNKNOWN_OPEN * max(float(s[0]), TINY):
-            small = s <= UNKNOWN_OPEN * max(float(s[0]), TINY)
-            raise SingularEquations(vt[-1], bool(np.abs(u[:, small].T @ rest).max() < ROW_HOLDS))
+        if s[-1] <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY):
+            small = s <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY)
+            raise SingularEquations(
+                vt[-1], bool(np.abs(u[:, small].T @ rest).max() < tol.ROW_HOLDS)
+            )
         step: Array = np.linalg.solve(slope, -rest)
         return self.base + step
 
@@ -91,7 +82,7 @@ def affine(rows: Residuals, start: Array) -> Affine | None:
     slope = (rest[1 : n + 1] - rest[0]).T
     guessed = rest[0] + (probes - start) @ slope.T
     terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(slope).T
-    if (np.abs(rest - guessed) > ROW_HOLDS * terms).any():
+    if (np.abs(rest - guessed) > tol.ROW_HOLDS * terms).any():
         return None
     whole = size[: n + 1].max(axis=0) + np.abs(slope).sum(axis=1)
     return Affine(start, rest[0], slope, whole)
@@ -101,7 +92,7 @@ def differences(rows: Residuals, u: Array) -> Affine | None:
     """All rows about a place with their slopes by differences, of what has no exact derivatives;
     None where they have no values.
     """
-    h = DIFFERENCE_STEP_UNKNOWNS * np.maximum(1.0, np.abs(u))
+    h = tol.DIFFERENCE_STEP_UNKNOWNS * np.maximum(1.0, np.abs(u))
     rest, size = rows(np.vstack([u, u + np.diag(h)]))
     if not np.isfinite(rest[0]).all():
         return None
@@ -126,11 +117,11 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         here = rows.about(u)
         if here is None:
             return None
-        slope, terms = here.slope, here.size[index] + TINY
+        slope, terms = here.slope, here.size[index] + tol.TINY
         left = float(np.abs(here.rest[index] / terms).max())
         if best is None or left < best[0]:
             best = (left, here)
-        if left < ROW_REST_ROUNDING or (left < ROW_HOLDS and left >= 0.5 * before):
+        if left < tol.ROW_REST_ROUNDING or (left < tol.ROW_HOLDS and left >= 0.5 * before):
             break
         before = left
         step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -here.rest[index] / terms)
@@ -140,15 +131,15 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
             trial, _ = rows((u + step)[None])
             there = np.abs(trial[0][index] / terms).max()
             if (
-                there < max((1.0 - UNKNOWN_STEP_GAIN) * left, ROW_REST_ROUNDING)
+                there < max((1.0 - tol.UNKNOWN_STEP_GAIN) * left, tol.ROW_REST_ROUNDING)
                 and np.isfinite(trial).all()
             ):
                 break
             step = 0.5 * step
         u = u + step
-        if n and np.abs(step).max() < UNKNOWN_STEP_ROUNDING:
+        if n and np.abs(step).max() < tol.UNKNOWN_STEP_ROUNDING:
             break
-    if best is None or not best[0] < ROW_HOLDS:
+    if best is None or not best[0] < tol.ROW_HOLDS:
         return None
     return best[1]
 
@@ -187,7 +178,7 @@ def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array
         if (
             not np.isfinite(f)
             or f == 0.0
-            or abs(b - a) < UNKNOWN_BRACKET * max(abs(a), abs(b), TINY)
+            or abs(b - a) < tol.UNKNOWN_BRACKET * max(abs(a), abs(b), tol.TINY)
         ):
             return np.array([x])
         if f * fb > 0.0:
@@ -196,8 +187,8 @@ def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array
         else:
             a, fa = x, f
             fb, side = (0.5 * fb, 1) if side == 1 else (fb, 1)
-        small = abs(f) < UNKNOWN_NEAR_VALUE * max(abs(fa), abs(fb))
-        if small and abs(b - a) < UNKNOWN_NEAR_BRACKET * max(abs(a), abs(b)):
+        small = abs(f) < tol.UNKNOWN_NEAR_VALUE * max(abs(fa), abs(fb))
+        if small and abs(b - a) < tol.UNKNOWN_NEAR_BRACKET * max(abs(a), abs(b)):
             return np.array([x])
     return np.array([0.5 * (a + b)])
 

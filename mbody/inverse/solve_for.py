@@ -17,14 +17,7 @@ from mbody.analysis.inverse.conditions import (
     check_question,
     relations,
 )
-from mbody.core.tolerances import (
-    PIVOT_SINGULAR,
-    QUANTITY_ROUNDING,
-    ROW_HOLDS,
-    TINY,
-    UNKNOWN_LOOSE,
-    UNKNOWNS_SAME,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, best_climb, extremum
 from mbody.inverse.roots import Affine, SingularEquations, affine, newton, scan, spread
@@ -97,7 +90,7 @@ class Refusals:
         if u is None or not self.sides:
             return "", ""
         rest, size = self._rows(u)
-        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], TINY)))
+        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], tol.TINY)))
         one = self.sides[worst]
         short = self._short(one, float(rest[0, first + worst]))
         return one.text, f" by {short} at {self.listing(*self.values(u))}"
@@ -151,7 +144,7 @@ class Refusals:
         names = [one.unknown.name for one in self.wanted]
         weights = np.abs(error.direction)
         loose = [
-            n for n, w in zip(names, weights, strict=True) if w > UNKNOWN_LOOSE * weights.max()
+            n for n, w in zip(names, weights, strict=True) if w > tol.UNKNOWN_LOOSE * weights.max()
         ]
         texts, one = listed(self.question.conditions), len(self.question.conditions) == 1
         verb, them = ("holds", "that") if one else ("hold", "them")
@@ -388,7 +381,7 @@ class Solver:
                 f"the {word} '{self.question.objective}' is only come near to: {at} "
                 "is the edge of what can be analysed, and nothing beyond it is compared"
             )
-        elif self.trials.pivot(np.array([best.u])) < PIVOT_SINGULAR:
+        elif self.trials.pivot(np.array([best.u])) < tol.PIVOT_SINGULAR:
             self._doubt(
                 f"the {word} '{self.question.objective}' is at {at}, so near to a "
                 "singular position that few of its digits are sure: keep away from it by a bound"
@@ -410,7 +403,7 @@ class Solver:
     def _noise(self) -> Array:
         """Rounding of every side condition and of the objective."""
         texts = [*(one.left for one in self.sides), self.question.objective]
-        return QUANTITY_ROUNDING * np.array([self.trials.size_of(text) for text in texts])
+        return tol.QUANTITY_ROUNDING * np.array([self.trials.size_of(text) for text in texts])
 
     def _several(self) -> Array:
         """The best values of several unknowns, by climbs from several starts."""
@@ -472,7 +465,7 @@ class Solver:
             return place
         rest, _ = self.rows(u[None])
         index = list(rows)
-        same = (np.abs(rest[0][index]) <= UNKNOWNS_SAME * place.size[index]).all()
+        same = (np.abs(rest[0][index]) <= tol.UNKNOWNS_SAME * place.size[index]).all()
         return (newton(self.rows, rows, u) if same else None) or place
 
     def _is_new(self, u: Array, found: list[Affine]) -> bool:
@@ -481,7 +474,7 @@ class Solver:
             return False
         for place in found:
             pairs = zip(self.wanted, u, place.base, strict=True)
-            if all(one.apart(a, b) <= UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
+            if all(one.apart(a, b) <= tol.UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
                 return False
         return True
 
@@ -496,14 +489,14 @@ class Solver:
         best: tuple[float, Affine, tuple[int, ...]] | None = None
         allowed, nearest = False, (math.inf, -1)
         for place, rows in corners:
-            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], TINY)
+            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], tol.TINY)
             worst = int(margins.argmin())
-            if not margins[worst] >= -ROW_HOLDS:
+            if not margins[worst] >= -tol.ROW_HOLDS:
                 nearest = min(nearest, (-float(margins[worst]), worst))
                 continue
             allowed = True
             pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
-            if (pulls[first:] > ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
+            if (pulls[first:] > tol.ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
                 continue
             if best is None or sign * place.rest[-1] > best[0]:
                 best = (sign * float(place.rest[-1]), place, rows)
@@ -526,7 +519,7 @@ class Solver:
         values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}
         binding = []
-        floor = ROW_HOLDS * place.size
+        floor = tol.ROW_HOLDS * place.size
         if self.question.objective and self.sides:
             floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
@@ -542,7 +535,9 @@ class Solver:
             side_conditions=margins,
             binding=tuple(dict.fromkeys(binding)),
             objective=float(rest[last]) if self.question.objective else None,
-            residual=float(np.max(np.abs(rest[:first]) / (place.size[:first] + TINY), initial=0)),
+            residual=float(
+                np.max(np.abs(rest[:first]) / (place.size[:first] + tol.TINY), initial=0)
+            ),
             run=run,
         )
 

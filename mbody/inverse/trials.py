@@ -18,14 +18,8 @@ from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.inverse.conditions import Relation
 from mbody.analysis.position.assembly_analysis import check_determined, closed_near
+from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import (
-    BOUND_SLACK,
-    BRANCH_LEAP,
-    PIVOT_SUSPICIOUS,
-    WAY_STEP_SMALL,
-    WAY_STEP_SMALLEST,
-)
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.inverse.roots import Affine, differences
@@ -53,22 +47,14 @@ Array = np.ndarray
 class SearchVariable:
     """An unknown as the search takes it: floats in the units of the mechanism.
 
-    Attributes
-    ----------
-    unknown : Unknown
-        As the question gives it.
-    name : str
-        Dotted name of the number, or driver and part of its motion.
-    dimension : Dimension or None
-        What it measures.
-    present, start, low, high : float
-        What it is in the description, where the search begins, and its bounds.
-    scale : float
-        What is one step.
-    steady : bool
-        Whether no position depends on it.
-    angle : bool
-        Whether it is the angle of a driver: positions are the same after a turn, as a rule.
+    `unknown`: As the question gives it.
+    `name`: Dotted name of the number, or driver and part of its motion.
+    `dimension`: What it measures.
+    `present`, `start`, `low`, `high`: What it is in the description, where the search begins, and
+      its bounds.
+    `scale`: What is one step.
+    `steady`: Whether no position depends on it.
+    `angle`: Whether it is the angle of a driver: positions are the same after a turn, as a rule.
     """
 
     unknown: Unknown
@@ -113,7 +99,7 @@ class SearchVariable:
 
     def allows(self, u: float) -> bool:
         """Whether a value, in steps, lies within the bounds."""
-        slack = BOUND_SLACK * (1.0 + abs(u))
+        slack = tol.BOUND_SLACK * (1.0 + abs(u))
         return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
 
     def unwound(self, u: float) -> float:
@@ -158,7 +144,7 @@ class TrialResult:
     def leaps_from(self, near: TrialResult) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
         turned = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
-        return turned > BRANCH_LEAP or self.side != near.side
+        return turned > tol.BRANCH_LEAP or self.side != near.side
 
 
 class Trials:
@@ -350,7 +336,7 @@ class Trials:
         while there is None or there.leaps_from(near):
             part *= 0.5
             # without any progress a gap is in the way, which no small step passes
-            if part < (WAY_STEP_SMALLEST if done or there else WAY_STEP_SMALL):
+            if part < (tol.WAY_STEP_SMALLEST if done or there else tol.WAY_STEP_SMALL):
                 break
             there = self._from(begin + (done + part) * (u - begin), near.poses)
             if there is not None and not there.leaps_from(near):
@@ -386,7 +372,7 @@ class Trials:
             return None
         check_determined(system, start, self.question.analysis)
         redundant = bool(start.regularization)
-        nearly = not redundant and start.ratio < PIVOT_SUSPICIOUS
+        nearly = not redundant and start.ratio < tol.PIVOT_SUSPICIOUS
         if self.known and (nearly or redundant > self.known[0].redundant):
             return None
         regular = (

@@ -37,40 +37,24 @@ CIRCLE, LINE, SEGMENT, POLYGON = range(4)
 class ContactShapes(Bundle):
     """Shapes that may touch, their pairs and laws.
 
-    Attributes
-    ----------
-    kind, body : arrays (shapes,)
-        Kind and body of each shape.
-    corner_start : array (shapes + 1,)
-        Where the corners of each are.
-    corner : array (corners, 2)
-        Corners from the mass centre.
-    centre : array (shapes, 2)
-        Of the bounding circle: of a circle itself; of a line its point.
-    bounding_radius : array (shapes,)
-        Radius of the bounding circle, infinite of lines.
-    radius : array (shapes,)
-        Of circles: zero of points, negative of rings.
-    along : array (shapes, 2)
-        Direction of lines; what touches is on their left.
-    large : array (shapes,)
-        Whether it is looked at beside all others instead of in the grid.
-    usual : array (1,)
-        The radius that is usual among the others.
-    group : array (shapes,)
-        The sets of groups that it is in, by number; −1 in none.
-    group_law : array (sets, sets)
-        The law between shapes of two such sets, the first as i; −1 where none is.
-    pair : array (pairs, 3)
-        Shapes i and j of the contacts that are named one by one, and their laws.
-    rope : array (ropes, 3)
-        Bodies i and j of ropes, and their laws.
-    rope_number : array (ropes, 5)
-        Arms of both ends, and the length.
-    law : array (laws, 3)
-        Kinetic and static friction, restitution.
-    tied_start, tied : arrays (bodies + 2,), (ties,)
-        Bodies that joints tie to each: no group makes contacts between these.
+    `kind`, `body` (shapes,): Kind and body of each shape.
+    `corner_start` (shapes + 1,): Where the corners of each are.
+    `corner` (corners, 2): Corners from the mass centre.
+    `centre` (shapes, 2): Of the bounding circle: of a circle itself; of a line its point.
+    `bounding_radius` (shapes,): Radius of the bounding circle, infinite of lines.
+    `radius` (shapes,): Of circles: zero of points, negative of rings.
+    `along` (shapes, 2): Direction of lines; what touches is on their left.
+    `large` (shapes,): Whether it is looked at beside all others instead of in the grid.
+    `usual` (1,): The radius that is usual among the others.
+    `group` (shapes,): The sets of groups that it is in, by number; −1 in none.
+    `group_law` (sets, sets): The law between shapes of two such sets, the first as i; −1 where none
+      is.
+    `pair` (pairs, 3): Shapes i and j of the contacts that are named one by one, and their laws.
+    `rope` (ropes, 3): Bodies i and j of ropes, and their laws.
+    `rope_number` (ropes, 5): Arms of both ends, and the length.
+    `law` (laws, 3): Kinetic and static friction, restitution.
+    `tied_start`, `tied` (bodies + 2,) (ties,): Bodies that joints tie to each: no group makes
+      contacts between these.
     """
 
     kind: Ints
@@ -96,56 +80,35 @@ class ContactShapes(Bundle):
 class ContactWork(Bundle):
     """Contacts of a step, at most as many as there is memory for.
 
-    Attributes
-    ----------
-    who : array (most, 6)
-        Bodies i and j, law, shapes i and j, feature (which corner on which edge).
-    geometry : array (most, 8)
-        Normal from i to j, arms of the contact on i and on j, gap, size of the smaller shape.
-    effect : array (most, 7)
-        D_NN, D_NT, D_TT of the contact itself; coefficient of friction; what γ_N⁺ must be at
-        least, negative, of velocities and of the correction of positions; s of its cone.
-    impulse, kept, ahead : arrays (most, 2)
-        (P_N, P_T), those before a sweep, and the direction in which the solver goes on.
-    rate : array (most, 2)
-        (γ_N, γ_T) at the beginning of the step.
-    shift : array (most,)
-        Impulses of the correction of positions.
-    column : array (most,)
-        Which pair of `response` it has, −1 where joints tie neither body.
-    response : array (columns, coupled coordinates)
-        Velocities by unit impulses.
-    coupled : array (coupled coordinates,)
-        Which coordinates of bodies these are.
-    is_coupled : array (bodies + 1,)
-        Whether joints or drivers act on a body.
-    inverse : array (coordinates + 3,)
-        Inverse masses, zero of the ground.
-    velocity, free, start, moved : arrays (coordinates + 3,)
-        As impulses change it; without contacts; at the beginning of a step; what a correction of
-        positions moves.
-    row_rate, row_impulse : arrays (2·nodes,)
-        Rates of the rows of joints at the beginning, and their impulses.
-    old, old_impulse : arrays (most, 3), (most, 2)
-        Shapes and feature of the contacts of the step before, and their impulses.
-    old_slot : array (places,)
-        Where they are found by hashing.
-    place : array (shapes, 2)
-        Centres of bounding circles.
-    margin : array (shapes,)
-        How far a shape may come in a step.
-    turning : array (shapes,)
-        How far it may turn.
-    cell : array (shapes, 2)
-        Its cell of the grid.
-    following : array (shapes,)
-        The next shape in the same bucket.
-    bucket : array (buckets,)
-        The first shape of each.
-    progress : array (2,)
-        The last change of impulses as a part of the greatest, and the greatest.
-    counts : array (3,)
-        See `mbody.kernels.contact_geometry`.
+    `who` (most, 6): Bodies i and j, law, shapes i and j, feature (which corner on which edge).
+    `geometry` (most, 8): Normal from i to j, arms of the contact on i and on j, gap, size of the
+      smaller shape.
+    `effect` (most, 7): D_NN, D_NT, D_TT of the contact itself; coefficient of friction; what γ_N⁺
+      must be at least, negative, of velocities and of the correction of positions; s of its cone.
+    `impulse`, `kept`, `ahead` (most, 2): (P_N, P_T), those before a sweep, and the direction in
+      which the solver goes on.
+    `rate` (most, 2): (γ_N, γ_T) at the beginning of the step.
+    `shift` (most,): Impulses of the correction of positions.
+    `column` (most,): Which pair of `response` it has, −1 where joints tie neither body.
+    `response` (columns, coupled coordinates): Velocities by unit impulses.
+    `coupled` (coupled coordinates,): Which coordinates of bodies these are.
+    `is_coupled` (bodies + 1,): Whether joints or drivers act on a body.
+    `inverse` (coordinates + 3,): Inverse masses, zero of the ground.
+    `velocity`, `free`, `start`, `moved` (coordinates + 3,): As impulses change it; without
+      contacts; at the beginning of a step; what a correction of positions moves.
+    `row_rate`, `row_impulse` (2·nodes,): Rates of the rows of joints at the beginning, and their
+      impulses.
+    `old`, `old_impulse` (most, 3) (most, 2): Shapes and feature of the contacts of the step before,
+      and their impulses.
+    `old_slot` (places,): Where they are found by hashing.
+    `place` (shapes, 2): Centres of bounding circles.
+    `margin` (shapes,): How far a shape may come in a step.
+    `turning` (shapes,): How far it may turn.
+    `cell` (shapes, 2): Its cell of the grid.
+    `following` (shapes,): The next shape in the same bucket.
+    `bucket` (buckets,): The first shape of each.
+    `progress` (2,): The last change of impulses as a part of the greatest, and the greatest.
+    `counts` (3,): See `mbody.kernels.contact_geometry`.
     """
 
     who: Tables
@@ -183,32 +146,24 @@ class ContactWork(Bundle):
 class InteriorWork(Bundle):
     """Memory of the interior-point method.
 
-    Attributes
-    ----------
-    matrix : array
-        Row blocks of bodies, see `mbody.kernels.contact_impulses`.
-    place, order : arrays (bodies,)
-        Number of each body in the matrix, and the body of each number, backward.
-    first, offset : arrays (bodies,), (bodies + 1,)
-        The first body of each row block, and where it begins.
-    start, neighbour : arrays (bodies + 1,), (2·(most + ties),)
-        Bodies that each touches or is tied to.
-    tied : array (ties, 2)
-        Pairs of bodies that rows of joints tie.
-    row_start, row_body, row_block : arrays (2·nodes + 1,), (parts,), (parts,)
-        Rows of joints: bodies, and where the three numbers of each are in `Work.block`.
-    stiffness, pull, old_pull, rate : arrays (2·nodes,)
-        Of each row: stiffness, impulse beside that without contacts, the same of the step before,
-        and how far its rate is off.
-    dual, slack, dual_step, slack_step, target, lack : arrays (most, 2)
-        Multipliers of both sides of a cone, slacks, their steps; what the change of a product is to
-        be, and what is left of the equation of a slack.
-    rest, step : arrays (coordinates + 3,)
-        What is left of the equation of motion; forces, then the step of velocities.
-    sorted : array (coordinates,)
-        Numbers in the order of the matrix.
-    count : array (2,)
-        See `mbody.kernels.contact_impulses`.
+    `matrix`: Row blocks of bodies, see `mbody.kernels.contact_impulses`.
+    `place`, `order` (bodies,): Number of each body in the matrix, and the body of each number,
+      backward.
+    `first`, `offset` (bodies,) (bodies + 1,): The first body of each row block, and where it
+      begins.
+    `start`, `neighbour` (bodies + 1,) (most + ties): Bodies that each touches or is tied to.
+    `tied` (ties, 2): Pairs of bodies that rows of joints tie.
+    `row_start`, `row_body`, `row_block` (2·nodes + 1,) (parts,) (parts,): Rows of joints: bodies,
+      and where the three numbers of each are in `Work.block`.
+    `stiffness`, `pull`, `old_pull`, `rate` (2·nodes,): Of each row: stiffness, impulse beside that
+      without contacts, the same of the step before, and how far its rate is off.
+    `dual`, `slack`, `dual_step`, `slack_step`, `target`, `lack` (most, 2): Multipliers of both
+      sides of a cone, slacks, their steps; what the change of a product is to be, and what is left
+      of the equation of a slack.
+    `rest`, `step` (coordinates + 3,): What is left of the equation of motion; forces, then the step
+      of velocities.
+    `sorted` (coordinates,): Numbers in the order of the matrix.
+    `count` (2,): See `mbody.kernels.contact_impulses`.
     """
 
     matrix: Floats
@@ -241,35 +196,21 @@ class InteriorWork(Bundle):
 class ImpulseSteps(Bundle):
     """Steps of one motion by impulses.
 
-    Attributes
-    ----------
-    length : float
-        Of a step.
-    tolerance : float
-        Change of impulses, as a part of the greatest one, at which sweeps end.
-    sweeps : int
-        At most, of one step of few contacts.
-    few : int
-        Contacts up to which sweeps follow the sliding; a step in which these do not converge is
-        solved elsewhere.
-    regularization : float
-        Of redundant rows.
-    refinements : int
-        Corrections by the residual of the rows of joints.
-    y, last : arrays (2·coordinates + auxiliary states,)
-        State, and that before the step.
-    change : array (coordinates,)
-        (v⁺ − v)/h of the step, before velocities are projected.
-    loads : array (causes, coordinates)
-        Forces of each load, and their sum in the last row.
-    work : array (causes,)
-        Work since the beginning: of loads, drivers, laws of contact.
-    work_before : array (causes,)
-        The same before the step.
-    residual : array (4,)
-        Of the equation of a step: greatest part left, greatest term, power left, sum of all power.
-    state : array
-        See `mbody.kernels.moreau`.
+    `length`: Of a step.
+    `tolerance`: Change of impulses, as a part of the greatest one, at which sweeps end.
+    `sweeps`: At most, of one step of few contacts.
+    `few`: Contacts up to which sweeps follow the sliding; a step in which these do not converge is
+      solved elsewhere.
+    `regularization`: Of redundant rows.
+    `refinements`: Corrections by the residual of the rows of joints.
+    `y`, `last` (2·coordinates + auxiliary states,): State, and that before the step.
+    `change` (coordinates,): (v⁺ − v)/h of the step, before velocities are projected.
+    `loads` (causes, coordinates): Forces of each load, and their sum in the last row.
+    `work` (causes,): Work since the beginning: of loads, drivers, laws of contact.
+    `work_before` (causes,): The same before the step.
+    `residual` (4,): Of the equation of a step: greatest part left, greatest term, power left, sum
+      of all power.
+    `state`: See `mbody.kernels.moreau`.
     """
 
     length: float

@@ -292,29 +292,19 @@ def first_half(L, W, y, u, t, h, blocks):
 class FixedStep(Bundle):
     """A method of steps of one length, and what it carries on.
 
-    Attributes
-    ----------
-    length : float
-        Of a step.
-    composition : array (steps,)
-        Parts of a step of which each is one step of RATTLE; none for generalised-α.
-    spectral_radius : float
-        Of generalised-α at infinite frequency.
-    samples : array (samples,)
-        The parts of a step at which it is sampled (see `mbody.kernels.singularity_monitor`).
-    acceleration, saved : arrays (coordinates + owns,)
-        The algorithmic acceleration, with the algorithmic rates of auxiliary states, and that
-        before the step.
-    multipliers : array (2·nodes,)
-        Carried on by RATTLE.
-    blocks : array
-        Workspace for the blocks of the rows.
-    J : array (coordinates + owns, states)
-        See `mbody.kernels.state_derivative`.
-    matrix : array (coordinates + owns, coordinates + owns)
-        The iteration matrix and its factors.
-    exchanges : array (coordinates + owns,)
-        Exchanges of rows of the factors.
+    `length`: Of a step.
+    `composition` (steps,): Parts of a step of which each is one step of RATTLE; none for
+      generalised-α.
+    `spectral_radius`: Of generalised-α at infinite frequency.
+    `samples` (samples,): The parts of a step at which it is sampled (see
+      `mbody.kernels.singularity_monitor`).
+    `acceleration`, `saved` (coordinates + owns,): The algorithmic acceleration, with the
+      algorithmic rates of auxiliary states, and that before the step.
+    `multipliers` (2·nodes,): Carried on by RATTLE.
+    `blocks`: Workspace for the blocks of the rows.
+    `J` (coordinates + owns, states): See `mbody.kernels.state_derivative`.
+    `matrix` (coordinates + owns, coordinates + owns): The iteration matrix and its factors.
+    `exchanges` (coordinates + owns,): Exchanges of rows of the factors.
     """
 
     length: float

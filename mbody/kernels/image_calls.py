@@ -44,14 +44,9 @@ BEGUN, OPEN, NO_VALUE, MASSLESS = range(4)
 class MotionStart(Bundle):
     """How a free motion begins.
 
-    Attributes
-    ----------
-    times : array (2,)
-        First and last time.
-    q, v : arrays (coordinates,)
-        Position and velocity near which it begins.
-    own : array (owns,)
-        States of a user's own.
+    `times` (2,): First and last time.
+    `q`, `v` (coordinates,): Position and velocity near which it begins.
+    `own` (owns,): States of a user's own.
     """
 
     times: Floats

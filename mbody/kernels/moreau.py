@@ -54,15 +54,7 @@ from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 #: Time; length of the last step; from when on an instant is to be kept; counts of steps, sweeps and
 #: pairs looked at; contacts with impulses in the last step, most contacts of a step.
-(
-    NOW,
-    LENGTH,
-    DELIVER,
-    STEPS_DONE,
-    SWEEPS_DONE,
-    PAIRS,
-    CONTACTS,
-) = range(7)
+(NOW, LENGTH, DELIVER, STEPS_DONE, SWEEPS_DONE, PAIRS, CONTACTS) = range(7)
 #: The deepest overlap, when, and the greatest as a part of the size of its shapes, and when.
 DEEPEST, DEEPEST_AT, DEEPEST_PART, PART_AT = range(7, 11)
 #: Steps whose impulses did not converge: how many, the last change of the worst, and when first;

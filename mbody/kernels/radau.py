@@ -88,20 +88,12 @@ LENGTH = 3
 class Radau(Bundle):
     """The method with its memory; the coefficients as of `mbody.kernels.tableaus.Implicit`.
 
-    Attributes
-    ----------
-    Z, X : arrays (3, states)
-        What the state gains until the stages, and the same in eigenvectors.
-    xc : array (2, states)
-        Workspace, and right-hand sides of the complex system.
-    past : array (4, states)
-        The polynomial of the last step; row `LENGTH` has its length.
-    J : array (coordinates + owns, states)
-        See `mbody.kernels.state_derivative`.
-    matrix, complex_matrix : arrays (coordinates + owns, coordinates + owns)
-        Factors of both systems.
-    exchanges : array (2, coordinates + owns)
-        Exchanges of rows of either.
+    `Z`, `X` (3, states): What the state gains until the stages, and the same in eigenvectors.
+    `xc` (2, states): Workspace, and right-hand sides of the complex system.
+    `past` (4, states): The polynomial of the last step; row `LENGTH` has its length.
+    `J` (coordinates + owns, states): See `mbody.kernels.state_derivative`.
+    `matrix`, `complex_matrix` (coordinates + owns, coordinates + owns): Factors of both systems.
+    `exchanges` (2, coordinates + owns): Exchanges of rows of either.
     """
 
     B: Floats

@@ -87,26 +87,18 @@ from mbody.kernels.tableaus import Explicit
 class Batch(Bundle):
     """Designs, a column each, and what is kept of their motions.
 
-    Attributes
-    ----------
-    par, mass, weight : arrays (parameters, designs), (coordinates + 3, designs), (columns, designs)
-        Numbers of the designs.
-    y, derivative, scale : arrays (2·coordinates, designs)
-        First states, their derivatives, sizes of the coordinates.
-    near : array (nodes, designs)
-        Distances from singular positions at the first states.
-    step, conditioning : arrays (designs,)
-        First length of step; conditioning of the constraints at the first state.
-    begin : float
-        The first time.
-    times : array (instants,)
-        Output instants.
-    rows : array (kept,)
-        Which rows are kept (see `mbody.kernels.layout`).
-    output : array (kept, designs, instants)
-        What is kept.
-    bad : array (designs,)
-        One where a design must go alone.
+    `par`, `mass`, `weight` (parameters, designs) (coordinates + 3, designs) (columns, designs):
+      Numbers of the designs.
+    `y`, `derivative`, `scale` (2·coordinates, designs): First states, their derivatives, sizes of
+      the coordinates.
+    `near` (nodes, designs): Distances from singular positions at the first states.
+    `step`, `conditioning` (designs,): First length of step; conditioning of the constraints at the
+      first state.
+    `begin`: The first time.
+    `times` (instants,): Output instants.
+    `rows` (kept,): Which rows are kept (see `mbody.kernels.layout`).
+    `output` (kept, designs, instants): What is kept.
+    `bad` (designs,): One where a design must go alone.
     """
 
     par: Rows
@@ -230,18 +222,13 @@ MANY_STEPS = 10_000
 class LaneWorkspace(Bundle):
     """Memory of the lanes.
 
-    Attributes
-    ----------
-    state : array (CONTROLS, lanes)
-        The slots.
-    design : array (lanes + 1,)
-        The design of every lane, −1 of none, and the next one.
-    y, last, stage, end, scale : arrays (2·coordinates, lanes)
-        As of `mbody.kernels.step_state.Stepping`.
-    K, F : arrays (derivatives, 2·coordinates, lanes), (terms, 2·coordinates, lanes)
-        Derivatives and polynomials.
-    record : array (rows, lanes)
-        What is kept of an instant.
+    `state` (CONTROLS, lanes): The slots.
+    `design` (lanes + 1,): The design of every lane, −1 of none, and the next one.
+    `y`, `last`, `stage`, `end`, `scale` (2·coordinates, lanes): As of
+      `mbody.kernels.step_state.Stepping`.
+    `K`, `F` (derivatives, 2·coordinates, lanes) (terms, 2·coordinates, lanes): Derivatives and
+      polynomials.
+    `record` (rows, lanes): What is kept of an instant.
     """
 
     state: Rows
@@ -617,30 +604,19 @@ def interpolation_errors(T, lanes, x):
 class LaneStates(Bundle):
     """Many states, in groups of lanes.
 
-    Attributes
-    ----------
-    rounds : int
-        Steps of lanes in one call of `step_lanes`, at most.
-    own_numbers : int
-        One where designs differ, so that each group brings its numbers; else zero.
-    par, mass, weight : arrays (groups, rows, lanes)
-        Numbers of the designs; empty where none differ.
-    y, derivative, scale : arrays (groups, 2·coordinates + auxiliary states, lanes)
-        States, their derivatives, sizes.
-    near : array (groups, nodes, lanes)
-        Distances from singular positions.
-    state : array (groups, CONTROLS, lanes)
-        See `mbody.kernels.runge_kutta_lanes`; UNTIL is where a lane goes on to.
-    inputs : array (groups, inputs, lanes)
-        Values of the inputs that are set from outside.
-    input_row : array (inputs,)
-        The signal row of each.
-    stale : array (groups, lanes)
-        One where inputs have changed since the derivative was evaluated.
-    fresh : array (groups, lanes)
-        One where a motion begins anew (see `evaluate_lanes`).
-    bad : array (groups·lanes,)
-        One where a state has to go on alone.
+    `rounds`: Steps of lanes in one call of `step_lanes`, at most.
+    `own_numbers`: One where designs differ, so that each group brings its numbers; else zero.
+    `par`, `mass`, `weight` (groups, rows, lanes): Numbers of the designs; empty where none differ.
+    `y`, `derivative`, `scale` (groups, 2·coordinates + auxiliary states, lanes): States, their
+      derivatives, sizes.
+    `near` (groups, nodes, lanes): Distances from singular positions.
+    `state` (groups, CONTROLS, lanes): See `mbody.kernels.runge_kutta_lanes`; UNTIL is where a lane
+      goes on to.
+    `inputs` (groups, inputs, lanes): Values of the inputs that are set from outside.
+    `input_row` (inputs,): The signal row of each.
+    `stale` (groups, lanes): One where inputs have changed since the derivative was evaluated.
+    `fresh` (groups, lanes): One where a motion begins anew (see `evaluate_lanes`).
+    `bad` (groups·lanes,): One where a state has to go on alone.
     """
 
     rounds: int

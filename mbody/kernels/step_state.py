@@ -50,38 +50,24 @@ UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, ARTIFICIAL_LIMIT,
 #: derivative is not finite; stiffness limits explicit steps; the next step is the last one, if it
 #: may be; the next step leads to a singular position, which is for explicit steps; a singular
 #: position is near, and what is there decides how it is passed.
-(
-    DONE,
-    MORE,
-    STEP_VANISHED,
-    NOT_FINITE,
-    STIFF,
-    LAST_STEP,
-    SINGULAR_AHEAD,
-    BRANCH_UNCERTAIN,
-) = range(8)
+(DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, BRANCH_UNCERTAIN) = range(
+    8
+)
 
 
 class Stepping(Bundle):
     """Memory of the steps of one motion.
 
-    Attributes
-    ----------
-    regularization : float
-        Of redundant rows (see `mbody.kernels.schur_ldl`).
-    scale : array (2·coordinates,)
-        Size of each coordinate, to which absolute errors are relative.
-    y, last, stage, end : arrays (2·coordinates,)
-        The state; that before the step; that of a stage; that at the end of a step not yet
-        accepted.
-    error : array (2, 2·coordinates)
-        Error estimates, and workspace.
-    K, P : arrays (rows, 2·coordinates), (rows, causes)
-        Derivatives of the state and powers; row 0 belongs to y.
-    F, G : arrays (terms, 2·coordinates), (terms, causes)
-        Polynomials of state and work over a step (see `mbody.kernels.dense_output`).
-    state : array (PROGRESS,)
-        The slots above.
+    `regularization`: Of redundant rows (see `mbody.kernels.schur_ldl`).
+    `scale` (2·coordinates,): Size of each coordinate, to which absolute errors are relative.
+    `y`, `last`, `stage`, `end` (2·coordinates,): The state; that before the step; that of a stage;
+      that at the end of a step not yet accepted.
+    `error` (2, 2·coordinates): Error estimates, and workspace.
+    `K`, `P` (rows, 2·coordinates) (rows, causes): Derivatives of the state and powers; row 0
+      belongs to y.
+    `F`, `G` (terms, 2·coordinates) (terms, causes): Polynomials of state and work over a step (see
+      `mbody.kernels.dense_output`).
+    `state` (PROGRESS,): The slots above.
     """
 
     regularization: float
@@ -101,15 +87,10 @@ class Stepping(Bundle):
 class Tolerances(Bundle):
     """How exact steps are.
 
-    Attributes
-    ----------
-    relative, absolute : float
-        Error of a step, as a part of each coordinate and of its size.
-    refinements, full_refinements : int
-        Corrections by the residual in ordinary steps, and near singular positions and at instants
-        that are kept.
-    patience : int
-        Steps that stiffness may cost.
+    `relative`, `absolute`: Error of a step, as a part of each coordinate and of its size.
+    `refinements`, `full_refinements`: Corrections by the residual in ordinary steps, and near
+      singular positions and at instants that are kept.
+    `patience`: Steps that stiffness may cost.
     """
 
     relative: float

@@ -311,19 +311,13 @@ def _filled(rows: tuple[dict[int, float], ...], width: int) -> np.ndarray:
 class Implicit(NamedTuple):
     """Radau IIA with three stages, in the eigenvectors of its inverse matrix.
 
-    Attributes
-    ----------
-    B, C : arrays (3,)
-        Weights and nodes.
-    E : array (3,)
-        Weights of the error, of what the stages have gained.
-    T, inverse : arrays (3, 3)
-        Stages from the eigenvectors' coordinates, and back: the first belongs to the real
-        eigenvalue, the others are real and imaginary part of that of the complex one.
-    eigenvalue, eigenvalue_re, eigenvalue_im : float
-        The real eigenvalue of A⁻¹, and both parts of the complex one.
-    at : array (samples,)
-        The nodes of the samples of a step (see `mbody.kernels.singularity_monitor`).
+    `B`, `C` (3,): Weights and nodes.
+    `E` (3,): Weights of the error, of what the stages have gained.
+    `T`, `inverse` (3, 3): Stages from the eigenvectors' coordinates, and back: the first belongs to
+      the real eigenvalue, the others are real and imaginary part of that of the complex one.
+    `eigenvalue`, `eigenvalue_re`, `eigenvalue_im`: The real eigenvalue of A⁻¹, and both parts of
+      the complex one.
+    `at` (samples,): The nodes of the samples of a step (see `mbody.kernels.singularity_monitor`).
     """
 
     B: np.ndarray

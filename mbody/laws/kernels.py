@@ -486,27 +486,13 @@ def branch(otherwise: Any, number: int) -> Any:
 
     @njit(forceinline=True, cache=False)
     def last(
-        code: int,
-        par: FloatArray,
-        o: int,
-        n: int,
-        lane: int,
-        tab: FloatArray,
-        k: int,
-        x: float,
+        code: int, par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
     ) -> Three:
         return one(par, o, n, lane, tab, k, x)
 
     @njit(forceinline=True, cache=False)
     def chosen(
-        code: int,
-        par: FloatArray,
-        o: int,
-        n: int,
-        lane: int,
-        tab: FloatArray,
-        k: int,
-        x: float,
+        code: int, par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
     ) -> Three:
         if code == number:
             return one(par, o, n, lane, tab, k, x)
@@ -525,14 +511,7 @@ every_kind: Any = functools.reduce(branch, reversed(range(len(KERNELS))), None)
 # polynomial
 @njit(forceinline=True)
 def built_in(
-    code: int,
-    par: FloatArray,
-    o: int,
-    n: int,
-    lane: int,
-    tab: FloatArray,
-    k: int,
-    x: float,
+    code: int, par: FloatArray, o: int, n: int, lane: int, tab: FloatArray, k: int, x: float
 ) -> Three:
     """f, f′, f″ at one x of the built-in law with that code.
 
@@ -543,31 +522,14 @@ def built_in(
 
 
 @kernel
-def law(
-    code: int,
-    par: Rows,
-    o: int,
-    n: int,
-    lane: int,
-    tab: Floats,
-    k: int,
-    x: float,
-) -> Three:
+def law(code: int, par: Rows, o: int, n: int, lane: int, tab: Floats, k: int, x: float) -> Three:
     """`built_in`, for calls from Python."""
     return built_in(code, par, o, n, lane, tab, k, x)
 
 
 @kernel
 def evaluate(
-    code: int,
-    par: Rows,
-    o: int,
-    n: int,
-    lane: int,
-    tab: Floats,
-    k: int,
-    xs: Floats,
-    out: Rows,
+    code: int, par: Rows, o: int, n: int, lane: int, tab: Floats, k: int, xs: Floats, out: Rows
 ) -> None:
     """Fill out (len(xs), 3) with f, f′, f″ at every x."""
     for i in range(xs.size):

@@ -42,14 +42,10 @@ Path = tuple[str | int, ...]
 class FileNumber:
     """A number in the text of a model file.
 
-    Attributes
-    ----------
-    value : float
-        As it stands there.
-    unit : str
-        As it stands there; "" where the text has none.
-    factors : dict
-        By dotted name the numbers of the mechanism that it gives: each is the value times this.
+    `value`: As it stands there.
+    `unit`: As it stands there; "" where the text has none.
+    `factors`: By dotted name the numbers of the mechanism that it gives: each is the value times
+      this.
     """
 
     value: float

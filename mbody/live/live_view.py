@@ -281,14 +281,9 @@ LEAN = 0.1
 class ShapePlaces:
     """Anchors, and what lies at them.
 
-    Attributes
-    ----------
-    program : dict
-        From the numbers that an image takes to the anchors and further numbers.
-    rules : dict
-        Of the scene: its shapes, carriers, labels, movers and forces.
-    unmoved : dict
-        By name of the numbers that shapes do not follow, why.
+    `program`: From the numbers that an image takes to the anchors and further numbers.
+    `rules`: Of the scene: its shapes, carriers, labels, movers and forces.
+    `unmoved`: By name of the numbers that shapes do not follow, why.
     """
 
     program: dict[str, Any]

@@ -774,8 +774,7 @@ def refuse_coefficients(name: str, mu: float, static: float | None, restitution:
         refuse_static(name, mu, static)
     if restitution > 1.0:
         raise ModelError(
-            f"'{name}': restitution is {restitution:g}, which would gain energy: give 0 to 1",
-            name,
+            f"'{name}': restitution is {restitution:g}, which would gain energy: give 0 to 1", name
         )
 
 

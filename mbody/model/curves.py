@@ -21,16 +21,10 @@ from mbody.quantities.units import NUMBER, Dimension
 class NamedCurve:
     """One curve.
 
-    Attributes
-    ----------
-    given : Law
-        As it was described.
-    law : Law
-        With floats for its numbers.
-    takes : tuple
-        What each number that it takes measures; None where that is not known.
-    gives : Dimension or None
-        What it gives.
+    `given`: As it was described.
+    `law`: With floats for its numbers.
+    `takes`: What each number that it takes measures; None where that is not known.
+    `gives`: What it gives.
     """
 
     given: Law

@@ -27,14 +27,7 @@ from mbody.model.primitives import Signal
 from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope, evaluate, parse
 from mbody.quantities.formula import formulas_in, is_pending, number, substituted
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, called, expanded
-from mbody.quantities.types import (
-    Converted,
-    Number,
-    NumberField,
-    Quantity,
-    default,
-    required,
-)
+from mbody.quantities.types import Converted, Number, NumberField, Quantity, default, required
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 # -- Names of elements and of their points -----------------------------------------------------
@@ -208,10 +201,7 @@ def as_point(value: Any, element: str, field: str) -> Point:
         raise ModelError(
             f"'{element}': {field} must be a pair (x, y) or polar(r, angle), not {value!r}", element
         ) from None
-    return (
-        number(x, "length", element, f"{field}.x"),
-        number(y, "length", element, f"{field}.y"),
-    )
+    return (number(x, "length", element, f"{field}.x"), number(y, "length", element, f"{field}.y"))
 
 
 def point_numbers(point: Point, name: str) -> dict[str, Any]:
@@ -516,10 +506,7 @@ class Numbers:
     """
 
     def __init__(
-        self,
-        values: dict[str, Value],
-        polar_points: frozenset[str],
-        bodies: tuple[Any, ...] = (),
+        self, values: dict[str, Value], polar_points: frozenset[str], bodies: tuple[Any, ...] = ()
     ) -> None:
         self._values = values
         self._polar = polar_points

@@ -22,18 +22,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 class Physics:
     """One kind of physics.
 
-    Attributes
-    ----------
-    function : callable
-        Compiled: of a constraint (i, j, p, f) → Φ, Φ_q, ν, γ, of a load (i, j, p, f) → the wrenches
-        (Fx, Fy, T) on i and on j about the mass centres, None where there is none.
-    argument : callable or None
-        Compiled, (i, j, p): where the primitive's own law is evaluated. Of a constraint the vector
-        (x, y) whose direction is the angle; of a load (x, known), and `known` goes to `function`
-        as a fifth argument.
-    form : str
-        Of loads: how the kernels use the function, "wrench" as above, else one of the forms of
-        `mbody.kernels.forces`.
+    `function`: Compiled: of a constraint (i, j, p, f) → Φ, Φ_q, ν, γ, of a load (i, j, p, f) → the
+      wrenches (Fx, Fy, T) on i and on j about the mass centres, None where there is none.
+    `argument`: Compiled, (i, j, p): where the primitive's own law is evaluated. Of a constraint the
+      vector (x, y) whose direction is the angle; of a load (x, known), and `known` goes to
+      `function` as a fifth argument.
+    `form`: Of loads: how the kernels use the function, "wrench" as above, else one of the forms of
+      `mbody.kernels.forces`.
     """
 
     function: Callable[..., Any]

@@ -115,10 +115,7 @@ class Stop(OneSided):
         return measures[self.of].of if self.of in measures else self.of
 
     def compiled(
-        self,
-        scope: Scope,
-        measures: Mapping[str, Any],
-        quantities: Mapping[str, Dimension | None],
+        self, scope: Scope, measures: Mapping[str, Any], quantities: Mapping[str, Dimension | None]
     ) -> tuple[Stop, dict[str, Formula]]:
         """The stop with its formula as a law, and what the numbers of that were made of.
 

@@ -89,14 +89,9 @@ OVER_TIME = ("rms", "mean", "integral")
 class Reduced(NamedTuple):
     """A formula in two parts.
 
-    Attributes
-    ----------
-    by : str
-        A name in `REDUCTIONS`, or "at"; empty where there is none.
-    of : str
-        What is reduced.
-    instant : int
-        Of "at".
+    `by`: A name in `REDUCTIONS`, or "at"; empty where there is none.
+    `of`: What is reduced.
+    `instant`: Of "at".
     """
 
     by: str

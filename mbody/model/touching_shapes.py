@@ -232,11 +232,7 @@ def _refuse_no_arcs(name: str, begin: Any, end: Any) -> None:
 
 
 def refuse_shapes(
-    contact: str,
-    names: tuple[str, str],
-    shapes: tuple[Shape, ...],
-    at: Numbers,
-    unit: str,
+    contact: str, names: tuple[str, str], shapes: tuple[Shape, ...], at: Numbers, unit: str
 ) -> None:
     """Refuse, of one design or of a batch, arcs without length, and discs as large as the ring that
     they touch from within.

@@ -26,12 +26,9 @@ GREATEST, SMALLEST = ("max", "peak"), ("min",)
 class AimRows:
     """Numbers with derivatives.
 
-    Attributes
-    ----------
-    values : array (rows,)
-    slopes : array (rows, numbers)
-    instants : array (rows,)
-        Which instant each is of; -1 where all count.
+    `values` (rows,)
+    `slopes` (rows, numbers)
+    `instants` (rows,): Which instant each is of; -1 where all count.
     """
 
     values: np.ndarray
@@ -101,11 +98,9 @@ def _times(at: Evaluation) -> DualNumber:
 class Aim:
     """A quantity that is to be least, or greatest.
 
-    Attributes
-    ----------
-    text : str
-    column : MeasuredColumn
-    greatest : bool
+    `text`: str
+    `column`: MeasuredColumn
+    `greatest`: bool
     """
 
     text: str
@@ -140,12 +135,10 @@ class Aim:
 class Limit:
     """A constraint: left ≤ right, or left = right.
 
-    Attributes
-    ----------
-    text : str
-    left, right : MeasuredColumn
-    equal : bool
-    unit : str
+    `text`: str
+    `left`, `right`: MeasuredColumn
+    `equal`: bool
+    `unit`: str
     """
 
     text: str

@@ -35,14 +35,10 @@ class _NotClosed(Exception):
 class Evaluation:
     """A design with the derivatives of its histories.
 
-    Attributes
-    ----------
-    x : array (numbers,)
-    run : Solution
-    whole : DualSolution
-        The same histories in dual numbers.
-    pose : array (coordinates + 3,)
-        Its first position.
+    `x` (numbers,)
+    `run`: Solution
+    `whole`: The same histories in dual numbers.
+    `pose` (coordinates + 3,): Its first position.
     """
 
     x: np.ndarray
@@ -103,10 +99,7 @@ class Evaluation:
 class Evaluator:
     """Analyses of the designs of one system that differ in some numbers.
 
-    Attributes
-    ----------
-    count : int
-        How many designs were analysed.
+    `count`: How many designs were analysed.
     """
 
     def __init__(self, job: Job, names: Sequence[str], turning: str) -> None:

@@ -31,16 +31,12 @@ from mbody.system.system import System
 class Ranges:
     """The numbers that are varied.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Dotted names.
-    given : tuple of str
-        The names as given.
-    low, high, start : array (numbers,)
-    units : tuple of str
-    notes : tuple of str
-        Numbers of the description that lie beyond their bounds, where the search does not begin.
+    `names`: Dotted names.
+    `given`: The names as given.
+    `low`, `high`, `start` (numbers,)
+    `units`: tuple of str
+    `notes`: Numbers of the description that lie beyond their bounds, where the search does not
+      begin.
     """
 
     names: tuple[str, ...]
@@ -256,13 +252,11 @@ APART = 0.15
 class SearchEnding:
     """Result of the searches from all starts.
 
-    Attributes
-    ----------
-    best : SearchResult
-    program : Program
-    starts, agreeing : int
-    status : str
-    notes : tuple of str
+    `best`: SearchResult
+    `program`: Program
+    `starts`, `agreeing`: int
+    `status`: str
+    `notes`: tuple of str
     """
 
     best: SearchResult
@@ -277,12 +271,8 @@ class SearchEnding:
 class MultiStart:
     """Searches of designs of one system within ranges.
 
-    Attributes
-    ----------
-    count, seed : int
-        Of searches.
-    seen : callable or None
-        Called with the finished searches and all.
+    `count`, `seed`: Of searches.
+    `seen`: Called with the finished searches and all.
     """
 
     evaluator: Evaluator | MotionEvaluator
@@ -363,11 +353,7 @@ class MultiStart:
         return begun[: self.count]
 
     def _examined(
-        self,
-        program: Program,
-        aim: Aim,
-        limits: Sequence[Limit],
-        starts: Sequence[np.ndarray],
+        self, program: Program, aim: Aim, limits: Sequence[Limit], starts: Sequence[np.ndarray]
     ) -> list[str]:
         """Refuse an aim that no number changes; sentences for limits that none changes."""
         points = [at for at in map(self.evaluator, starts[:3]) if at is not None]

@@ -16,15 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    LIMIT_HOLDS,
-    OPTIMUM_BOX_FIRST,
-    OPTIMUM_BOX_LEAST,
-    OPTIMUM_ENDS,
-    OPTIMUM_GAIN_LAST,
-    OPTIMUM_GAIN_SLIGHT,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.optimization.aims_and_limits import AimRows
 
 # -- The end of a search: linear programs within a trust region --------------------------------
@@ -44,16 +36,10 @@ HEAVIER = 2.0
 class Linearized:
     """A design and all rows about it, as parts of sizes and ranges.
 
-    Attributes
-    ----------
-    u : array (numbers,)
-        Between 0 and 1.
-    aims, by_aims : array (rows,), (rows, numbers)
-        Of which the greatest is to be least.
-    limits, by_limits : array (rows,), (rows, numbers)
-        Not to be negative.
-    equal, by_equal : array (rows,), (rows, numbers)
-        To be zero.
+    `u` (numbers,): Between 0 and 1.
+    `aims`, `by_aims` (rows,) (rows, numbers): Of which the greatest is to be least.
+    `limits`, `by_limits` (rows,) (rows, numbers): Not to be negative.
+    `equal`, `by_equal` (rows,) (rows, numbers): To be zero.
     """
 
     u: np.ndarray
@@ -74,7 +60,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
     """The end of linear steps from a design; `look` gives the rows about a place, None where the
     design cannot be analysed.
     """
-    here, box, weight = start, OPTIMUM_BOX_FIRST, 10.0
+    here, box, weight = start, tol.OPTIMUM_BOX_FIRST, 10.0
     for _ in range(STEPS):
         step = _step(here, box)
         if step is None:
@@ -83,7 +69,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
         weight = max(weight, HEAVIER * heaviest)
         now = here.merit(weight)
         foretold = now - promised
-        if foretold <= OPTIMUM_GAIN_LAST * max(abs(now), TINY):
+        if foretold <= tol.OPTIMUM_GAIN_LAST * max(abs(now), tol.TINY):
             return here
         there = look(np.clip(here.u + step_found, 0.0, 1.0))
         gained = -1.0 if there is None else (now - there.merit(weight)) / foretold
@@ -92,7 +78,7 @@ def linear_steps(start: Linearized, look: Callable[[np.ndarray], Linearized | No
             box = min(1.0, 2.0 * box) if gained > 0.75 else box
         if gained < 0.25:
             box = 0.25 * float(np.abs(step_found).max())
-        if box < OPTIMUM_BOX_LEAST:
+        if box < tol.OPTIMUM_BOX_LEAST:
             return here
     return here
 
@@ -184,13 +170,9 @@ class Bound(Protocol):
 class SearchResult:
     """Where a search ended.
 
-    Attributes
-    ----------
-    at : Evaluation, or another design with derivatives
-    value : float
-        What is least, with the sign that makes it so.
-    broken : float
-        How much the worst limit is broken, as a part of its size.
+    `at`: Evaluation, or another design with derivatives
+    `value`: What is least, with the sign that makes it so.
+    `broken`: How much the worst limit is broken, as a part of its size.
     """
 
     at: Any
@@ -266,17 +248,17 @@ class Program:
                 break
             found, at = self._result(end), end
             more = chosen.add(end)
-            gain = best.value - found.value if found.broken <= LIMIT_HOLDS else 0.0
+            gain = best.value - found.value if found.broken <= tol.LIMIT_HOLDS else 0.0
             if _better(found, best):
                 stalled = (
                     0
-                    if gain > OPTIMUM_GAIN_LAST * self.scale or best.broken > LIMIT_HOLDS
+                    if gain > tol.OPTIMUM_GAIN_LAST * self.scale or best.broken > tol.LIMIT_HOLDS
                     else stalled + 1
                 )
                 best = found
             else:
                 stalled += 1
-            if (not more and gain <= OPTIMUM_GAIN_SLIGHT * abs(best.value)) or stalled > 1:
+            if (not more and gain <= tol.OPTIMUM_GAIN_SLIGHT * abs(best.value)) or stalled > 1:
                 break
         return self._polished(best)
 
@@ -305,9 +287,9 @@ class Program:
         for limit, size in zip(self.limits, self.sizes, strict=True):
             own[limit.equal].append(limit.rows(at).times(1.0 / size))
         least, slope, k = at.mobility()
-        margin = np.log(least / max(self.mobile, TINY))
+        margin = np.log(least / max(self.mobile, tol.TINY))
         own[False].append(
-            AimRows(np.array([margin]), slope[None] / max(least, TINY), np.array([k]))
+            AimRows(np.array([margin]), slope[None] / max(least, tol.TINY), np.array([k]))
         )
         empty = np.zeros((0, len(u)))
         values = {
@@ -393,7 +375,7 @@ class Program:
                 bounds=bounds,
                 constraints=conditions,
                 method="SLSQP",
-                options={"maxiter": ITERATIONS, "ftol": OPTIMUM_ENDS},
+                options={"maxiter": ITERATIONS, "ftol": tol.OPTIMUM_ENDS},
             )
         if not np.isfinite(found.x).all():
             return None
@@ -431,7 +413,7 @@ class _Chosen:
             floor = own[self.picked[n]].min()
             if n < len(self.program.limits):
                 floor = min(floor, 0.0)
-            new = [k for k in _lowest(own) if own[k] < floor - LIMIT_HOLDS]
+            new = [k for k in _lowest(own) if own[k] < floor - tol.LIMIT_HOLDS]
             if new:
                 self.picked[n] = np.union1d(self.picked[n], new)
                 more = True
@@ -452,13 +434,13 @@ class _Chosen:
         if z is not None:
             found[-1] = found[-1] + z
         own = at.mobility()[0]
-        return np.concatenate([*found, [np.log(own / max(self.program.mobile, TINY))]])
+        return np.concatenate([*found, [np.log(own / max(self.program.mobile, tol.TINY))]])
 
     def slopes(self, at: Any, with_z: bool) -> np.ndarray:
         """Their derivatives by the numbers, each as a part of its range, and by z."""
         found = [rows.slopes[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
         own, slope, _ = at.mobility()
-        whole = np.vstack([*found, slope[None] / max(own, TINY)]) * self.program.width
+        whole = np.vstack([*found, slope[None] / max(own, tol.TINY)]) * self.program.width
         if not with_z:
             return whole
         by_z = np.zeros(len(whole))
@@ -477,11 +459,11 @@ def _lowest(values: np.ndarray) -> np.ndarray:
 
 def _size(rows: AimRows) -> float:
     """Scale of the rows of a limit."""
-    return max(float(np.abs(rows.values).max(initial=0.0)), TINY)
+    return max(float(np.abs(rows.values).max(initial=0.0)), tol.TINY)
 
 
 def _better(one: SearchResult, other: SearchResult) -> bool:
     """Whether an end is better than another: limits first."""
-    if one.broken > LIMIT_HOLDS or other.broken > LIMIT_HOLDS:
+    if one.broken > tol.LIMIT_HOLDS or other.broken > tol.LIMIT_HOLDS:
         return one.broken < other.broken
     return one.value < other.value

@@ -11,15 +11,7 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES, revolving_driver
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import (
-    LIMIT_BALANCED,
-    LIMIT_BINDS,
-    LIMIT_HOLDS,
-    OPTIMUM_FLAT,
-    OPTIMUM_MULTIPLIER_COUNTS,
-    OPTIMUM_OPEN,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.files.model.study_tables import optimization_tasks
 from mbody.model.element import listed
@@ -43,16 +35,10 @@ from mbody.system.system import System
 class Binding:
     """One thing that binds.
 
-    Attributes
-    ----------
-    limit : int
-        Number of the limit; -1 of a bound, -2 of mobility.
-    number, upper : int, bool
-        Of a bound: which number, and whether it is the upper one.
-    multiplier : float
-        In units of the objective by units of the limit.
-    instant : int
-        Where it binds most; -1 where that is no instant.
+    `limit`: Number of the limit; -1 of a bound, -2 of mobility.
+    `number`, `upper`: Of a bound: which number, and whether it is the upper one.
+    `multiplier`: In units of the objective by units of the limit.
+    `instant`: Where it binds most; -1 where that is no instant.
     """
 
     limit: int
@@ -69,9 +55,9 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     part.
     """
     found = []
-    for near in LIMIT_BINDS:
+    for near in tol.LIMIT_BINDS:
         found.append(_binding(program, at, near))
-        if found[-1][1] <= LIMIT_BALANCED:
+        if found[-1][1] <= tol.LIMIT_BALANCED:
             break
     return min(found, key=lambda pair: pair[1])
 
@@ -110,7 +96,7 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
     weights, parts = found[: len(top)], found[len(top) :]
     pull = weights @ slopes
     rest = pull - (np.array(columns).T @ parts if columns else 0.0)
-    greatest = max(float(np.abs(slopes).max(initial=0.0)), OPTIMUM_FLAT)
+    greatest = max(float(np.abs(slopes).max(initial=0.0)), tol.OPTIMUM_FLAT)
     return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
 
 
@@ -120,7 +106,7 @@ def _joined(
     """Multipliers of one limit at several instants added; those that pull, the greatest first."""
     found: dict[tuple[int, int, bool], list[tuple[float, int, float]]] = {}
     for (limit, instant, number, upper, size), part in zip(about, parts, strict=True):
-        if part > OPTIMUM_MULTIPLIER_COUNTS:
+        if part > tol.OPTIMUM_MULTIPLIER_COUNTS:
             own = found.setdefault((limit, number, upper), [])
             own.append((float(part), instant, program.scale / size))
     made = [
@@ -217,7 +203,7 @@ def optimum_of(
             f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
             "starts may find a better one"
         )
-    if rest > OPTIMUM_OPEN and ended.status == "completed":
+    if rest > tol.OPTIMUM_OPEN and ended.status == "completed":
         notes.append(
             f"the search ended where the objective still falls by {rest:.1%} of its steepest "
             "slope: it is near a place without derivatives, or stopped early"
@@ -322,13 +308,13 @@ def pareto_front(
         (ends[1].best, ends[1]),
     ]
     low, high = values[1, 1], values[0, 1]
-    if high - low > LIMIT_HOLDS * scales[1]:
+    if high - low > tol.LIMIT_HOLDS * scales[1]:
         place = [ends[0].best.at.x, ends[1].best.at.x]
         for value in np.linspace(high, low, points)[1:-1]:
             bounded = _Bounded(second, float(value), "")
             program = search.program(first, [*limits, bounded])  # type: ignore[list-item]
             tried = [end for x in place if (end := program.search(x)) is not None]
-            feasible = [one for one in tried if one.broken <= LIMIT_HOLDS]
+            feasible = [one for one in tried if one.broken <= tol.LIMIT_HOLDS]
             if feasible:
                 best = min(feasible, key=lambda one: one.value)
                 place[0] = best.at.x
@@ -336,7 +322,7 @@ def pareto_front(
     both = np.array([[_least(aim, one.at) for aim in aims] for one, _ in found])
     kept = [n for n, own in enumerate(both) if not _beaten(own, both)]
     order = sorted(kept, key=lambda n: tuple(both[n]))
-    span = np.maximum(np.ptp(both[order], axis=0), TINY)
+    span = np.maximum(np.ptp(both[order], axis=0), tol.TINY)
     near = [float(np.hypot(*((both[n] - both[order].min(axis=0)) / span))) for n in order]
     knee = order[int(np.argmin(near))]
     names = search.ranges.given

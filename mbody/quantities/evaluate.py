@@ -106,12 +106,8 @@ class Valued:
 class Curve:
     """A function that a mechanism has by name, as formulas call it.
 
-    Attributes
-    ----------
-    values : callable
-        Of one or two numbers or arrays; NaN where it has no value.
-    arguments : tuple
-        Dimension of each number that it takes; None where it is not known.
+    `values`: Of one or two numbers or arrays; NaN where it has no value.
+    `arguments`: Dimension of each number that it takes; None where it is not known.
     """
 
     values: Callable[..., Any]

@@ -344,13 +344,7 @@ def of_quantity(quantity: Any) -> Unit | None:
 
 
 #: Pint's names of our base dimensions, and their SI units.
-_OF_PINT = {
-    "[length]": "m",
-    "[mass]": "kg",
-    "[time]": "s",
-    "[current]": "A",
-    "[temperature]": "K",
-}
+_OF_PINT = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[current]": "A", "[temperature]": "K"}
 
 
 def _measured(symbol: str, quantity: Any) -> Unit | None:

@@ -50,12 +50,8 @@ class Cells:
 class Grid:
     """A table; columns without any cell are left out.
 
-    Attributes
-    ----------
-    title : str
-        What it shows.
-    columns : list of Cells
-        The first names the rows.
+    `title`: What it shows.
+    `columns`: The first names the rows.
     """
 
     title: str
@@ -129,10 +125,7 @@ class FileText:
 class DisplayedEquations:
     """Equations below each other, the parts of each in plain text and in LaTeX.
 
-    Attributes
-    ----------
-    lines : list of lists of (text, latex)
-        An equation a line, a term a part; between parts a line may be broken.
+    `lines`: An equation a line, a term a part; between parts a line may be broken.
     """
 
     lines: Sequence[Sequence[tuple[str, str]]]

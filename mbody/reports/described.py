@@ -324,10 +324,7 @@ def mobility(subject: Subject) -> list[Block]:
     titles = [title.replace(" - ", " − ") for title in titles]
     columns = [Cells("count", titles, text=True)]
     columns += [Cells(title, cells) for title, cells in found_counts.items()]
-    blocks: list[Block] = [
-        Text(f"{constituents(found)}."),
-        Grid("Mobility", columns),
-    ]
+    blocks: list[Block] = [Text(f"{constituents(found)}."), Grid("Mobility", columns)]
     redundant = found.driven.redundant if found.drivers else found.of_joints.redundant
     if redundant:
         names = ", ".join(found.redundant) if found.redundant else "some joints"

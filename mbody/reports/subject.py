@@ -37,24 +37,15 @@ COMPARED = 100
 class Subject:
     """A result with what chapters of a report need of it more than once.
 
-    Attributes
-    ----------
-    run : Solution
-        Over the cycle, over time, or at one instant.
-    described : Mechanism
-        The description, as it was given.
-    marked : list of int
-        Instants of its own at which free-body diagrams are drawn.
-    plots, polar : list of str
-        What is plotted; by default all measures, and the joints of the greatest forces.
-    against : str, list of str or None
-        Engines of the cross-check.
-    command : str
-        That repeats the report.
-    other : Subject or None
-        Another design that it is compared with.
-    label : str
-        Name of the design in a comparison.
+    `run`: Over the cycle, over time, or at one instant.
+    `described`: The description, as it was given.
+    `marked`: Instants of its own at which free-body diagrams are drawn.
+    `plots`, `polar`: What is plotted; by default all measures, and the joints of the greatest
+      forces.
+    `against`: Engines of the cross-check.
+    `command`: That repeats the report.
+    `other`: Another design that it is compared with.
+    `label`: Name of the design in a comparison.
     """
 
     run: Solution

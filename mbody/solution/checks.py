@@ -7,13 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    BALANCE_LEFT,
-    BALANCE_ROUNDING_SINGULAR,
-    LOOP_OPEN_CHECK,
-    POSITION_ROUNDING,
-    RATE_NONE_MECHANISM,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work
@@ -57,7 +51,7 @@ def rounded_places(solution: Result, design: int) -> np.ndarray:
     # bodies that move alike strain nothing: each coordinate by another part
     parts = (np.cos(np.arange(n)), np.sin(1.0 + np.arange(n)))
     moved = [
-        _audited(solution, design, POSITION_ROUNDING * norm * system.coordinate_units * part)[
+        _audited(solution, design, tol.POSITION_ROUNDING * norm * system.coordinate_units * part)[
             :, LEFT
         ]
         for part in parts
@@ -291,7 +285,7 @@ def _limits(
     yield (
         "the constraints are violated by {} (model lengths, rad)",
         constraint,
-        LOOP_OPEN_CHECK * norm,
+        tol.LOOP_OPEN_CHECK * norm,
     )
     if not solution.has_forces:
         return
@@ -302,16 +296,16 @@ def _limits(
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)
-    limit = BALANCE_LEFT + BALANCE_ROUNDING_SINGULAR * carried**2
+    limit = tol.BALANCE_LEFT + tol.BALANCE_ROUNDING_SINGULAR * carried**2
     if (part > limit).any():
         # at rest on springs of their free lengths all forces are rounding of places
         limit = np.maximum(limit, rounded_places(solution, design) / (top or 1.0))
     yield "{} of the forces are out of balance", part, limit
     # a joint of the user that moves by itself gives power of which nothing is known
     own = (system.layout.primitive_kind == KINDS.index("user")).any()
-    if not own and flowing > RATE_NONE_MECHANISM * top * system.length * _pace(system, top):
+    if not own and flowing > tol.RATE_NONE_MECHANISM * top * system.length * _pace(system, top):
         share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
-        yield "{} of the power is out of balance", share, BALANCE_LEFT
+        yield "{} of the power is out of balance", share, tol.BALANCE_LEFT
 
 
 def _pace(system: System, top: float) -> float:

@@ -197,18 +197,11 @@ def pressing_forces(
 class FrictionPair:
     """One place with friction.
 
-    Attributes
-    ----------
-    joint : str
-        Name of the joint.
-    kind : str
-        One of `FRICTION_KINDS`.
-    primitive : int
-        That of its tangent row.
-    parameter : int
-        Row of its coefficients among the numbers of the kernels.
-    separable : bool
-        Whether it is of a contact that may be open.
+    `joint`: Name of the joint.
+    `kind`: One of `FRICTION_KINDS`.
+    `primitive`: That of its tangent row.
+    `parameter`: Row of its coefficients among the numbers of the kernels.
+    `separable`: Whether it is of a contact that may be open.
     """
 
     joint: str

@@ -25,28 +25,17 @@ Axes = tuple[Place, str, Place | None]
 class ContactPointHistory:
     """One place where a contact may touch, over the instants of a motion.
 
-    Attributes
-    ----------
-    contact, i, j : str
-        Names of the contact, and of its two bodies.
-    place : array (instants, 2)
-        On the surface of j.
-    normal : array (instants, 2)
-        Unit vector from i to j.
-    force : array (instants, 2)
-        On j by i; zero where it is open.
-    gap : array (instants,)
-        Between the surfaces.
-    closed : array (instants,) of bool
-    friction, static : float
-        Coefficients of what slides and of what sticks.
-    mode : list of str
-        Of its contact at every instant, "open" where this place is.
-    axes : (Place, body, Place or None), or None
-        Axes in which place and normal do not change while it is closed: their origin, and the body
-        whose angle they have, or the place to which they point.
-    round : bool
-        Whether a circle is in it.
+    `contact`, `i`, `j`: Names of the contact, and of its two bodies.
+    `place` (instants, 2): On the surface of j.
+    `normal` (instants, 2): Unit vector from i to j.
+    `force` (instants, 2): On j by i; zero where it is open.
+    `gap` (instants,): Between the surfaces.
+    `closed` (instants,)
+    `friction`, `static`: Coefficients of what slides and of what sticks.
+    `mode`: Of its contact at every instant, "open" where this place is.
+    `axes`: Axes in which place and normal do not change while it is closed: their origin, and the
+      body whose angle they have, or the place to which they point.
+    `round`: Whether a circle is in it.
     """
 
     contact: str

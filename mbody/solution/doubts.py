@@ -181,11 +181,7 @@ def inherited(*results: Any, notes: Iterable[str] = ()) -> dict[str, Any]:
     every = [one for result in results for one in getattr(result, "doubts", ())]
     doubts = tuple(dict.fromkeys(every))
     sentences = dict.fromkeys((*notes, *(one.message for one in doubts)))
-    return {
-        "status": status_of("completed", doubts),
-        "doubts": doubts,
-        "notes": tuple(sentences),
-    }
+    return {"status": status_of("completed", doubts), "doubts": doubts, "notes": tuple(sentences)}
 
 
 # -- Head of every result as data --------------------------------------------------------------

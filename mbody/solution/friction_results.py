@@ -221,12 +221,8 @@ EXAMINED = 400
 class FrictionForces(NamedTuple):
     """Forces of one choice of directions.
 
-    Attributes
-    ----------
-    table : array (instants, PER_PRIMITIVE·primitives)
-        As `mbody.kernels.layout` keeps them.
-    reached : array (instants,)
-        Part of friction that was reached, less than 1 where the mechanism jams.
+    `table` (instants, PER_PRIMITIVE·primitives): As `mbody.kernels.layout` keeps them.
+    `reached` (instants,): Part of friction that was reached, less than 1 where the mechanism jams.
     """
 
     table: Array

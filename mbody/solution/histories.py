@@ -553,13 +553,9 @@ R = TypeVar("R", bound=Result)
 class Certificate:
     """Status, doubts and notes of a result.
 
-    Attributes
-    ----------
-    status : str
-        "completed", "ended: …", "stopped: …", or "doubtful: …" where there is a doubt.
-    doubts : tuple of Doubt
-    notes : tuple of str
-        Facts, and the messages of the doubts.
+    `status`: "completed", "ended: …", "stopped: …", or "doubtful: …" where there is a doubt.
+    `doubts`: tuple of Doubt
+    `notes`: Facts, and the messages of the doubts.
     """
 
     status: str = "completed"

@@ -228,11 +228,7 @@ class Present:
     """The present instant of a motion, for functions that read it."""
 
     def __init__(
-        self,
-        system: System,
-        y: memoryview,
-        slots: memoryview,
-        instant: Callable[[], memoryview],
+        self, system: System, y: memoryview, slots: memoryview, instant: Callable[[], memoryview]
     ) -> None:
         self.system, self.record = system, instant
         self.y, self.slots = y, slots

@@ -384,12 +384,9 @@ SCOPE |= {"min": np.minimum, "max": np.maximum, "step": lambda x: 1.0 - np.less(
 class LaneBody:
     """The present motion of one body in every state.
 
-    Attributes
-    ----------
-    x, y, vx, vy, ax, ay : arrays (n,)
-        Mass centre, world axes [length, length/time, length/time²].
-    angle, omega, alpha : arrays (n,)
-        Of the link's x axis [rad], and its rates.
+    `x`, `y`, `vx`, `vy`, `ax`, `ay` (n,): Mass centre, world axes [length, length/time,
+      length/time²].
+    `angle`, `omega`, `alpha` (n,): Of the link's x axis [rad], and its rates.
     """
 
     __slots__ = ("_first", "_read", "name")
@@ -415,10 +412,7 @@ class LaneBody:
 class LanePoint:
     """The present motion of a point in every state.
 
-    Attributes
-    ----------
-    x, y, vx, vy, ax, ay : arrays (n,)
-        World axes [length, length/time, length/time²].
+    `x`, `y`, `vx`, `vy`, `ax`, `ay` (n,): World axes [length, length/time, length/time²].
     """
 
     __slots__ = ("_measure", "name")

@@ -38,12 +38,8 @@ from mbody.system.system import System, too_large
 class BodyNow:
     """The present motion of one body: its mass centre and its angle.
 
-    Attributes
-    ----------
-    x, y, vx, vy, ax, ay : float
-        Mass centre, world axes [length, length/time, length/time²].
-    angle, omega, alpha : float
-        Of the link's x axis [rad], and its rates.
+    `x`, `y`, `vx`, `vy`, `ax`, `ay`: Mass centre, world axes [length, length/time, length/time²].
+    `angle`, `omega`, `alpha`: Of the link's x axis [rad], and its rates.
     """
 
     __slots__ = ("_angle", "_first", "_instant_record", "_omega", "_rate", "_second", "_y", "name")
@@ -122,10 +118,7 @@ class _Compiled:
 class PointNow(_Compiled):
     """The present motion of a point of a body.
 
-    Attributes
-    ----------
-    x, y, vx, vy, ax, ay : float
-        World axes [length, length/time, length/time²].
+    `x`, `y`, `vx`, `vy`, `ax`, `ay`: World axes [length, length/time, length/time²].
     """
 
     __slots__ = ()

@@ -24,14 +24,7 @@ from mbody.analysis.initial.close_loops import branch_rates, nearest_rates
 from mbody.analysis.initial.initial_state import fitted_places, state_of
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.singular.singular_positions import Prescribed, singular
-from mbody.core.tolerances import (
-    PIVOT_SUSPECT,
-    POSITION_PRESCRIBED_STEP,
-    SIMULATOR_ROW_FREE,
-    SIMULATOR_STATE_MET,
-    SINGULAR_DISTANCE_PRECISE,
-    SINGULAR_VALUE_ZERO,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -68,15 +61,10 @@ NAMED = 3
 class Nearest:
     """A state that joints and drivers allow.
 
-    Attributes
-    ----------
-    q, v : arrays (coordinates,)
-    far : float
-        The greatest difference of a place from what it was to be, in model lengths and radians.
-    notes : tuple of str
-        What is not as it was to be.
-    regularization : float
-        Of redundant rows; zero where there are none.
+    `q`, `v` (coordinates,)
+    `far`: The greatest difference of a place from what it was to be, in model lengths and radians.
+    `notes`: What is not as it was to be.
+    `regularization`: Of redundant rows; zero where there are none.
     """
 
     q: Array
@@ -139,10 +127,10 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     start = closed(system, t, {}, pose=np.append(q, np.zeros(3)))
     q = start.work.q[: system.coordinates, 0].copy()
     here = None
-    if start.regularization or start.ratio < PIVOT_SUSPECT:
+    if start.regularization or start.ratio < tol.PIVOT_SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = start.work.q, start.work.signal, start.work.time
-        here = singular(system, own, t, SINGULAR_DISTANCE_PRECISE)
+        here = singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
     notes: tuple[str, ...] = ()
     if here is None:
         still = _resting_motions(system, start.work, q, rates, rates=True)
@@ -155,12 +143,12 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     wrong = [
         (one, -part)
         for one, part in zip(places, off, strict=True)
-        if abs(part) > SIMULATOR_STATE_MET
+        if abs(part) > tol.SIMULATOR_STATE_MET
     ]
     wrong += [
         (one, part)
         for one, part in zip(rates, lacking, strict=True)
-        if abs(part) > SIMULATOR_STATE_MET * fast
+        if abs(part) > tol.SIMULATOR_STATE_MET * fast
     ]
     if wrong:
         notes = (*notes, _sentence(system, wrong))
@@ -191,9 +179,9 @@ def _resting_motions(
         left = (
             row
             if not len(rows)
-            else row - np.linalg.lstsq(rows.T, row, rcond=SINGULAR_VALUE_ZERO)[0] @ rows
+            else row - np.linalg.lstsq(rows.T, row, rcond=tol.SINGULAR_VALUE_ZERO)[0] @ rows
         )
-        if np.abs(left).max() > SIMULATOR_ROW_FREE * np.abs(row).max():
+        if np.abs(left).max() > tol.SIMULATOR_ROW_FREE * np.abs(row).max():
             found.append(one)
             rows = np.vstack([rows, row])
     return found
@@ -210,7 +198,7 @@ def _continued_position(
     changes = [one.value - start for one, start in zip(places, starts, strict=True)]
     sizes = (abs(change) / one.unit(system) for one, change in zip(places, changes, strict=True))
     count, off = (
-        max(1, math.ceil(max(sizes, default=0.0) / POSITION_PRESCRIBED_STEP)),
+        max(1, math.ceil(max(sizes, default=0.0) / tol.POSITION_PRESCRIBED_STEP)),
         np.zeros(len(places)),
     )
     for n in range(1, count + 1):
@@ -419,12 +407,7 @@ class Simulator(MechanicsNow):
         return self._instant_record()[row]
 
     def _begin(
-        self,
-        t: float,
-        q: Array,
-        v: Array,
-        notes: tuple[str, ...] = (),
-        own: Array | None = None,
+        self, t: float, q: Array, v: Array, notes: tuple[str, ...] = (), own: Array | None = None
     ) -> None:
         """Begin at a state, as a motion of `simulate` does."""
         engine = self._integration
@@ -620,10 +603,7 @@ class Simulator(MechanicsNow):
         self._stale, self._record_valid, self._certified = True, False, None
 
     def reset(
-        self,
-        to: SimulatorState | Mapping[str, Any] | None = None,
-        *,
-        t: Number | None = None,
+        self, to: SimulatorState | Mapping[str, Any] | None = None, *, t: Number | None = None
     ) -> float:
         """Begin anew: at the first state, at another one, or at positions and rates by name.
 

@@ -19,12 +19,7 @@ from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
 from mbody.analysis.position.closed_position import close_batch
 from mbody.analysis.singular.singular_positions import Prescribed
-from mbody.core.tolerances import (
-    PIVOT_SUSPECT,
-    POSITION_PRESCRIBED_STEP,
-    RTOL_LOOSE,
-    VELOCITIES_AGREE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.loop_closure import project_designs
 from mbody.kernels.runge_kutta_lanes import MEAN_STEPS, MEAN_TIME, UNTIL
@@ -175,19 +170,21 @@ def _on_lanes(
     if places:
         units = np.array([given[m].unit(system) for m in places])[:, None]
         steps = max(
-            1, math.ceil(float(np.abs((goal - start) / units).max()) / POSITION_PRESCRIBED_STEP)
+            1, math.ceil(float(np.abs((goal - start) / units).max()) / tol.POSITION_PRESCRIBED_STEP)
         )
     for k in range(1, steps + 1):
         if places:
             first[:, own:] = (goal if k == steps else start + k / steps * (goal - start)).T
-        good &= close_batch(driven, t, first, poses, rounding(driven, poses), PIVOT_SUSPECT)
+        good &= close_batch(driven, t, first, poses, rounding(driven, poses), tol.PIVOT_SUSPECT)
     speeds = np.full((count, own + len(rates)), np.nan)
     speeds[:, own:] = values[rates].T
     v, off = np.empty((count, n)), np.empty(count)
     work = turning.work()
     work.time[:] = t
     project_designs(turning.layout, work, turning.par, poses, speeds, v, off)
-    good &= np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= VELOCITIES_AGREE)
+    good &= (
+        np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= tol.VELOCITIES_AGREE)
+    )
     return poses[:, :n], v, good
 
 
@@ -428,7 +425,7 @@ class Simulators(ScalarFallback):
             )
         own = whole.mechanism.simulation
         usual = method is None and (own is None or own.method == METHODS[0])
-        if usual and tolerances(whole, rtol, atol)[0] >= RTOL_LOOSE:
+        if usual and tolerances(whole, rtol, atol)[0] >= tol.RTOL_LOOSE:
             method = "dopri5"
         self._how: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "step": step}
         self._how |= {"start": start, "guess": guess, "rates": rates}
@@ -442,11 +439,7 @@ class Simulators(ScalarFallback):
         self._on_lanes = begun.checkpoint is not None and self._may_use_lanes(begun)
         settings = begun.checkpoint.restart.settings if begun.checkpoint is not None else UNKNOWN
         self._lanes = LaneMotion(
-            self.system,
-            self.n,
-            settings,
-            {name: places[name] for name in names},
-            _threads(threads),
+            self.system, self.n, settings, {name: places[name] for name in names}, _threads(threads)
         )
         self._measures = {}
         self._states: dict[int, SimulatorState] = {}
@@ -498,7 +491,9 @@ class Simulators(ScalarFallback):
         if self._on_lanes:
             lanes.begin(which, t, y)
             slots = lanes.some(many.state, which)
-            left = which[(many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > PIVOT_SUSPECT)]
+            left = which[
+                (many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > tol.PIVOT_SUSPECT)
+            ]
         else:
             lanes.put_all(many.y, which, y)
             lanes.put(many.state, TIME, which, t)
@@ -629,11 +624,7 @@ class Simulators(ScalarFallback):
         self._changed()
 
     def reset(
-        self,
-        which: Any = None,
-        to: Mapping[str, Any] | None = None,
-        *,
-        t: Number | None = None,
+        self, which: Any = None, to: Mapping[str, Any] | None = None, *, t: Number | None = None
     ) -> Array:
         """Begin anew in some motions: at the first state, or at positions and rates by name.
 

@@ -31,12 +31,7 @@ from mbody.analysis.dynamics.interruptions import (
     without_hold,
 )
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import (
-    ACCELERATIONS_AGREE,
-    CONTROL_POINTS_CLEAR,
-    DIFFERENCE_STEP_RATES,
-    STEP_SHORT,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.state_derivative import initial_derivative
@@ -401,8 +396,8 @@ class Stepwise(Integration):
         size = velocity_scale**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
         moved = np.abs((self.shown[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
         if (
-            off.max(initial=0.0) > ACCELERATIONS_AGREE * size
-            or moved.max(initial=0.0) > ACCELERATIONS_AGREE
+            off.max(initial=0.0) > tol.ACCELERATIONS_AGREE * size
+            or moved.max(initial=0.0) > tol.ACCELERATIONS_AGREE
         ):
             return (
                 "has other accelerations than this mechanism: its numbers differ; reset(state) "
@@ -513,7 +508,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
         """
         state = self.state
         t = state.item(TIME)
-        short = state.item(STEPS) > 0.0 and until - t <= STEP_SHORT * state.item(NEXT)
+        short = state.item(STEPS) > 0.0 and until - t <= tol.STEP_SHORT * state.item(NEXT)
         busy = self.guarded or self.closely or self.sided
         if not short or busy or not self.values:
             return False
@@ -527,7 +522,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
                 hull = v0, v0 + third * r0, v1 - third * r1, v1
                 low, high = min(hull), max(hull)
                 if (
-                    not min(abs(low), abs(high)) > CONTROL_POINTS_CLEAR * (high - low)
+                    not min(abs(low), abs(high)) > tol.CONTROL_POINTS_CLEAR * (high - low)
                     or low < 0.0 < high
                 ):
                     break
@@ -540,7 +535,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
     def _sampled_ends(self, h: float) -> list[tuple[float, float]]:
         """Value and rate of every event at the present state."""
         y, slots = self.at
-        t, little, found = self.state.item(TIME), DIFFERENCE_STEP_RATES * h, []
+        t, little, found = self.state.item(TIME), tol.DIFFERENCE_STEP_RATES * h, []
         for sign in (0.0, 1.0, -1.0):
             y[:] = self.y + sign * little * self.K[0]
             slots[TIME] = t + sign * little

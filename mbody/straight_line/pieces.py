@@ -34,17 +34,11 @@ Row = tuple[str, int]
 class Description:
     """A topology, as the builder gets it.
 
-    Attributes
-    ----------
-    layout : object
-        The index lists of `mbody.kernels.layout.Layout`.
-    squares : tuple
-        One or two choices of pivots, as `mbody.kernels.square_lu.Square`.
-    path : object
-        ``mode``, ``with_forces`` and ``at_rest`` of `LanePath`, and ``pieces``: whether lanes are
-        pieces of one motion, else designs.
-    initial : dict
-        First numbers of the workspace, by field: arrays (rows,); NaN where lanes differ.
+    `layout`: The index lists of `mbody.kernels.layout.Layout`.
+    `squares`: One or two choices of pivots, as `mbody.kernels.square_lu.Square`.
+    `path`: ``mode``, ``with_forces`` and ``at_rest`` of `LanePath`, and ``pieces``: whether lanes
+      are pieces of one motion, else designs.
+    `initial`: First numbers of the workspace, by field: arrays (rows,); NaN where lanes differ.
     """
 
     layout: Any
@@ -57,15 +51,10 @@ class Description:
 class Piece:
     """Recorded operations of a piece of the code, and its results.
 
-    Attributes
-    ----------
-    recording : NumberRecording
-        Inputs are rows, and ("step", name) for numbers of a step, ("newton", name) for what
-        Newton's method leaves.
-    stored : dict
-        Recorded number of every row that it changes.
-    results : dict
-        Further numbers that it gives, by name.
+    `recording`: Inputs are rows, and ("step", name) for numbers of a step, ("newton", name) for
+      what Newton's method leaves.
+    `stored`: Recorded number of every row that it changes.
+    `results`: Further numbers that it gives, by name.
     """
 
     recording: NumberRecording

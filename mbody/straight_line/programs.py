@@ -48,12 +48,8 @@ _codes: dict[str, StraightLineCode | None] = {}
 class StraightLineCode:
     """The code of one topology.
 
-    Attributes
-    ----------
-    function : callable
-        The machine code.
-    initial : tuple of (field, number)
-        Rows of the workspace whose first numbers it is given.
+    `function`: The machine code.
+    `initial`: Rows of the workspace whose first numbers it is given.
     """
 
     function: Any
@@ -89,14 +85,9 @@ class MotionCall:
     """A call of the code of one motion, cut into pieces: its arrays are kept, and may take other
     numbers, for all calls of as many instants.
 
-    Attributes
-    ----------
-    q : array (rows, lanes)
-        First positions.
-    ends : array (rows, lanes)
-        The last instant of every lane.
-    found : array (FOUND, lanes)
-        As `LanesOutput` has it.
+    `q` (rows, lanes): First positions.
+    `ends` (rows, lanes): The last instant of every lane.
+    `found` (FOUND, lanes): As `LanesOutput` has it.
     """
 
     def __init__(
@@ -241,11 +232,7 @@ def _opened(file: Path) -> StraightLineCode:
 
 
 def build(
-    file: Path,
-    none: Path,
-    level: str,
-    arrays: dict[str, np.ndarray],
-    lanes: int | None = None,
+    file: Path, none: Path, level: str, arrays: dict[str, np.ndarray], lanes: int | None = None
 ) -> bool:
     """Build the code by a process of its own; returns whether there is some.
 

@@ -40,14 +40,9 @@ FLOATS = SHARED.as_pointer()
 class FunctionWriter(ABC):
     """Writes the function into a module when it is made.
 
-    Attributes
-    ----------
-    lanes : int
-        Lanes side by side in a register.
-    number : type
-        Of numbers of all these lanes; `zero` and `one` are such numbers.
-    initial : list of Row
-        The rows whose first numbers the function is given.
+    `lanes`: Lanes side by side in a register.
+    `number`: Of numbers of all these lanes; `zero` and `one` are such numbers.
+    `initial`: The rows whose first numbers the function is given.
     """
 
     #: Arguments of the function, and what those are that are addresses.

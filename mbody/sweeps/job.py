@@ -48,15 +48,10 @@ TAKEN = ("design", "error")
 class MeasuredColumn:
     """One quantity of every design.
 
-    Attributes
-    ----------
-    name : str
-    measure : Measure
-        Of the history.
-    by : str
-        Reduction to one number, of `REDUCTIONS` or "at"; empty where all instants are kept.
-    instant : int
-        Of "at".
+    `name`: str
+    `measure`: Of the history.
+    `by`: Reduction to one number, of `REDUCTIONS` or "at"; empty where all instants are kept.
+    `instant`: Of "at".
     """
 
     name: str
@@ -183,29 +178,18 @@ MOTION = (
 class Job:
     """The analysis of every design; it can be sent to another machine.
 
-    Attributes
-    ----------
-    system : System
-        The description with its own numbers.
-    names : tuple of str
-        The numbers that differ between designs.
-    columns : tuple of MeasuredColumn
-        The measured quantities.
-    units : tuple of str
-        Of each column.
-    analysis : str
-    how : dict
-        Arguments of the analysis.
-    ask : Instants or None
-        The instants in the words of a description; else `how` says them.
-    grid : TimeGrid or None
-        The instants; None of a free motion.
-    before : int
-        Instants before the requested ones.
-    course : BatchSetup, LaneMotions or None
-        What the designs share, of a free motion a `LaneMotions`; None where they go one by one.
-    wanted : array
-        Output rows of the kernels that the columns need.
+    `system`: The description with its own numbers.
+    `names`: The numbers that differ between designs.
+    `columns`: The measured quantities.
+    `units`: Of each column.
+    `analysis`: str
+    `how`: Arguments of the analysis.
+    `ask`: The instants in the words of a description; else `how` says them.
+    `grid`: The instants; None of a free motion.
+    `before`: Instants before the requested ones.
+    `course`: What the designs share, of a free motion a `LaneMotions`; None where they go one by
+      one.
+    `wanted`: Output rows of the kernels that the columns need.
     """
 
     system: System
@@ -255,14 +239,10 @@ class Job:
 class PieceResult:
     """Results of a piece of the designs.
 
-    Attributes
-    ----------
-    columns : list of arrays (designs,) or (designs, instants)
-    failures : dict
-        Error message of each failed design, by its number in the piece.
-    doubts : dict
-        Doubts by the design's number in the piece. Designs on lanes have none: their residuals are
-        checked on the way.
+    `columns` (designs,) (designs, instants)
+    `failures`: Error message of each failed design, by its number in the piece.
+    `doubts`: Doubts by the design's number in the piece. Designs on lanes have none: their
+      residuals are checked on the way.
     """
 
     columns: list[np.ndarray]

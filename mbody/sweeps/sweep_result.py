@@ -258,10 +258,7 @@ class Sweep:
         for n, title in enumerate(("least", "mean", "greatest", "deviation")):
             columns.append(Column(title, [number(row[n]) for row in rows]))
         columns.append(Column("unit", [self.units[name] for name in self.names], text=True))
-        lines += [
-            "",
-            *table(columns),
-        ]
+        lines += ["", *table(columns)]
         lines += self._designs()
         if failed:
             lines += ["", f"{len(failed)} of {len(self)} designs failed:"]

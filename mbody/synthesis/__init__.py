@@ -5,12 +5,4 @@ from mbody.synthesis.coupler_cognates import Cognate, CognateList, cognates
 from mbody.synthesis.judging import Design, DesignList
 from mbody.synthesis.request import synthesize
 
-__all__ = [
-    "Atlas",
-    "Cognate",
-    "CognateList",
-    "Design",
-    "DesignList",
-    "cognates",
-    "synthesize",
-]
+__all__ = ["Atlas", "Cognate", "CognateList", "Design", "DesignList", "cognates", "synthesize"]

@@ -9,18 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    DETERMINANT_ZERO,
-    LEAST_SQUARES_RANK_FINE,
-    ROOT_REAL,
-    ROOT_REAL_FUNCTION_POINTS,
-    SYNTHESIS_COEFFICIENT_NONE,
-    SYNTHESIS_ENDS,
-    SYNTHESIS_PINS_SAME,
-    SYNTHESIS_SLIDER_NONE,
-    SYNTHESIS_SOLUTIONS_SAME,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.synthesis.judging import Positions
 from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
@@ -94,7 +83,7 @@ def sliding_points(moves: Displacements, count: int) -> np.ndarray:
     point = centre + axis**2 * np.conj(pole - centre)
     return (
         np.array([point])
-        if abs(point - pole) > DETERMINANT_ZERO * (abs(pole) + second)
+        if abs(point - pole) > tol.DETERMINANT_ZERO * (abs(pole) + second)
         else point[:0]
     )
 
@@ -105,7 +94,7 @@ def _circle(r: np.ndarray, t: np.ndarray) -> tuple[complex, float] | None:
     square = (a[0] * np.conj(a[1])).imag
     linear = 1j * (np.conj(a[0]) * b[1] - np.conj(a[1]) * b[0])
     rest = (b[0] * np.conj(b[1])).imag
-    if abs(square) < DETERMINANT_ZERO:
+    if abs(square) < tol.DETERMINANT_ZERO:
         return None
     # square |Q|² + Re(conj(linear) Q) + rest = 0
     centre = -linear / (2.0 * square)
@@ -119,7 +108,7 @@ def _centre(q: complex, moves: Displacements) -> complex:
     row = (r - 1.0) * q + t  # Re(conj(m) row) = right
     right = 0.5 * (np.abs(r * q + t) ** 2 - abs(q) ** 2)
     determinant = row[0].real * row[1].imag - row[0].imag * row[1].real
-    if abs(determinant) <= DETERMINANT_ZERO * abs(row[0]) * abs(row[1]):
+    if abs(determinant) <= tol.DETERMINANT_ZERO * abs(row[0]) * abs(row[1]):
         return complex(np.nan, np.nan)
     x = (right[0] * row[1].imag - right[1] * row[0].imag) / determinant
     y = (right[1] * row[0].real - right[0] * row[1].real) / determinant
@@ -142,10 +131,7 @@ def _of_five(moves: Displacements) -> np.ndarray:
     linear = np.vstack([linear, np.column_stack([zero, zero, -np.conj(a), t * np.conj(r)])])
     # columns m̄, m̄Q, m̄Q², Q²
     rest = np.vstack(
-        [
-            np.column_stack([-t, -a, zero, zero]),
-            np.column_stack([zero, -t, -a, np.conj(t) * r]),
-        ]
+        [np.column_stack([-t, -a, zero, zero]), np.column_stack([zero, -t, -a, np.conj(t) * r])]
     )
     left = np.linalg.svd(rest)[0][:, 4:].conj().T
     try:
@@ -158,7 +144,7 @@ def _of_five(moves: Displacements) -> np.ndarray:
             q, m = vector[3] / vector[1], vector[0] / vector[1]
         if not (np.isfinite(q) and np.isfinite(m)):
             continue
-        if abs(value - np.conj(q)) > ROOT_REAL * (abs(q) + np.abs(t).max()):
+        if abs(value - np.conj(q)) > tol.ROOT_REAL * (abs(q) + np.abs(t).max()):
             continue
         found.append(_refined_pair(complex(q), complex(m), moves))
     return np.array(found).reshape(-1, 2)
@@ -184,11 +170,7 @@ def _of_four(moves: Displacements) -> np.ndarray:
     """
     r, t = moves
     a, d = r - 1.0, t  # of the point of the plane that is at the origin in the first pose
-    minors = [
-        a[1] * d[2] - a[2] * d[1],
-        a[2] * d[0] - a[0] * d[2],
-        a[0] * d[1] - a[1] * d[0],
-    ]
+    minors = [a[1] * d[2] - a[2] * d[1], a[2] * d[0] - a[0] * d[2], a[0] * d[1] - a[1] * d[0]]
     first = np.exp(2j * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     rest = sum(minors) - minors[0] * first  # Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄}
     square = np.abs(rest) ** 2
@@ -285,7 +267,7 @@ def _slider_cranks(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
 
 def _solved(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     """Least squares, or None where columns depend on one another."""
-    solution, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=LEAST_SQUARES_RANK_FINE)
+    solution, _, rank, _ = np.linalg.lstsq(matrix, right, rcond=tol.LEAST_SQUARES_RANK_FINE)
     return solution if rank == matrix.shape[1] else None
 
 
@@ -299,7 +281,7 @@ def _generating_four_bar(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> Generated | None:
     """Lengths from Freudenstein's numbers; a negative one is a link whose mark is opposite."""
-    if min(abs(k1), abs(k2)) < SYNTHESIS_COEFFICIENT_NONE:
+    if min(abs(k1), abs(k2)) < tol.SYNTHESIS_COEFFICIENT_NONE:
         return None  # a link without end
     crank, rocker = 1.0 / k1, 1.0 / k2
     square = crank**2 + rocker**2 + 1.0 - 2.0 * crank * rocker * k3
@@ -316,7 +298,7 @@ def _generating_sliders(
     k1: float, k2: float, k3: float, input_zero: float, output_zero: float
 ) -> list[Generated]:
     """Lengths of a slider-crank from K1 = 2a, K2 = 2ae, K3 = b² − a² − e²."""
-    if abs(k1) < SYNTHESIS_SLIDER_NONE:
+    if abs(k1) < tol.SYNTHESIS_SLIDER_NONE:
         return []
     crank, offset = 0.5 * k1, k2 / k1
     square = k3 + crank**2 + offset**2
@@ -331,7 +313,7 @@ def _generating_sliders(
 def _line(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Two vectors that span what the rows leave free; None where they leave more."""
     _, sizes, whole = np.linalg.svd(matrix)
-    if sizes[-1] < LEAST_SQUARES_RANK_FINE * sizes[0]:
+    if sizes[-1] < tol.LEAST_SQUARES_RANK_FINE * sizes[0]:
         return None
     return whole[-2], whole[-1]
 
@@ -344,7 +326,7 @@ def _on_line(
     values = [relation(start + node * along) for node in nodes]
     roots = np.roots(np.polyfit(nodes, values, degree))
     for root in roots:
-        if abs(root.imag) <= ROOT_REAL_FUNCTION_POINTS * (1.0 + abs(root)):
+        if abs(root.imag) <= tol.ROOT_REAL_FUNCTION_POINTS * (1.0 + abs(root)):
             yield start + root.real * along
 
 
@@ -392,7 +374,7 @@ def _sliders_of_4(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
     if line is None:
         return
     for u in _on_line(*line, lambda u: u[1] * u[5] - u[0] * u[4], 2):
-        if abs(u[5]) > SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
+        if abs(u[5]) > tol.SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
             u = u / u[5]
             yield from _generating_sliders(u[0], u[2], u[3] + u[4] ** 2, 0.0, u[4])
 
@@ -410,7 +392,7 @@ def _sliders_of_5(phi: np.ndarray, x: np.ndarray) -> Iterator[Generated]:
         return float((u[2] * u[0] - u[3] * u[1]) * u[6] - u[5] * (u[0] ** 2 + u[1] ** 2))
 
     for u in _on_line(*line, relation, 3):
-        if abs(u[6]) <= SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
+        if abs(u[6]) <= tol.SYNTHESIS_COEFFICIENT_NONE * np.abs(u).max():
             continue
         u = u / u[6]
         zero = np.arctan2(u[1], u[0])
@@ -469,10 +451,15 @@ def _refined_generators(
     found: list[tuple[float, np.ndarray]] = []
     for _, y, sign in starts[:KEEP]:
         one = least_squares(
-            deviation, y, "3-point", args=(phi, output, sign), x_scale="jac", xtol=SYNTHESIS_ENDS
+            deviation,
+            y,
+            "3-point",
+            args=(phi, output, sign),
+            x_scale="jac",
+            xtol=tol.SYNTHESIS_ENDS,
         )
         if one.x[:2].min() > 0.0 and not any(
-            np.allclose(one.x, z, SYNTHESIS_SOLUTIONS_SAME) for _, z in found
+            np.allclose(one.x, z, tol.SYNTHESIS_SOLUTIONS_SAME) for _, z in found
         ):
             found.append((one.cost, one.x))
     found.sort(key=lambda pair: pair[0])
@@ -610,7 +597,7 @@ def motion_size(where: np.ndarray, angle: np.ndarray) -> float:
     with np.errstate(all="ignore"):
         poles = np.abs(t / (1.0 - r) - where.mean())
     far = float(poles[np.isfinite(poles)].max(initial=0.0))
-    return max(extent, min(far, POLES * extent), TINY)
+    return max(extent, min(far, POLES * extent), tol.TINY)
 
 
 def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bool:
@@ -631,7 +618,7 @@ def _guiding_four_bar(
     a, b = places(crank[0], moves), places(rocker[0], moves)
     o2, o4 = crank[1], rocker[1]
     r2, r3, r4 = abs(a[0] - o2), abs(b[0] - a[0]), abs(b[0] - o4)
-    if min(r2, r3, r4, abs(o4 - o2)) <= SYNTHESIS_PINS_SAME * max(r2, r3, r4, abs(o4 - o2)):
+    if min(r2, r3, r4, abs(o4 - o2)) <= tol.SYNTHESIS_PINS_SAME * max(r2, r3, r4, abs(o4 - o2)):
         return
     point = (where[0] - a[0]) * r3 / (b[0] - a[0])
     x = np.array([o2.real, o2.imag, o4.real, o4.imag, r2, r3, r4, point.real, point.imag])
@@ -648,7 +635,7 @@ def _guiding_slider_crank(
     a, b = places(pair[0], moves), places(sliding, moves)
     o, farthest = pair[1], int(np.abs(b - b[0]).argmax())
     r2, r3, along = abs(a[0] - o), abs(b[0] - a[0]), b[farthest] - b[0]
-    if min(r2, r3, abs(along)) <= SYNTHESIS_PINS_SAME * max(r2, r3, abs(along)):
+    if min(r2, r3, abs(along)) <= tol.SYNTHESIS_PINS_SAME * max(r2, r3, abs(along)):
         return
     guide = along / abs(along)
     if ((b[0] - a[0]) * np.conj(guide)).real < 0.0:

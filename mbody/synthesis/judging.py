@@ -13,16 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
-from mbody.core.tolerances import (
-    SYNTHESIS_ANGLE_SAME,
-    SYNTHESIS_ANGLE_STEP_LEAST,
-    SYNTHESIS_DESIGN_OFF,
-    SYNTHESIS_DESIGNS_SAME,
-    SYNTHESIS_PATH_CLOSED,
-    SYNTHESIS_POINT_MET,
-    SYNTHESIS_TURN_ROUNDING,
-    SYNTHESIS_TURN_ROUNDING_FINE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model import save
 from mbody.model.element import listed
@@ -126,7 +117,7 @@ def path_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, bool]:
     size = float(np.abs(points - points.mean()).max())
     if size == 0.0:
         raise ModelError("synthesize: all points of the path are one: give points apart")
-    closed = bool(abs(points[-1] - points[0]) <= SYNTHESIS_PATH_CLOSED * size)
+    closed = bool(abs(points[-1] - points[0]) <= tol.SYNTHESIS_PATH_CLOSED * size)
     points = points[:-1] if closed else points
     if len(points) < LEAST:
         raise ModelError(
@@ -164,7 +155,7 @@ def timing_of(given: Any, count: int, dimension: str, units: UnitSystem) -> np.n
             "synthesize: timing must rise or fall from point to point: the driver passes the "
             "points in their order"
         )
-    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + SYNTHESIS_TURN_ROUNDING_FINE:
+    if dimension == "angle" and abs(steps.sum()) > 2.0 * math.pi + tol.SYNTHESIS_TURN_ROUNDING_FINE:
         raise ModelError(
             f"synthesize: timing goes over {math.degrees(abs(steps.sum())):.6g} deg: after a turn, "
             "360 deg, the path begins again"
@@ -194,7 +185,7 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
             "some out, or give the path of a point"
         )
     turn = np.abs(np.diff(table[:, 2]))
-    if not (turn > SYNTHESIS_ANGLE_STEP_LEAST).all():
+    if not (turn > tol.SYNTHESIS_ANGLE_STEP_LEAST).all():
         raise ModelError(
             "synthesize: two poses in succession have one angle: between them circle points are "
             "not determined; turn one of them slightly"
@@ -226,11 +217,7 @@ def interval(
 
 
 def bounds(
-    kind: Kind,
-    middle: complex,
-    size: float,
-    given: Mapping[str, Any] | None,
-    units: UnitSystem,
+    kind: Kind, middle: complex, size: float, given: Mapping[str, Any] | None, units: UnitSystem
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of the numbers of a kind: those given, else some sizes of the motion about it."""
     if given is not None and not isinstance(given, Mapping):
@@ -448,7 +435,7 @@ def _unit(name: str, units: Any) -> str:
 #: Instants of the motion of which the transmission angle and conditions are taken.
 MOTION = 181
 #: A whole turn less rounding.
-TURN = 2.0 * math.pi - SYNTHESIS_TURN_ROUNDING
+TURN = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -481,17 +468,12 @@ class Positions:
 class DesignMotion:
     """How the mechanism went through its positions.
 
-    Attributes
-    ----------
-    system : System
-    theta : array (points,)
-        Crank angles as they were passed.
-    order : bool
-    defects : tuple of str
-    run : Solution or None
-        At the points, where all were reached.
-    motion : Solution or None
-        Of the whole turn, or from the first point to the last.
+    `system`: System
+    `theta` (points,): Crank angles as they were passed.
+    `order`: bool
+    `defects`: tuple of str
+    `run`: At the points, where all were reached.
+    `motion`: Of the whole turn, or from the first point to the last.
     """
 
     system: System
@@ -512,7 +494,7 @@ def follow_design(positions: Positions, units: str) -> DesignMotion:
         except SolveError as error:
             stop = stop or str(error).partition(";")[0]
             continue
-        off = np.abs(np.exp(1j * run[name].angle) - carriers) > SYNTHESIS_ANGLE_SAME
+        off = np.abs(np.exp(1j * run[name].angle) - carriers) > tol.SYNTHESIS_ANGLE_SAME
         doubts = [one.message for one in run.doubts if one.kind == "branch"]
         if off.any() or doubts:
             stop = stop or (doubts[0] if doubts else "")
@@ -621,22 +603,14 @@ class Candidate(Protocol):
 class Judge:
     """Judges candidates one after the other and keeps those that are wanted.
 
-    Attributes
-    ----------
-    units : str
-    size : float
-        Of the motion, by which designs are compared.
-    subject_to : tuple of str
-    full_turn, defective : bool
-        As of `synthesize`.
-    tolerance : float
-        Greatest miss of a point.
-    unit : str
-        Of misses.
-    refused : Counter
-        Why candidates were left out.
-    nearest : Design or None
-        The best of those that were left out.
+    `units`: str
+    `size`: Of the motion, by which designs are compared.
+    `subject_to`: tuple of str
+    `full_turn`, `defective`: As of `synthesize`.
+    `tolerance`: Greatest miss of a point.
+    `unit`: Of misses.
+    `refused`: Why candidates were left out.
+    `nearest`: The best of those that were left out.
     """
 
     units: str
@@ -682,7 +656,7 @@ class Judge:
 
     def _alike(self, x: np.ndarray, other: np.ndarray) -> bool:
         size = max(self.size, float(np.abs(x).max()))
-        return bool(np.abs(x - other).max() < SYNTHESIS_DESIGNS_SAME * size)
+        return bool(np.abs(x - other).max() < tol.SYNTHESIS_DESIGNS_SAME * size)
 
     def _design(self, candidate: Candidate) -> tuple[Design, str]:
         """The design, and why it is left out."""
@@ -728,7 +702,7 @@ class Judge:
         """A note where even the first of the kept designs is far from a point."""
         misses = self.kept[0].misses
         worst = int(np.argmax(misses))
-        if misses[worst] <= SYNTHESIS_DESIGN_OFF * self.size:
+        if misses[worst] <= tol.SYNTHESIS_DESIGN_OFF * self.size:
             return []
         return [
             f"no design is near all points: the first is off by {misses[worst]:.3g} {self.unit} at "
@@ -748,7 +722,7 @@ class Judge:
             worst = int(np.argmax(self.nearest.misses))
             off = self.nearest.misses[worst]
             message += "; the nearest "
-            if off > SYNTHESIS_POINT_MET * self.size:
+            if off > tol.SYNTHESIS_POINT_MET * self.size:
                 message += f"is off by {off:.3g} {self.unit} at point {worst + 1}"
             else:
                 message += "meets all points"

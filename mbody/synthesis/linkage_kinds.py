@@ -131,12 +131,7 @@ class FourBar:
         return 1.0 if (coupler * np.conj(q)).imag >= 0.0 else -1.0
 
     def mechanism(
-        self,
-        x: np.ndarray,
-        theta: np.ndarray,
-        sign: float,
-        units: str,
-        plane: float | None = None,
+        self, x: np.ndarray, theta: np.ndarray, sign: float, units: str, plane: float | None = None
     ) -> Mechanism:
         """The four-bar as a description, its crank at θ[0]; it asks for the angles θ; `plane` as of
         `carrier`.
@@ -302,12 +297,7 @@ class SliderCrank:
         return 1.0 if (coupler * np.exp(-1j * x[2])).real >= 0.0 else -1.0
 
     def mechanism(
-        self,
-        x: np.ndarray,
-        theta: np.ndarray,
-        sign: float,
-        units: str,
-        plane: float | None = None,
+        self, x: np.ndarray, theta: np.ndarray, sign: float, units: str, plane: float | None = None
     ) -> Mechanism:
         """The slider-crank as a description, its crank at θ[0]; it asks for the angles θ; `plane`
         as of `carrier`.
@@ -446,12 +436,7 @@ class Kind(Protocol):
         ...
 
     def mechanism(
-        self,
-        x: np.ndarray,
-        theta: np.ndarray,
-        sign: float,
-        units: str,
-        plane: float | None = None,
+        self, x: np.ndarray, theta: np.ndarray, sign: float, units: str, plane: float | None = None
     ) -> Mechanism:
         """Description of the mechanism with these unknowns."""
         ...

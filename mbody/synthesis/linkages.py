@@ -9,12 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    BOUND_AT,
-    LEAST_SQUARES_ENDS,
-    SYNTHESIS_ANGLES_DISTINCT,
-    SYNTHESIS_POINT_MET,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.quantities.units import UnitSystem
@@ -58,16 +53,10 @@ BLOCK = 2_000_000
 class PathDemand:
     """Points of a path.
 
-    Attributes
-    ----------
-    points : array (points,)
-        Complex.
-    timing : array (points,) or None
-        Angles of the crank, of which the differences count.
-    closed : bool
-        Whether the path returns to its first point, which is given once.
-    low, high : array
-        Bounds of the numbers of the kind.
+    `points` (points,): Complex.
+    `timing` (points,): Angles of the crank, of which the differences count.
+    `closed`: Whether the path returns to its first point, which is given once.
+    `low`, `high`: Bounds of the numbers of the kind.
     """
 
     points: np.ndarray
@@ -156,7 +145,7 @@ def _fitted(
     b1, b2 = back @ goal, carrier.conj() @ goal
     with np.errstate(all="ignore"):
         determinant = h11 * h22 - np.abs(h12) ** 2
-        determinant[determinant < SYNTHESIS_ANGLES_DISTINCT * count**2] = np.nan
+        determinant[determinant < tol.SYNTHESIS_ANGLES_DISTINCT * count**2] = np.nan
         alpha = (h22 * b1 - h12 * b2) / determinant
         beta = (h11 * b2 - h12.conj() * b1) / determinant
         error = np.sum(np.abs(goal) ** 2) - (b1.conj() * alpha + b2.conj() * beta).real
@@ -186,7 +175,7 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     extent = float(np.abs(demand.points - demand.points.mean()).max()) or 1.0
     free = demand.timing is None
     extra = start.theta if free else start.theta[:1]
-    width = BOUND_AT * np.minimum(demand.high - demand.low, 1.0)
+    width = tol.BOUND_AT * np.minimum(demand.high - demand.low, 1.0)
     begin = np.concatenate([np.clip(start.x, demand.low + width, demand.high - width), extra])
     endless = np.full(len(extra), np.inf)
     steps = np.zeros(1) if free else _steps(demand)
@@ -204,14 +193,11 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
         residual,
         begin,
         jacobian,
-        bounds=(
-            np.concatenate([demand.low, -endless]),
-            np.concatenate([demand.high, endless]),
-        ),
+        bounds=(np.concatenate([demand.low, -endless]), np.concatenate([demand.high, endless])),
         x_scale="jac",
-        ftol=LEAST_SQUARES_ENDS,
-        xtol=LEAST_SQUARES_ENDS,
-        gtol=LEAST_SQUARES_ENDS,
+        ftol=tol.LEAST_SQUARES_ENDS,
+        xtol=tol.LEAST_SQUARES_ENDS,
+        gtol=tol.LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
     theta = found.x[size:] + steps
@@ -252,17 +238,11 @@ def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, free: b
 class LinkageCandidate:
     """A candidate of a kind in closed form.
 
-    Attributes
-    ----------
-    positions : Positions
-    misses : array (points,)
-        By the closed form.
-    measure : function
-        The same of a result of the assembled mechanism.
-    zeros : (float, float)
-        What is added to the given input and output of a function.
-    with_cognate : bool
-        Whether the other mechanism of the same path is wanted.
+    `positions`: Positions
+    `misses` (points,): By the closed form.
+    `measure`: The same of a result of the assembled mechanism.
+    `zeros`: What is added to the given input and output of a function.
+    `with_cognate`: Whether the other mechanism of the same path is wanted.
     """
 
     positions: Positions
@@ -357,7 +337,7 @@ def for_path(
     starts = best_shapes(kind, demand, shapes, effort.starts)
     found = [one for one in (refined(kind, demand, start) for start in starts) if one]
     found.sort(key=lambda one: one.error)
-    exact = len(points) * (SYNTHESIS_POINT_MET * judge.size) ** 2
+    exact = len(points) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     candidates = []
     for one in found:
         signs = np.full(len(points), one.sign)
@@ -386,7 +366,7 @@ def for_function(
     """Designs whose output has the given values where the crank has the given angles."""
     found = function_candidates(kind, inputs, outputs, ground)
     candidates = [_function_candidate(one) for one in found]
-    exact = len(inputs) * (SYNTHESIS_POINT_MET * judge.size) ** 2
+    exact = len(inputs) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take(candidates, max(count, len(candidates)) if len(inputs) <= 5 else count, exact)
     judge.require(f"{kind.name} has these outputs without defects")
     return DesignList(judge.best(count, exact), len(found), effort.seed)
@@ -416,7 +396,7 @@ def for_poses(
             low[n], high[n] = -math.inf, math.inf
     rng = np.random.default_rng(effort.seed)
     found, tried = pose_candidates(kind, where, angle, (low, high), size, rng)
-    exact = len(where) * (SYNTHESIS_POINT_MET * judge.size) ** 2
+    exact = len(where) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     candidates = [_pose_candidate(one) for one in found]
     judge.take(candidates, len(candidates) if len(where) == 5 else count, -1.0)
     judge.require(f"{kind.name} takes the poses without defects within the bounds")

@@ -10,12 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics, kinetostatics
-from mbody.core.tolerances import (
-    BOUND_AT,
-    LEAST_SQUARES_ENDS,
-    SYNTHESIS_POINT_MET,
-    SYNTHESIS_TURN_ROUNDING,
-)
+from mbody.core import tolerances as tol
 from mbody.derivatives.gradient import gradient_at
 from mbody.derivatives.named_numbers import checked_names
 from mbody.errors import ModelError, SolveError, brief
@@ -77,29 +72,19 @@ EVALUATIONS = 120
 class Demand:
     """Requirements on a mechanism in synthesis.
 
-    Attributes
-    ----------
-    system : System
-    driver : str
-    quantities : tuple of str
-        Measured ones: x and y of a point, or one output.
-    goals : array (quantities, points)
-    timing : array (points,) or None
-        Values of the driver at the points: of a path their differences count.
-    fixed : bool
-        Whether the values themselves count.
-    closed, angular : bool
-        Whether the path is closed, and whether an output is an angle, of which turns do not count.
-    span : (float, float)
-        Range of the driver that is searched.
-    whole : bool
-        Whether that is a turn.
-    by : mapping
-        Bounds by name.
-    point : tuple of str
-        The numbers of `by` that are coordinates of the point on its body, x and y, or empty.
-    body : str
-        That body.
+    `system`: System
+    `driver`: str
+    `quantities`: Measured ones: x and y of a point, or one output.
+    `goals` (quantities, points)
+    `timing` (points,): Values of the driver at the points: of a path their differences count.
+    `fixed`: Whether the values themselves count.
+    `closed`, `angular`: Whether the path is closed, and whether an output is an angle, of which
+      turns do not count.
+    `span`: Range of the driver that is searched.
+    `whole`: Whether that is a turn.
+    `by`: Bounds by name.
+    `point`: The numbers of `by` that are coordinates of the point on its body, x and y, or empty.
+    `body`: That body.
     """
 
     system: System
@@ -266,16 +251,13 @@ class Refinement:
 
 
 def _refined(
-    demand: Demand,
-    x: np.ndarray,
-    theta: np.ndarray,
-    guess: dict[str, tuple[float, float, float]],
+    demand: Demand, x: np.ndarray, theta: np.ndarray, guess: dict[str, tuple[float, float, float]]
 ) -> DesignCandidate | None:
     from scipy.optimize import least_squares
 
     task = Refinement(demand, guess)
     low, high = np.array(list(demand.by.values())).T
-    width = BOUND_AT * (high - low)
+    width = tol.BOUND_AT * (high - low)
     begin = np.concatenate([np.clip(x, low + width, high - width), theta[: task.free]])
     endless = np.full(task.free, np.inf)
     if not np.isfinite(task.residual(begin)).all():
@@ -288,9 +270,9 @@ def _refined(
         lambda y: task.jacobian(y) / size,
         bounds=(np.concatenate([low, -endless]), np.concatenate([high, endless])),
         x_scale="jac",
-        ftol=LEAST_SQUARES_ENDS,
-        xtol=LEAST_SQUARES_ENDS,
-        gtol=LEAST_SQUARES_ENDS,
+        ftol=tol.LEAST_SQUARES_ENDS,
+        xtol=tol.LEAST_SQUARES_ENDS,
+        gtol=tol.LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
     off = task.residual(found.x)
@@ -305,15 +287,10 @@ def _refined(
 class StudiedModel:
     """A mechanism with its driver and what is measured of it.
 
-    Attributes
-    ----------
-    system : System
-    driver, driven : str
-        Its name, and whether it is an "angle" or a "length".
-    quantities : tuple of str
-        x and y of the point, or the output.
-    output : str
-        Whether an output is an "angle" or a "length".
+    `system`: System
+    `driver`, `driven`: Its name, and whether it is an "angle" or a "length".
+    `quantities`: x and y of the point, or the output.
+    `output`: Whether an output is an "angle" or a "length".
     """
 
     system: System
@@ -420,7 +397,7 @@ def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> Desig
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
     numbered = NumberedModel(demand.system.mechanism, list(demand.by))
     found = searched(demand, effort.search, effort.starts, effort.seed)
-    exact = demand.goals.shape[1] * (SYNTHESIS_POINT_MET * judge.size) ** 2
+    exact = demand.goals.shape[1] * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take([_ModelCandidate(demand, numbered, one) for one in found], count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
@@ -459,7 +436,7 @@ class _ModelCandidate:
         steps = np.diff(theta)
         order = bool((steps > 0.0).all() or (steps < 0.0).all())
         if demand.whole:
-            order = order and abs(float(steps.sum())) < 2.0 * math.pi + SYNTHESIS_TURN_ROUNDING
+            order = order and abs(float(steps.sum())) < 2.0 * math.pi + tol.SYNTHESIS_TURN_ROUNDING
         defects = () if order else ("order: the driver turns back between the points",)
         try:
             run = kinematics(system, drive={demand.driver: theta})

@@ -55,14 +55,9 @@ MOST, EACH = 6, 3
 class Slots:
     """Slots of all bodies; the one after the last belongs to the ground.
 
-    Attributes
-    ----------
-    body : list of int
-        Body of each slot.
-    sides : list of tuples of int
-        Slots on which the sides of each node stand, two as a rule; welds last.
-    welds : int
-        How many of the last nodes are welds, two for each pair of neighbouring slots.
+    `body`: Body of each slot.
+    `sides`: Slots on which the sides of each node stand, two as a rule; welds last.
+    `welds`: How many of the last nodes are welds, two for each pair of neighbouring slots.
     """
 
     body: list[int]

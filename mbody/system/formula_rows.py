@@ -53,23 +53,15 @@ if TYPE_CHECKING:
 class DriverFormula:
     """The formula of one driver, recorded.
 
-    Attributes
-    ----------
-    steps : StepList
-    value, rate, acceleration : int
-        The places of f and its derivatives by time; where it follows positions, of f, ν and γ.
-    measured_bodies : tuple of str
-        The moving bodies whose positions Φ has; none where f has no positions.
-    phi : int
-        The place of Φ, where f has positions.
-    gradient : dict
-        The places of Φ_q by body and axis, zero ones too.
-    inputs : frozenset of str
-        Inputs on which f or its rate depends: they must not jump.
-    states : frozenset of str
-        Auxiliary states on which it depends.
-    explicit : bool
-        Whether f changes while all bodies rest.
+    `steps`: StepList
+    `value`, `rate`, `acceleration`: The places of f and its derivatives by time; where it follows
+      positions, of f, ν and γ.
+    `measured_bodies`: The moving bodies whose positions Φ has; none where f has no positions.
+    `phi`: The place of Φ, where f has positions.
+    `gradient`: The places of Φ_q by body and axis, zero ones too.
+    `inputs`: Inputs on which f or its rate depends: they must not jump.
+    `states`: Auxiliary states on which it depends.
+    `explicit`: Whether f changes while all bodies rest.
     """
 
     steps: StepList

@@ -49,20 +49,14 @@ class Recorded:
 class StepList:
     """The steps of some formulas.
 
-    Attributes
-    ----------
-    steps : list of tuple
-        What each place is: ("position", body, axis), ("velocity", body, axis), ("turn", body, 0 or
-        1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state), or
-        ("law", n, places of its arguments), or an operation with the places that it takes; as
-        derivatives ("signal rate", input), ("signal acceleration", input), ("law rate", n, place)
-        and ("law acceleration", n, place).
-    numbers : list
-        The parameters, each a float or an array over a batch.
-    laws : list of Signal
-        The laws that steps evaluate.
-    value : int
-        The place of the value.
+    `steps`: What each place is: ("position", body, axis), ("velocity", body, axis), ("turn", body,
+      0 or 1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state),
+      or ("law", n, places of its arguments), or an operation with the places that it takes; as
+      derivatives ("signal rate", input), ("signal acceleration", input), ("law rate", n, place) and
+      ("law acceleration", n, place).
+    `numbers`: The parameters, each a float or an array over a batch.
+    `laws`: The laws that steps evaluate.
+    `value`: The place of the value.
     """
 
     def __init__(self) -> None:

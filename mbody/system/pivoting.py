@@ -151,10 +151,7 @@ def _entries(L: Layout, here: np.ndarray, elsewhere: np.ndarray, rows: np.ndarra
 class _DiagonalBlocks:
     """The diagonal blocks of Φ_q, and which of their determinants vary.
 
-    Attributes
-    ----------
-    inside : array of bool (size, size)
-        What is in a diagonal block.
+    `inside` (size, size): What is in a diagonal block.
     """
 
     def __init__(

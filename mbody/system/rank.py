@@ -14,16 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    LOOP_CLOSURE_RANK,
-    LOOP_CLOSURE_RANK_DAMPING,
-    LOOP_CLOSURE_RANK_DAMPING_LEAST,
-    LOOP_CLOSURE_RANK_DAMPING_LOST,
-    LOOP_CLOSURE_RANK_GAIN,
-    PIVOT_THRESHOLD,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
@@ -56,12 +47,8 @@ class RankCounts:
 class Rank(RankCounts):
     """Rank of the dimensionless Φ_q at one position.
 
-    Attributes
-    ----------
-    motions : array (free, coordinates)
-        Free motions, orthonormal, lengths by the model length.
-    dependencies : array (redundant, rows)
-        Combinations of dimensionless rows that vanish, orthonormal.
+    `motions` (free, coordinates): Free motions, orthonormal, lengths by the model length.
+    `dependencies` (redundant, rows): Combinations of dimensionless rows that vanish, orthonormal.
     """
 
     motions: np.ndarray
@@ -128,7 +115,7 @@ def dense_rates(system: System, work: Work) -> np.ndarray:
     return np.asarray(system.row_units * nu)
 
 
-def rank_of(G: np.ndarray, zero: float = SINGULAR_VALUE_ZERO) -> Rank:
+def rank_of(G: np.ndarray, zero: float = tol.SINGULAR_VALUE_ZERO) -> Rank:
     """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates).
 
     A singular value below the part `zero` of the greatest counts as none.
@@ -188,24 +175,24 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     for penalty in (1e1, 1e3, 1e5):
         weight = np.where(kept, penalty, 1.0)
         phi, G = dense(system, work)
-        damping, here = LOOP_CLOSURE_RANK_DAMPING, np.linalg.norm(weight * phi)
+        damping, here = tol.LOOP_CLOSURE_RANK_DAMPING, np.linalg.norm(weight * phi)
         for _ in range(100):
             A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
             step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
-            step *= min(1.0, 0.5 / max(np.abs(step).max(), TINY))
+            step *= min(1.0, 0.5 / max(np.abs(step).max(), tol.TINY))
             before = work.q[:size, 0].copy()
             work.q[:size, 0] += scale * step
             new_phi, new_G = dense(system, work)
             now = np.linalg.norm(weight * new_phi)
             if now < here:
-                done = here - now < LOOP_CLOSURE_RANK_GAIN * here
+                done = here - now < tol.LOOP_CLOSURE_RANK_GAIN * here
                 phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
-                if done or here < LOOP_CLOSURE_RANK:
+                if done or here < tol.LOOP_CLOSURE_RANK:
                     break
             else:
                 work.q[:size, 0] = before
-                damping = max(10.0 * damping, LOOP_CLOSURE_RANK_DAMPING_LEAST)
-                if damping > LOOP_CLOSURE_RANK_DAMPING_LOST:
+                damping = max(10.0 * damping, tol.LOOP_CLOSURE_RANK_DAMPING_LEAST)
+                if damping > tol.LOOP_CLOSURE_RANK_DAMPING_LOST:
                     break
     return dense(system, work)[0]
 
@@ -231,10 +218,8 @@ CHUNK = 128
 class Front:
     """Rows of a sparse matrix that touch the same groups of columns.
 
-    Attributes
-    ----------
-    groups : tuple of int
-    rows : array (rows, columns of these groups)
+    `groups`: tuple of int
+    `rows` (rows, columns of these groups)
     """
 
     groups: tuple[int, ...]
@@ -254,13 +239,10 @@ class _EliminationStep:
 class SparseRank:
     """Rank of a sparse matrix, and its null vectors, which are solved when they are wanted.
 
-    Attributes
-    ----------
-    columns, rank : int
-    free : array of int
-        Columns without a pivot: null vector n is 1 in column ``free[n]`` and 0 in all others free.
-    kept, dropped : float
-        The least pivot, and the greatest part of a column that was taken for zero.
+    `columns`, `rank`: int
+    `free`: Columns without a pivot: null vector n is 1 in column ``free[n]`` and 0 in all others
+      free.
+    `kept`, `dropped`: The least pivot, and the greatest part of a column that was taken for zero.
     """
 
     columns: int
@@ -406,7 +388,7 @@ class _Elimination:
             # what is left of the squares of the columns
             left = [sum(x * x for x in own[k : n + 1]) for n, own in enumerate(rows_of) if n >= k]
             greatest = math.sqrt(max(left))
-            if not greatest > self.zero or left[0] < (PIVOT_THRESHOLD * greatest) ** 2:
+            if not greatest > self.zero or left[0] < (tol.PIVOT_THRESHOLD * greatest) ** 2:
                 return None
             kept = min(kept, greatest)
         self.kept = kept
@@ -432,7 +414,7 @@ class _Elimination:
                 self.dropped = max(self.dropped, greatest)
                 break
             self.kept = min(self.kept, greatest)
-            n = int(np.argmax(sizes >= PIVOT_THRESHOLD * greatest))
+            n = int(np.argmax(sizes >= tol.PIVOT_THRESHOLD * greatest))
             v = np.zeros(len(own))
             v[rank:] = part[:, n]
             v[rank] += float(sizes[n]) if v[rank] >= 0.0 else -float(sizes[n])
@@ -462,12 +444,9 @@ def _reflect(rows: Array, reflections: Array) -> None:
 class SparseRows:
     """The dimensionless Φ_q by blocks of a row and a body, those of a row together.
 
-    Attributes
-    ----------
-    row, body : arrays of int (blocks,)
-    block : array (blocks, 3)
-    element : array of int (rows,)
-        Joint, coupling or driver of each row, by number.
+    `row`, `body` (blocks,)
+    `block` (blocks, 3)
+    `element` (rows,): Joint, coupling or driver of each row, by number.
     """
 
     row: Array
@@ -480,15 +459,11 @@ class SparseRows:
 class LargeRank(RankCounts):
     """Rank of the dimensionless Φ_q at one position, as `Rank`, without dense matrices.
 
-    Attributes
-    ----------
-    order : array of int (bodies,)
-        Bodies in whose order free motions have their leaders, as far as elimination lets them.
-    basis : SparseRank
-        Its columns are three for each body of `order`.
-    parts : SparseRows
-        Of these rows.
-    zero : float
+    `order` (bodies,): Bodies in whose order free motions have their leaders, as far as elimination
+      lets them.
+    `basis`: Its columns are three for each body of `order`.
+    `parts`: Of these rows.
+    `zero`: float
     """
 
     order: Array

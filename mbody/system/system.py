@@ -480,8 +480,7 @@ class System:
         columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
         columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
         weights, pad, blocks = self.once(
-            "fixed rows",
-            lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.length),
+            "fixed rows", lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.length)
         )
         work.regularization_weight[: len(weights)] = weights
         work.pad[: len(pad)], work.block[: len(blocks)] = pad, blocks

@@ -372,10 +372,7 @@ def reference_overview() -> str:
         last = section
         words = " ".join(_about(cls).split("\n\n")[0].split())
         lines += textwrap.wrap(
-            f"{kind:<{wide}}{words}",
-            WIDTH,
-            initial_indent="  ",
-            subsequent_indent=" " * (wide + 2),
+            f"{kind:<{wide}}{words}", WIDTH, initial_indent="  ", subsequent_indent=" " * (wide + 2)
         )
     return "\n".join(
         [*lines[1:], "", "mbody explain NAME shows one with its fields and an example"]

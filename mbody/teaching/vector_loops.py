@@ -560,13 +560,9 @@ def joint_coordinates(joint: Any) -> tuple[str, ...]:
 class VectorSymbols:
     """The symbols of a vector; derivatives that are zero by its kind are None.
 
-    Attributes
-    ----------
-    r, angle : Symbol
-    rate, second : Symbol or None
-        ω and α of what it turns with; None where that is the ground.
-    r_rate, r_second : Symbol or None
-        None where the length is constant.
+    `r`, `angle`: Symbol
+    `rate`, `second`: ω and α of what it turns with; None where that is the ground.
+    `r_rate`, `r_second`: None where the length is constant.
     """
 
     r: Symbol

@@ -126,10 +126,7 @@ class Ledger:
 
     As a context it turns what the element itself raises into one, too.
 
-    Attributes
-    ----------
-    where : str
-        The state that is looked at, for the sentences.
+    `where`: The state that is looked at, for the sentences.
     """
 
     def __init__(self, element: Element, states: int, tolerance: float) -> None:

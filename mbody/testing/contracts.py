@@ -42,10 +42,7 @@ UNITS = (7.3, 0.31, 1.9)
 class OtherUnits:
     """A bench with every number in other units of length, mass and time.
 
-    Attributes
-    ----------
-    missing : str
-        Why it cannot be made: numbers that have no dimension. Empty where it can.
+    `missing`: Why it cannot be made: numbers that have no dimension. Empty where it can.
     """
 
     def __init__(self, bench: Bench) -> None:

@@ -20,21 +20,16 @@ OPTIONAL = ("mass", "inertia", "cg", "slides", "directions")
 class LinkageArrays:
     """Checked arrays; −1 and NaN where a linkage has no more of something.
 
-    Attributes
-    ----------
-    joints : array (linkages, joints, 2)
-    links : array of int (linkages, links, places)
-        The joints of each link; the driven link is one of them.
-    ground : array of bool (linkages, joints)
-    driver : array of int (linkages, drivers)
-        The driven links, −1 where there are fewer.
-    mass, inertia : arrays (linkages, links)
-    cg : array (linkages, links, 2)
-    slides : array of int (linkages, slides, 2)
-        Joint, and the link on which it slides, −1 for the ground; joint −1 where there is none.
-    directions : array (linkages, slides)
-    failures : dict
-        What is wrong with a linkage, by its number.
+    `joints` (linkages, joints, 2)
+    `links` (linkages, links, places): The joints of each link; the driven link is one of them.
+    `ground` (linkages, joints)
+    `driver` (linkages, drivers): The driven links, −1 where there are fewer.
+    `mass`, `inertia` (linkages, links)
+    `cg` (linkages, links, 2)
+    `slides` (linkages, slides, 2): Joint, and the link on which it slides, −1 for the ground; joint
+      −1 where there is none.
+    `directions` (linkages, slides)
+    `failures`: What is wrong with a linkage, by its number.
     """
 
     joints: np.ndarray
@@ -243,16 +238,13 @@ Words = np.ndarray
 class CanonicalOrder:
     """The order of each linkage.
 
-    Attributes
-    ----------
-    joints : array (linkages, joints)
-        Joint of the description at each canonical place; those that are not there are last.
-    links : array (linkages, links)
-    places : array (linkages, links, places)
-        Place of the description at each canonical place of each canonical link.
-    slides : array (linkages, slides)
-    table : array (linkages, numbers)
-        The graph in that order; equal rows are equal topologies.
+    `joints` (linkages, joints): Joint of the description at each canonical place; those that are
+      not there are last.
+    `links` (linkages, links)
+    `places` (linkages, links, places): Place of the description at each canonical place of each
+      canonical link.
+    `slides` (linkages, slides)
+    `table` (linkages, numbers): The graph in that order; equal rows are equal topologies.
     """
 
     joints: np.ndarray

@@ -361,10 +361,7 @@ class _Growth:
         self.many[which, 0] += 1
 
     def _draw_joint(
-        self,
-        k: int,
-        which: np.ndarray,
-        placed: Callable[[np.ndarray, np.ndarray, int], Placed],
+        self, k: int, which: np.ndarray, placed: Callable[[np.ndarray, np.ndarray, int], Placed]
     ) -> None:
         """Draw joint k of every linkage of these topologies until it closes; linkages for which it
         never does are left out. placed: its path at some of the angles, of linkages and its first

@@ -53,19 +53,13 @@ COORDINATE_NORM = 10.0
 class LinkageGroup:
     """Linkages of one topology, all in canonical order.
 
-    Attributes
-    ----------
-    plan : TopologyPlan
-    par, mass, q : arrays (rows, linkages)
-    arm : array (2·joints, linkages)
-    length : array (linkages,)
-        The longest link of each, in its own unit.
-    row : array (linkages,)
-        Where the results of each are.
-    column : array (linkages, numbers)
-        And those of each of its numbers.
-    at_rest : bool
-        Whether it is statics.
+    `plan`: TopologyPlan
+    `par`, `mass`, `q` (rows, linkages)
+    `arm` (2·joints, linkages)
+    `length` (linkages,): The longest link of each, in its own unit.
+    `row` (linkages,): Where the results of each are.
+    `column` (linkages, numbers): And those of each of its numbers.
+    `at_rest`: Whether it is statics.
     """
 
     plan: TopologyPlan
@@ -472,13 +466,7 @@ def linkages(
     if np.ndim(arrays["driver"]) == 1:
         angle, torque = angle[:, :, 0], torque[:, :, 0]
     return Linkages(
-        angle,
-        positions,
-        forces,
-        torque,
-        margins,
-        topology,
-        dict(sorted(failures.items())),
+        angle, positions, forces, torque, margins, topology, dict(sorted(failures.items()))
     )
 
 

@@ -144,19 +144,14 @@ ARM = 2
 class LinkageSystem:
     """A system, and which of its primitives are which.
 
-    Attributes
-    ----------
-    system : System
-        Numbers are zeros and unit masses; its model length is one, its description has no
-        elements.
-    pins : array of int (pins of the tree, 4)
-        Its primitive, its joint, and its links i and j, `GROUND` or a number.
-    closing : array of int (rows that close loops, 6)
-        The same, the joint by which link i hangs, and whether it is the row across.
-    slides : array of int (slides, 4)
-        As the pins, in the order of the graph.
-    drivers : array of int (drivers,)
-        The primitive of each driver.
+    `system`: Numbers are zeros and unit masses; its model length is one, its description has no
+      elements.
+    `pins` (pins of the tree, 4): Its primitive, its joint, and its links i and j, `GROUND` or a
+      number.
+    `closing` (rows that close loops, 6): The same, the joint by which link i hangs, and whether it
+      is the row across.
+    `slides` (slides, 4): As the pins, in the order of the graph.
+    `drivers` (drivers,): The primitive of each driver.
     """
 
     system: System
@@ -367,21 +362,15 @@ SAMPLES, SEED = 100, 20
 class TopologyPlan:
     """The plan of one topology.
 
-    Attributes
-    ----------
-    graph : Graph
-    system : System
-        Without numbers; its model length is one.
-    pivots : PivotChoices or None
-        None where Φ_q is too large for them: each linkage goes the scalar path.
-    pins : array of int (pins of the tree, 4)
-        Its primitive, its joint, and its links i and j, `GROUND` or a number.
-    closing : array of int (rows that close loops, 6)
-        The same, the joint by which link i hangs, and whether it is the row across.
-    slides : array of int (slides, 4)
-        As the pins, in the order of the graph.
-    drivers : array of int (drivers,)
-        The primitive of each driver.
+    `graph`: Graph
+    `system`: Without numbers; its model length is one.
+    `pivots`: None where Φ_q is too large for them: each linkage goes the scalar path.
+    `pins` (pins of the tree, 4): Its primitive, its joint, and its links i and j, `GROUND` or a
+      number.
+    `closing` (rows that close loops, 6): The same, the joint by which link i hangs, and whether it
+      is the row across.
+    `slides` (slides, 4): As the pins, in the order of the graph.
+    `drivers` (drivers,): The primitive of each driver.
     """
 
     graph: Graph

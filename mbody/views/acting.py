@@ -51,23 +51,14 @@ COLORS["inertia"] = INK
 class Acting:
     """A force, or a torque, on a link.
 
-    Attributes
-    ----------
-    gid, text : str
-        Plain name, and the name in the notation of books.
-    cause : str
-        Of the joint, driver, coupling or load; "inertia".
-    place : array (2,)
-        Where it acts.
-    force : array (2,), or None
-        Of a torque there is none.
-    torque : float
-        Of a torque, counter-clockwise positive.
-    color : str
-    dashed : bool
-        Whether it is d'Alembert's.
-    wrench : Wrench
-        From which it is.
+    `gid`, `text`: Plain name, and the name in the notation of books.
+    `cause`: Of the joint, driver, coupling or load; "inertia".
+    `place` (2,): Where it acts.
+    `force` (2,): Of a torque there is none.
+    `torque`: Of a torque, counter-clockwise positive.
+    `color`: str
+    `dashed`: Whether it is d'Alembert's.
+    `wrench`: From which it is.
     """
 
     gid: str
@@ -205,16 +196,10 @@ CLEARANCE = 0.12
 class Barrel:
     """A cylinder with its piston.
 
-    Attributes
-    ----------
-    head, mouth : arrays (2,)
-        Middles of the closed end, and of the end where the piston rod comes out.
-    piston : array (2,)
-        Its middle.
-    place : array (2,)
-        End of the piston rod.
-    angle : float
-        From the mouth to the head [rad].
+    `head`, `mouth` (2,): Middles of the closed end, and of the end where the piston rod comes out.
+    `piston` (2,): Its middle.
+    `place` (2,): End of the piston rod.
+    `angle`: From the mouth to the head [rad].
     """
 
     head: Array

@@ -97,13 +97,9 @@ class ModeSpan:
 class ModeRow:
     """The modes of a contact or a frictional joint over the axis.
 
-    Attributes
-    ----------
-    name : str
-    spans : tuple of ModeSpan
-        Without gaps, from the first instant to the last.
-    impacts : tuple of float
-        Where it was struck.
+    `name`: str
+    `spans`: Without gaps, from the first instant to the last.
+    `impacts`: Where it was struck.
     """
 
     name: str

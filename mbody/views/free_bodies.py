@@ -476,12 +476,7 @@ def _said(sketch: Sketch, x: float, y: float, text: str) -> float:
 
 
 def _table(
-    figure: Figure,
-    pose: Pose,
-    free: FreeBody,
-    acting: Sequence[Acting],
-    gap: float,
-    least: float,
+    figure: Figure, pose: Pose, free: FreeBody, acting: Sequence[Acting], gap: float, least: float
 ) -> tuple[Any, Array, Array, float]:
     """Names and values of everything that acts, and how well they close; forces below `least` have
     no arrow.

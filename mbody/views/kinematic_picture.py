@@ -78,11 +78,8 @@ ARROW = 8.0
 class ElementSelection:
     """Which elements of a mechanism are drawn.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    only : sequence of str
-        Bodies; all where there are none.
+    `mechanism`: Mechanism
+    `only`: Bodies; all where there are none.
     """
 
     mechanism: Mechanism
@@ -372,13 +369,9 @@ def book_symbol(text: str) -> str:
 class CentreSelection:
     """Which centres of an instant are drawn.
 
-    Attributes
-    ----------
-    centres : InstantCentres
-    near : list of list of InstantCentre
-        Those within the picture, the ones at one point together.
-    words : list of str
-        What is said of those that are not.
+    `centres`: InstantCentres
+    `near`: Those within the picture, the ones at one point together.
+    `words`: What is said of those that are not.
     """
 
     centres: InstantCentres
@@ -687,14 +680,9 @@ PARTS, SLIDING = (0, (2.5, 2.0)), (0, (6.0, 2.0))
 class Image:
     """One corner of the polygon.
 
-    Attributes
-    ----------
-    at : array (2,)
-        Velocity or acceleration.
-    names : list of str
-        Points of the polygon that have it.
-    text : str
-        Its label.
+    `at` (2,): Velocity or acceleration.
+    `names`: Points of the polygon that have it.
+    `text`: Its label.
     """
 
     at: Array
@@ -928,14 +916,9 @@ LEAST = 340.0
 class KinematicMarks:
     """Kinematic constructions drawn into and beside a mechanism.
 
-    Attributes
-    ----------
-    poles, polygons : bool
-        All instant centres; the polygons of velocities and accelerations.
-    centrodes, inflection : sequence of str
-        Bodies.
-    curvature : sequence of str
-        Points.
+    `poles`, `polygons`: All instant centres; the polygons of velocities and accelerations.
+    `centrodes`, `inflection`: Bodies.
+    `curvature`: Points.
     """
 
     poles: bool = False

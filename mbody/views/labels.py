@@ -28,11 +28,8 @@ ON_LINE, ON_LABEL = 3.0, 40.0
 class Label:
     """A text and its possible places.
 
-    Attributes
-    ----------
-    text : str
-    spots : list of (x, y, cost)
-        Centres of the text, and the cost of the place itself.
+    `text`: str
+    `spots`: Centres of the text, and the cost of the place itself.
     """
 
     text: str
@@ -169,10 +166,7 @@ def beside(
 class Places:
     """Obstacles, and labels that are placed one after another.
 
-    Attributes
-    ----------
-    unit : float
-        Length of a point (1/72 in) in the units of the mechanism.
+    `unit`: Length of a point (1/72 in) in the units of the mechanism.
     """
 
     unit: float

@@ -277,12 +277,7 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
 
 
 def _centre(
-    run: Solution,
-    found: InstantCentres,
-    one: InstantCentre,
-    middle: Array,
-    far: float,
-    places: int,
+    run: Solution, found: InstantCentres, one: InstantCentre, middle: Array, far: float, places: int
 ) -> dict[str, Any] | None:
     """A centre that is somewhere near; None of one that never is."""
     x, y = np.array(one.x), np.array(one.y)

@@ -26,18 +26,7 @@ from mbody.views.labels import symbolic
 from mbody.views.motions import one_way
 from mbody.views.pose import Carrier, Pose
 from mbody.views.scene import Scene
-from mbody.views.style import (
-    DRIVER,
-    FORCE,
-    GROUND,
-    INK,
-    LINK,
-    LOAD,
-    PAPER,
-    PLATE,
-    SOFT,
-    WHEEL,
-)
+from mbody.views.style import DRIVER, FORCE, GROUND, INK, LINK, LOAD, PAPER, PLATE, SOFT, WHEEL
 
 Array = np.ndarray
 

@@ -35,19 +35,12 @@ Array = np.ndarray
 class Carrier:
     """Axes that shapes are kept in.
 
-    Attributes
-    ----------
-    start : Place
-        Origin of the axes.
-    turn : str
-        The body whose angle the axes have; "" where they point from `start` to `end`.
-    end : Place or None
-        Of what reaches from one place to another.
-    stretches : bool
-        Whether the shapes become longer with the distance, as a spring: a point has then three
-        numbers, the part of the distance, and how far along and across the line from there.
-    lead : float
-        Length at both ends that does not stretch.
+    `start`: Origin of the axes.
+    `turn`: The body whose angle the axes have; "" where they point from `start` to `end`.
+    `end`: Of what reaches from one place to another.
+    `stretches`: Whether the shapes become longer with the distance, as a spring: a point has then
+      three numbers, the part of the distance, and how far along and across the line from there.
+    `lead`: Length at both ends that does not stretch.
     """
 
     start: Place = ("ground", 0.0, 0.0)

@@ -9,13 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    DRAWN_DIRECTION_LEAST,
-    DRAWN_NONE,
-    DRAWN_OUTLINE,
-    LENGTH_NONE,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, remedy
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution
@@ -153,8 +147,8 @@ def _turn(
         angle = first + math.tau * n / AROUND
         u = direction(angle)
         distance = label.gap + min(
-            half[0] / max(abs(u[0]), DRAWN_DIRECTION_LEAST),
-            half[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
+            half[0] / max(abs(u[0]), tol.DRAWN_DIRECTION_LEAST),
+            half[1] / max(abs(u[1]), tol.DRAWN_DIRECTION_LEAST),
         )
         middles = anchors + distance * u
         cost = _cost(middles, half, lines, occupied) + 0.6 * (1.0 - math.cos(angle - first))
@@ -183,12 +177,12 @@ def _of_link(
         label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
         _turn(label, sketch, lines, occupied, instants)
         return label
-    corners = carrier.kept(hull(nodes, DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
+    corners = carrier.kept(hull(nodes, tol.DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
     axes = carrier.axes(pose.run)
     gap = sketch.size("link") + 1.5 * sketch.unit
     options = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        u = (b - a) / max(float(np.hypot(*(b - a))), TINY)
+        u = (b - a) / max(float(np.hypot(*(b - a))), tol.TINY)
         for part in (0.5, 0.35, 0.65):
             options.append((a + part * (b - a), np.array([u[1], -u[0]]), abs(part - 0.5)))
     if len(corners) > 2:
@@ -207,15 +201,7 @@ def _of_link(
             best, chosen, at = round(whole, 6), option, np.array(middles)
     occupied.append((at, half))
     return KeptLabel(
-        body,
-        carrier,
-        chosen[0][None],
-        chosen[1],
-        gap,
-        "link",
-        f"link:{body}",
-        INK,
-        turns=True,
+        body, carrier, chosen[0][None], chosen[1], gap, "link", f"link:{body}", INK, turns=True
     )
 
 
@@ -235,21 +221,13 @@ FEW = 5
 class Scene:
     """The geometry of a mechanism over time.
 
-    Attributes
-    ----------
-    run : Solution
-        The motion, thinned where it has more instants than a picture can show.
-    shapes : list of KeptShape
-        From the lowest to the highest.
-    labels : list of KeptLabel
-    unit : float
-        Length of a point (1/72 in) in the units of the mechanism.
-    low, high : arrays (2,)
-        Corners of the rectangle that the whole motion needs.
-    notes : list of str
-        What was left out.
-    enlarged : float
-        By how much friction circles are drawn larger than they are.
+    `run`: The motion, thinned where it has more instants than a picture can show.
+    `shapes`: From the lowest to the highest.
+    `labels`: list of KeptLabel
+    `unit`: Length of a point (1/72 in) in the units of the mechanism.
+    `low`, `high` (2,): Corners of the rectangle that the whole motion needs.
+    `notes`: What was left out.
+    `enlarged`: By how much friction circles are drawn larger than they are.
     """
 
     run: Solution
@@ -332,7 +310,7 @@ def _check_moves(run: Solution) -> None:
     for body in run.mechanism.bodies:
         own = run[body.name]
         extent = max(float(np.ptp(own.x)), float(np.ptp(own.y)), size * float(np.ptp(own.angle)))
-        if extent > DRAWN_NONE * size:
+        if extent > tol.DRAWN_NONE * size:
             return
     count = "1 instant" if len(run) == 1 else f"{len(run)} instants"
     raise ModelError(
@@ -381,9 +359,9 @@ def _space(run: Solution) -> tuple[Array, Array, Array]:
 def _scale(pose: Pose, low: Array, high: Array, own: Array) -> tuple[float, float]:
     """Length of a point (1/72 in), and how much smaller symbols are where links are short."""
     # a machine that travels far keeps symbols of its own size
-    wide, tall = np.minimum(high - low, 3.0 * max(own.max(), TINY))
+    wide, tall = np.minimum(high - low, 3.0 * max(own.max(), tol.TINY))
     unit = max(wide / SIZE["width"], tall / SIZE["height"])
-    if not unit > LENGTH_NONE * pose.system.length:
+    if not unit > tol.LENGTH_NONE * pose.system.length:
         unit = pose.system.length / SIZE["width"]
     lengths = [1.5 * radius for joint in pose.joints for _, radius in wheels(joint, pose)]
     for name, nodes in pose.nodes.items():

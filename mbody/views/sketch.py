@@ -30,20 +30,12 @@ Array = np.ndarray
 class Look:
     """How a shape is drawn.
 
-    Attributes
-    ----------
-    width : float
-        Of its outline, in points.
-    edge, fill : str
-        Colours of the style, or "none".
-    z : float
-        Its layer; greater ones lie above.
-    name : str
-        By which it is found in a figure and in an SVG file.
-    dashes : "-" or (offset, (on, off, …))
-        In widths of the line.
-    halo : bool
-        Whether a line is parted by white from what lies below.
+    `width`: Of its outline, in points.
+    `edge`, `fill`: Colours of the style, or "none".
+    `z`: Its layer; greater ones lie above.
+    `name`: By which it is found in a figure and in an SVG file.
+    `dashes`: In widths of the line.
+    `halo`: Whether a line is parted by white from what lies below.
     """
 
     width: float
@@ -157,16 +149,10 @@ class Rail:
 class Sketch:
     """Shapes on an Axes, obstacles of labels, and the limits of the drawing.
 
-    Attributes
-    ----------
-    pose : Pose
-        The instant that is drawn.
-    unit : float
-        Length of a point (1/72 in) in the units of the mechanism.
-    small : float
-        Factor by which symbols are smaller, where the links are short.
-    kinematic : bool
-        Whether loads and mass centres are left out.
+    `pose`: The instant that is drawn.
+    `unit`: Length of a point (1/72 in) in the units of the mechanism.
+    `small`: Factor by which symbols are smaller, where the links are short.
+    `kinematic`: Whether loads and mass centres are left out.
     """
 
     #: Whether the whole motion is drawn, not one instant of it.
@@ -174,12 +160,7 @@ class Sketch:
     kinematic = False
 
     def __init__(
-        self,
-        axes: Any,
-        pose: Pose,
-        unit: float,
-        small: float,
-        surface: Surface | None = None,
+        self, axes: Any, pose: Pose, unit: float, small: float, surface: Surface | None = None
     ) -> None:
         self.axes, self.pose, self.unit, self.small = axes, pose, unit, small
         self.surface: Surface = surface or PaperSurface(axes)
@@ -433,14 +414,7 @@ class Sketch:
     # -- labels -------------------------------------------------------------------------------
 
     def label(
-        self,
-        text: str,
-        anchor: Any,
-        wanted: float,
-        gap: float,
-        *,
-        turn: float = 1.0,
-        **look: Any,
+        self, text: str, anchor: Any, wanted: float, gap: float, *, turn: float = 1.0, **look: Any
     ) -> Label:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
@@ -483,16 +457,10 @@ CROWDED = 60
 class KeptShape:
     """One shape in the axes of its carrier.
 
-    Attributes
-    ----------
-    kind : str
-        "line", "polygon" or "circle".
-    points : array (n, 2), or (n, 3) of what stretches
-        Of a circle its centre.
-    radius : float
-        Of a circle.
-    sign_condition : (quantity, sign) or None
-        The shape is there while the quantity has that sign.
+    `kind`: "line", "polygon" or "circle".
+    `points` (n, 2) (n, 3): Of a circle its centre.
+    `radius`: Of a circle.
+    `sign_condition`: The shape is there while the quantity has that sign.
     """
 
     kind: str
@@ -507,16 +475,11 @@ class KeptShape:
 class KeptLabel:
     """A name near a place that moves.
 
-    Attributes
-    ----------
-    anchor : array (1, 2) or (1, 3)
-        In the axes of the carrier.
-    direction : array (2,)
-        Unit vector from the anchor to the name; (0, 0) where it is written on the anchor.
-    turns : bool
-        Whether the direction turns with the carrier.
-    gap : float
-        Least distance.
+    `anchor` (1, 2) (1, 3): In the axes of the carrier.
+    `direction` (2,): Unit vector from the anchor to the name; (0, 0) where it is written on the
+      anchor.
+    `turns`: Whether the direction turns with the carrier.
+    `gap`: Least distance.
     """
 
     text: str
@@ -581,14 +544,7 @@ class SceneSketch(Sketch):
         self.pinned: list[tuple[Array, list[str], Carrier]] = []
 
     def label(
-        self,
-        text: str,
-        anchor: Any,
-        wanted: float,
-        gap: float,
-        *,
-        turn: float = 1.0,
-        **look: Any,
+        self, text: str, anchor: Any, wanted: float, gap: float, *, turn: float = 1.0, **look: Any
     ) -> Label:
         """A name at a place that moves; its number, which would change, is left out."""
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)

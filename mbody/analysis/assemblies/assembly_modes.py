@@ -31,16 +31,8 @@ from mbody.analysis.position.assembly_analysis import (
 )
 from mbody.analysis.position.closed_position import by_rows
 from mbody.analysis.position.initial_guess import placed
+from mbody.core import tolerances as tol
 from mbody.core.presentation import present
-from mbody.core.tolerances import (
-    BOX_FAMILY_SPREAD,
-    BOX_MIDDLES_SAME,
-    BOX_WIDTH_NARROW,
-    LOOP_CLOSURE_RESIDUAL,
-    LOOP_OPEN,
-    LOOP_OPEN_SEARCH,
-    POSITION_SAME,
-)
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
 from mbody.model.driver import Driver
@@ -323,12 +315,15 @@ def modes_by_random_starts(system: System, driver_values: dict[str, float], t: f
             start = start + off
         work.q[:, 0] = start
         good, _, _ = close(
-            system.runtime(), work, 0.0, LOOP_CLOSURE_RESIDUAL * (1.0 + float(system.extent(start)))
+            system.runtime(),
+            work,
+            0.0,
+            tol.LOOP_CLOSURE_RESIDUAL * (1.0 + float(system.extent(start))),
         )
         raise_user_error(system)
         if not good or not np.isfinite(work.q).all():
             continue
-        if np.abs(dense(system, work)[0]).max(initial=0.0) > LOOP_OPEN_SEARCH:
+        if np.abs(dense(system, work)[0]).max(initial=0.0) > tol.LOOP_OPEN_SEARCH:
             continue
         pose = work.q[:, 0].copy()
         if not any(same_pose(system, pose, other) for other in found):
@@ -346,7 +341,7 @@ def same_pose(
     for body in meshed:
         if 3 * body + 2 < n:
             apart[3 * body + 2] = 0.0
-    return bool(np.abs(apart).max(initial=0.0) < POSITION_SAME)
+    return bool(np.abs(apart).max(initial=0.0) < tol.POSITION_SAME)
 
 
 #: Boxes that a search may examine: some ten seconds.
@@ -500,8 +495,8 @@ class _GroupSearch:
             return
         angles = rows.rows.angles
         spread = np.ptp(np.unwrap(np.sort(middle[:, :angles], axis=0), axis=0), axis=0)
-        if width >= BOX_WIDTH_NARROW / 100.0:
-            turning = {rows.names[k] for k in np.flatnonzero(spread > BOX_FAMILY_SPREAD)}
+        if width >= tol.BOX_WIDTH_NARROW / 100.0:
+            turning = {rows.names[k] for k in np.flatnonzero(spread > tol.BOX_FAMILY_SPREAD)}
             bodies = tuple(
                 names[b] for b in rows.group.bodies if self.linkage.variable[b] in turning
             )
@@ -513,7 +508,7 @@ class _GroupSearch:
             self.unresolved.append(Unresolved(reason, bodies, float(spread.max(initial=0.0))))
             return
         for place in _clusters(middle):
-            near = np.abs(middle - place).max(1) < BOX_MIDDLES_SAME
+            near = np.abs(middle - place).max(1) < tol.BOX_MIDDLES_SAME
             low, high = found.low[near].min(0), found.high[near].max(0)
             reason = f"modes meet at {self._where()}: a dead centre, or nearer to one than 1e-12"
             self.unresolved.append(Unresolved(reason, group, float((high - low).max())))
@@ -541,7 +536,7 @@ class _GroupSearch:
         meshed = linkage.meshed
         residuals = _residuals(system, given, poses)
         for residual, name in zip(residuals, names, strict=True):
-            if residual > LOOP_OPEN:
+            if residual > tol.LOOP_OPEN:
                 self.unresolved.append(
                     Unresolved(
                         f"mode {name} misses the constraint rows by {residual:.2g}", (), residual
@@ -575,7 +570,7 @@ class _GroupSearch:
 def _clusters(points: np.ndarray) -> list[np.ndarray]:
     found: list[np.ndarray] = []
     for point in points:
-        if not any(np.abs(point - other).max() < BOX_MIDDLES_SAME for other in found):
+        if not any(np.abs(point - other).max() < tol.BOX_MIDDLES_SAME for other in found):
             found.append(point)
     return found
 

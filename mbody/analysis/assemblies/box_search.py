@@ -161,18 +161,11 @@ Box = tuple[np.ndarray, np.ndarray]
 class LoopRows:
     """The rows of one group as arrays, and their ranges over boxes (boxes, unknowns).
 
-    Attributes
-    ----------
-    angles, slides : int
-        Unknowns: angles first.
-    turns : array (angles,)
-        How many turns of each angle are searched.
-    scale : float
-        Size of the rows [length].
-    displacement_bound : array (slides,)
-        Displacements that are searched.
-    bounded : bool
-        Whether no position lies beyond them.
+    `angles`, `slides`: Unknowns: angles first.
+    `turns` (angles,): How many turns of each angle are searched.
+    `scale`: Size of the rows [length].
+    `displacement_bound` (slides,): Displacements that are searched.
+    `bounded`: Whether no position lies beyond them.
     """
 
     def __init__(
@@ -390,16 +383,11 @@ class _Edge:
 class GroupRows:
     """The rows of a group for one state of what is solved before it.
 
-    Attributes
-    ----------
-    rows : LoopRows
-    names : list of int
-        Unknown angles, by the names of `Linkage.variable`.
-    slide_of : dict
-        The number of the displacement of a slide, by its pair.
-    free : int
-        The number of the displacement that is the value of a released driver of a length, -1
-        without one.
+    `rows`: LoopRows
+    `names`: Unknown angles, by the names of `Linkage.variable`.
+    `slide_of`: The number of the displacement of a slide, by its pair.
+    `free`: The number of the displacement that is the value of a released driver of a length, -1
+      without one.
     """
 
     def __init__(
@@ -549,15 +537,10 @@ NEWTON = 7
 class BoxRoots:
     """Roots found in a box, and the boxes left undecided.
 
-    Attributes
-    ----------
-    points : array (roots, unknowns)
-    low, high : arrays (open, unknowns)
-        Boxes neither excluded nor settled.
-    boxes : int
-        How many were examined.
-    spent : bool
-        Whether it stopped because the number of boxes allowed was spent.
+    `points` (roots, unknowns)
+    `low`, `high` (open, unknowns): Boxes neither excluded nor settled.
+    `boxes`: How many were examined.
+    `spent`: Whether it stopped because the number of boxes allowed was spent.
     """
 
     points: np.ndarray

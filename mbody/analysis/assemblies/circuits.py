@@ -23,17 +23,8 @@ from mbody.analysis.assemblies.assembly_modes import (
     same_pose,
 )
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
+from mbody.core import tolerances as tol
 from mbody.core.presentation import present
-from mbody.core.tolerances import (
-    CIRCUIT_STEP_COSINE,
-    CIRCUIT_STEP_FIRST,
-    CIRCUIT_STEP_LONGEST,
-    CIRCUIT_STEP_OFF,
-    CIRCUIT_STEP_SHORTEST,
-    DEAD_CENTRE_MATCH,
-    LOOP_CLOSURE_CORRECTION,
-    POSITION_SAME,
-)
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
@@ -55,20 +46,12 @@ FAR = 100.0
 class CircuitWalk:
     """One circuit, walked until it closes.
 
-    Attributes
-    ----------
-    passed : list of (int, int)
-        Value and mode, by their numbers, in the order in which they were passed.
-    stretches : list of list of (int, int)
-        The same between dead centres.
-    dead_centres : list of float
-        Values of the driver, unwrapped from the first value.
-    low, high : float
-        How far the driver went.
-    advance : float
-        By how much the driver's value has changed when the circuit closed.
-    trouble : str
-        Why the walk ended before that; empty where it closed.
+    `passed`: Value and mode, by their numbers, in the order in which they were passed.
+    `stretches`: The same between dead centres.
+    `dead_centres`: Values of the driver, unwrapped from the first value.
+    `low`, `high`: How far the driver went.
+    `advance`: By how much the driver's value has changed when the circuit closed.
+    `trouble`: Why the walk ended before that; empty where it closed.
     """
 
     passed: list[tuple[int, int]] = field(default_factory=list)
@@ -113,7 +96,7 @@ class JointCurve:
             phi, G = self._rows(q)
             step = np.linalg.lstsq(G[self.others], phi[self.others], rcond=None)[0]
             q = q - step
-            if np.abs(step).max() < LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
+            if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
                 return q
         return None
 
@@ -134,15 +117,15 @@ class JointCurve:
         t = self._tangent(G, G[self.row])
         x = first = self._known(self.value(q), values[begin[0]])
         found.low = found.high = x
-        step, steps = CIRCUIT_STEP_FIRST, 0
+        step, steps = tol.CIRCUIT_STEP_FIRST, 0
         while steps < STEPS:
             steps += 1
             new = self._closed(q + step * t)
             s = None if new is None else self._tangent(self._rows(new)[1], t)
-            bad = new is None or s is None or s @ t < CIRCUIT_STEP_COSINE
-            if bad or np.linalg.norm(new - q - step * t) > CIRCUIT_STEP_OFF * step:
+            bad = new is None or s is None or s @ t < tol.CIRCUIT_STEP_COSINE
+            if bad or np.linalg.norm(new - q - step * t) > tol.CIRCUIT_STEP_OFF * step:
                 step *= 0.5
-                if step < CIRCUIT_STEP_SHORTEST:
+                if step < tol.CIRCUIT_STEP_SHORTEST:
                     found.trouble = "branches meet on the way (a change point)"
                     return found
                 continue
@@ -177,7 +160,7 @@ class JointCurve:
             if self.period == math.inf and abs(x - first) > FAR * self.unit:
                 found.trouble = "the driver can go on without end"
                 return found
-            step = min(1.3 * step, CIRCUIT_STEP_LONGEST)
+            step = min(1.3 * step, tol.CIRCUIT_STEP_LONGEST)
         found.trouble = f"the path does not close within {STEPS} steps"
         return found
 
@@ -186,7 +169,9 @@ class JointCurve:
         once more at the start.
         """
         turns = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
-        return value + turns if abs(x - value - turns) < LOOP_CLOSURE_CORRECTION * self.unit else x
+        return (
+            value + turns if abs(x - value - turns) < tol.LOOP_CLOSURE_CORRECTION * self.unit else x
+        )
 
     @staticmethod
     def _joined(found: CircuitWalk) -> CircuitWalk:
@@ -220,7 +205,7 @@ class JointCurve:
             phi[self.row] -= (value - self.x) / self.unit
             step = np.linalg.lstsq(G, phi, rcond=None)[0]
             q = q - step
-            if np.abs(step).max() < LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
+            if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
                 break
         return np.asarray(q * self.system.coordinate_units)
 
@@ -423,7 +408,7 @@ def circuits(
             notes.append(_not_followed(number, walk.trouble))
     ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
-        same = _same(dead, POSITION_SAME)
+        same = _same(dead, tol.POSITION_SAME)
         missing = [x for x in dead.values if not any(_apart(dead, x, end) < same for end in ends)]
         complete = complete and not missing
     doubts = list(modes.doubts)
@@ -456,7 +441,7 @@ def dead_centres_of_walks(system: System, driver: str, made: list[Circuit]) -> D
 
 def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     """Certified values for those of a walk, which are rough where branches meet."""
-    same = _same(dead, DEAD_CENTRE_MATCH)
+    same = _same(dead, tol.DEAD_CENTRE_MATCH)
 
     def settled(x: float) -> float:
         near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]

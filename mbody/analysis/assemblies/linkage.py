@@ -31,21 +31,13 @@ class NotCovered(Exception):
 class Pair:
     """Places of two bodies, from the mass centres in link axes as complex numbers.
 
-    Attributes
-    ----------
-    kind : str
-        "pin", "slide" or "rod".
-    i, j : int
-        Bodies; the ground is the last.
-    arm_i, arm_j : complex
-    value : float
-        Length of a rod; of a slide the coordinate of the place on j along `axis`.
-    axis : complex
-        Unit vector on i across which the place on j slides.
-    rod : int
-        Direction of a rod.
-    free : bool
-        Whether `value` is unknown: that of a driver of a length which is released.
+    `kind`: "pin", "slide" or "rod".
+    `i`, `j`: Bodies; the ground is the last.
+    `arm_i`, `arm_j`: complex
+    `value`: Length of a rod; of a slide the coordinate of the place on j along `axis`.
+    `axis`: Unit vector on i across which the place on j slides.
+    `rod`: Direction of a rod.
+    `free`: Whether `value` is unknown: that of a driver of a length which is released.
     """
 
     kind: str
@@ -69,20 +61,13 @@ class Linkage:
     from a base, by default the ground. A driver of an angle that is released leaves its row out,
     one of a length has an unknown value.
 
-    Attributes
-    ----------
-    bodies : int
-        Number of moving bodies; index of the ground.
-    pairs : list of Pair
-    names : list of str
-        Of the bodies, the ground last.
-    variable : list of int
-        By direction: the unknown angle that it follows, named by one of its directions; -1 where it
-        is known.
-    ratio, offset : list of float
-        ρ, and the rest [rad].
-    meshed : set of int
-        Directions that gears or couplings turn: their angles count up to turns of the teeth.
+    `bodies`: Number of moving bodies; index of the ground.
+    `pairs`: list of Pair
+    `names`: Of the bodies, the ground last.
+    `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
+      where it is known.
+    `ratio`, `offset`: ρ, and the rest [rad].
+    `meshed`: Directions that gears or couplings turn: their angles count up to turns of the teeth.
 
     Raises
     ------
@@ -312,12 +297,9 @@ class TooFewRows(Exception):
 class Group:
     """Bodies whose places, and angles, the pairs determine together.
 
-    Attributes
-    ----------
-    bodies : tuple of int
-    angles : tuple of int
-        Unknown angles, by the names of `Linkage.variable`.
-    pairs : tuple of int
+    `bodies`: tuple of int
+    `angles`: Unknown angles, by the names of `Linkage.variable`.
+    `pairs`: tuple of int
     """
 
     bodies: tuple[int, ...]

@@ -56,15 +56,10 @@ class _Candidate:
 class ContactChoice:
     """Contacts closed at the position of a workspace, whose signals are set.
 
-    Attributes
-    ----------
-    work : Work
-    places : dict
-        By contact the numbers of its places that are closed.
-    rolls : set of str
-        Contacts that roll.
-    notes : list of str
-        What was not touching.
+    `work`: Work
+    `places`: By contact the numbers of its places that are closed.
+    `rolls`: Contacts that roll.
+    `notes`: What was not touching.
     """
 
     def __init__(self, system: System, work: Work, free: int) -> None:
@@ -213,15 +208,10 @@ def has_closed_contacts(mechanism: Mechanism) -> bool:
 class ClosedSystem(NamedTuple):
     """A system whose contacts are closed where they determine its position.
 
-    Attributes
-    ----------
-    system : System
-    guess : mapping or None
-        Guesses of bodies: those of its simulation's start, too, where contacts are closed.
-    notes : tuple of str
-        What is closed.
-    remedy : str
-        What contacts could do where something is still free.
+    `system`: System
+    `guess`: Guesses of bodies: those of its simulation's start, too, where contacts are closed.
+    `notes`: What is closed.
+    `remedy`: What contacts could do where something is still free.
     """
 
     system: System
@@ -383,13 +373,9 @@ def _guesses_of_start(mechanism: Mechanism) -> dict[str, Any]:
 class ContactPhase:
     """Instants at which the same contacts are closed.
 
-    Attributes
-    ----------
-    system : System
-        With these contacts closed for good, of the same bodies in the same order.
-    instants : array (n,) of int
-    open : frozenset of str
-        Joints that are separated.
+    `system`: With these contacts closed for good, of the same bodies in the same order.
+    `instants` (n,)
+    `open`: Joints that are separated.
     """
 
     system: System

@@ -19,24 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPLEMENTARITY_PIVOT,
-    COMPLEMENTARITY_RESIDUAL,
-    COMPLEMENTARITY_SHIFT,
-    COMPLEMENTARITY_TIE,
-    COMPLEMENTARITY_TIES_FURTHER,
-    CONTACT_ACCELERATION_CANCELS,
-    CONTACT_ACCELERATION_NONE,
-    CONTACT_ACCELERATION_ROUNDING,
-    CONTACT_ACCELERATION_SAME,
-    CONTACT_CONDITION_SINGULAR,
-    CONTACT_FORCE_NONE,
-    CONTACT_FORCE_SAME,
-    CONTACT_FORCE_SETTLED,
-    CONTACT_SOLUTION_RESIDUAL,
-    LINEAR_PROGRAM_RESIDUAL,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.contact_geometry import FOUND, ContactWork
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import Work
@@ -64,16 +47,16 @@ def lemke(A: Array, b: Array) -> Array | None:
     n = len(b)
     if n == 0 or b.min() >= 0.0:
         return np.zeros(n)
-    found = _path(A, b, np.ones(n), COMPLEMENTARITY_TIE)
+    found = _path(A, b, np.ones(n), tol.COMPLEMENTARITY_TIE)
     if found is not None:
         return found
-    for equal in COMPLEMENTARITY_TIES_FURTHER:
+    for equal in tol.COMPLEMENTARITY_TIES_FURTHER:
         found = _path(A, b, np.ones(n), equal)
         if found is not None and _solves(A, b, found):
             return found
     for seed in range(WEIGHTS):
         weights = 1.0 + np.random.default_rng(seed).random(n)
-        found = _path(A, b, weights, COMPLEMENTARITY_TIES_FURTHER[-1])
+        found = _path(A, b, weights, tol.COMPLEMENTARITY_TIES_FURTHER[-1])
         if found is not None and _solves(A, b, found):
             return found
     return None
@@ -81,15 +64,15 @@ def lemke(A: Array, b: Array) -> Array | None:
 
 def _solves(A: Array, b: Array, z: Array) -> bool:
     """Whether w and z are not negative, and of each pair one is zero."""
-    w, size = (A @ z + b) / np.abs(b).max(), max(float(z.max()), TINY)
-    return bool(np.abs(np.minimum(w, z / size)).max() <= COMPLEMENTARITY_RESIDUAL)
+    w, size = (A @ z + b) / np.abs(b).max(), max(float(z.max()), tol.TINY)
+    return bool(np.abs(np.minimum(w, z / size)).max() <= tol.COMPLEMENTARITY_RESIDUAL)
 
 
 def _path(A: Array, b: Array, weights: Array, equal: float) -> Array | None:
     """Lemke's path with these weights of the artificial unknown (n,); None on a ray."""
     n = len(b)
     # scaled rows: neither signs nor zeros change
-    size = np.maximum(np.abs(A).max(axis=1), TINY)
+    size = np.maximum(np.abs(A).max(axis=1), tol.TINY)
     # w − A z − d z₀ = b: columns of w, of z, of z₀, and the right-hand side
     table = np.hstack([np.eye(n), -A / size[:, None], -weights[:, None], (b / size)[:, None]])
     basis, row, entering = list(range(n)), int(np.argmin(b / size / weights)), 2 * n
@@ -105,7 +88,7 @@ def _path(A: Array, b: Array, weights: Array, equal: float) -> Array | None:
         entering = leaving + n if leaving < n else leaving - n
         column = table[:, entering]
         able = np.flatnonzero(
-            column > COMPLEMENTARITY_PIVOT * max(1.0, float(np.abs(column).max()))
+            column > tol.COMPLEMENTARITY_PIVOT * max(1.0, float(np.abs(column).max()))
         )
         if not len(able):
             return None
@@ -211,14 +194,10 @@ class JointFriction:
 class ClosedContacts:
     """Closed contacts at one instant.
 
-    Attributes
-    ----------
-    delassus : array (2 m, 2 m)
-        Normals before tangents.
-    friction : array (m,)
-        Coefficients: kinetic of those that slide and in impacts, static of those that may stick.
-    sliding : array (m,)
-        Signs of the tangential velocities, zero of contacts that do not slide.
+    `delassus` (2 m, 2 m): Normals before tangents.
+    `friction` (m,): Coefficients: kinetic of those that slide and in impacts, static of those that
+      may stick.
+    `sliding` (m,): Signs of the tangential velocities, zero of contacts that do not slide.
     """
 
     delassus: Array
@@ -285,13 +264,13 @@ def impact_impulses(
     shifted = before.copy()
     shifted[:m] += np.where(by_newton, restitution, 0.0) * np.minimum(before[:m], 0.0)
     if without_collision:
-        shifted[:m] -= COMPLEMENTARITY_SHIFT * float(np.abs(before).max())
+        shifted[:m] -= tol.COMPLEMENTARITY_SHIFT * float(np.abs(before).max())
     A, b, _ = contacts.problem(shifted[:m], shifted[m:])
     z = solve(A, b)
     if z is None:
         return None
     if without_collision:
-        support = np.flatnonzero(z > CONTACT_FORCE_NONE * z.max())
+        support = np.flatnonzero(z > tol.CONTACT_FORCE_NONE * z.max())
         exact = np.zeros_like(z)
         _, right, _ = contacts.problem(before[:m], before[m:])
         try:
@@ -348,16 +327,10 @@ PASSES = 40
 class Tangent:
     """One tangent row with friction.
 
-    Attributes
-    ----------
-    limits : callable
-        See `Limits`.
-    sliding : float
-        Sign of the rate of what slides, zero of what is at rest.
-    normal : int
-        The contact that it belongs to; −1 of a joint.
-    linear : bool
-        Whether its limits are linear in the forces.
+    `limits`: See `Limits`.
+    `sliding`: Sign of the rate of what slides, zero of what is at rest.
+    `normal`: The contact that it belongs to; −1 of a joint.
+    `linear`: Whether its limits are linear in the forces.
     """
 
     limits: Limits
@@ -382,18 +355,12 @@ def cone(count: int, normal: int, friction: float, sliding: float = 0.0) -> Tang
 class FrictionProblem:
     """All that may open or slide at one instant.
 
-    Attributes
-    ----------
-    normals : int
-        Contacts that are closed.
-    tangents : tuple of Tangent
-    accelerations : array (normals + tangents,)
-        c₀, along the rows with the forces f₀.
-    delassus : array (normals + tangents, normals + tangents)
-    forces : array (normals + tangents,)
-        f₀.
-    size : float
-        Of accelerations, where rounding is more than that of c₀.
+    `normals`: Contacts that are closed.
+    `tangents`: tuple of Tangent
+    `accelerations` (normals + tangents,): c₀, along the rows with the forces f₀.
+    `delassus` (normals + tangents, normals + tangents)
+    `forces` (normals + tangents,): f₀.
+    `size`: Of accelerations, where rounding is more than that of c₀.
     """
 
     normals: int
@@ -414,7 +381,7 @@ class FrictionProblem:
     @property
     def greatest(self) -> float:
         """Of accelerations."""
-        return max(float(np.abs(self.without).max(initial=0.0)), self.size, TINY)
+        return max(float(np.abs(self.without).max(initial=0.0)), self.size, tol.TINY)
 
     @property
     def without(self) -> Array:
@@ -451,7 +418,7 @@ class FrictionProblem:
                     break
                 change = float(np.abs(found.forces - forces).max(initial=0.0))
                 forces = found.forces
-                if self.linear or change <= CONTACT_FORCE_SETTLED * float(
+                if self.linear or change <= tol.CONTACT_FORCE_SETTLED * float(
                     np.abs(forces).max(initial=0.0)
                 ):
                     return found
@@ -481,11 +448,7 @@ class FrictionProblem:
         A = np.block(
             [
                 [D[:m, :m] + D[:m, m:] @ by_n, D[:m, m:] @ by_r, np.zeros((m, s))],
-                [
-                    (D[m:, :m] + D[m:, m:] @ by_n)[rest],
-                    (D[m:, m:] @ by_r)[rest],
-                    np.eye(s),
-                ],
+                [(D[m:, :m] + D[m:, m:] @ by_n)[rest], (D[m:, m:] @ by_r)[rest], np.eye(s)],
                 [
                     whole_by[:, :m] + whole_by[:, m:] @ by_n,
                     whole_by[:, m:] @ by_r - np.eye(s),
@@ -494,7 +457,7 @@ class FrictionProblem:
             ]
         )
         free = c + D[:, m:] @ alone
-        free = np.where(np.abs(free) < CONTACT_ACCELERATION_ROUNDING * self.greatest, 0.0, free)
+        free = np.where(np.abs(free) < tol.CONTACT_ACCELERATION_ROUNDING * self.greatest, 0.0, free)
         b = np.concatenate([free[:m], free[m:][rest], whole + whole_by[:, m:] @ alone])
         z = lemke(A, b)
         if z is None:
@@ -528,7 +491,7 @@ class FrictionProblem:
             A_eq=np.column_stack([self.delassus * size / self.greatest, np.zeros(n)]),
             b_eq=-self.without / self.greatest,
             bounds=[(None, None)] * n + [(0.0, 1.0)],
-            options={"primal_feasibility_tolerance": LINEAR_PROGRAM_RESIDUAL},
+            options={"primal_feasibility_tolerance": tol.LINEAR_PROGRAM_RESIDUAL},
         )
         if found.status != 0:
             return None
@@ -576,10 +539,7 @@ class FrictionProblem:
         if not n:
             return [FrictionSolution(self, np.zeros(0), np.zeros(0), np.zeros(0))]
         big = 1e3 * max(float(np.abs(self.forces).max()), self.greatest / self._softest)
-        far = np.concatenate(
-            [closed * big, -np.nan_to_num(slip_signs) * big],
-            axis=1,
-        )
+        far = np.concatenate([closed * big, -np.nan_to_num(slip_signs) * big], axis=1)
         starts = [np.zeros_like(far)]
         if not self.linear:
             starts += [np.broadcast_to(self.forces, far.shape), far]
@@ -605,7 +565,7 @@ class FrictionProblem:
         slips = np.concatenate([np.zeros_like(closed), np.nan_to_num(slip_signs) != 0.0], axis=1)
         slip_sign = np.concatenate([np.zeros(closed.shape), np.nan_to_num(slip_signs)], axis=1)
         scale = np.sqrt(
-            np.maximum(np.diag(self.delassus), CONTACT_CONDITION_SINGULAR**-2 * self._softest)
+            np.maximum(np.diag(self.delassus), tol.CONTACT_CONDITION_SINGULAR**-2 * self._softest)
         )
         # forces by 1/scale, what holds by its acceleration
         D = self.delassus / scale[:, None] / scale
@@ -622,7 +582,7 @@ class FrictionProblem:
             change[:, m:] = by * scale[m:, None] / scale
             A += np.where(slips[..., None], slip_sign[..., None] * change, 0.0)
             b[:, m:] -= np.where(slips[:, m:], slip_sign[:, m:] * rest * scale[m:], 0.0)
-            regular &= np.linalg.cond(A) < CONTACT_CONDITION_SINGULAR
+            regular &= np.linalg.cond(A) < tol.CONTACT_CONDITION_SINGULAR
             A[~regular] = np.eye(n)
             new = np.linalg.solve(A, b[..., None])[..., 0] / scale
             new[~regular] = 0.0
@@ -630,11 +590,11 @@ class FrictionProblem:
             forces = new
             if (
                 self.linear
-                or (moved <= CONTACT_FORCE_SETTLED * np.abs(forces).max(axis=1))[regular].all()
+                or (moved <= tol.CONTACT_FORCE_SETTLED * np.abs(forces).max(axis=1))[regular].all()
             ):
                 break
         else:
-            regular &= moved <= CONTACT_SOLUTION_RESIDUAL * np.abs(forces).max(axis=1)
+            regular &= moved <= tol.CONTACT_SOLUTION_RESIDUAL * np.abs(forces).max(axis=1)
         return forces, regular
 
     def _keeps(self, forces: Array, closed: Array, slip_signs: Array) -> Array:
@@ -642,21 +602,23 @@ class FrictionProblem:
         m = self.normals
         a = self.without + forces @ self.delassus.T
         size = np.maximum(self.greatest, np.abs(a).max(axis=1))[:, None]
-        big = np.maximum(np.abs(forces).max(axis=1), TINY)[:, None]
+        big = np.maximum(np.abs(forces).max(axis=1), tol.TINY)[:, None]
         low, high, _, _ = self.limits(forces)
         own, along = forces[:, m:], a[:, m:]
         rests = np.array([one.sliding == 0.0 for one in self.tangents], dtype=bool)
         acts = np.isfinite(slip_signs)
-        outside = acts & (np.minimum(low, high) < -CONTACT_SOLUTION_RESIDUAL * big)
+        outside = acts & (np.minimum(low, high) < -tol.CONTACT_SOLUTION_RESIDUAL * big)
         outside |= (slip_signs == 0.0) & (
-            (own < -low - CONTACT_SOLUTION_RESIDUAL * big)
-            | (own > high + CONTACT_SOLUTION_RESIDUAL * big)
+            (own < -low - tol.CONTACT_SOLUTION_RESIDUAL * big)
+            | (own > high + tol.CONTACT_SOLUTION_RESIDUAL * big)
         )
         outside |= (
-            acts & rests & (np.nan_to_num(slip_signs) * along < -CONTACT_SOLUTION_RESIDUAL * size)
+            acts
+            & rests
+            & (np.nan_to_num(slip_signs) * along < -tol.CONTACT_SOLUTION_RESIDUAL * size)
         )
-        apart = (forces[:, :m] < -CONTACT_SOLUTION_RESIDUAL * big) | (
-            a[:, :m] < -CONTACT_SOLUTION_RESIDUAL * size
+        apart = (forces[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * big) | (
+            a[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * size
         )
         return np.asarray(~outside.any(axis=1) & ~apart.any(axis=1))
 
@@ -665,14 +627,10 @@ class FrictionProblem:
 class FrictionSolution:
     """Forces that fulfil the law of Coulomb.
 
-    Attributes
-    ----------
-    problem : FrictionProblem
-    forces : array (normals + tangents,)
-    normal : array (normals,)
-        Accelerations of the gaps.
-    along : array (tangents,)
-        Accelerations along what is at rest, zero of what slides.
+    `problem`: FrictionProblem
+    `forces` (normals + tangents,)
+    `normal` (normals,): Accelerations of the gaps.
+    `along` (tangents,): Accelerations along what is at rest, zero of what slides.
     """
 
     problem: FrictionProblem
@@ -689,14 +647,14 @@ class FrictionSolution:
         m = self.problem.normals
         size = max(self.problem.greatest, float(np.abs(self.normal).max(initial=0.0)))
         size = max(size, float(np.abs(self.along).max(initial=0.0)))
-        big = max(float(np.abs(self.forces).max(initial=0.0)), TINY)
-        opens = (self.forces[:m] <= CONTACT_FORCE_NONE * big) & (
-            self.normal > CONTACT_ACCELERATION_ROUNDING * size
+        big = max(float(np.abs(self.forces).max(initial=0.0)), tol.TINY)
+        opens = (self.forces[:m] <= tol.CONTACT_FORCE_NONE * big) & (
+            self.normal > tol.CONTACT_ACCELERATION_ROUNDING * size
         )
         tangents = []
         for one, ahead in zip(self.problem.tangents, self.along, strict=True):
             slip_sign = one.sliding or (
-                0.0 if abs(ahead) <= CONTACT_ACCELERATION_NONE * size else ahead
+                0.0 if abs(ahead) <= tol.CONTACT_ACCELERATION_NONE * size else ahead
             )
             tangents.append("slip+" if slip_sign > 0.0 else "slip-" if slip_sign < 0.0 else "stick")
         return tuple("open" if one else "closed" for one in opens), tuple(tangents)
@@ -716,12 +674,14 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
     kept = list[FrictionSolution]()
     for one in found:
         a = one.accelerations()
-        size = max(*(float(np.abs(each).max(initial=0.0)) for each in (a, problem.without)), TINY)
+        size = max(
+            *(float(np.abs(each).max(initial=0.0)) for each in (a, problem.without)), tol.TINY
+        )
         terms = np.abs(problem.delassus) @ np.abs([each.forces for each in found]).max(axis=0)
         least = max(
-            CONTACT_ACCELERATION_SAME * size,
-            CONTACT_ACCELERATION_NONE * problem.greatest,
-            CONTACT_ACCELERATION_CANCELS * float(terms.max(initial=0.0)),
+            tol.CONTACT_ACCELERATION_SAME * size,
+            tol.CONTACT_ACCELERATION_NONE * problem.greatest,
+            tol.CONTACT_ACCELERATION_CANCELS * float(terms.max(initial=0.0)),
         )
         if all(np.abs(a - each.accelerations()).max(initial=0.0) > least for each in kept):
             kept.append(one)
@@ -731,7 +691,9 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
 def _same(one: FrictionSolution, other: FrictionSolution) -> bool:
     """Whether both have the same modes, and forces but for the rounding of nearly singular ones."""
     size = float(np.abs(one.forces).max(initial=0.0))
-    near = float(np.abs(one.forces - other.forces).max(initial=0.0)) <= CONTACT_FORCE_SAME * size
+    near = (
+        float(np.abs(one.forces - other.forces).max(initial=0.0)) <= tol.CONTACT_FORCE_SAME * size
+    )
     return near and one.modes() == other.modes()
 
 

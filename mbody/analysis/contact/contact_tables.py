@@ -31,13 +31,9 @@ MOST_CORNERS = 2000
 class ContactTables:
     """The tables, and what their numbers mean.
 
-    Attributes
-    ----------
-    shapes : ContactShapes
-    laws : tuple of str
-        Names of the contacts, ropes and groups, by the number of their law.
-    names : tuple of str
-        Dotted names of the shapes, by number.
+    `shapes`: ContactShapes
+    `laws`: Names of the contacts, ropes and groups, by the number of their law.
+    `names`: Dotted names of the shapes, by number.
     """
 
     shapes: ContactShapes

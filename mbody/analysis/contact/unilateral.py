@@ -172,18 +172,12 @@ SLIP_SIGNS = {"slip+": 1.0, "slip-": -1.0}
 class ContactPoint:
     """A place where two bodies may touch, with its rows.
 
-    Attributes
-    ----------
-    name : str
-        Of the contact or rope.
-    candidate : ContactCandidate
-    normal, tangent : int
-        Numbers of its rows among those of the active set; tangent −1 of a rope.
-    pair : int
-        Its number among the friction pairs; −1 of a rope.
-    friction, static, restitution : float
-    law : str
-        Of impacts.
+    `name`: Of the contact or rope.
+    `candidate`: ContactCandidate
+    `normal`, `tangent`: Numbers of its rows among those of the active set; tangent −1 of a rope.
+    `pair`: Its number among the friction pairs; −1 of a rope.
+    `friction`, `static`, `restitution`: float
+    `law`: Of impacts.
     """
 
     name: str
@@ -201,12 +195,8 @@ class ContactPoint:
 class JointPair:
     """The sliding pair of a joint.
 
-    Attributes
-    ----------
-    name : str
-        Of the joint.
-    tangent, pair : int
-        Its row among those of the active set, its number among the friction pairs.
+    `name`: Of the joint.
+    `tangent`, `pair`: Its row among those of the active set, its number among the friction pairs.
     """
 
     name: str
@@ -218,12 +208,8 @@ class JointPair:
 class Rows:
     """Values of the rows of the active set, as their physics gave them, at one position.
 
-    Attributes
-    ----------
-    value, rate, gamma : arrays (active set,)
-        Φ, Φ_q v − ν, and what −Φ̈ has without accelerations.
-    block : array (active set, coordinates)
-        Φ_q.
+    `value`, `rate`, `gamma` (active set,): Φ, Φ_q v − ν, and what −Φ̈ has without accelerations.
+    `block` (active set, coordinates): Φ_q.
     """
 
     value: Array
@@ -236,10 +222,7 @@ class Rows:
 class RowHistories:
     """Values of the rows of the active set at many instants.
 
-    Attributes
-    ----------
-    value, rate : arrays (instants, active set)
-        Φ and Φ_q v − ν.
+    `value`, `rate` (instants, active set): Φ and Φ_q v − ν.
     """
 
     value: Array
@@ -619,14 +602,9 @@ class Unilateral:
 class Overlap:
     """Two shapes that overlap.
 
-    Attributes
-    ----------
-    contact : str
-        Its name.
-    contact_point : int
-        Number of the contact point that is nearest to being open.
-    depth : float
-        In the unit of its row.
+    `contact`: Its name.
+    `contact_point`: Number of the contact point that is nearest to being open.
+    `depth`: In the unit of its row.
     """
 
     contact: str

@@ -45,21 +45,16 @@ from mbody.system.system import System, too_large
 class BatchSetup:
     """Settings and first position that all designs of a batch share.
 
-    Attributes
-    ----------
-    analysis : str
-    grid : TimeGrid
-        The instants.
-    pose : array (coordinates + 3,)
-        Closed position of the description at the first instant, from which all designs are closed.
-    origin : array (parameters,)
-        The numbers of the description, as kernels take them.
-    small, position_norm : float
-        Rounding of a closed position, and the greatest coordinate, in model lengths and radians.
-    pivots : PivotChoices
-    straight : bool
-        Whether there are so many designs that straight-line code pays
-        (`mbody.straight_line.programs`).
+    `analysis`: str
+    `grid`: The instants.
+    `pose` (coordinates + 3,): Closed position of the description at the first instant, from which
+      all designs are closed.
+    `origin` (parameters,): The numbers of the description, as kernels take them.
+    `small`, `position_norm`: Rounding of a closed position, and the greatest coordinate, in model
+      lengths and radians.
+    `pivots`: PivotChoices
+    `straight`: Whether there are so many designs that straight-line code pays
+      (`mbody.straight_line.programs`).
     """
 
     analysis: str

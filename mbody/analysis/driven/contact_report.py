@@ -185,11 +185,7 @@ def _pressing(element: Joint | Coupling | OneSided) -> str:
 
 
 def _sentence(
-    solution: Solution,
-    element: Joint | Coupling | OneSided,
-    t: Array,
-    force: Array,
-    floor: float,
+    solution: Solution, element: Joint | Coupling | OneSided, t: Array, force: Array, floor: float
 ) -> str:
     """The sentence of a force of the wrong direction: the greatest, and the first instant of it."""
     units = solution.mechanism.units

@@ -17,17 +17,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed, drivers
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.core.tolerances import (
-    LEAST_SQUARES_RANK,
-    LOOP_CLOSURE_DEAD_CENTRE,
-    PATH_DERIVATIVE_NONE,
-    PATH_PLACE_BEFORE,
-    PATH_STEP_FIRST,
-    PATH_STEP_LONGEST,
-    ROOT_REAL,
-    SINGULAR_VALUE_NEAR_SINGULAR,
-    SINGULAR_VALUE_REGULAR,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.continuation import (
     BY_DRIVER,
@@ -65,10 +55,8 @@ ITERATIONS = 30
 class Ends:
     """Where a driver is, and how far it can go without leaving its branch.
 
-    Attributes
-    ----------
-    value, low, high : float
-        [rad] or [length]; infinite where there is no end, of an angle within a turn.
+    `value`, `low`, `high`: [rad] or [length]; infinite where there is no end, of an angle within a
+      turn.
     """
 
     value: float
@@ -214,14 +202,19 @@ class _Curve:
         for _ in range(ITERATIONS):
             phi, G = self._rows(q)
             others = np.arange(len(phi)) != self.row
-            step = np.linalg.lstsq(G[others], -phi[others], rcond=LEAST_SQUARES_RANK)[0]
+            step = np.linalg.lstsq(G[others], -phi[others], rcond=tol.LEAST_SQUARES_RANK)[0]
             q = q + self.size * step
-            if np.abs(step).max() < LOOP_CLOSURE_DEAD_CENTRE * (1.0 + np.abs(q / self.size).max()):
+            if np.abs(step).max() < tol.LOOP_CLOSURE_DEAD_CENTRE * (
+                1.0 + np.abs(q / self.size).max()
+            ):
                 return q
         return None
 
     def _slope(
-        self, q: np.ndarray, ahead: np.ndarray | None, least: float = SINGULAR_VALUE_NEAR_SINGULAR
+        self,
+        q: np.ndarray,
+        ahead: np.ndarray | None,
+        least: float = tol.SINGULAR_VALUE_NEAR_SINGULAR,
     ) -> tuple[float, np.ndarray] | None:
         """x′ along the curve and its direction, on from `ahead`; None where branches meet."""
         _, G = self._rows(q)
@@ -243,7 +236,7 @@ class _Curve:
         slope, along = found
         if slope * sign < 0.0:
             slope, along = -slope, -along
-        step = PATH_STEP_FIRST
+        step = tol.PATH_STEP_FIRST
         for _ in range(ITERATIONS):
             there = self._closed(here + self.size * along * step)
             found = None if there is None else self._slope(there, along)
@@ -251,12 +244,12 @@ class _Curve:
                 return None
             second_derivative = (found[0] - slope) / step
             here, (slope, along) = there, found
-            if abs(slope) < PATH_DERIVATIVE_NONE or second_derivative == 0.0:
+            if abs(slope) < tol.PATH_DERIVATIVE_NONE or second_derivative == 0.0:
                 break
             step = -slope / second_derivative
-            if abs(step) > PATH_STEP_LONGEST:
-                step = math.copysign(PATH_STEP_LONGEST, step)
-        if abs(slope) > 1e3 * PATH_DERIVATIVE_NONE:
+            if abs(step) > tol.PATH_STEP_LONGEST:
+                step = math.copysign(tol.PATH_STEP_LONGEST, step)
+        if abs(slope) > 1e3 * tol.PATH_DERIVATIVE_NONE:
             return None
         phi, _ = self._rows(here)
         return self.requested + float(phi[self.row]) * self.unit
@@ -265,7 +258,7 @@ class _Curve:
         """x at a turning point in which branches meet, too: from the places before it, as a
         polynomial along the curve, beyond which the turning point is a small part of them away.
         """
-        x = stopped - sign * min(PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
+        x = stopped - sign * min(tol.PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
         q = self._path(x - self.value)[1][-1]
         found = self._slope(q, None)
         if found is None:
@@ -281,7 +274,9 @@ class _Curve:
             places.append((float((q - origin) / self.size @ first), float(phi[self.row])))
             while step > stride / PLACES:
                 there = self._closed(q + self.size * along * step)
-                found = None if there is None else self._slope(there, along, SINGULAR_VALUE_REGULAR)
+                found = (
+                    None if there is None else self._slope(there, along, tol.SINGULAR_VALUE_REGULAR)
+                )
                 if there is not None and found is not None and found[0] * sign > 0.0:
                     q, along = there, found[1]
                     break
@@ -291,7 +286,7 @@ class _Curve:
             return None
         fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
         roots = fit.deriv().roots()
-        near = roots.real[(np.abs(roots.imag) < ROOT_REAL) & (roots.real > p[-1])]
+        near = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
         if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
             return None
         return self.requested + float(fit(near.min())) * self.unit

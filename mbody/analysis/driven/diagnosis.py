@@ -12,19 +12,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.core.tolerances import (
-    ARTIFICIAL_MASS_MOTION,
-    FORCE_NONE,
-    INERTIA_NONE,
-    PARTICIPATION,
-    PARTICIPATION_NONE_DIAGNOSIS,
-    POSITION_BESIDE,
-    RATE_NONE,
-    SINGULAR_VALUE_DIAGNOSIS,
-    START_CHANGE_REPORTED,
-    START_MOTION_ROUNDING,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.finished_instants import each_load
 from mbody.kernels.layout import Work
@@ -73,7 +61,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
-    massless = shapes[:, inertia <= INERTIA_NONE * max(float(mass.max()), TINY)].T @ motions
+    massless = shapes[:, inertia <= tol.INERTIA_NONE * max(float(mass.max()), tol.TINY)].T @ motions
     for motion in massless:
         body = bodies[int(np.abs(motion.reshape(-1, 3)).max(axis=1).argmax())]
         if body.massless:
@@ -107,7 +95,7 @@ def inertialess(system: System, t: float, q: Array) -> int:
     lent = (motions * (lent * scale**2)) @ motions.T
     factor = np.linalg.cholesky(mass + lent)
     part = np.linalg.solve(factor, np.linalg.solve(factor, lent).T)
-    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > ARTIFICIAL_MASS_MOTION).sum())
+    return int((np.linalg.eigvalsh(0.5 * (part + part.T)) > tol.ARTIFICIAL_MASS_MOTION).sum())
 
 
 def weightless(system: System) -> SolveError | None:
@@ -133,7 +121,9 @@ def _pushed(system: System, t: float, q: Array, v: Array, motion: Array) -> bool
         ]
     for place, rates in places:
         forces = load_forces(system, work, t, place, rates) * scale
-        if np.abs(forces @ motion).max(initial=0.0) > FORCE_NONE * np.abs(forces).max(initial=0.0):
+        if np.abs(forces @ motion).max(initial=0.0) > tol.FORCE_NONE * np.abs(forces).max(
+            initial=0.0
+        ):
             return True
     return False
 
@@ -148,10 +138,10 @@ def stuck(system: System, t: float, q: Array) -> SolveError | None:
     if not np.isfinite(G).all():
         return None
     u, sizes, _ = np.linalg.svd(G)
-    if len(sizes) < len(G) or sizes[-1] > SINGULAR_VALUE_DIAGNOSIS * sizes[0]:
+    if len(sizes) < len(G) or sizes[-1] > tol.SINGULAR_VALUE_DIAGNOSIS * sizes[0]:
         return None
     part = np.abs(u[:, len(sizes) - 1])
-    order = np.argsort(-part)[: int((part > PARTICIPATION * part.max()).sum())]
+    order = np.argsort(-part)[: int((part > tol.PARTICIPATION * part.max()).sum())]
     taking = dict.fromkeys(system.owners[system.row_table[0][n]][0].name for n in order)
     driving = [driver for driver in system.drivers if driver.name in taking]
     if not driving:
@@ -181,7 +171,10 @@ def branching(system: System, t: float, q: Array, v: Array) -> tuple[str, ...]:
         return ()
     top = manifold.largest(q)
     natural = np.sqrt(top / float((system.mass[: len(q), 0] * manifold.scale**2).max()))
-    if np.abs(v / manifold.scale).max() > RATE_NONE * natural or here.size <= FORCE_NONE * top:
+    if (
+        np.abs(v / manifold.scale).max() > tol.RATE_NONE * natural
+        or here.size <= tol.FORCE_NONE * top
+    ):
         return ()
     nearby = _nearby(manifold, here)
     if nearby >= len(here.motions):
@@ -200,16 +193,16 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
     moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
-    least_velocity = START_MOTION_ROUNDING / (START_CHANGE_REPORTED * (whole or np.inf))
+    least_velocity = tol.START_MOTION_ROUNDING / (tol.START_CHANGE_REPORTED * (whole or np.inf))
     velocity_scale = max(float(np.abs(given[n:] / system.coordinate_units).max()), least_velocity)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > START_CHANGE_REPORTED:
+    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
         distance = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > START_CHANGE_REPORTED:
+    if (turned := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > START_CHANGE_REPORTED * velocity_scale:
+    if np.abs(changed).max() > tol.START_CHANGE_REPORTED * velocity_scale:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
@@ -221,7 +214,7 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
     """How many motions are free beside a place, at least."""
-    beside = [manifold.moved(here, POSITION_BESIDE * motion) for motion in here.motions]
+    beside = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
     return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
 
 
@@ -264,7 +257,9 @@ def open_reactions(system: System, report: Rank | None) -> dict[str, list[bool]]
     """
     if report is None:
         return None
-    touched = np.abs(report.dependencies).max(axis=0, initial=0.0) > PARTICIPATION_NONE_DIAGNOSIS
+    touched = (
+        np.abs(report.dependencies).max(axis=0, initial=0.0) > tol.PARTICIPATION_NONE_DIAGNOSIS
+    )
     primitive, _, is_angle = system.row_table
     result = {}
     for joint in system.mechanism.joints:

@@ -16,12 +16,7 @@ from mbody.analysis.driven.path_following import PathEnded, Runner, through_chan
 from mbody.analysis.driven.time_grid import DriverValues, TimeGrid, by_time, check_timed, time_grid
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.core.tolerances import (
-    LAW_TURN_ROUNDING,
-    LOOP_DRIVER_OTHER_POSITION,
-    PATH_STUCK_AT_INSTANT,
-    POSITION_SAME,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.laws import Law, times_of
@@ -188,7 +183,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     n = system.coordinates
     off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
     turned = np.abs(np.exp(1j * off[:, 2]) - 1.0).max()
-    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < POSITION_SAME)
+    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < tol.POSITION_SAME)
 
 
 def _follow(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
@@ -220,7 +215,7 @@ def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     except PathEnded as stuck:
         error = runner.explain(stuck, start, grid)
         # an instant at which branches meet is reached as a limit, where the path goes on
-        near = abs(stuck.place - grid.s[stuck.done]) <= PATH_STUCK_AT_INSTANT * np.ptp(grid.s)
+        near = abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(grid.s)
         if not near:
             raise error from None
         return through_change_points(runner, start, grid, {stuck.done}, error)
@@ -526,7 +521,7 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
     # where the law begins too gently its derivatives do not show the direction
     sign = math.copysign(1.0, rate or change or 1.0)
     travels = sign * (values - begin)
-    if len(travels) > 1 and travels[0] > -LAW_TURN_ROUNDING and (np.diff(travels) > 0.0).all():
+    if len(travels) > 1 and travels[0] > -tol.LAW_TURN_ROUNDING and (np.diff(travels) > 0.0).all():
         travels = np.maximum(travels, 0.0)
         travels += _further(travels[0]) - travels[0]
         return np.array([_time(law, driver, [begin + sign * travel]) for travel in travels])
@@ -550,8 +545,8 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
 def _further(travel: float) -> float:
     """Remainder of an angle [rad] by whole revolutions, 0 … 2π."""
     further = math.fmod(travel, 2.0 * math.pi)
-    further += 2.0 * math.pi if further < -LAW_TURN_ROUNDING else 0.0
-    return 0.0 if 2.0 * math.pi - further < LAW_TURN_ROUNDING else max(further, 0.0)
+    further += 2.0 * math.pi if further < -tol.LAW_TURN_ROUNDING else 0.0
+    return 0.0 if 2.0 * math.pi - further < tol.LAW_TURN_ROUNDING else max(further, 0.0)
 
 
 def _check_meets(
@@ -562,7 +557,7 @@ def _check_meets(
     apart = there - values
     if driver.angular:  # at any turn
         apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
-    if np.abs(apart).max() > LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
+    if np.abs(apart).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{independent.name}' is where you "
             "want it: name one of them, or give t",
@@ -580,13 +575,9 @@ KNOWN = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 class RequestedInstants:
     """A driven analysis and its instants.
 
-    Attributes
-    ----------
-    options : mapping
-        Arguments of the analysis; not used where `ask` is given.
-    ask : Instants or None
-    turning : str
-        The driver whose turn it is; empty where none turns.
+    `options`: Arguments of the analysis; not used where `ask` is given.
+    `ask`: Instants or None
+    `turning`: The driver whose turn it is; empty where none turns.
     """
 
     analysis: str
@@ -602,11 +593,7 @@ class RequestedInstants:
 
 
 def requested_instants(
-    system: System,
-    analysis: str,
-    options: Mapping[str, Any],
-    verb: str,
-    others: Sequence[str] = (),
+    system: System, analysis: str, options: Mapping[str, Any], verb: str, others: Sequence[str] = ()
 ) -> RequestedInstants:
     """Instants and options of an analysis as requested; by default the mechanism's own instants.
     Messages begin with the verb; `others`: further analyses that it accepts.

@@ -49,7 +49,7 @@ def efficiency(found: Solution, output: str) -> Efficiency:
     if not given > WORK_NONE * max(abs(given), abs(useful), lost):
         raise ModelError(
             f"the drivers of '{machine.name}' give no work over this motion: what gives it must be "
-            "a driver, or take a part of the motion in which one drives",
+            "a driver, or take a part of the motion in which one drives"
         )
     return Efficiency(useful / given, given, useful, lost)
 

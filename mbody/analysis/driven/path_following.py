@@ -15,18 +15,8 @@ import numpy as np
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition, vanishing
+from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
-from mbody.core.tolerances import (
-    DEAD_CENTRE_RATE,
-    LOADS_UNBALANCED,
-    PARTICIPATION_ELEMENT,
-    PATH_DIFFERENCE_STEP,
-    PATH_PLACE_SAME,
-    PATH_SEAM,
-    PATH_STUCK_AT_INSTANT,
-    SINGULAR_VALUE_PATH,
-    TINY,
-)
 from mbody.errors import SolveError
 from mbody.kernels.continuation import (
     BRANCH_UNSURE,
@@ -138,13 +128,9 @@ class BranchRecord:
     """Least distance from other branches and the change points passed, gathered over all pieces of
     one analysis.
 
-    Attributes
-    ----------
-    least : float
-        Square of the least distance.
-    t : float
-        The instant of it.
-    change_points : list of ChangePoint
+    `least`: Square of the least distance.
+    `t`: The instant of it.
+    `change_points`: list of ChangePoint
     """
 
     def __init__(self, system: System) -> None:
@@ -169,7 +155,7 @@ class BranchRecord:
         if least < self.least:
             self.least = least
             self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
-        apart = PATH_PLACE_SAME * max(float(np.ptp(grid.s)), TINY)
+        apart = tol.PATH_PLACE_SAME * max(float(np.ptp(grid.s)), tol.TINY)
         known = np.array([one.s for one in self.change_points if one.design == design])
         for row in passed:
             if not (np.abs(known - row[0]) <= apart).any():
@@ -242,7 +228,9 @@ def meeting(system: System, work: Work) -> list[str]:
         name = system.owners[int(e)][0].name
         shares[name] = max(shares.get(name, 0.0), float(part))
     top = max(shares.values())
-    return [name for name, part in shares.items() if part >= PARTICIPATION_ELEMENT * top][:ELEMENTS]
+    return [name for name, part in shares.items() if part >= tol.PARTICIPATION_ELEMENT * top][
+        :ELEMENTS
+    ]
 
 
 # -- A single motion in pieces of equal length, one a lane -------------------------------------
@@ -264,14 +252,10 @@ class MotionPieces:
     """The memory of one call, for all motions of a system that have as many instants and reach as
     far.
 
-    Attributes
-    ----------
-    index : array (steps, lanes)
-        Which instant every lane takes at every step; the last step is the next lane's first.
-    instants : LaneInstants
-        What the drivers prescribe at them.
-    seeds : array (coordinates, lanes)
-        First positions of all lanes.
+    `index` (steps, lanes): Which instant every lane takes at every step; the last step is the next
+      lane's first.
+    `instants`: What the drivers prescribe at them.
+    `seeds` (coordinates, lanes): First positions of all lanes.
     """
 
     def __init__(
@@ -449,7 +433,9 @@ class Runner:
     Where the reactions leave more of the loads than the part `unbalanced`, it is an error.
     """
 
-    def __init__(self, system: System, analysis: str, unbalanced: float = LOADS_UNBALANCED) -> None:
+    def __init__(
+        self, system: System, analysis: str, unbalanced: float = tol.LOADS_UNBALANCED
+    ) -> None:
         self.system, self.analysis, self.unbalanced = system, analysis, unbalanced
         self.with_forces = analysis != "kinematics"
         self.at_rest = analysis == "statics"
@@ -583,7 +569,7 @@ class Runner:
             except PathEnded:
                 return None
             output[:, :, lane], ends[:, lane] = whole[:-1], whole[-1]
-        if not pieces.gap(ends) <= PATH_SEAM * pieces.instants.position_norm:
+        if not pieces.gap(ends) <= tol.PATH_SEAM * pieces.instants.position_norm:
             return None
         near = functools.partial(pieces.near, output, ends)
         self.branches.on_lanes(found, pieces.instants.t, near)
@@ -723,11 +709,7 @@ class Runner:
         """Forces of contacts and ropes between the instants: evenly, so many a step of the motion,
         then again where three of them show that they may fall lower.
         """
-        from mbody.analysis.driven.contact_report import (
-            OneSidedForce,
-            low_between,
-            one_sided_force,
-        )
+        from mbody.analysis.driven.contact_report import OneSidedForce, low_between, one_sided_force
 
         low, high = float(found.t.min()), float(found.t.max())
         if not high > low:
@@ -796,7 +778,7 @@ class Runner:
             work.q[:] = start.work.past[: len(work.q)]
             names = ", ".join(repr(name) for name in meeting(system, work))
             remedy = "stop before, or change a length so that they stay apart"
-            if abs(stuck.place - grid.s[stuck.done]) <= PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
+            if abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
                 remedy = "leave that instant out, the motion goes through there between others"
             return SolveError(
                 f"branches of '{system.mechanism.name}' meet at {where} of '{body}', driven by "
@@ -837,7 +819,7 @@ class Runner:
             rate = float(np.abs(grid.chords).max())
         fastest = system.extent(start.work.past[size : size + system.coordinates, 0])
         unit = driver.unit(system.length)
-        return bool(fastest > DEAD_CENTRE_RATE * abs(rate) / unit)
+        return bool(fastest > tol.DEAD_CENTRE_RATE * abs(rate) / unit)
 
     def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
         """A place of the path in words: of the first driver, with its body."""
@@ -855,7 +837,7 @@ class Runner:
         work.q[:] = work.past[: len(q)]
         sizes = np.linalg.svd(dense(self.system, work)[1], compute_uv=False)
         work.q[:] = q
-        return bool(sizes[-1] < SINGULAR_VALUE_PATH * sizes[0])
+        return bool(sizes[-1] < tol.SINGULAR_VALUE_PATH * sizes[0])
 
     def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
@@ -913,7 +895,7 @@ def through_change_points(
             k = int(np.searchsorted(places, stuck.done, side="right")) - 1
             inside = k in singular
             off = abs(stuck.place - grid.s[k])
-            if inside or len(singular) >= MOST or off > PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
+            if inside or len(singular) >= MOST or off > tol.PATH_STUCK_AT_INSTANT * np.ptp(grid.s):
                 raise error from None
             singular = singular | {k}
             error = runner.explain(stuck, beginning, spread)
@@ -992,7 +974,7 @@ def _step(runner: Runner, grid: TimeGrid, k: int, error: SolveError) -> float:
     speed = max((r / u for r, u in zip(rates, units, strict=True)), default=0.0)
     if speed == 0.0:
         raise error
-    return PATH_DIFFERENCE_STEP / speed
+    return tol.PATH_DIFFERENCE_STEP / speed
 
 
 def _beginning(

@@ -27,10 +27,7 @@ from mbody.system.system import System
 # -- Requests larger than the memory are refused before anything is begun ----------------------
 
 #: Where Linux says how much memory a container may have.
-LIMITS = (
-    "/sys/fs/cgroup/memory.max",
-    "/sys/fs/cgroup/memory/memory.limit_in_bytes",
-)
+LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 #: Bytes of what is kept of a number, and of what else is made of an instant on the way.
 NUMBER, BESIDE = 8, 200
 #: Bytes that every process has that could load the kernels: to read the limits takes longer than a
@@ -76,14 +73,10 @@ LIMITED = (Expression, Table)
 class TimeGrid:
     """Instants of an analysis.
 
-    Attributes
-    ----------
-    mode : int
-        What the path parameter is: time, the value of the one driver, or the number of the instant.
-    s, t : arrays (instants,)
-        Path parameter and time of every instant.
-    given : array (instants, drivers, 3)
-        Value, rate and acceleration of every driver.
+    `mode`: What the path parameter is: time, the value of the one driver, or the number of the
+      instant.
+    `s`, `t` (instants,): Path parameter and time of every instant.
+    `given` (instants, drivers, 3): Value, rate and acceleration of every driver.
     """
 
     mode: int

@@ -122,16 +122,10 @@ LOOKED = 8
 class Transferred:
     """Transmission angle, ratio and index at one instant.
 
-    Attributes
-    ----------
-    by : str
-        The joint or contact whose force it is; empty where none has any.
-    angle : float
-        μ [rad].
-    ratio, advantage : float
-        ẏ/ẋ and ẋ/ẏ.
-    index : float
-        Joint force index.
+    `by`: The joint or contact whose force it is; empty where none has any.
+    `angle`: μ [rad].
+    `ratio`, `advantage`: ẏ/ẋ and ẋ/ẏ.
+    `index`: Joint force index.
     """
 
     by: str

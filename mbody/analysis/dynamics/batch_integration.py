@@ -55,14 +55,9 @@ TABLES = {"dop853": order_8, "dopri5": order_5}
 class LaneMotions:
     """Start and settings that all free motions of a batch share.
 
-    Attributes
-    ----------
-    start : BatchStart
-        How they begin.
-    request : MotionRequest
-        How long they go on, how they are integrated, and which instants are kept.
-    light : bool
-        Whether some body has so little mass that another replaces it.
+    `start`: How they begin.
+    `request`: How long they go on, how they are integrated, and which instants are kept.
+    `light`: Whether some body has so little mass that another replaces it.
     """
 
     start: BatchStart

@@ -44,32 +44,7 @@ from mbody.analysis.singular.singular_positions import (
     tangent,
     undecided,
 )
-from mbody.core.tolerances import (
-    ARTIFICIAL_MASS_ENERGY,
-    ARTIFICIAL_MASS_GROWTH,
-    BRANCH_LOOK_AGAIN,
-    BRANCH_LOOK_FIRST,
-    BRANCH_STEP_FARTHER,
-    BRANCH_STEP_HOPELESS,
-    BRANCH_STEP_LONGER,
-    BRANCH_TIE,
-    BRANCH_VELOCITIES_SAME,
-    FORCE_NONE_BRANCH,
-    LEAST_SQUARES_RANK_FINE,
-    PARTICIPATION,
-    PIVOT_SUSPECT,
-    RATE_NONE,
-    RATE_NONE_MOTION,
-    REDUNDANT_ROW_SOFTNESS,
-    SINGULAR_DISTANCE_AT,
-    SINGULAR_DISTANCE_DETERMINED,
-    SINGULAR_START_ROUNDING,
-    SINGULAR_START_SETTLED,
-    SINGULAR_START_SPAN,
-    SINGULAR_START_TERM,
-    SINGULAR_VALUE_DEPENDS,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -113,7 +88,7 @@ class BranchPassage:
         self.doubts: tuple[Doubt, ...] = ()
         self.met: tuple[MetPosition, ...] = ()
         state[KNOWN_UNTIL] = state[SHORTENED_UNTIL] = state[CROSSING_TIME] = -np.inf
-        state[LEAST_CONDITIONING], state[ARTIFICIAL_LIMIT] = np.inf, ARTIFICIAL_MASS_ENERGY
+        state[LEAST_CONDITIONING], state[ARTIFICIAL_LIMIT] = np.inf, tol.ARTIFICIAL_MASS_ENERGY
         self.first_position = np.zeros(0)
 
     @property
@@ -131,7 +106,7 @@ class BranchPassage:
         t, step = float(state[TIME]), 2.0 * float(state[NEXT])
         now = y[:n], y[n : 2 * n], derivative[n : 2 * n]
         ahead = look_ahead(
-            self.system, t, now, step / BRANCH_LOOK_FIRST, self.regularized, self.met
+            self.system, t, now, step / tol.BRANCH_LOOK_FIRST, self.regularized, self.met
         )
         self.met = ahead.met
         if ahead.clear:
@@ -141,18 +116,18 @@ class BranchPassage:
             over = 2.0 * (at.t - t)
             state[KNOWN_UNTIL], state[CROSSING_TIME] = max(t, at.t + 0.5 * (at.t - t)), at.t
             state[NEXT] = (
-                over * (1.0 + BRANCH_STEP_LONGER)
-                if step < over < BRANCH_STEP_FARTHER * step
+                over * (1.0 + tol.BRANCH_STEP_LONGER)
+                if step < over < tol.BRANCH_STEP_FARTHER * step
                 else step
             )
             self.open = (at,) if at.t > t else ()
-        elif step < BRANCH_STEP_HOPELESS * self.whole:
+        elif step < tol.BRANCH_STEP_HOPELESS * self.whole:
             self._give_up(t, step, ahead.elements)
         elif ahead.closest_time < np.inf:
             state[SHORTENED_UNTIL] = ahead.closest_time + max(ahead.closest_time - t, step)
             state[DECIDE_BELOW] = 0.0
         else:
-            state[DECIDE_BELOW] = BRANCH_LOOK_AGAIN * step
+            state[DECIDE_BELOW] = tol.BRANCH_LOOK_AGAIN * step
 
     def _give_up(self, t: float, step: float, elements: tuple[str, ...]) -> None:
         unit = self.system.mechanism.units.time
@@ -191,7 +166,7 @@ class BranchPassage:
             return
         t, state[ARTIFICIAL_LIMIT] = (
             float(state[TIME]),
-            ARTIFICIAL_MASS_GROWTH * float(state[ARTIFICIAL_ENERGY]),
+            tol.ARTIFICIAL_MASS_GROWTH * float(state[ARTIFICIAL_ENERGY]),
         )
         always = inertialess(self.system, t, self.first_position)
         if inertialess(self.system, t, y[:n]) <= always:
@@ -231,7 +206,9 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
     bodies = system.mechanism.bodies
     own = system.mass[: len(v), 0].reshape(-1, 3)
     return tuple(
-        bodies[b].name for b in order if not own[b].any() and fast[b] > PARTICIPATION * fast.max()
+        bodies[b].name
+        for b in order
+        if not own[b].any() and fast[b] > tol.PARTICIPATION * fast.max()
     )
 
 
@@ -247,20 +224,12 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
 class BranchStart:
     """How a motion begins in a singular position.
 
-    Attributes
-    ----------
-    q, v, a : arrays (coordinates,)
-        With their units.
-    scale : array (coordinates,)
-        Sizes of the coordinates.
-    T0 : array (free, unknowns)
-        What is free along the branch.
-    away : float
-        How far the start is from the singular position, in model lengths and radians.
-    late : float
-        How long ago the motion was there.
-    growth : int
-        Reactions grow as that power of one over the time since then; 0: they have a limit.
+    `q`, `v`, `a` (coordinates,): With their units.
+    `scale` (coordinates,): Sizes of the coordinates.
+    `T0` (free, unknowns): What is free along the branch.
+    `away`: How far the start is from the singular position, in model lengths and radians.
+    `late`: How long ago the motion was there.
+    `growth`: Reactions grow as that power of one over the time since then; 0: they have a limit.
     """
 
     q: Array
@@ -284,7 +253,7 @@ def is_suspect(system: System, start: Solution, t: float, q: Array, v: Array) ->
     S.y[:n], S.y[n : 2 * n], S.state[TIME] = q, v, t
     S.y[2 * n :] = first_auxiliary_states(system, start)
     initial_derivative(system.runtime(), work, S, 0, record)
-    return not S.state[BEST_CONDITIONING] > PIVOT_SUSPECT
+    return not S.state[BEST_CONDITIONING] > tol.PIVOT_SUSPECT
 
 
 def choose_branch(
@@ -321,12 +290,12 @@ class _Choice:
         manifold = Manifold(system, work, t, own)
         self.force = manifold.force(scale * here.x, v)
         top = max(manifold.largest(q), float(np.abs(self.force).max()))
-        self.natural = float(np.sqrt(top / max(float(self.mass.max()), TINY)))
+        self.natural = float(np.sqrt(top / max(float(self.mass.max()), tol.TINY)))
 
     def start(self) -> BranchStart | None:
         here, scale = self.here, self.here.rows.scale
         y = here.unknowns(self.v)
-        if np.abs(self.v / scale).max() <= RATE_NONE * self.natural and here.steady:
+        if np.abs(self.v / scale).max() <= tol.RATE_NONE * self.natural and here.steady:
             y = np.zeros(len(y))
         else:
             found = self._on_branch(y)
@@ -335,7 +304,7 @@ class _Choice:
             y = found
         branches = here.branches(y)
         spaces = [T for T in branches.spaces if fits(here, T)]
-        if not spaces and norm(here.y) > SINGULAR_DISTANCE_DETERMINED:
+        if not spaces and norm(here.y) > tol.SINGULAR_DISTANCE_DETERMINED:
             return None
         if not spaces or (len(branches.odd) and y.any()):
             raise undecided(self.system, self.t)
@@ -351,14 +320,15 @@ class _Choice:
             far = [
                 n
                 for n in order[1:]
-                if np.abs(motions[n][0] - a).max() > BRANCH_TIE * np.abs(a).max()
+                if np.abs(motions[n][0] - a).max() > tol.BRANCH_TIE * np.abs(a).max()
             ]
             if not np.abs(a).max() > 0.0 and not far:
                 return None
             tied = not far and len(spaces) > 1
             if tied or (
                 far
-                and constraint[far[0]] - constraint[order[0]] <= BRANCH_TIE * motions[order[0]][2]
+                and constraint[far[0]] - constraint[order[0]]
+                <= tol.BRANCH_TIE * motions[order[0]][2]
             ):
                 raise self._tied(len(spaces))
             doubts = (self._several(len(spaces), a),)
@@ -374,14 +344,16 @@ class _Choice:
         here = self.here
         away = norm(here.y)
         near = onto(here.A, y, here.clock)
-        if near is not None and norm(near - y) <= (BRANCH_VELOCITIES_SAME + 10.0 * away) * norm(y):
+        if near is not None and norm(near - y) <= (tol.BRANCH_VELOCITIES_SAME + 10.0 * away) * norm(
+            y
+        ):
             T = tangent(here.A, near)
             if not is_flat(here.A, T):
                 return near
             if fits(here, T):
                 free = still(T, here.clock)
                 return np.asarray(near + (free @ (y - near)) @ free)
-        if away > SINGULAR_DISTANCE_DETERMINED:
+        if away > tol.SINGULAR_DISTANCE_DETERMINED:
             return None
         raise SolveError(
             f"no motion of '{self.system.mechanism.name}' has the velocities of the start at "
@@ -405,7 +377,7 @@ class _Choice:
         residual = directions @ (self.force - self.mass * second_order)
         return np.asarray(
             np.linalg.lstsq(
-                (directions * self.mass) @ directions.T, residual, rcond=LEAST_SQUARES_RANK_FINE
+                (directions * self.mass) @ directions.T, residual, rcond=tol.LEAST_SQUARES_RANK_FINE
             )[0]
             @ directions
         )
@@ -419,7 +391,7 @@ class _Choice:
         left = here.N @ (self.force - self.mass * a)
         top = np.abs(here.N * self.force).max(initial=0.0) + np.abs(here.N * self.mass * a).max()
         growth = 0
-        if np.abs(left).max(initial=0.0) > FORCE_NONE_BRANCH * top:
+        if np.abs(left).max(initial=0.0) > tol.FORCE_NONE_BRANCH * top:
             growth = 1 if y.any() else 2
         if growth:
             joints = tuple(joint.name for joint in self.system.mechanism.joints)
@@ -444,7 +416,9 @@ class _Choice:
     def _several(self, count: int, a: Array) -> Doubt:
         turning = np.abs(a.reshape(-1, 3)).max(axis=1)
         bodies = self.system.mechanism.bodies
-        names = [bodies[n].name for n in np.flatnonzero(turning > RATE_NONE_MOTION * turning.max())]
+        names = [
+            bodies[n].name for n in np.flatnonzero(turning > tol.RATE_NONE_MOTION * turning.max())
+        ]
         return Doubt(
             "singular",
             f"it begins in a singular position at {place_words(self.system, self.t)}, where "
@@ -478,14 +452,9 @@ WATCHED = 33
 class Weights:
     """Of a polynomial through NODES values on [0, 1].
 
-    Attributes
-    ----------
-    at : array (nodes,)
-        The nodes.
-    powers : array (nodes, nodes)
-        Coefficient k of the polynomial that is one at node j: [k, j].
-    last : array (nodes,)
-        Of the last Chebyshev polynomial over the nodes.
+    `at` (nodes,): The nodes.
+    `powers` (nodes, nodes): Coefficient k of the polynomial that is one at node j: [k, j].
+    `last` (nodes,): Of the last Chebyshev polynomial over the nodes.
     """
 
     at: Array
@@ -529,16 +498,12 @@ def weights() -> Weights:
 class Collocation:
     """The first part of a motion: values at its nodes.
 
-    Attributes
-    ----------
-    span : float
-        How long it is.
-    a : array (nodes, coordinates)
-    rates : array (nodes, owns)
-        Of auxiliary states.
-    reactions : array (nodes, PER_PRIMITIVE · primitives)
-    powers : array (nodes, causes)
-    evaluations : int
+    `span`: How long it is.
+    `a` (nodes, coordinates)
+    `rates` (nodes, owns): Of auxiliary states.
+    `reactions` (nodes, PER_PRIMITIVE · primitives)
+    `powers` (nodes, causes)
+    `evaluations`: int
     """
 
     span: float
@@ -580,7 +545,7 @@ class _SingularStart:
         self.layout = system.runtime()
         self.work: Work = system.work(masses=True)
         free = len(first.T0)
-        self.regularization = REDUNDANT_ROW_SOFTNESS * (system.rows > system.coordinates - free)
+        self.regularization = tol.REDUNDANT_ROW_SOFTNESS * (system.rows > system.coordinates - free)
         self.stepping = stepping(system.state_count, len(causes(system)), self.regularization)
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.record = np.empty((system.record_rows, 1))
@@ -635,10 +600,10 @@ class _SingularStart:
         # velocity_scale t + pull t²/2 = FAR
         span = (
             2.0
-            * SINGULAR_START_SPAN
+            * tol.SINGULAR_START_SPAN
             / (
                 velocity_scale
-                + np.sqrt(velocity_scale * velocity_scale + 2.0 * pull * SINGULAR_START_SPAN)
+                + np.sqrt(velocity_scale * velocity_scale + 2.0 * pull * tol.SINGULAR_START_SPAN)
             )
         )
         if span > self.longest:  # what comes later is of use: nodes are farther off
@@ -656,7 +621,7 @@ class _SingularStart:
             if found is not None:
                 even = self._without_units(found.a, found.rates, span)
                 top, off = np.abs(even).max(), np.abs(weights().last @ even).max()
-                if off <= SINGULAR_START_TERM * top:
+                if off <= tol.SINGULAR_START_TERM * top:
                     return found
                 if best is None or off < best[0]:
                     best = float(off), found
@@ -708,8 +673,8 @@ class _SingularStart:
             top = np.abs(self._without_units(a, rates, span)).max()
             if not change < 1e3 * max(top, np.abs(first.v / first.scale).max() / span):
                 return None
-            if change <= SINGULAR_START_SETTLED * top or (
-                change <= SINGULAR_START_ROUNDING * top and change > 0.5 * last
+            if change <= tol.SINGULAR_START_SETTLED * top or (
+                change <= tol.SINGULAR_START_ROUNDING * top and change > 0.5 * last
             ):
                 return Collocation(span, a, rates, reactions, powers, size * (iteration + 1))
             last = change
@@ -746,7 +711,7 @@ class _SingularStart:
             instant[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
         if self.first.growth and c[0] == 0.0:
             records[0, self.rest] = np.nan
-        if c[0] == 0.0 and first.away <= SINGULAR_DISTANCE_AT:
+        if c[0] == 0.0 and first.away <= tol.SINGULAR_DISTANCE_AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
@@ -791,7 +756,7 @@ class _SingularStart:
         rows = lam[primitive, row] / unit
         left = loads - system.mass[:n, 0] * scale * record[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)
-        rank = int((sizes > SINGULAR_VALUE_DEPENDS * sizes[0]).sum())
+        rank = int((sizes > tol.SINGULAR_VALUE_DEPENDS * sizes[0]).sum())
         rows = unit * (rows + u[:, :rank] @ ((vt[:rank] @ left) / sizes[:rank]))
         lam[primitive, row] = rows
         block = work.block[: 12 * L.nodes, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 1]

@@ -29,22 +29,7 @@ from mbody.analysis.contact.complementarity import (
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.interruptions import works_of_drivers
-from mbody.core.tolerances import (
-    CONTACT_DRIVEN,
-    CONTACT_FORCE_NONE,
-    CONTACT_FORCE_SETTLED,
-    CONTACT_IMPULSES_DEPENDENT,
-    FORCE_NONE,
-    FRICTION_RESERVE_MOST,
-    INERTIA_NONE_CONTACT,
-    LINEAR_PROGRAM_MULTIPLIER,
-    RATE_NONE_FRICTION,
-    RATE_NONE_STOPPED,
-    ROWS_DEPENDENT,
-    SINGULAR_VALUE_SHARED_FRICTION,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.friction import REACHED_PART
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
@@ -60,17 +45,11 @@ Array = np.ndarray
 class ModeTransition:
     """Mode changes that an event has just decided, at the limit of complementarity.
 
-    Attributes
-    ----------
-    closed : set of int
-        Contact points that are closed, though their gap is rounding.
-    opened : set of int
-        Contact points that open.
-    sliding : dict
-        Directions of what begins to slide, by the number of the contact point or, after these, of
-        the frictional joint.
-    stopped : set of int
-        What ceases to slide, likewise.
+    `closed`: Contact points that are closed, though their gap is rounding.
+    `opened`: Contact points that open.
+    `sliding`: Directions of what begins to slide, by the number of the contact point or, after
+      these, of the frictional joint.
+    `stopped`: What ceases to slide, likewise.
     """
 
     closed: set[int] = field(default_factory=set)
@@ -129,27 +108,17 @@ class SharedForces(Protocol):
 class ModalMotion(Protocol):
     """A motion with rows of the active set.
 
-    Attributes
-    ----------
-    uni : Unilateral
-        Its contact points and frictional joints.
-    modes, pairs : lists of str
-        Their modes.
-    transition : ModeTransition
-    groups : dict
-        Contact points that stick by the row of one of them, by its number.
-    shared : SharedForces, optional
-        What sticks with forces that no equation decides.
-    beyond : set of int
-        Open contact points that have left their edge over its end.
-    guards : list of Guard
-        What is watched.
-    fresh : dict
-        What is rounding of guards that began at zero.
-    y, K, record, scale : arrays
-        State, derivatives, what is kept of the instant, sizes of the coordinates.
-    work, probe : Work
-        That of the steps, and one to look at other positions.
+    `uni`: Its contact points and frictional joints.
+    `modes`, `pairs`: Their modes.
+    `transition`: ModeTransition
+    `groups`: Contact points that stick by the row of one of them, by its number.
+    `shared`: What sticks with forces that no equation decides.
+    `beyond`: Open contact points that have left their edge over its end.
+    `guards`: What is watched.
+    `fresh`: What is rounding of guards that began at zero.
+    `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
+      coordinates.
+    `work`, `probe`: That of the steps, and one to look at other positions.
     """
 
     system: System
@@ -195,18 +164,11 @@ class ModalMotion(Protocol):
 class Impact:
     """An impact.
 
-    Attributes
-    ----------
-    jump : array (coordinates,)
-        By which the velocities change.
-    before : array (points,)
-        Rates of the gaps before it, of those that were closed.
-    gained : array (points,)
-        Kinetic energy by each, below zero where it took.
-    moved : array (points,)
-        What the motion of each gave, of stops that move.
-    driven : dict
-        What drivers gave, by name, of those that lead bodies at that instant.
+    `jump` (coordinates,): By which the velocities change.
+    `before` (points,): Rates of the gaps before it, of those that were closed.
+    `gained` (points,): Kinetic energy by each, below zero where it took.
+    `moved` (points,): What the motion of each gave, of stops that move.
+    `driven`: What drivers gave, by name, of those that lead bodies at that instant.
     """
 
     jump: Array
@@ -234,10 +196,10 @@ def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | No
         return np.zeros((n, len(block)))
     inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
     along = motions @ (block * scale).T
-    if np.linalg.cond(inertia) < 1.0 / INERTIA_NONE_CONTACT:
+    if np.linalg.cond(inertia) < 1.0 / tol.INERTIA_NONE_CONTACT:
         response = np.linalg.solve(inertia, along)
     else:
-        response = np.linalg.lstsq(inertia, along, rcond=INERTIA_NONE_CONTACT)[0]
+        response = np.linalg.lstsq(inertia, along, rcond=tol.INERTIA_NONE_CONTACT)[0]
     return np.asarray(scale[:, None] * (motions.T @ response))
 
 
@@ -299,7 +261,7 @@ def refuse_driven_impact(uni: Unilateral, work: Work, hit: list[int]) -> None:
     moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
     usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
     for k, number in enumerate(hit):
-        if not moved[k] * usual > CONTACT_DRIVEN * sizes[k]:
+        if not moved[k] * usual > tol.CONTACT_DRIVEN * sizes[k]:
             name = uni.contact_points[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
@@ -318,7 +280,7 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
     rows = [*range(m), *stuck]
     Y = responses_to(uni, work, W[rows])
-    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=CONTACT_IMPULSES_DEPENDENT)[0]
+    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
     jump = Y @ impulse
     work_done = np.zeros(2 * m)
     work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
@@ -360,15 +322,10 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
 class FrictionModel:
     """The problem, and whose its parts are.
 
-    Attributes
-    ----------
-    problem : FrictionProblem
-        Torques and angular accelerations by the model length.
-    closed : list of int
-        Contact points of the normals.
-    owners : list of int
-        Of every tangent its contact point, or the number of contact points and that of its
-        frictional joint.
+    `problem`: Torques and angular accelerations by the model length.
+    `closed`: Contact points of the normals.
+    `owners`: Of every tangent its contact point, or the number of contact points and that of its
+      frictional joint.
     """
 
     problem: FrictionProblem
@@ -392,7 +349,7 @@ def joint_multipliers(system: System, work: Work, changes: Array, accelerations:
     _, G = dense(system, work)
     n = G.shape[1]
     left = changes - system.mass[:n] * accelerations
-    scaled = np.linalg.pinv(G.T, rcond=SINGULAR_VALUE_ZERO) @ (
+    scaled = np.linalg.pinv(G.T, rcond=tol.SINGULAR_VALUE_ZERO) @ (
         left * system.coordinate_units[:, None]
     )
     primitive, row, _ = system.row_table
@@ -520,16 +477,10 @@ PASSES = 8
 class SharedFriction:
     """The contact points and frictional joints that share what no equation decides.
 
-    Attributes
-    ----------
-    normals, sticking : tuples of int
-        Closed contact points; those that stick by a row of their own.
-    joints : tuple of int
-        Frictional joints that stick, by number among these.
-    members : frozenset of int
-        Those of `sticking` and, after the contact points, of `joints` whose forces are open.
-    pressing : frozenset of int
-        Those of `normals` whose forces are open.
+    `normals`, `sticking`: Closed contact points; those that stick by a row of their own.
+    `joints`: Frictional joints that stick, by number among these.
+    `members`: Those of `sticking` and, after the contact points, of `joints` whose forces are open.
+    `pressing`: Those of `normals` whose forces are open.
     """
 
     normals: tuple[int, ...]
@@ -592,20 +543,22 @@ class SharedFriction:
         count = len(self.normals) + len(self.sticking) + len(self.joints)
         _, sizes, vt = np.linalg.svd(F)
         rank = int(
-            (sizes > SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))).sum()
+            (
+                sizes > tol.SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))
+            ).sum()
         )
         Z = vt[rank:].T
         _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
-        return Z @ vt[: int((sizes > SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
+        return Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
 
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
         from scipy.optimize import linprog
 
         Z, forces = self.free_forces(motion, record, work)
-        size = max(force_size(motion), TINY) * motion.system.length
+        size = max(force_size(motion), tol.TINY) * motion.system.length
         y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
-        bounds = [(None, None)] * len(y) + [(None, FRICTION_RESERVE_MOST * size)]
+        bounds = [(None, None)] * len(y) + [(None, tol.FRICTION_RESERVE_MOST * size)]
         for _ in range(PASSES):
             limits = self._limits(motion, record, work, forces, Z @ y)
             found = linprog(
@@ -614,11 +567,11 @@ class SharedFriction:
                 b_ub=np.array([value for *_, value in limits]) / size,
                 bounds=bounds,
             )
-            if found.status != 0 or float(found.x[-1]) <= best + CONTACT_FORCE_SETTLED * size:
+            if found.status != 0 or float(found.x[-1]) <= best + tol.CONTACT_FORCE_SETTLED * size:
                 break
             y, best = found.x[:-1], float(found.x[-1])
             loads = -found.ineqlin.marginals
-            moves = loads > LINEAR_PROGRAM_MULTIPLIER * float(loads.max())
+            moves = loads > tol.LINEAR_PROGRAM_MULTIPLIER * float(loads.max())
             active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
             if all(self._law(motion, work, m).by_law for m in self.joints):
                 break
@@ -703,7 +656,7 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     Z, forces = every.free_forces(motion, motion.record[:, 0], motion.work)
     if not Z.shape[1]:
         return None
-    moves = np.abs(Z).max(axis=1) > SINGULAR_VALUE_SHARED_FRICTION
+    moves = np.abs(Z).max(axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
     first = len(forces) - len(normals) - len(sticking) - len(joints)
     own = first + len(normals)
     place = {k: first + n for n, k in enumerate(normals)}
@@ -733,14 +686,9 @@ CHANGES = 30
 class Verdict:
     """Consistency and uniqueness of the modes that continue.
 
-    Attributes
-    ----------
-    consistent : bool
-        Whether there are any.
-    several : bool
-        Whether there are others with other accelerations.
-    complete : bool
-        Whether all sets of modes were tried.
+    `consistent`: Whether there are any.
+    `several`: Whether there are others with other accelerations.
+    `complete`: Whether all sets of modes were tried.
     """
 
     consistent: bool
@@ -752,14 +700,10 @@ class Verdict:
 class _DecisionState:
     """State, closed contacts and velocities at rest at which modes are decided.
 
-    Attributes
-    ----------
-    y : array
-        The state.
-    closed : list of int
-        Contact points.
-    sliding, resting : arrays (points,), (frictional joints,)
-        Signs of the rates of what slides, zero of what is at rest.
+    `y`: The state.
+    `closed`: Contact points.
+    `sliding`, `resting` (points,) (frictional joints,): Signs of the rates of what slides, zero of
+      what is at rest.
     """
 
     y: Array
@@ -773,7 +717,7 @@ def near_points(motion: ModalMotion, rows: Rows) -> list[int]:
     state.
     """
     uni, near = motion.uni, motion.near
-    within = uni.within_edges(rows, motion.work, near, RATE_NONE_FRICTION * motion.speed)
+    within = uni.within_edges(rows, motion.work, near, tol.RATE_NONE_FRICTION * motion.speed)
     found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
     return sorted((found | motion.transition.closed) - motion.transition.opened - motion.beyond)
 
@@ -799,7 +743,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     uni, transition, count = motion.uni, motion.transition, len(motion.uni.contact_points)
     motion.load()
     rows = uni.read(motion.work)
-    velocity_tolerance, approach = RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
+    velocity_tolerance, approach = tol.RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
         k
         for k in near_points(motion, rows)
@@ -812,8 +756,8 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     if transition.stopped:
         rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
         left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
-        still |= (np.abs(speeds) <= RATE_NONE_STOPPED * motion.speed) & (
-            np.abs(left) <= np.maximum(velocity_tolerance, RATE_NONE_STOPPED * np.abs(speeds))
+        still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speed) & (
+            np.abs(left) <= np.maximum(velocity_tolerance, tol.RATE_NONE_STOPPED * np.abs(speeds))
         )
     slip_signs = np.where(still, 0.0, np.sign(speeds))
     for n, slip_sign in transition.sliding.items():
@@ -836,7 +780,7 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
     held = [row for row in held if row >= 0]
     W = rows.block[held]
     Y = responses_to(motion.uni, motion.work, W)
-    stops = np.linalg.pinv(W @ Y, rcond=ROWS_DEPENDENT, hermitian=True) @ rows.rate[held]
+    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[held]
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
@@ -918,7 +862,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
     reached = motion.system.friction_rows.start + REACHED_PART
     if len(motion.layout.friction_kind) and record[reached] < 1.0:
         return {count + len(uni.friction_joints): "jams"}
-    force = FORCE_NONE * force_size(motion)
+    force = tol.FORCE_NONE * force_size(motion)
     sharing = {k for group in motion.groups.values() for k in group[1:]}
 
     def ahead(row: int, slip_sign: float = 1.0) -> bool:
@@ -927,7 +871,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
         along = float(parts[:-1].sum() - parts[-1])
         unit = motion.system.length if uni.angular[row] else 1.0
         size = max(float(np.abs(parts).max()), model.problem.greatest / unit)
-        return slip_sign * along >= -FORCE_NONE * size
+        return slip_sign * along >= -tol.FORCE_NONE * size
 
     for k in now.closed:
         point, mode = uni.contact_points[k], motion.modes[k]
@@ -1003,7 +947,7 @@ def _independent(
             for one in kept:
                 left = left - (one @ left) * one
         part = float(np.linalg.norm(left))
-        if part <= ROWS_DEPENDENT:
+        if part <= tol.ROWS_DEPENDENT:
             return False
         kept.append(left / part)
         return True
@@ -1014,7 +958,7 @@ def _independent(
         """
         first, second = (rows.block[uni.contact_points[k].tangent] * scale for k in (one, other))
         both = float(np.linalg.norm(first)) * float(np.linalg.norm(second))
-        same = abs(float(first @ second)) >= (1.0 - ROWS_DEPENDENT) * both
+        same = abs(float(first @ second)) >= (1.0 - tol.ROWS_DEPENDENT) * both
         return same and set(uni.bodies[one]) == set(uni.bodies[other])
 
     for row in dense(system, motion.work)[1]:
@@ -1023,7 +967,7 @@ def _independent(
     held = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
-    least = CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
+    least = tol.CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
     for k in closed:
         if pressing[k] > least:
             on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)

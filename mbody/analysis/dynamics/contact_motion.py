@@ -39,24 +39,7 @@ from mbody.analysis.dynamics.events import (
     extrema,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
-from mbody.core.tolerances import (
-    CONTACT_EDGE_BEHIND,
-    CONTACT_EDGES_FLUSH,
-    CONTACT_FLIGHT_SHORTEST,
-    CONTACT_GAP_BEGINNING,
-    CONTACT_GAP_CLOSED,
-    CONTACT_RESERVE_RESOLVED,
-    CONTACT_RESERVE_UNSEEN,
-    FRICTION_SINGULAR,
-    GUARD_FALLING,
-    GUARD_ROUNDING_FORCE,
-    GUARD_ROUNDING_GAP,
-    GUARD_ROUNDING_STOP,
-    GUARD_ZERO,
-    RATE_NONE_FRICTION,
-    TIMES_SAME_MODES,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
@@ -158,8 +141,8 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
     n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
     found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
     flush, velocity_tolerance = (
-        CONTACT_EDGES_FLUSH * motion.system.length,
-        RATE_NONE_FRICTION * motion.speed,
+        tol.CONTACT_EDGES_FLUSH * motion.system.length,
+        tol.RATE_NONE_FRICTION * motion.speed,
     )
     if not kinds <= set(ALONG):
         rows = uni.read_at(probe, t, records)
@@ -336,7 +319,7 @@ class ModalIntegration(JumpIntegration):
     @property
     def near(self) -> float:
         """Gaps up to this are none [length]."""
-        return CONTACT_GAP_CLOSED * self.system.length
+        return tol.CONTACT_GAP_CLOSED * self.system.length
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes of contact points and frictional joints; which of their rows are on: `on`
@@ -442,7 +425,8 @@ class ModalIntegration(JumpIntegration):
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
         return bool(
             (
-                error <= np.maximum(CONTACT_RESERVE_UNSEEN * far, CONTACT_RESERVE_RESOLVED * size)
+                error
+                <= np.maximum(tol.CONTACT_RESERVE_UNSEEN * far, tol.CONTACT_RESERVE_RESOLVED * size)
             ).all()
         )
 
@@ -465,7 +449,7 @@ class ModalIntegration(JumpIntegration):
             np.diff(times), *(one[k : k + 1] for one in (gaps, rates) for k in (0, 1))
         )
         nearest = max(gaps.max(), np.nan_to_num(between, nan=-np.inf).max())
-        return bool(nearest >= min(-self.near, CONTACT_EDGE_BEHIND * gaps.max()))
+        return bool(nearest >= min(-self.near, tol.CONTACT_EDGE_BEHIND * gaps.max()))
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
@@ -476,7 +460,9 @@ class ModalIntegration(JumpIntegration):
         rows = self._look_at(one.t, one.saved.record)
         if self.uni.gaps(rows)[one.event.number] < -self.near:
             return False
-        within = self.uni.within_edges(rows, self.probe, self.near, RATE_NONE_FRICTION * self.speed)
+        within = self.uni.within_edges(
+            rows, self.probe, self.near, tol.RATE_NONE_FRICTION * self.speed
+        )
         return bool(within[one.event.number])
 
     def _look_at(self, t: float, record: Array) -> Rows:
@@ -559,11 +545,11 @@ FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
 ROUNDING = {
-    "close": GUARD_ROUNDING_GAP,
-    "edge": GUARD_ROUNDING_GAP,
-    "enter": GUARD_ROUNDING_GAP,
-    "stop": GUARD_ROUNDING_STOP,
-    "lock": GUARD_ROUNDING_STOP,
+    "close": tol.GUARD_ROUNDING_GAP,
+    "edge": tol.GUARD_ROUNDING_GAP,
+    "enter": tol.GUARD_ROUNDING_GAP,
+    "stop": tol.GUARD_ROUNDING_STOP,
+    "lock": tol.GUARD_ROUNDING_STOP,
 }
 
 
@@ -585,11 +571,13 @@ class ContactIntegration(ModalIntegration):
     def begin_modes(self) -> str:
         """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
-        touching = first_overlap(self.uni, self.work, CONTACT_GAP_BEGINNING * self.system.length)
+        touching = first_overlap(
+            self.uni, self.work, tol.CONTACT_GAP_BEGINNING * self.system.length
+        )
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
         self.transition = ModeTransition(
-            {n for n in touching if approach[n] <= RATE_NONE_FRICTION * self.speed}
+            {n for n in touching if approach[n] <= tol.RATE_NONE_FRICTION * self.speed}
         )
         return self._settle(begins=True)
 
@@ -598,7 +586,9 @@ class ContactIntegration(ModalIntegration):
         return found, guard_sizes(self)
 
     def _broken(self) -> bool:
-        return any(value < -GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True))
+        return any(
+            value < -tol.GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True)
+        )
 
     def _settle_anew(self) -> str:
         self.transition = ModeTransition({n for n, mode in enumerate(self.modes) if mode != "open"})
@@ -613,7 +603,7 @@ class ContactIntegration(ModalIntegration):
         self.load()
         approach, velocity_tolerance = (
             self.uni.approach(self.uni.read(self.work)),
-            RATE_NONE_FRICTION * self.speed,
+            tol.RATE_NONE_FRICTION * self.speed,
         )
         self.transition = ModeTransition(
             {
@@ -630,7 +620,7 @@ class ContactIntegration(ModalIntegration):
         code, status = super()._step()
         if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
             found = self.record[self.system.friction_rows.start + DETERMINANT, 0]
-            if abs(found) < FRICTION_SINGULAR:
+            if abs(found) < tol.FRICTION_SINGULAR:
                 return MORE, self._paradox()
         return code, status
 
@@ -639,7 +629,9 @@ class ContactIntegration(ModalIntegration):
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero."""
         t = float(self.state[TIME])
-        self.changes = self.changes + 1 if t - self.changed_at <= TIMES_SAME_MODES * abs(t) else 0
+        self.changes = (
+            self.changes + 1 if t - self.changed_at <= tol.TIMES_SAME_MODES * abs(t) else 0
+        )
         self.changed_at = t
         if self.changes > CHANGES:
             return self._ended(
@@ -707,7 +699,9 @@ class ContactIntegration(ModalIntegration):
             rows = self.uni.read(self.work)
             closed = near_points(self, rows)
             speed = self.speed
-            hit = [n for n in closed if self.uni.approach(rows)[n] < -RATE_NONE_FRICTION * speed]
+            hit = [
+                n for n in closed if self.uni.approach(rows)[n] < -tol.RATE_NONE_FRICTION * speed
+            ]
             if not hit:
                 break
             if (status := self._impact(closed, hit)) is not None:
@@ -747,10 +741,11 @@ class ContactIntegration(ModalIntegration):
         # what begins below zero is zero from there on: it falls where it falls further
         self.fresh = {
             guard: max(
-                ROUNDING.get(guard.kind, GUARD_ROUNDING_FORCE) * size, -GUARD_FALLING * float(value)
+                ROUNDING.get(guard.kind, tol.GUARD_ROUNDING_FORCE) * size,
+                -tol.GUARD_FALLING * float(value),
             )
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
-            if abs(value) <= GUARD_ZERO * size
+            if abs(value) <= tol.GUARD_ZERO * size
         }
 
     # -- impacts ------------------------------------------------------------------------------
@@ -779,9 +774,9 @@ class ContactIntegration(ModalIntegration):
         pull = point.candidate.sign * float(
             rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row]
         )
-        flies = up > RATE_NONE_FRICTION * self.speed and pull < 0.0
+        flies = up > tol.RATE_NONE_FRICTION * self.speed and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
-        short = CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / max(abs(pull), TINY))
+        short = tol.CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / max(abs(pull), tol.TINY))
         # what joints that slip and stick again throw back comes sooner each time, too
         again = t - self.struck.get(first, -np.inf) < short
         soon = again and len(stuck) > 0

@@ -19,16 +19,7 @@ from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_s
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.initial.initial_state import event_measure
-from mbody.core.tolerances import (
-    EVENT_EXTREMUM_END,
-    EVENT_EXTREMUM_SHALLOW,
-    EVENT_EXTREMUM_UNSURE,
-    EVENT_LOCATED,
-    EVENT_RATE_STEP,
-    EVENT_SECOND_SAMPLE,
-    EVENT_TOGETHER,
-    TIME_ROUNDING,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.step_state import DELIVERED, DONE, EVALUATIONS, MORE, NEXT, TIME, Outputs
 from mbody.model.driver import DRIVEN
 from mbody.model.simulation import Event
@@ -84,15 +75,15 @@ def _hidden(samples: Samples, near: float, unsure: Any) -> tuple[Array, Array, A
     places, predicted = extrema(h, a, b, r[..., :-1], r[..., 1:])
     # what lies between both ends, on their side of zero, hides nothing
     low, high = np.minimum(a, b), np.maximum(a, b)
-    deep = 1.0 - EVENT_EXTREMUM_SHALLOW
+    deep = 1.0 - tol.EVENT_EXTREMUM_SHALLOW
     beyond = ((predicted < deep * low) & (low > 0.0) & (predicted < unsure)) | (
         (predicted > deep * high) & (high < 0.0) & (-predicted < unsure)
     )
     # of ends on both sides, what goes back across zero on its way
     back = (low <= 0.0) & (high >= 0.0) & ((predicted < low) | (predicted > high))
     inner = (
-        (places > EVENT_EXTREMUM_END)
-        & (places < 1.0 - EVENT_EXTREMUM_END)
+        (places > tol.EVENT_EXTREMUM_END)
+        & (places < 1.0 - tol.EVENT_EXTREMUM_END)
         & (h > near)
         & (beyond | back)
     )
@@ -134,7 +125,7 @@ def refined(
         r = np.insert(r, at, rates[order])
         for k, off in zip(at + np.arange(len(at)), error[order], strict=True):
             fresh[k - 1 : k + 1] = True
-            bound[k - 1 : k + 1] = np.maximum(bound[k - 1 : k + 1], EVENT_EXTREMUM_UNSURE * off)
+            bound[k - 1 : k + 1] = np.maximum(bound[k - 1 : k + 1], tol.EVENT_EXTREMUM_UNSURE * off)
         unsure = bound
     return t, g, r
 
@@ -215,7 +206,7 @@ def rates(system: System, measures: list[Measure], t: Array, records: Array, ste
     """Rates (measures, instants) of quantities that are `has_exact_rates`, `step` being the time
     between samples: central differences along velocities and accelerations.
     """
-    n, moment = system.coordinates, EVENT_RATE_STEP * step
+    n, moment = system.coordinates, tol.EVENT_RATE_STEP * step
     q, v, a = (records[:, k * n : (k + 1) * n] for k in range(3))
     beside = np.concatenate([records, records])
     middle = q + 0.5 * moment * moment * a
@@ -407,7 +398,7 @@ class EventIntegration(Integration):
                 state[NEXT] = h / FINER**2
                 return MORE, ""
         crossings = self._crossings(saved, times, found, rising)
-        together = max(EVENT_TOGETHER * (end - t), TIME_ROUNDING * abs(end))
+        together = max(tol.EVENT_TOGETHER * (end - t), tol.TIME_ROUNDING * abs(end))
         cut = _first_end(crossings, together)
         self._record_forces(np.append(t, marks), np.concatenate([saved.record[None], records]), cut)
         for n in np.flatnonzero(np.isin(marks, wanted)):
@@ -519,7 +510,7 @@ class EventIntegration(Integration):
     def _beside(self, times: Array) -> Array:
         """Times a little later than `times`, a little earlier than the end of the step."""
         last = self.step[1]
-        little = EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
+        little = tol.EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
         return np.where(times + little < last, times + little, times - little)
 
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
@@ -549,7 +540,7 @@ class EventIntegration(Integration):
         """
         brackets = []
         watched: list[Event | Guard] = [*self.events, *self.guards]
-        near = EVENT_LOCATED * (self.step[1] - self.step[0])
+        near = tol.EVENT_LOCATED * (self.step[1] - self.step[0])
         for k in np.flatnonzero(may_be_zero(times, found, rising, near)).tolist():
             event = watched[k]
             again = functools.partial(self._again, saved, k)
@@ -610,7 +601,7 @@ class EventIntegration(Integration):
             self.record = records[-1].copy()
             return float(self._values([which], np.array([t]), records)[0, 0])
 
-        near = EVENT_LOCATED * float(saved.state[NEXT])
+        near = tol.EVENT_LOCATED * float(saved.state[NEXT])
         t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
         value(t, within=False)
         return LocatedZero(t, event, self._save())

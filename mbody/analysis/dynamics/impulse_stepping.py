@@ -21,12 +21,7 @@ from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart import check_restart
 from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import (
-    CONTACT_IMPULSES_UNCERTAIN,
-    CONTACT_OVERLAP_DEEP,
-    FRICTION_AT_LIMIT,
-    TIMES_SAME_SAMPLE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.kernels.contact_geometry import (
     FOUND,
@@ -148,10 +143,8 @@ def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
 class ImpulseMemory:
     """Memory for contacts and for the interior-point method, as much as there is need for.
 
-    Attributes
-    ----------
-    contacts : ContactWork
-    interior : InteriorWork
+    `contacts`: ContactWork
+    `interior`: InteriorWork
     """
 
     def __init__(self, system: System, layout: Layout, work: Work, shapes: int) -> None:
@@ -341,17 +334,17 @@ def step_findings(
             f"{settings.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} "
             "of the greatest"
         )
-        if part > CONTACT_IMPULSES_UNCERTAIN:
+        if part > tol.CONTACT_IMPULSES_UNCERTAIN:
             doubts.append(Doubt("solver", f"{message}; take shorter steps", t))
         else:
             notes.append(message)
-    if state[DEEPEST_PART] > CONTACT_OVERLAP_DEEP:
+    if state[DEEPEST_PART] > tol.CONTACT_OVERLAP_DEEP:
         t, part = float(state[PART_AT]), 100 * float(state[DEEPEST_PART])
         doubts.append(
             Doubt(
                 "contact",
                 f"shapes overlap by {part:.2g} % of the smaller one at t = {t:.6g} {units.time}, "
-                f"more than {100 * CONTACT_OVERLAP_DEEP:g} %: take shorter steps",
+                f"more than {100 * tol.CONTACT_OVERLAP_DEEP:g} %: take shorter steps",
                 t,
             )
         )
@@ -541,7 +534,7 @@ class ImpulseIntegration(Integration):
         """Refuse shapes that overlap at the beginning."""
         self.started = True
         state, B = self.impulses.state, self.memory.contacts
-        if not state[DEEPEST_PART] > CONTACT_OVERLAP_DEEP:
+        if not state[DEEPEST_PART] > tol.CONTACT_OVERLAP_DEEP:
             return
         count = int(B.counts[FOUND])
         gaps = B.geometry[:count, 6]
@@ -568,7 +561,7 @@ class ImpulseIntegration(Integration):
             return
         while len(self.instants) < len(self.times):
             t = float(self.times[len(self.instants)])
-            if t > now + TIMES_SAME_SAMPLE * M.length:
+            if t > now + tol.TIMES_SAME_SAMPLE * M.length:
                 return
             self._keep(min(t, now), t, h)
 
@@ -599,7 +592,7 @@ class ImpulseIntegration(Integration):
         for k, c in enumerate(acting):
             law = int(B.who[c, 2])
             limit = B.effect[c, 3] * force[k, 0]
-            sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - FRICTION_AT_LIMIT)
+            sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - tol.FRICTION_AT_LIMIT)
             mode = "stick" if not sliding else "slip-" if force[k, 1] > 0.0 else "slip+"
             order = ("open", "slip-", "slip+", "stick")
             found[law] = max((found[law], mode), key=order.index)

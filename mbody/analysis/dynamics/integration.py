@@ -46,13 +46,7 @@ from mbody.analysis.dynamics.interruptions import (
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.closed_position import vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
-from mbody.core.tolerances import (
-    DISTANCE_LOST,
-    REDUNDANT_ROW_SOFTNESS,
-    STEP_COLLAPSE_SHRUNK,
-    STEP_COLLAPSE_SLOW,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import artificial_masses
 from mbody.kernels.state_derivative import initial_derivative
@@ -154,7 +148,7 @@ class Integration(RateJumps):
         self.regularization = (
             start.regularization
             if start.system is system
-            else REDUNDANT_ROW_SOFTNESS * bool(start.regularization)
+            else tol.REDUNDANT_ROW_SOFTNESS * bool(start.regularization)
         )
         self.causes = len(causes(system))
         self.steps = self.integrator(settings.method, self.layout, self.work, settings.step)
@@ -355,7 +349,7 @@ class Integration(RateJumps):
         """
         n, unit = self.system.coordinates, self.system.mechanism.units.time
         gone = vanishing(
-            self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", DISTANCE_LOST
+            self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", tol.DISTANCE_LOST
         )
         if gone is not None:
             gone.solution = self._solution("")
@@ -365,12 +359,12 @@ class Integration(RateJumps):
             return
         mean = float(t - since) / float(done - count)
         self.step_reference, self.longest = (float(done), float(t)), max(self.longest, mean)
-        left = (self.until - t) / max(mean, TINY)
+        left = (self.until - t) / max(mean, tol.TINY)
         rate = float(np.abs(self.y[n : 2 * n] / self.scale[:n]).max())
         rate = max(rate, float(np.sqrt(np.abs(self.K[0, n : 2 * n] / self.scale[:n]).max())))
         if (
-            mean < STEP_COLLAPSE_SHRUNK * self.longest
-            and mean * rate < STEP_COLLAPSE_SLOW
+            mean < tol.STEP_COLLAPSE_SHRUNK * self.longest
+            and mean * rate < tol.STEP_COLLAPSE_SLOW
             and left > PATIENT
         ):
             raise SolveError(

@@ -8,17 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    CONDITIONING_INTO_SINGULAR,
-    CONDITIONING_NEAR_SINGULAR,
-    DIFFERENCE_STEP_FORWARD,
-    STATE_SIZE_SMALL,
-    STEP_FIRST_LITTLE,
-    STEP_FIRST_SILENT,
-    STEP_STEADY_START,
-    TIME_END_ROUNDING,
-    TIMES_SAME_SAMPLE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.dense_output import FIRST, SECOND
 from mbody.kernels.fixed_step import FixedStep, fixed_step
@@ -84,9 +74,9 @@ def first_step(
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where(
-            (d0 > STEP_FIRST_SILENT) & (d1 > STEP_FIRST_SILENT),
+            (d0 > tol.STEP_FIRST_SILENT) & (d1 > tol.STEP_FIRST_SILENT),
             0.01 * d0 / d1,
-            STEP_FIRST_LITTLE * whole,
+            tol.STEP_FIRST_LITTLE * whole,
         )
     return np.minimum(step, 0.1 * whole)
 
@@ -180,7 +170,7 @@ def find_steady(motion: Evaluated) -> bool:
     found = rates(z)
     first = np.abs(found).max()
     for part in TRIED:
-        steady = _newton(rates, z + part * sizes, sizes, STEP_STEADY_START * first)
+        steady = _newton(rates, z + part * sizes, sizes, tol.STEP_STEADY_START * first)
         if steady is not None:
             motion.y[rows] = steady
             return True
@@ -201,7 +191,7 @@ def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: floa
         slopes = np.empty((len(z), len(z)))
         for n in range(len(z)):
             moved = z.copy()
-            moved[n] += DIFFERENCE_STEP_FORWARD * max(abs(z[n]), sizes[n])
+            moved[n] += tol.DIFFERENCE_STEP_FORWARD * max(abs(z[n]), sizes[n])
             slopes[:, n] = (rates(moved) - found) / (moved[n] - z[n])
         if not np.isfinite(slopes).all() or np.linalg.matrix_rank(slopes) < len(z):
             return None
@@ -220,7 +210,7 @@ def unresolved_states(run: Solution) -> tuple[str, ...]:
     for n, state in enumerate(system.mechanism.states):
         given = state.size is not None
         most, size = float(np.abs(records[:, n]).max()), float(auxiliary_sizes(system)[n])
-        if not given and 0.0 < most < STATE_SIZE_SMALL * size:
+        if not given and 0.0 < most < tol.STATE_SIZE_SMALL * size:
             unit = "" if state.dimension is None else system.mechanism.units.of(state.dimension)
             notes.append(
                 f"state '{state.name}' stays below {most:.3g} {unit}".rstrip()
@@ -268,14 +258,9 @@ class Motion:
 class Integrator(Protocol):
     """One method.
 
-    Attributes
-    ----------
-    fixed : bool
-        Whether its steps are of one length.
-    rows, terms : int
-        Derivatives and terms of polynomials that its `stepping` needs.
-    own : tuple of arrays
-        What it carries on from step to step beyond that.
+    `fixed`: Whether its steps are of one length.
+    `rows`, `terms`: Derivatives and terms of polynomials that its `stepping` needs.
+    `own`: What it carries on from step to step beyond that.
     """
 
     fixed: bool
@@ -305,7 +290,7 @@ class ExplicitSteps:
 
     def slack(self, until: float) -> float:
         """Rounding."""
-        return TIME_END_ROUNDING * abs(until)
+        return tol.TIME_END_ROUNDING * abs(until)
 
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
         """Explicit Runge-Kutta steps until a time, at most `count`; returns the kernel's code."""
@@ -341,9 +326,11 @@ class _WithPassages:
             done, t = state[STEPS], state[TIME]
             near = state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
             best = state[BEST_CONDITIONING]
-            if state[CONDITIONING] >= CONDITIONING_NEAR_SINGULAR * best and not near:
+            if state[CONDITIONING] >= tol.CONDITIONING_NEAR_SINGULAR * best and not near:
                 code = int(self.kernel(motion, until, count, outputs))
-                nearly = state[CONDITIONING] < CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]
+                nearly = (
+                    state[CONDITIONING] < tol.CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]
+                )
                 failed = code in (STEP_VANISHED, NOT_FINITE)
                 if code != SINGULAR_AHEAD and not (nearly and failed):
                     return code
@@ -396,7 +383,7 @@ class RadauSteps(_WithPassages):
 
     def slack(self, until: float) -> float:
         """Rounding."""
-        return TIME_END_ROUNDING * abs(until)
+        return tol.TIME_END_ROUNDING * abs(until)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Implicit steps of Radau IIA, by `mbody.kernels.radau`."""
@@ -443,7 +430,7 @@ class FixedSteps(_WithPassages):
 
     def slack(self, until: float) -> float:
         """A last step that were as short would be lost in rounding."""
-        return TIMES_SAME_SAMPLE * float(self.method.length)
+        return tol.TIMES_SAME_SAMPLE * float(self.method.length)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Steps of equal length, by `mbody.kernels.fixed_step`."""
@@ -463,7 +450,7 @@ class FixedSteps(_WithPassages):
         S, hat = motion.stepping, self.method.acceleration
         hat[:] = S.K[0, self.coordinates :]
         S.state[JACOBIAN_VALID] = 0.0
-        weak = S.state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * S.state[BEST_CONDITIONING]
+        weak = S.state[CONDITIONING] < tol.CONDITIONING_NEAR_SINGULAR * S.state[BEST_CONDITIONING]
         if not (weak or S.state[NEAR_SINGULAR]):
             S.state[NEXT] = self.method.length
 

@@ -224,17 +224,11 @@ ULPS = 4
 class SampledState:
     """A controller at work.
 
-    Attributes
-    ----------
-    controller : Controller
-    function : callable
-        Its own copy of the function, with its memory.
-    anchor : float
-        The time of its first sample.
-    count : int
-        Samples taken.
-    pending : list
-        Values that are still to be set, with the time when.
+    `controller`: Controller
+    `function`: Its own copy of the function, with its memory.
+    `anchor`: The time of its first sample.
+    `count`: Samples taken.
+    `pending`: Values that are still to be set, with the time when.
     """
 
     controller: Controller

@@ -33,18 +33,11 @@ MOST_STEPS, MOST_INSTANTS = 1e9, 10_000_000
 class MotionRequest:
     """A motion that is requested.
 
-    Attributes
-    ----------
-    first : float
-        Time of the first instant.
-    times : array
-        The instants that are kept; the last one ends the motion.
-    settings : IntegrationSettings
-        How it is integrated.
-    events : tuple of Event
-        What is located.
-    release : dict
-        When drivers are released, by name, ascending.
+    `first`: Time of the first instant.
+    `times`: The instants that are kept; the last one ends the motion.
+    `settings`: How it is integrated.
+    `events`: What is located.
+    `release`: When drivers are released, by name, ascending.
     """
 
     first: float

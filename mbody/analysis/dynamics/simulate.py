@@ -33,15 +33,8 @@ from mbody.analysis.initial.initial_state import (
     state_of,
 )
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core import tolerances as tol
 from mbody.core.former_names import refuses_former_arguments
-from mbody.core.tolerances import (
-    ENERGY_ERROR_DRIVEN,
-    ENERGY_ERROR_FIXED_STEPS,
-    ENERGY_ROUNDING_STEP,
-    STATE_REPEATED,
-    STATE_SAME,
-    STEP_ERROR_TOLERANCES,
-)
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -153,7 +146,7 @@ def then(first: Solution, *later: Solution) -> Solution:
         rows = slice(0, 2 * before.system.coordinates)
         left, right = before.record.table(rows)[-1], after.record.table(rows)[0]
         apart = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
-        if begin != end or not apart <= STATE_SAME:
+        if begin != end or not apart <= tol.STATE_SAME:
             how = (
                 f"begins at t = {begin:.6g} {unit}, the one before ends at {end:.6g} {unit}"
                 if begin != end
@@ -509,7 +502,7 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
     rows = slice(0, 2 * run.system.coordinates)
     ours, theirs = run.record.table(rows)[k], found.record.table(rows)[n]
     apart = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
-    if not apart <= STATE_REPEATED:
+    if not apart <= tol.STATE_REPEATED:
         raise SolveError(
             f"the motion, followed again, is at t = {run.t[k]:.6g} {run.mechanism.units.time} "
             f"apart from what was kept, by {apart:.2g} of its size: controllers or loads in Python "
@@ -543,14 +536,16 @@ def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
         return []
     steps = max(1, (run.stats or {}).get("steps", 1))
     size, forces = energy.size, _force(run) * run.system.length
-    part = ENERGY_ROUNDING_STEP * steps
+    part = tol.ENERGY_ROUNDING_STEP * steps
     if method in EVEN:
-        part = max(part, ENERGY_ERROR_FIXED_STEPS)
+        part = max(part, tol.ENERGY_ERROR_FIXED_STEPS)
     else:
-        part = max(part, STEP_ERROR_TOLERANCES * rtol * steps)
+        part = max(part, tol.STEP_ERROR_TOLERANCES * rtol * steps)
         if any(run.released.get(one.name, math.inf) > run.t[0] for one in run.system.drivers):
-            part = max(part, ENERGY_ERROR_DRIVEN)
-    allowed = part * size + (STEP_ERROR_TOLERANCES * rtol * steps + ENERGY_ROUNDING_STEP) * forces
+            part = max(part, tol.ENERGY_ERROR_DRIVEN)
+    allowed = (
+        part * size + (tol.STEP_ERROR_TOLERANCES * rtol * steps + tol.ENERGY_ROUNDING_STEP) * forces
+    )
     off = np.abs(energy.balance)
     beyond = np.flatnonzero(off > allowed)
     if not len(beyond):

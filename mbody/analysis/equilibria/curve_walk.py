@@ -15,30 +15,7 @@ import numpy as np
 
 from mbody.analysis.position.closed_position import place
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.core.tolerances import (
-    EQUILIBRIUM_STEP_ROUNDING,
-    EQUILIBRIUM_STEP_STALLED,
-    FORCE_NONE_WALK,
-    POSITION_SAME_FINE,
-    POSITION_SAME_LOOSE,
-    POSITION_SAME_WALK,
-    RATE_NONE_ANGLE,
-    TINY,
-    WALK_BEHIND_CORNER,
-    WALK_CLOSED_RESIDUAL,
-    WALK_CORNER_NONE,
-    WALK_CUBIC_SURE,
-    WALK_FORCE_JUMPS,
-    WALK_INTERVAL_SMALLEST,
-    WALK_ROW_NONE,
-    WALK_SLOPE_FLAT,
-    WALK_STEP,
-    WALK_STEP_SHORTEST,
-    WALK_TURN_GREATEST,
-    WALK_TURN_STRAIGHT,
-    WALK_ZERO_BRACKET,
-    WALK_ZERO_INSIDE,
-)
+from mbody.core import tolerances as tol
 
 #: How much steps grow where the curve is straight.
 GROWTH = 1.9
@@ -50,17 +27,11 @@ STEPS, RUN_AWAY = 120, 1e3
 class Node:
     """A place of the walk.
 
-    Attributes
-    ----------
-    place : Place
-        Angles go on over whole turns.
-    along : array (coordinates,)
-        Unit tangent in the direction of the walk.
-    residual, slope : float
-        g and dg/ds.
-    side : float
-        Sign of the determinant of the independent rows and the tangent: it changes where another
-        branch is crossed, and there alone.
+    `place`: Angles go on over whole turns.
+    `along` (coordinates,): Unit tangent in the direction of the walk.
+    `residual`, `slope`: g and dg/ds.
+    `side`: Sign of the determinant of the independent rows and the tangent: it changes where
+      another branch is crossed, and there alone.
     """
 
     place: Place
@@ -74,19 +45,13 @@ class Node:
 class Walk:
     """The curve in one direction.
 
-    Attributes
-    ----------
-    nodes : list of Node
-        In order; the first is the start.
-    smooth : list of bool
-        Of each interval between neighbours: false where it has a corner.
-    closed : bool
-        Whether it came back to its beginning, whole turns left out.
-    end : str
-        Why it ended before: "far" away, at its "longest", after too many steps ("long"), where a
-        load has "no value", or where no step goes on ("stuck"); empty where it closed.
-    crossings, corners : list of Place
-        Where branches meet that it went through, and where a distance in the constraints is zero.
+    `nodes`: In order; the first is the start.
+    `smooth`: Of each interval between neighbours: false where it has a corner.
+    `closed`: Whether it came back to its beginning, whole turns left out.
+    `end`: Why it ended before: "far" away, at its "longest", after too many steps ("long"), where a
+      load has "no value", or where no step goes on ("stuck"); empty where it closed.
+    `crossings`, `corners`: Where branches meet that it went through, and where a distance in the
+      constraints is zero.
     """
 
     nodes: list[Node]
@@ -123,13 +88,13 @@ class MotionCurve:
         here = Node(first.place, sign * first.along, sign * first.residual, first.slope, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
-        length, curvature, arclength = WALK_STEP, np.zeros(len(here.along)), 0.0
+        length, curvature, arclength = tol.WALK_STEP, np.zeros(len(here.along)), 0.0
         for _ in range(STEPS):
             there, length, why = self._step(here, curvature, length)
             smooth = there is not None
             if there is None:
                 there = self._across(here)
-                curvature, length = np.zeros(len(here.along)), WALK_STEP
+                curvature, length = np.zeros(len(here.along)), tol.WALK_STEP
             elif why == "crossing":
                 walk.crossings.append(there.place)
             if there is None:
@@ -153,12 +118,12 @@ class MotionCurve:
             else:
                 curvature = (there.along - here.along) / chord
                 # a straight path is followed in growing steps; what turns comes round
-                still = np.abs(there.along[2::3]).max() < RATE_NONE_ANGLE
-                straight = np.linalg.norm(there.along - here.along) < WALK_TURN_STRAIGHT
+                still = np.abs(there.along[2::3]).max() < tol.RATE_NONE_ANGLE
+                straight = np.linalg.norm(there.along - here.along) < tol.WALK_TURN_STRAIGHT
                 if still and straight and length < 0.1 * RUN_AWAY:
                     length *= GROWTH
                 else:
-                    length = min(2.0 * length, WALK_STEP)
+                    length = min(2.0 * length, tol.WALK_STEP)
             here = there
         walk.end = "long"
         return walk
@@ -190,7 +155,7 @@ class MotionCurve:
             near = between(self, one, other, part)
             if (
                 near is not None
-                and self.manifold.apart(near.place.q, place.q) < POSITION_SAME_LOOSE
+                and self.manifold.apart(near.place.q, place.q) < tol.POSITION_SAME_LOOSE
             ):
                 return True
         return False
@@ -224,23 +189,23 @@ class MotionCurve:
         """
         why = "stuck"
         fastest = float(np.abs(here.along).max())
-        while length > WALK_STEP_SHORTEST * WALK_STEP:
+        while length > tol.WALK_STEP_SHORTEST * tol.WALK_STEP:
             step = length / fastest
-            curved = np.linalg.norm(curvature) * step < WALK_TURN_GREATEST
+            curved = np.linalg.norm(curvature) * step < tol.WALK_TURN_GREATEST
             increment = step * here.along + (0.5 * step**2 * curvature if curved else 0.0)
             there = self.manifold.moved(here.place, increment)
             if there is not None and len(there.motions):
                 onward = there.motions.T @ (there.motions @ here.along)
                 chord = (there.q - here.place.q) / self.scale
                 straight = (
-                    np.linalg.norm(onward) > np.cos(WALK_TURN_GREATEST)
+                    np.linalg.norm(onward) > np.cos(tol.WALK_TURN_GREATEST)
                     and chord @ here.along > 0.7 * step
                 )
                 if straight:
                     node = self.node(there, onward)
                     if node.side * here.side >= 0.0:
                         return node, length, ""
-                    if length < 100.0 * WALK_STEP_SHORTEST * WALK_STEP:
+                    if length < 100.0 * tol.WALK_STEP_SHORTEST * tol.WALK_STEP:
                         return node, length, "crossing"
                     why = "crossing"
             elif there is None and self._without_value(here, increment):
@@ -273,7 +238,7 @@ class MotionCurve:
         # along the tangent both may still be apart, across it they are not on one curve
         off = (near.place.q - target) / self.scale
         if np.linalg.norm(off - (off @ near.along) * near.along) > max(
-            1e-2 * abs(off @ near.along), POSITION_SAME_FINE
+            1e-2 * abs(off @ near.along), tol.POSITION_SAME_FINE
         ):
             return None
         place = self.manifold.place(target)
@@ -285,13 +250,13 @@ class MotionCurve:
         """
         scale, manifold = self.scale, self.manifold
         # walk up to the corner: the last place that goes on straight
-        length = WALK_STEP
+        length = tol.WALK_STEP
         corner = here
-        while length > WALK_BEHIND_CORNER:
+        while length > tol.WALK_BEHIND_CORNER:
             there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
             if there is not None and len(there.motions) == 1:
                 # behind the corner the motion may be at right angles to the step, to the last bit
-                straight = abs(there.motions[0] @ corner.along) > np.cos(WALK_TURN_GREATEST)
+                straight = abs(there.motions[0] @ corner.along) > np.cos(tol.WALK_TURN_GREATEST)
                 chord = (there.q - corner.place.q) / scale
                 if straight and chord @ corner.along > 0.5 * length:
                     corner = self.node(there, corner.along)
@@ -299,7 +264,7 @@ class MotionCurve:
             length *= 0.5
         fastest = corner.along / np.abs(corner.along).max()
         before = corner.place.rows.reshape(len(corner.place.rows), -1, 3)
-        beyond = corner.place.q + scale * fastest * 4.0 * WALK_BEHIND_CORNER
+        beyond = corner.place.q + scale * fastest * 4.0 * tol.WALK_BEHIND_CORNER
         after = manifold.rows(beyond)[1].reshape(before.shape)
         dots = (before * after).sum(axis=2)
         sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
@@ -308,7 +273,7 @@ class MotionCurve:
             fixed = np.zeros(len(corner.along))
             fixed[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
             size = float(fixed @ fixed)
-            if size < WALK_CORNER_NONE:
+            if size < tol.WALK_CORNER_NONE:
                 continue
             q = manifold.closed(beyond, fixed[None] / np.sqrt(size))
             place = None if q is None else manifold.place(q)
@@ -316,8 +281,8 @@ class MotionCurve:
                 continue
             displacement = (place.q - corner.place.q) / scale
             if (
-                np.abs(displacement).max() > 100.0 * WALK_BEHIND_CORNER
-                or not abs(displacement @ fixed) > WALK_BEHIND_CORNER * size
+                np.abs(displacement).max() > 100.0 * tol.WALK_BEHIND_CORNER
+                or not abs(displacement @ fixed) > tol.WALK_BEHIND_CORNER * size
             ):
                 continue
             onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
@@ -341,7 +306,7 @@ def independent(rows: Array) -> list[int]:
     for _ in range(min(rows.shape)):
         sizes = np.linalg.norm(left, axis=1)
         n = int(sizes.argmax())
-        if sizes[n] < WALK_ROW_NONE:
+        if sizes[n] < tol.WALK_ROW_NONE:
             break
         found.append(n)
         direction = left[n] / sizes[n]
@@ -387,17 +352,11 @@ MOST = 3000
 class Roots:
     """Equilibria, jumps and lift-offs found along a walk.
 
-    Attributes
-    ----------
-    rests : list of Node
-        Where the residual force is zero, in order.
-    jumps : list of Node
-        Beside a place towards which loads drive from both sides, and which no position balances:
-        a corner of the curve, or a jump of a load.
-    lifts : list of Node
-        The same where loads drive to both sides.
-    unsure : list of Node
-        Where no number of zeros is certain.
+    `rests`: Where the residual force is zero, in order.
+    `jumps`: Beside a place towards which loads drive from both sides, and which no position
+      balances: a corner of the curve, or a jump of a load.
+    `lifts`: The same where loads drive to both sides.
+    `unsure`: Where no number of zeros is certain.
     """
 
     rests: list[Node] = field(default_factory=list)
@@ -419,12 +378,12 @@ def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
 
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
-    flat = WALK_SLOPE_FLAT * max((abs(node.slope) for node in walk.nodes), default=0.0)
+    flat = tol.WALK_SLOPE_FLAT * max((abs(node.slope) for node in walk.nodes), default=0.0)
     if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
         return []
     rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
-    whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= WALK_CLOSED_RESIDUAL * max(
+    whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= tol.WALK_CLOSED_RESIDUAL * max(
         abs(node.residual) for node in walk.nodes
     )
     if walk.closed and whole and rests:
@@ -440,8 +399,8 @@ class _CurveIsolation:
         self.lines = [load for load in loads if {"i", "j"} <= set(load.places())]
         self.found = Roots()
         residuals = np.array([node.residual for node in walk.nodes])
-        self.top = max(float(np.abs(residuals).max()), TINY)
-        self.zero = FORCE_NONE_WALK * self.top
+        self.top = max(float(np.abs(residuals).max()), tol.TINY)
+        self.zero = tol.FORCE_NONE_WALK * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].residual == 0.0:
             self.found.rests.append(nodes[0])
@@ -457,7 +416,7 @@ class _CurveIsolation:
             if walk.closed and len(pairs) > 2:
                 beside = [(n - 1) % len(pairs), (n + 1) % len(pairs)]
             jump = max((abs(thirds[m] - thirds[n]) for m in beside), default=np.inf)
-            self.divide(one, other, WALK_CUBIC_SURE * jump * sizes[n] ** 3 / 384.0)
+            self.divide(one, other, tol.WALK_CUBIC_SURE * jump * sizes[n] ** 3 / 384.0)
 
     def snapped(self, node: Node) -> Node:
         """The node, its residual force zero where it is rounding: as of a position of symmetry,
@@ -505,7 +464,7 @@ class _CurveIsolation:
                 self._root(one, other)
                 return
         size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
-        if size < WALK_INTERVAL_SMALLEST:
+        if size < tol.WALK_INTERVAL_SMALLEST:
             self._small(one, other)
             return
         middle = between(self.curve, one, other, 0.5) if self.left else None
@@ -521,7 +480,7 @@ class _CurveIsolation:
         missed = abs(middle.residual - float(cubic @ x ** np.arange(4)))
         # by halves the error of a smooth residual force falls to a sixteenth; one that is greater
         # than its bound shows that this residual force is not smooth
-        part = WALK_CUBIC_SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
+        part = tol.WALK_CUBIC_SURE * missed / (16.0 if missed <= error < np.inf else 1.0)
         self.divide(one, middle, part)
         self.divide(middle, other, part)
 
@@ -558,7 +517,7 @@ class _CurveIsolation:
         best = min((low, high), key=lambda node: abs(node.residual))
         for _ in range(80):
             size = float(np.abs((high.place.q - low.place.q) / self.curve.scale).max())
-            if abs(best.residual) <= 1e-3 * self.zero or size < EQUILIBRIUM_STEP_ROUNDING:
+            if abs(best.residual) <= 1e-3 * self.zero or size < tol.EQUILIBRIUM_STEP_ROUNDING:
                 break
             part = _zero(self.cubic(low, high))
             node = between(self.curve, low, high, part)
@@ -571,7 +530,7 @@ class _CurveIsolation:
                 low = node
             else:
                 high = node
-            if not better and size < EQUILIBRIUM_STEP_STALLED:
+            if not better and size < tol.EQUILIBRIUM_STEP_STALLED:
                 break
             if not better:  # as of a jump: by halves
                 node = between(self.curve, low, high, 0.5)
@@ -583,7 +542,7 @@ class _CurveIsolation:
                 else:
                     high = node
         steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
-        if abs(high.residual - low.residual) > WALK_FORCE_JUMPS * (steep + self.zero):
+        if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
         self.found.rests.append(best)
@@ -603,7 +562,7 @@ class _CurveIsolation:
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
         if not any(
-            apart(best.place.q, rest.place.q) < POSITION_SAME_WALK for rest in self.found.rests
+            apart(best.place.q, rest.place.q) < tol.POSITION_SAME_WALK for rest in self.found.rests
         ):
             self.found.rests.append(best)
 
@@ -625,10 +584,10 @@ def _zero(cubic: Array) -> float:
     low, high, x = 0.0, 1.0, a / (a - b) if a != b else 0.5
     for _ in range(60):
         value = ((cubic[3] * x + cubic[2]) * x + cubic[1]) * x + cubic[0]
-        if value == 0.0 or high - low < WALK_ZERO_BRACKET:
+        if value == 0.0 or high - low < tol.WALK_ZERO_BRACKET:
             break
         low, high = (x, high) if value * a > 0.0 else (low, x)
         slope = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
         step = x - value / slope if slope else low
         x = step if low < step < high else 0.5 * (low + high)
-    return float(min(max(x, WALK_ZERO_INSIDE), 1.0 - WALK_ZERO_INSIDE))
+    return float(min(max(x, tol.WALK_ZERO_INSIDE), 1.0 - tol.WALK_ZERO_INSIDE))

@@ -33,15 +33,8 @@ from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_
 from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core import tolerances as tol
 from mbody.core.presentation import present
-from mbody.core.tolerances import (
-    EQUILIBRIUM_BALANCED,
-    EQUILIBRIUM_GROWTH_NONE,
-    INERTIA_NONE,
-    ROOT_REAL,
-    STIFFNESS_SYMMETRIC,
-    STIFFNESS_ZERO,
-)
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
@@ -283,15 +276,15 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         if one is None or other is None or len(one.motions) != len(rest.place.motions):
             continue
         top = max(rest.top, turning.largest(rest.place.q))
-        if max(one.size, other.size) > 10.0 * EQUILIBRIUM_BALANCED * top:
+        if max(one.size, other.size) > 10.0 * tol.EQUILIBRIUM_BALANCED * top:
             continue
         before, field = still.stiffness(one), turning.stiffness(other)
         if np.linalg.matrix_rank(before) < len(before):
             continue  # the field alone keeps it there
         roots = np.linalg.eigvals(np.linalg.solve(before, before - field))
-        real = roots.real[np.abs(roots.imag) <= ROOT_REAL * np.abs(roots).max(initial=0.0)]
+        real = roots.real[np.abs(roots.imag) <= tol.ROOT_REAL * np.abs(roots).max(initial=0.0)]
         most = float(real.max(initial=0.0))
-        if most <= EQUILIBRIUM_GROWTH_NONE:
+        if most <= tol.EQUILIBRIUM_GROWTH_NONE:
             continue
         lifts = used / np.sqrt(most)
         if lifts <= speed:
@@ -545,13 +538,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
 class _RestResults:
     """Makes results of what a search found."""
 
-    def __init__(
-        self,
-        system: System,
-        t: float,
-        search: RestSearch,
-        reserve: Reserve,
-    ) -> None:
+    def __init__(self, system: System, t: float, search: RestSearch, reserve: Reserve) -> None:
         self.system, self.t, self.search, self.reserve = system, t, search, reserve
         self.mechanism, self.manifold = system.mechanism, search.manifold
         self.notes: list[str] = []
@@ -603,7 +590,7 @@ class _RestResults:
         numbers = tuple(
             n
             for n, place in enumerate(places)
-            if self.reserve.at(place) > STIFFNESS_ZERO * self.manifold.scale_of(place)
+            if self.reserve.at(place) > tol.STIFFNESS_ZERO * self.manifold.scale_of(place)
             and min(every, key=lambda one: self._apart(one, place)) is band
         )
         inside = band.inside[0]
@@ -678,9 +665,9 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     by its own.
     """
     K = rest.stiffness
-    zero = STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
-    massive = bool(np.linalg.eigvalsh(mass).min() > INERTIA_NONE * np.abs(mass).max())
-    if np.abs(K - K.T).max() <= STIFFNESS_SYMMETRIC * float(np.abs(K).max()) + zero:
+    zero = tol.STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
+    massive = bool(np.linalg.eigvalsh(mass).min() > tol.INERTIA_NONE * np.abs(mass).max())
+    if np.abs(K - K.T).max() <= tol.STIFFNESS_SYMMETRIC * float(np.abs(K).max()) + zero:
         sizes = np.linalg.eigvalsh(0.5 * (K + K.T))
         word = "neutral"
         if sizes.min() < -zero:
@@ -694,13 +681,13 @@ def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[
     note = "its stiffness is not symmetric: the loads have no potential"
     roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
     top = float(np.abs(roots).max())
-    if (np.abs(roots.imag) > STIFFNESS_SYMMETRIC * top).any() and massive:
+    if (np.abs(roots.imag) > tol.STIFFNESS_SYMMETRIC * top).any() and massive:
         return "unstable", (), [f"{note}, and it flutters"]
     if not massive:
         note += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
-    if roots.real.min() < -STIFFNESS_SYMMETRIC * top:
+    if roots.real.min() < -tol.STIFFNESS_SYMMETRIC * top:
         return "unstable", (), [note]
-    if roots.real.min() <= STIFFNESS_SYMMETRIC * top:
+    if roots.real.min() <= tol.STIFFNESS_SYMMETRIC * top:
         return "neutral", (), [note]
     frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
     return "stable", frequencies, [note]

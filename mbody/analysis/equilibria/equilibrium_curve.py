@@ -17,30 +17,8 @@ from mbody.analysis.equilibria.search import Rest, RestSearch
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core import tolerances as tol
 from mbody.core.presentation import present
-from mbody.core.tolerances import (
-    BRANCH_POINT_CURVATURE_NONE,
-    BRANCH_POINT_GAP,
-    BRANCH_POINT_LOOK,
-    BRANCH_POINT_STEP_LEAST,
-    BRANCH_POINT_STEP_LONGEST,
-    CURVE_COSINE,
-    CURVE_STEP_FIRST,
-    CURVE_STEP_LONGEST,
-    CURVE_STEP_SHORTEST,
-    CURVE_ZERO_BRACKET,
-    CURVE_ZERO_VALUE,
-    DIFFERENCE_STEP_BRANCH_POINT,
-    DIFFERENCE_STEP_CURVE,
-    DIFFERENCE_STEP_FOURTH_ORDER,
-    EQUILIBRIUM_STEP_STALLED,
-    LEAST_SQUARES_RANK_FINE,
-    LOOP_CLOSURE_CORRECTION,
-    ROOT_REAL,
-    SINGULAR_VALUE_ZERO,
-    STIFFNESS_SYMMETRIC,
-    TINY,
-)
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
@@ -65,21 +43,13 @@ CORRECTIONS = 8
 class Point:
     """A rest position on the curve.
 
-    Attributes
-    ----------
-    value : float
-        The number, from 0 to 1 along its span.
-    direction : array (coordinates + 1,)
-        Unit tangent of the curve, the number last.
-    stiffness : array (free, free)
-        In the free motions of the place.
-    arc : float
-        Arclength from the first point.
-    side : float
-        Determinant of the equations of a step, by their size: its sign changes where another branch
-        crosses, and there alone.
-    size : float
-        The greatest of K and of the change of the residual force with the number.
+    `value`: The number, from 0 to 1 along its span.
+    `direction` (coordinates + 1,): Unit tangent of the curve, the number last.
+    `stiffness` (free, free): In the free motions of the place.
+    `arc`: Arclength from the first point.
+    `side`: Determinant of the equations of a step, by their size: its sign changes where another
+      branch crosses, and there alone.
+    `size`: The greatest of K and of the change of the residual force with the number.
     """
 
     place: Place
@@ -96,7 +66,7 @@ class Point:
         passes zero where the stability changes.
         """
         K = self.stiffness
-        if np.abs(K - K.T).max() > STIFFNESS_SYMMETRIC * np.abs(K).max():
+        if np.abs(K - K.T).max() > tol.STIFFNESS_SYMMETRIC * np.abs(K).max():
             return np.array([np.linalg.det(K)])
         return np.linalg.eigvalsh(0.5 * (K + K.T))
 
@@ -135,27 +105,27 @@ class Follower:
 
         low, high = self._around(value)
         rates = (both(high) - both(low)) / (high - low)
-        if fine and self._around(value, 2.0 * DIFFERENCE_STEP_FOURTH_ORDER) == (
-            value - 2.0 * DIFFERENCE_STEP_FOURTH_ORDER,
-            value + 2.0 * DIFFERENCE_STEP_FOURTH_ORDER,
+        if fine and self._around(value, 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) == (
+            value - 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER,
+            value + 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER,
         ):
-            near = both(value + DIFFERENCE_STEP_FOURTH_ORDER) - both(
-                value - DIFFERENCE_STEP_FOURTH_ORDER
+            near = both(value + tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
+                value - tol.DIFFERENCE_STEP_FOURTH_ORDER
             )
-            far = both(value + 2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - both(
-                value - 2.0 * DIFFERENCE_STEP_FOURTH_ORDER
+            far = both(value + 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
+                value - 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
             )
-            rates = (8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER)
+            rates = (8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER)
         G = self.manifold(value).rows(here.q)[1]
         shift, change = rates[: len(G)], rates[len(G) :]
         parameter_motion = np.zeros(len(here.q))
         if np.abs(shift).max(initial=0.0) > 0.0:
-            parameter_motion = -np.linalg.lstsq(G, shift, rcond=SINGULAR_VALUE_ZERO)[0]
+            parameter_motion = -np.linalg.lstsq(G, shift, rcond=tol.SINGULAR_VALUE_ZERO)[0]
         if parameter_motion.any():
             change = change + self.manifold(value).change(here, parameter_motion)
         return parameter_motion, here.motions @ change
 
-    def _around(self, value: float, step: float = DIFFERENCE_STEP_CURVE) -> tuple[float, float]:
+    def _around(self, value: float, step: float = tol.DIFFERENCE_STEP_CURVE) -> tuple[float, float]:
         """Two values beside one, those that the system takes."""
         low, high = value - step, value + step
         for shifted in (low, high):
@@ -169,7 +139,7 @@ class Follower:
         """A rest position with the direction of the curve there, onward from the one before."""
         K = self.manifold(value).stiffness(here)
         parameter_motion, change = self.slopes(here, value)
-        size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
+        size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
         direction = np.append(y @ here.motions + rate * parameter_motion, rate)
@@ -200,7 +170,7 @@ class Follower:
             off -= (value - here.value) * float(here.direction[-1])
             across = place.motions @ here.direction[:-1]
             along = parameter_motion @ here.direction[:-1] + here.direction[-1]
-            size = max(float(np.abs(K).max()), float(np.abs(change).max()), TINY)
+            size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
             A = np.block(
                 [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
             )
@@ -211,12 +181,12 @@ class Follower:
                 return None
             length = float(np.linalg.norm(move))
             if not length < 1.0 or (n > 1 and length > last):
-                if n > 1 and length < EQUILIBRIUM_STEP_STALLED:
+                if n > 1 and length < tol.EQUILIBRIUM_STEP_STALLED:
                     return self.point(place, value, here.direction, here.arc + abs(step))
                 return None
             q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * parameter_motion)
             value += float(move[-1])
-            if length < LOOP_CLOSURE_CORRECTION:
+            if length < tol.LOOP_CLOSURE_CORRECTION:
                 place = self.manifold(value).at(q)
                 if place is None:
                     return None
@@ -234,12 +204,12 @@ class Follower:
             if place is None:
                 return None
             K = manifold.stiffness(place)
-            move = np.linalg.lstsq(K, place.residual, rcond=LEAST_SQUARES_RANK_FINE)[0]
+            move = np.linalg.lstsq(K, place.residual, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
             length = float(np.linalg.norm(move))
             if not length < 1.0:
                 return None
             place = manifold.moved(place, move @ place.motions)
-            if length < LOOP_CLOSURE_CORRECTION and place is not None:
+            if length < tol.LOOP_CLOSURE_CORRECTION and place is not None:
                 return self.point(place, value, here.direction, here.arc + abs(part))
         return None
 
@@ -248,7 +218,10 @@ class Follower:
         low, high = here, there
         first, last = function(low), function(high)
         top = max(abs(first), abs(last))
-        while abs(last) > CURVE_ZERO_VALUE * top and abs(high.arc - low.arc) > CURVE_ZERO_BRACKET:
+        while (
+            abs(last) > tol.CURVE_ZERO_VALUE * top
+            and abs(high.arc - low.arc) > tol.CURVE_ZERO_BRACKET
+        ):
             arc = high.arc - last * (high.arc - low.arc) / (last - first)
             found = self._point_at(here, there, arc)
             if found is None:
@@ -293,15 +266,10 @@ NODES = 8
 class BranchPoint:
     """A place where two branches cross, or nearly do.
 
-    Attributes
-    ----------
-    point : Point
-        On the curve that is followed.
-    kind : str
-        ``"pitchfork"``, ``"transcritical"`` or ``"multiple"``.
-    gap : float
-        What is left of the residual force, as a part of its second derivatives: the square of how
-        far branches are apart, zero where they cross.
+    `point`: On the curve that is followed.
+    `kind`: ``"pitchfork"``, ``"transcritical"`` or ``"multiple"``.
+    `gap`: What is left of the residual force, as a part of its second derivatives: the square of
+      how far branches are apart, zero where they cross.
     """
 
     point: Point
@@ -336,7 +304,7 @@ def together(
         return None
     went = np.abs(there.stiffnesses[numbers] - here.stiffnesses[numbers])
     apart = float((np.abs(left[numbers]) * length / went).max())
-    return found if apart**2 <= BRANCH_POINT_GAP else None
+    return found if apart**2 <= tol.BRANCH_POINT_GAP else None
 
 
 def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
@@ -396,18 +364,18 @@ def _multiple(
     sides = np.polynomial.Chebyshev.fit(
         parameters, [side for side, _ in rows], len(parameters) - 1, (-1.0, 1.0)
     )
-    zeros = [z.real for z in sides.roots() if abs(z.imag) < ROOT_REAL and abs(z.real) <= 1.0]
+    zeros = [z.real for z in sides.roots() if abs(z.imag) < tol.ROOT_REAL and abs(z.real) <= 1.0]
     if len(zeros) != 1:
         return None
     part = float(zeros[0])
 
     # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
-    beside = BRANCH_POINT_LOOK / length
+    beside = tol.BRANCH_POINT_LOOK / length
     near = at(part - beside), at(part + beside)
     slope = float(sides.deriv()(part))
     if near[0] is None or near[1] is None or not slope:
         return None
-    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * BRANCH_POINT_LOOK**2
+    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * tol.BRANCH_POINT_LOOK**2
     fit = np.polynomial.chebyshev.chebfit(
         parameters, np.array([row for _, row in rows]), len(parameters) - 1
     )
@@ -431,7 +399,7 @@ def _kind(H: Array, V: Array) -> str:
     curvature = float(still @ H @ still) / size**2 if size > 1e-6 else 0.0
     return (
         "pitchfork"
-        if abs(curvature) <= BRANCH_POINT_CURVATURE_NONE * float(np.abs(H).max())
+        if abs(curvature) <= tol.BRANCH_POINT_CURVATURE_NONE * float(np.abs(H).max())
         else "transcritical"
     )
 
@@ -453,28 +421,28 @@ def _solved(
         rows = []
         for kernel in V:
             sides = []
-            for step in (DIFFERENCE_STEP_BRANCH_POINT, -DIFFERENCE_STEP_BRANCH_POINT):
+            for step in (tol.DIFFERENCE_STEP_BRANCH_POINT, -tol.DIFFERENCE_STEP_BRANCH_POINT):
                 near = _moved(follower, place, value, parameter_motion, step * kernel)
                 if near is None or len(near.motions) != free:
                     return None
                 _, other = _jacobian(follower, near, value + step * float(kernel[-1]))
                 sides.append(_aligned(place, near, other) / size)
-            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * DIFFERENCE_STEP_BRANCH_POINT))
+            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * tol.DIFFERENCE_STEP_BRANCH_POINT))
         H = np.array(rows)
         r = place.residual / size
         across = -(vt[: free - 1].T @ ((u[:, : free - 1].T @ r) / s[: free - 1]))
-        along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=SINGULAR_VALUE_ZERO)[0]
+        along = np.linalg.lstsq(H.T, -(w @ (J / size) @ V.T), rcond=tol.SINGULAR_VALUE_ZERO)[0]
         x = across + along @ V
         length = float(np.linalg.norm(x))
-        if length < LOOP_CLOSURE_CORRECTION or (
-            length < EQUILIBRIUM_STEP_STALLED and length > 0.5 * last
+        if length < tol.LOOP_CLOSURE_CORRECTION or (
+            length < tol.EQUILIBRIUM_STEP_STALLED and length > 0.5 * last
         ):
             H = 0.5 * (H + H.T)
             # a form with one sign has no branches: an isolated point
-            gap = abs(float(w @ r)) / max(float(np.abs(H).max()), TINY)
+            gap = abs(float(w @ r)) / max(float(np.abs(H).max()), tol.TINY)
             return (place, value, H, V, gap) if np.linalg.det(H) < 0.0 else None
         last = length
-        x *= min(1.0, BRANCH_POINT_STEP_LONGEST / length)
+        x *= min(1.0, tol.BRANCH_POINT_STEP_LONGEST / length)
         place, value = _moved(follower, place, value, parameter_motion, x), value + float(x[-1])
     return None
 
@@ -767,25 +735,25 @@ class _Tracer:
         if here.direction[-1] < 0.0:
             here = dataclasses.replace(here, direction=-here.direction)
         self.path = [here]
-        step = CURVE_STEP_FIRST
+        step = tol.CURVE_STEP_FIRST
         while len(self.path) < self.points:
             there = self.follower.ahead(here, step)
             cosine = 0.0 if there is None else float(there.direction @ here.direction)
-            if there is None or cosine < CURVE_COSINE:
+            if there is None or cosine < tol.CURVE_COSINE:
                 step *= 0.5
-                if step < CURVE_STEP_SHORTEST:
+                if step < tol.CURVE_STEP_SHORTEST:
                     self._stops(here)
                     break
                 continue
             if not 0.0 <= there.value <= 1.0:
                 if not self._end(here, 1.0 if there.value > 1.0 else 0.0):
-                    if step > BRANCH_POINT_STEP_LEAST:
+                    if step > tol.BRANCH_POINT_STEP_LEAST:
                         step *= 0.5
                         continue
                     self._stops(here)
                 break
             if not self._between(here, there):
-                if step > BRANCH_POINT_STEP_LEAST:
+                if step > tol.BRANCH_POINT_STEP_LEAST:
                     step *= 0.5  # it leapt from one branch to another that does not cross
                     continue
                 said = (
@@ -800,8 +768,8 @@ class _Tracer:
             if np.abs((there.place.q - place.q) / self.follower.scale).max() > RUN_AWAY:
                 self.notes.append(f"it leaves all bounds near {self._where(there)}")
                 break
-            if cosine > 1.0 - 0.25 * (1.0 - CURVE_COSINE):
-                step = min(2.0 * step, CURVE_STEP_LONGEST)
+            if cosine > 1.0 - 0.25 * (1.0 - tol.CURVE_COSINE):
+                step = min(2.0 * step, tol.CURVE_STEP_LONGEST)
             here = there
         else:
             said = f"{self.points} points were not enough: give more points"
@@ -815,8 +783,8 @@ class _Tracer:
         """Whether the curve has come back to its beginning."""
         first, parts = self.path[0], len(self.path)
         apart = self.follower.first.apart(first.place.q, there.place.q)
-        near = max(apart, abs(first.value - there.value)) < 0.6 * CURVE_STEP_LONGEST
-        return parts > 10 and near and bool(first.direction @ there.direction > CURVE_COSINE)
+        near = max(apart, abs(first.value - there.value)) < 0.6 * tol.CURVE_STEP_LONGEST
+        return parts > 10 and near and bool(first.direction @ there.direction > tol.CURVE_COSINE)
 
     def _stops(self, here: Point) -> None:
         """The curve ends at a point within its span."""
@@ -840,7 +808,7 @@ class _Tracer:
         """Folds and crossings between neighbours; whether both are on one branch."""
         if here.side * there.side < 0.0:
             found = crossing(self.follower, here, there)
-            if found is None or found.gap > BRANCH_POINT_GAP:
+            if found is None or found.gap > tol.BRANCH_POINT_GAP:
                 return False
             self._crossed(found.point, found.kind)
             return True

@@ -22,14 +22,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.core.tolerances import (
-    FRICTION_BAND_END,
-    FRICTION_BAND_ENDS_SAME,
-    FRICTION_RESERVE_DEEP,
-    FRICTION_RESERVE_JAMMED,
-    FRICTION_RESERVE_NONE,
-    RATE_NONE_SLIDING,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
 from mbody.kernels.friction import IMPENDING
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -159,7 +152,7 @@ class FrictionReserve:
         output = np.zeros((1, len(self.pairs), PER_PAIR))
         rates_of_pairs(self.layout, self.work, StoredMotion(motion=moving, **how), output)
         rates = np.where(self.holds, output[0, :, 0], 0.0)
-        rates[np.abs(rates) <= RATE_NONE_SLIDING * np.abs(rates).max(initial=0.0)] = 0.0
+        rates[np.abs(rates) <= tol.RATE_NONE_SLIDING * np.abs(rates).max(initial=0.0)] = 0.0
         table = np.empty((1, PER_PRIMITIVE * len(system.owners), 1))
         reached = np.empty((1, 2))
         least, residual = np.inf, float(place.force @ along)
@@ -221,7 +214,7 @@ def _is_point(band: Band, scale: Array) -> bool:
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
     displacement = (band.last.place.q - band.first.place.q) / scale
-    return bool(np.abs(displacement).max() < FRICTION_BAND_ENDS_SAME)
+    return bool(np.abs(displacement).max() < tol.FRICTION_BAND_ENDS_SAME)
 
 
 def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:
@@ -251,7 +244,7 @@ class _Located:
         """Places along the walks between which the reserve changes its sign once at most."""
         samples = list(self.samples(walks))
         finite = [abs(value) for _, value, _ in samples if np.isfinite(value)]
-        self.most = FRICTION_RESERVE_JAMMED * max(finite, default=1.0)
+        self.most = tol.FRICTION_RESERVE_JAMMED * max(finite, default=1.0)
         limited = [(node, self._limited(value), smooth) for node, value, smooth in samples]
         return list(self.refined(limited))
 
@@ -261,7 +254,7 @@ class _Located:
 
     def _limited(self, value: float) -> float:
         # where nothing slides, as in a dead centre, rounding would decide
-        return 0.0 if abs(value) <= FRICTION_RESERVE_NONE * self.most else min(value, self.most)
+        return 0.0 if abs(value) <= tol.FRICTION_RESERVE_NONE * self.most else min(value, self.most)
 
     def samples(self, walks: list[Walk]) -> Iterator[Sample]:
         """Nodes in order, the reserve there, and whether the curve is smooth up to the next."""
@@ -300,7 +293,7 @@ class _Located:
             if (
                 not near
                 or min(sign * before, sign * after) < 0.0
-                or sign * value > FRICTION_RESERVE_DEEP * rise
+                or sign * value > tol.FRICTION_RESERVE_DEEP * rise
             ):
                 yield sample
                 continue
@@ -349,7 +342,7 @@ class _Located:
         size = float(np.abs((other.place.q - one.place.q) / scale).max())
         best, side = holding, 0
         for _ in range(HALVINGS):
-            if (high - low) * size <= FRICTION_BAND_END:
+            if (high - low) * size <= tol.FRICTION_BAND_END:
                 break
             # the Illinois rule: a false position that does not stay at one end
             part = (low * above - high * below) / (above - below)

@@ -22,29 +22,7 @@ from mbody.analysis.position.tangent_space import (
     Place,
     orthonormal,
 )
-from mbody.core.tolerances import (
-    CHART_BENT,
-    CHART_CHORD,
-    CHART_FURTHER,
-    CHART_RADIUS,
-    CHART_RADIUS_INNERMOST,
-    CHART_RADIUS_PART,
-    CHART_STEEP,
-    CHART_TANGENT_COSINE,
-    LEAST_SQUARES_RANK_COARSE,
-    POSITION_SAME,
-    SURFACE_DRIVEN_OUT,
-    SURFACE_END_MET,
-    SURFACE_END_ON_LINE,
-    SURFACE_ERROR_SURE,
-    SURFACE_FORCE_PROBE,
-    SURFACE_FORCE_SMOOTH,
-    SURFACE_SPACING,
-    SURFACE_SPACING_LEAST,
-    SURFACE_SPACING_SAME,
-    SURFACE_TURN_FORCE,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.model.loads import Load
 from mbody.system.system import System
 
@@ -59,12 +37,8 @@ def two_ended(system: System) -> list[Load]:
 class LoadEnds:
     """From one end of each of some loads to the other, in model lengths, at many positions.
 
-    Attributes
-    ----------
-    numbers : list of int
-        Of the loads, in the order of the description.
-    along : array (loads,)
-        Whether each pulls along the line between its ends.
+    `numbers`: Of the loads, in the order of the description.
+    `along` (loads,): Whether each pulls along the line between its ends.
     """
 
     def __init__(self, system: System, loads: Sequence[Load]) -> None:
@@ -116,12 +90,8 @@ MOST, FAR = 2400, 8.0
 class CoverNode:
     """A place of the cover.
 
-    Attributes
-    ----------
-    frame : array (2, coordinates)
-        Orthonormal free directions, carried along from the first place.
-    radius : float
-        Distance of its neighbours.
+    `frame` (2, coordinates): Orthonormal free directions, carried along from the first place.
+    `radius`: Distance of its neighbours.
     """
 
     place: Place
@@ -135,18 +105,13 @@ class CoverNode:
 class _Neighbours:
     """Every pair of places that are next to each other, in the tangent plane of the first.
 
-    Attributes
-    ----------
-    first, second : array (pairs,)
-        Numbers of the places, in the order of the first.
-    begin : array (places + 1,)
-        Which pairs each place is the first of.
-    seen : array (pairs, 2)
-    chords : array (pairs,)
-    turns : array (pairs, 2, 2)
-        From the frame of the second to that of the first, turned as little as possible.
-    level : array (pairs,)
-        Least cosine between both planes.
+    `first`, `second` (pairs,): Numbers of the places, in the order of the first.
+    `begin` (places + 1,): Which pairs each place is the first of.
+    `seen` (pairs, 2)
+    `chords` (pairs,)
+    `turns` (pairs, 2, 2): From the frame of the second to that of the first, turned as little as
+      possible.
+    `level` (pairs,): Least cosine between both planes.
     """
 
     first: Array
@@ -169,7 +134,7 @@ class Cover:
         self.full = self.wound = False
         self._names = np.empty((MOST, 4 * (len(start.q) // 3)))
         self._radii = np.empty(MOST)
-        self._add(self.node(start, frame, SURFACE_SPACING))
+        self._add(self.node(start, frame, tol.SURFACE_SPACING))
         self._grow()
 
     @property
@@ -218,7 +183,7 @@ class Cover:
         """Whether there are places already at each of some positions."""
         own = np.minimum(self._radii[: len(self.nodes)], radius[:, None])
         taken = np.zeros(len(names), dtype=bool)
-        taken[self.within(names, SURFACE_SPACING_SAME * own)[0]] = True
+        taken[self.within(names, tol.SURFACE_SPACING_SAME * own)[0]] = True
         return taken
 
     def _grow(self) -> None:
@@ -239,7 +204,7 @@ class Cover:
             for direction in turns @ node.frame
         ]
         left = [
-            (node, direction, min(2.0 * node.radius, SURFACE_SPACING))
+            (node, direction, min(2.0 * node.radius, tol.SURFACE_SPACING))
             for node, direction in directions
         ]
         added: list[CoverNode] = []
@@ -254,7 +219,7 @@ class Cover:
                 if taken[n]:
                     continue
                 others = np.abs(names[tried] - name).max(axis=1)
-                alike = others < SURFACE_SPACING_SAME * np.minimum(0.8 * radii[tried], radius)
+                alike = others < tol.SURFACE_SPACING_SAME * np.minimum(0.8 * radii[tried], radius)
                 (later if alike.any() else tried).append(n)
             again = [left[n] for n in later]
             if tried:
@@ -264,7 +229,9 @@ class Cover:
                 level[found.good] = orthonormal(found.directions[found.good])[1]
                 moved = np.array([found.q[k] - left[n][0].place.q for k, n in enumerate(tried)])
                 parts = np.abs(moved / self.scale).max(axis=1) / radii[tried]
-                fits = found.good & (level > CHART_TANGENT_COSINE) & (parts > 0.5) & (parts < 1.6)
+                fits = (
+                    found.good & (level > tol.CHART_TANGENT_COSINE) & (parts > 0.5) & (parts < 1.6)
+                )
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
@@ -273,12 +240,12 @@ class Cover:
                     node, direction, radius = left[n]
                     place = places.get(k)
                     if place is None or not np.isfinite(place.force).all():
-                        if 0.5 * radius > SURFACE_SPACING_LEAST:
+                        if 0.5 * radius > tol.SURFACE_SPACING_LEAST:
                             again.append((node, direction, 0.5 * radius))
                         continue
                     count, name = len(self.nodes), names[k]
                     beside = np.abs(self._names[old:count] - name).max(axis=1)
-                    own = SURFACE_SPACING_SAME * np.minimum(self._radii[old:count], radius)
+                    own = tol.SURFACE_SPACING_SAME * np.minimum(self._radii[old:count], radius)
                     if taken[k] or (beside < own).any():
                         continue
                     if count == MOST:
@@ -307,7 +274,7 @@ class Cover:
             ring, count = [left.pop()], count + 1
             for one in ring:  # grows on the way
                 beside = [
-                    n for n in left if np.abs(n.name - one.name).max() < 1.6 * SURFACE_SPACING
+                    n for n in left if np.abs(n.name - one.name).max() < 1.6 * tol.SURFACE_SPACING
                 ]
                 left = [n for n in left if n not in beside]
                 ring += beside
@@ -319,7 +286,7 @@ class Cover:
             displacement = ((node.place.q - self.start.q) / self.scale).reshape(-1, 3).copy()
             displacement[:, 2] = 0.0
             outward = node.frame.T @ (node.frame @ displacement.reshape(-1))
-            if node.place.force @ outward > SURFACE_DRIVEN_OUT * float(
+            if node.place.force @ outward > tol.SURFACE_DRIVEN_OUT * float(
                 np.abs(node.place.force).max(initial=0.0)
             ):
                 return True
@@ -335,7 +302,7 @@ class Cover:
                 continue  # it does not turn round
             q = first.q.copy()
             q[3 * body + 2] += 2.0 * np.pi
-            if np.abs(self.manifold.force(q) - first.force).max() > SURFACE_TURN_FORCE * top:
+            if np.abs(self.manifold.force(q) - first.force).max() > tol.SURFACE_TURN_FORCE * top:
                 return True
         return False
 
@@ -376,8 +343,8 @@ class Cover:
         own = slice(*beside.begin[number : number + 2].tolist())
         seen, lengths = beside.seen[own], np.linalg.norm(beside.seen[own], axis=1)
         # the tangent plane shows where they are
-        shown = (beside.chords[own] <= CHART_CHORD * lengths) & (
-            beside.level[own] > CHART_TANGENT_COSINE
+        shown = (beside.chords[own] <= tol.CHART_CHORD * lengths) & (
+            beside.level[own] > tol.CHART_TANGENT_COSINE
         )
         radius = 1.5 * self.nodes[number].radius
         if shown.any():
@@ -409,7 +376,7 @@ class Cover:
         # places are no further than that from the nearest of the cover
         radius = 0.75 * longest[own]
         least = _least(residuals[own], stiffness[own], radius)
-        found[own] = least > SURFACE_ERROR_SURE * second_derivative[own] * radius**2
+        found[own] = least > tol.SURFACE_ERROR_SURE * second_derivative[own] * radius**2
         return found
 
 
@@ -444,7 +411,7 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
     """The least |r − K y| of |y| up to the radius: (places,), r (places, 2), K (places, 2, 2)."""
     u, s, _ = np.linalg.svd(K)
     part = np.einsum("nba,nb->na", u, r)
-    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / radius + TINY
+    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / radius + tol.TINY
     for _ in range(40):  # the multiplier of |y| = radius
         middle = 0.5 * (low + high)
         y = s * part / (s**2 + middle[:, None])
@@ -473,14 +440,9 @@ ITERATIONS, HALVINGS = 20, 5
 class JumpPoint:
     """A point where a load jumps.
 
-    Attributes
-    ----------
-    node : CoverNode
-        The place of the cover in whose tangent plane it is.
-    y : array (2,)
-        Where it is there.
-    radius : float
-        Of the disc around it that has no other such point.
+    `node`: The place of the cover in whose tangent plane it is.
+    `y` (2,): Where it is there.
+    `radius`: Of the disc around it that has no other such point.
     """
 
     node: CoverNode
@@ -493,13 +455,10 @@ class JumpPoint:
 class Meetings:
     """Where ends of loads meet and a force jumps.
 
-    Attributes
-    ----------
-    points : list of JumpPoint
-    sharp : list of Load
-        The loads whose force jumps where their ends meet, or may: those that never meet among them.
-    creased : list of bool
-        Of each of these whether its ends meet in curves of the surface.
+    `points`: list of JumpPoint
+    `sharp`: The loads whose force jumps where their ends meet, or may: those that never meet among
+      them.
+    `creased`: Of each of these whether its ends meet in curves of the surface.
     """
 
     points: list[JumpPoint]
@@ -528,7 +487,7 @@ def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Mee
     points = []
     for node, q in found:
         others = [_apart(cover, q, other) for _, other in found if other is not q]
-        radius = min(CHART_RADIUS, CHART_RADIUS_PART * min(others, default=np.inf))
+        radius = min(tol.CHART_RADIUS, tol.CHART_RADIUS_PART * min(others, default=np.inf))
         points.append(JumpPoint(node, q, cover.seen(node, q), radius))
     return Meetings(points, sharp, creased)
 
@@ -548,7 +507,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
     radius = np.array([[node.radius] for node in cover.nodes])
     sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
     return np.asarray(
-        np.linalg.norm(ends.vectors(q), axis=-1) <= CHART_FURTHER * radius * sizes + radius**2
+        np.linalg.norm(ends.vectors(q), axis=-1) <= tol.CHART_FURTHER * radius * sizes + radius**2
     )
 
 
@@ -558,7 +517,7 @@ def _apart(cover: Cover, one: Array, other: Array) -> float:
 
 
 def _is_new(cover: Cover, q: Array, found: list[tuple[CoverNode, Array]]) -> bool:
-    return all(_apart(cover, q, other) > POSITION_SAME for _, other in found)
+    return all(_apart(cover, q, other) > tol.POSITION_SAME for _, other in found)
 
 
 def _met(
@@ -579,10 +538,10 @@ def _met(
     left = np.arange(len(beside))
     for _ in range(ITERATIONS):
         J = ends.slopes(q[left], directions[left])[:, n]
-        there = np.linalg.norm(d[left], axis=1) < SURFACE_END_MET
+        there = np.linalg.norm(d[left], axis=1) < tol.SURFACE_END_MET
         for k, own in zip(left[there].tolist(), J[there], strict=True):
             sizes = np.linalg.svd(own, compute_uv=False)
-            line = bool(sizes[1] <= SURFACE_END_ON_LINE * sizes[0])
+            line = bool(sizes[1] <= tol.SURFACE_END_ON_LINE * sizes[0])
             on_line &= line
             # of a curve one is enough
             if not (met and line and on_line) and _is_new(cover, q[k], met):
@@ -590,9 +549,11 @@ def _met(
         left, J = left[~there], J[~there]
         if not left.size:
             break
-        step = -np.einsum("nfd,nd->nf", np.linalg.pinv(J, rcond=LEAST_SQUARES_RANK_COARSE), d[left])
+        step = -np.einsum(
+            "nfd,nd->nf", np.linalg.pinv(J, rcond=tol.LEAST_SQUARES_RANK_COARSE), d[left]
+        )
         along = np.einsum("nf,nfc->nc", step, directions[left])
-        size = np.maximum(np.abs(along).max(axis=1), TINY)
+        size = np.maximum(np.abs(along).max(axis=1), tol.TINY)
         along *= np.minimum(1.0, radius[left] / size)[:, None]
         # where two such points are close to each other a whole step overshoots
         trying, kept = np.arange(len(left)), np.zeros(len(left), dtype=bool)
@@ -620,13 +581,13 @@ def _jumps(cover: Cover, node: CoverNode, q: Array) -> bool:
     manifold = cover.manifold
     for direction in node.frame:
         sides = [
-            manifold.closed(q + sign * SURFACE_FORCE_PROBE * manifold.scale * direction)
+            manifold.closed(q + sign * tol.SURFACE_FORCE_PROBE * manifold.scale * direction)
             for sign in (1.0, -1.0)
         ]
         if sides[0] is None or sides[1] is None:
             continue
         one, other = (manifold.force(side) for side in sides if side is not None)
-        if not np.abs(one - other).max() <= SURFACE_FORCE_SMOOTH * manifold.largest(sides[0]):
+        if not np.abs(one - other).max() <= tol.SURFACE_FORCE_SMOOTH * manifold.largest(sides[0]):
             return True
     return False
 
@@ -674,7 +635,9 @@ class TangentChart:
         y = np.array([self.y(0.5 * i * FINEST, 0.5 * j * FINEST) for i, j in middles])
         found = chart_positions([self] * len(y), y)
         chords = np.linalg.norm((found.q - self.node.place.q) / self.cover.scale, axis=1)
-        return bool(found.good.all() and (chords <= CHART_BENT * np.linalg.norm(y, axis=1)).all())
+        return bool(
+            found.good.all() and (chords <= tol.CHART_BENT * np.linalg.norm(y, axis=1)).all()
+        )
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -717,10 +680,10 @@ class PolarChart(TangentChart):
 
     def __init__(self, cover: Cover, point: JumpPoint, ends: LoadEnds) -> None:
         self.centre, self.radius = point.y, point.radius
-        low = np.array([CHART_RADIUS_INNERMOST * self.radius, BEGINS])
+        low = np.array([tol.CHART_RADIUS_INNERMOST * self.radius, BEGINS])
         super().__init__(cover, point.node, low, np.array([self.radius, BEGINS + 2.0 * np.pi]))
         lengths = np.linalg.norm(ends.vectors(point.q), axis=1)
-        self.own = lengths < 1e-3 * CHART_RADIUS_INNERMOST * self.radius
+        self.own = lengths < 1e-3 * tol.CHART_RADIUS_INNERMOST * self.radius
 
     def y(self, i: float, j: float) -> Array:
         """Coordinates of a point of the grid."""
@@ -739,7 +702,7 @@ class PolarChart(TangentChart):
         """
         turned = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
         lengths = np.linalg.norm(ends, axis=-1)
-        part = (turned / np.maximum(lengths.min(axis=2), TINY)).max(axis=1)
+        part = (turned / np.maximum(lengths.min(axis=2), tol.TINY)).max(axis=1)
         return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
 
 
@@ -753,7 +716,7 @@ def chart_positions(charts: Sequence[TangentChart], y: Array) -> ClosedPositions
     # closing may lead to another sheet, and beside a change point to another circuit
     chords = np.linalg.norm((found.q - origin) / scale, axis=1)
     sides = np.array([chart.side for chart in charts])
-    good = found.good & (chords <= CHART_STEEP * np.linalg.norm(y, axis=1) + 1e-9)
+    good = found.good & (chords <= tol.CHART_STEEP * np.linalg.norm(y, axis=1) + 1e-9)
     return replace(found, good=good & (found.side == sides))
 
 
@@ -767,7 +730,7 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     displacement = without_whole_revolutions((q - origin) / cover.scale)
     found = chart_positions(charts, np.einsum("nfc,nc->nf", frames, displacement))
     apart = np.abs(without_whole_revolutions((found.q - q) / cover.scale)).max(axis=1)
-    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < POSITION_SAME))
+    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < tol.POSITION_SAME))
 
 
 # -- The residual force at points of charts of a surface, and what single loads are of it ----------

@@ -20,34 +20,7 @@ from mbody.analysis.equilibria.position_surface import Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, ManyPositions, Place
-from mbody.core.tolerances import (
-    EQUILIBRIA_ALIKE,
-    EQUILIBRIUM_BALANCED,
-    EQUILIBRIUM_DAMPING_FAILED,
-    EQUILIBRIUM_DAMPING_FIRST,
-    EQUILIBRIUM_DAMPING_LEAST,
-    EQUILIBRIUM_DAMPING_LOST,
-    EQUILIBRIUM_DESCENT_LEAST,
-    EQUILIBRIUM_DESCENT_SOFT,
-    EQUILIBRIUM_DESCENT_STEP,
-    EQUILIBRIUM_INDEPENDENT,
-    EQUILIBRIUM_STEP_LONGEST,
-    EQUILIBRIUM_STEP_ROUNDING,
-    EQUILIBRIUM_STEP_STALLED,
-    EQUILIBRIUM_STRIDE,
-    LEAST_SQUARES_RANK_SEARCH,
-    LOAD_CHANGE_NONE,
-    LOAD_JUMP,
-    LOADS_BESIDE,
-    LOADS_BESIDE_FURTHER,
-    LOADS_COMPARED_FAR,
-    LOADS_COMPARED_NEAR,
-    POSITION_SAME_LOOSE,
-    STIFFNESS_SOFT,
-    STIFFNESS_ZERO,
-    SURFACE_SPACING,
-    TINY,
-)
+from mbody.core import tolerances as tol
 
 # -- Why a number of rest positions is uncertain near a place: a load jumps, or no stiffness ---
 
@@ -56,11 +29,11 @@ def jumping_loads(manifold: Manifold, place: Place) -> list[str]:
     """Names of the loads whose force jumps at a place, as of a spring whose ends meet there."""
     many, directions = ManyPositions(manifold), manifold.scale * place.motions
     changes = []
-    for step in (LOADS_COMPARED_NEAR, LOADS_COMPARED_FAR):
+    for step in (tol.LOADS_COMPARED_NEAR, tol.LOADS_COMPARED_FAR):
         sides = [many.loads(place.q + sign * step * directions) for sign in (1.0, -1.0)]
         changes.append(np.abs(sides[0] - sides[1]).max(axis=(0, 2), initial=0.0))
-    least = LOAD_CHANGE_NONE * manifold.largest(place.q)
-    jumps = (changes[0] > LOAD_JUMP * changes[1]) & (changes[0] > least)
+    least = tol.LOAD_CHANGE_NONE * manifold.largest(place.q)
+    jumps = (changes[0] > tol.LOAD_JUMP * changes[1]) & (changes[0] > least)
     loads = manifold.system.mechanism.loads
     return [load.name for load, own in zip(loads, jumps, strict=True) if own]
 
@@ -76,11 +49,11 @@ def directionless_loads(manifold: Manifold, place: Place) -> list[str]:
         )
         .max(axis=2, initial=0.0)
         .max(axis=0, initial=0.0)
-        for step in (LOADS_BESIDE, LOADS_BESIDE_FURTHER)
+        for step in (tol.LOADS_BESIDE, tol.LOADS_BESIDE_FURTHER)
     )
     here = np.abs(many.loads(place.q[None]))[0].max(axis=1, initial=0.0)
     # a load that vanishes smoothly is as much smaller as it is nearer
-    gone = (here < LOAD_JUMP * near) & (near > LOAD_JUMP * far)
+    gone = (here < tol.LOAD_JUMP * near) & (near > tol.LOAD_JUMP * far)
     loads = manifold.system.mechanism.loads
     return [load.name for load, own in zip(loads, gone, strict=True) if own]
 
@@ -91,7 +64,7 @@ def without_stiffness(manifold: Manifold, place: Place) -> bool:
     if not (K.size and np.isfinite(K).all()):
         return False
     sizes = np.linalg.svd(K, compute_uv=False)
-    return bool(sizes[-1] <= STIFFNESS_SOFT * max(float(sizes[0]), manifold.scale_of(place)))
+    return bool(sizes[-1] <= tol.STIFFNESS_SOFT * max(float(sizes[0]), manifold.scale_of(place)))
 
 
 #: How many steps a walk makes each way.
@@ -116,16 +89,10 @@ def unit(direction: Array) -> Array:
 class Rest:
     """A rest position.
 
-    Attributes
-    ----------
-    stiffness : array (free, free)
-        In the free directions of the place.
-    top : float
-        What its forces are measured by, as a torque; see `Manifold.scale_of`.
-    row : bool
-        Whether it is one of a row without end, along which no force arises.
-    singular : bool
-        Whether more is free here, to first order, than nearby: branches of the motion meet.
+    `stiffness` (free, free): In the free directions of the place.
+    `top`: What its forces are measured by, as a torque; see `Manifold.scale_of`.
+    `row`: Whether it is one of a row without end, along which no force arises.
+    `singular`: Whether more is free here, to first order, than nearby: branches of the motion meet.
     """
 
     place: Place
@@ -139,25 +106,16 @@ class Rest:
 class RestSearch:
     """Equilibria and doubtful positions found from all starts.
 
-    Attributes
-    ----------
-    found : list of Rest
-        Rest positions, no two the same, in the order in which they were met.
-    least : Place or None
-        Where the residual force was least, as a part of the greatest load.
-    ran_away : Place or None
-        Where a descent left all bounds.
-    lifts : list of Place
-        Where a load jumps, as a spring whose ends meet, and drives away.
-    jumps, unsure, odd : list of Place
-        Of single free motions: where loads drive from both sides and nothing balances, where no
-        number of rest positions is certain, and beside which stable and unstable ones do not
-        alternate.
-    ends : list of (str, Place)
-        Why and where a walk along a single free motion ended that does not close; "wound" where
-        further turns may have rest positions too.
-    walks : list of (MotionCurve, Walk)
-        Along single free motions.
+    `found`: Rest positions, no two the same, in the order in which they were met.
+    `least`: Where the residual force was least, as a part of the greatest load.
+    `ran_away`: Where a descent left all bounds.
+    `lifts`: Where a load jumps, as a spring whose ends meet, and drives away.
+    `jumps`, `unsure`, `odd`: Of single free motions: where loads drive from both sides and nothing
+      balances, where no number of rest positions is certain, and beside which stable and unstable
+      ones do not alternate.
+    `ends`: Why and where a walk along a single free motion ended that does not close; "wound" where
+      further turns may have rest positions too.
+    `walks`: Along single free motions.
     """
 
     manifold: Manifold
@@ -211,7 +169,9 @@ class RestSearch:
             self._keep(place)
         self.jumps += roots.jumps
         self.unsure += roots.unsure
-        new = [r for r in self.found if cover.near(cover.name(r.place.q)).min() < SURFACE_SPACING]
+        new = [
+            r for r in self.found if cover.near(cover.name(r.place.q)).min() < tol.SURFACE_SPACING
+        ]
         row = any(rest.row for rest in self.found[before:])
         # each border that loads drive away from takes one from the Euler characteristic
         inward = not (cover.full or cover.driven_out())
@@ -229,7 +189,11 @@ class RestSearch:
     def _polished(self, near: Place) -> Place | None:
         """The rest position that a place is close to."""
         place = self._solved(near)
-        return place if place.size <= EQUILIBRIUM_BALANCED * self.manifold.scale_of(place) else None
+        return (
+            place
+            if place.size <= tol.EQUILIBRIUM_BALANCED * self.manifold.scale_of(place)
+            else None
+        )
 
     def _beside(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
@@ -238,7 +202,7 @@ class RestSearch:
         """
         directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
         found = [
-            self.manifold.moved(here, 0.5 * EQUILIBRIUM_STRIDE * unit(direction))
+            self.manifold.moved(here, 0.5 * tol.EQUILIBRIUM_STRIDE * unit(direction))
             for direction in directions
         ]
         return [place for place in found if place is not None and len(place.motions) == 1]
@@ -257,8 +221,8 @@ class RestSearch:
             arclength = 0.0
             for distance in DISTANCES:
                 while place is not None and arclength < distance:
-                    place, along = self._step(place, along, EQUILIBRIUM_STRIDE)
-                    arclength += EQUILIBRIUM_STRIDE
+                    place, along = self._step(place, along, tol.EQUILIBRIUM_STRIDE)
+                    arclength += tol.EQUILIBRIUM_STRIDE
                 if place is not None:
                     found.append(place)
         return found
@@ -287,7 +251,7 @@ class RestSearch:
         again = onward.nodes[-1].place
         # turns of a torsion spring are different positions
         alike = float(np.abs(again.force - here.force).max())
-        round_ = onward.closed and alike <= EQUILIBRIA_ALIKE * self.manifold.scale_of(here)
+        round_ = onward.closed and alike <= tol.EQUILIBRIA_ALIKE * self.manifold.scale_of(here)
         walks = [onward]
         if onward.closed and not round_:
             walks.append(curve.walk(-1.0, 0.5 * float(curve.arclengths(onward)[-1])))
@@ -343,7 +307,7 @@ class RestSearch:
         if there is None:
             return False
         alike = float(np.abs(there.force - last.force).max())
-        return alike <= EQUILIBRIA_ALIKE * self.manifold.scale_of(last)
+        return alike <= tol.EQUILIBRIA_ALIKE * self.manifold.scale_of(last)
 
     def _each_leader(self, free: int) -> None:
         """Walk every leader by itself from every rest position, those included that it leads to."""
@@ -365,15 +329,15 @@ class RestSearch:
         """Rest positions from where the residual force along a direction changes its sign; the
         other leaders do not move, fixed (free − 1, coordinates) being what they do.
         """
-        none = EQUILIBRIUM_BALANCED * self.manifold.largest(start.q)
+        none = tol.EQUILIBRIUM_BALANCED * self.manifold.largest(start.q)
         for sign in (1.0, -1.0):
             here, along, last = start, sign * unit(direction), 0.0
             for n in range(STRIDES):
-                there = self.manifold.moved(here, EQUILIBRIUM_STEP_LONGEST * along)
+                there = self.manifold.moved(here, tol.EQUILIBRIUM_STEP_LONGEST * along)
                 if there is None or there.motions.shape != start.motions.shape:
                     break
                 sizes, vt = np.linalg.svd(fixed @ there.motions.T)[1:]
-                if not sizes[-1] > EQUILIBRIUM_INDEPENDENT * sizes[0] or self._is_away(there):
+                if not sizes[-1] > tol.EQUILIBRIUM_INDEPENDENT * sizes[0] or self._is_away(there):
                     break
                 onward = vt[-1] @ there.motions
                 along = unit(onward) * np.sign(onward @ along)
@@ -383,7 +347,10 @@ class RestSearch:
                         self._settle(there if abs(residual) < abs(last) else here)
                     last = residual
                 here = there
-                if n > 2 and self.manifold.apart(here.q, start.q) < 0.6 * EQUILIBRIUM_STEP_LONGEST:
+                if (
+                    n > 2
+                    and self.manifold.apart(here.q, start.q) < 0.6 * tol.EQUILIBRIUM_STEP_LONGEST
+                ):
                     return  # once round
 
     def _try(self, start: Place) -> None:
@@ -399,31 +366,35 @@ class RestSearch:
 
     def _solved(self, here: Place) -> Place:
         """Levenberg–Marquardt on the residual force: the place where it ends."""
-        damping = EQUILIBRIUM_DAMPING_FIRST
+        damping = tol.EQUILIBRIUM_DAMPING_FIRST
         for _ in range(ITERATIONS):
             if here.size == 0.0 or not len(here.motions):
                 break
             K = self.manifold.stiffness(here)
             if not np.isfinite(K).all():
                 break
-            size = max(float(np.abs(K).max()), TINY)
+            size = max(float(np.abs(K).max()), tol.TINY)
             A = np.vstack([K, np.sqrt(damping) * size * np.eye(len(K))])
             step = np.linalg.lstsq(
-                A, np.append(here.residual, 0.0 * here.residual), rcond=LEAST_SQUARES_RANK_SEARCH
+                A,
+                np.append(here.residual, 0.0 * here.residual),
+                rcond=tol.LEAST_SQUARES_RANK_SEARCH,
             )[0]
-            step *= min(1.0, EQUILIBRIUM_STEP_LONGEST / max(float(np.linalg.norm(step)), TINY))
+            step *= min(
+                1.0, tol.EQUILIBRIUM_STEP_LONGEST / max(float(np.linalg.norm(step)), tol.TINY)
+            )
             there = self.manifold.moved(here, step @ here.motions)
             length = float(np.linalg.norm(step))
             if there is not None and there.size < here.size:
                 stalled = there.size > 0.5 * here.size
-                here, damping = there, max(0.1 * damping, EQUILIBRIUM_DAMPING_LEAST)
-                if length < EQUILIBRIUM_STEP_ROUNDING or (
-                    length < EQUILIBRIUM_STEP_STALLED and stalled
+                here, damping = there, max(0.1 * damping, tol.EQUILIBRIUM_DAMPING_LEAST)
+                if length < tol.EQUILIBRIUM_STEP_ROUNDING or (
+                    length < tol.EQUILIBRIUM_STEP_STALLED and stalled
                 ):
                     break
             else:
-                damping = max(10.0 * damping, EQUILIBRIUM_DAMPING_FAILED)
-                if length < EQUILIBRIUM_STEP_STALLED or damping > EQUILIBRIUM_DAMPING_LOST:
+                damping = max(10.0 * damping, tol.EQUILIBRIUM_DAMPING_FAILED)
+                if length < tol.EQUILIBRIUM_STEP_STALLED or damping > tol.EQUILIBRIUM_DAMPING_LOST:
                     break
         return here
 
@@ -431,7 +402,7 @@ class RestSearch:
         """Along the residual force to where it ends: a stable rest position, as far as there is
         one.
         """
-        step_limit = EQUILIBRIUM_STEP_LONGEST
+        step_limit = tol.EQUILIBRIUM_STEP_LONGEST
         for _ in range(DESCENT):
             if self._is_away(here):
                 self.ran_away = here
@@ -441,13 +412,13 @@ class RestSearch:
                 return None
             values, vectors = np.linalg.eigh(0.5 * (K + K.T))
             stiff = np.maximum(
-                np.abs(values), EQUILIBRIUM_DESCENT_SOFT * max(np.abs(values).max(), here.size)
+                np.abs(values), tol.EQUILIBRIUM_DESCENT_SOFT * max(np.abs(values).max(), here.size)
             )
             if not stiff.all():
                 return here
             step = vectors @ ((vectors.T @ here.residual) / stiff)
             length = float(np.linalg.norm(step))
-            if length < EQUILIBRIUM_DESCENT_STEP:
+            if length < tol.EQUILIBRIUM_DESCENT_STEP:
                 return here
             step *= min(1.0, step_limit / length)
             along = step @ here.motions
@@ -455,12 +426,12 @@ class RestSearch:
             # not so far that the residual force turns round: the loads would take work back
             if there is None or there.push @ along < -0.5 * (here.push @ along):
                 step_limit = 0.5 * min(step_limit, length)
-                if step_limit < EQUILIBRIUM_DESCENT_LEAST:
+                if step_limit < tol.EQUILIBRIUM_DESCENT_LEAST:
                     return here
                 continue
             here, step_limit = (
                 there,
-                min(2.0 * step_limit, max(EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
+                min(2.0 * step_limit, max(tol.EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
             )
         return here
 
@@ -478,7 +449,7 @@ class RestSearch:
         force.
         """
         top = self.manifold.scale_of(here)
-        if here.size > EQUILIBRIUM_BALANCED * top or self._is_away(here):
+        if here.size > tol.EQUILIBRIUM_BALANCED * top or self._is_away(here):
             ratio = here.size / top
             if ratio < self._ratio and not self._is_away(here):
                 self.least, self._ratio = here, ratio
@@ -487,8 +458,8 @@ class RestSearch:
             turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
             if not (known is None or turned or any(other is one for one in known)):
                 continue  # the walk distinguishes neighbours along it
-            alike = np.abs(other.place.force - here.force).max() <= EQUILIBRIA_ALIKE * top
-            if alike and self.manifold.apart(other.place.q, here.q) < POSITION_SAME_LOOSE:
+            alike = np.abs(other.place.force - here.force).max() <= tol.EQUILIBRIA_ALIKE * top
+            if alike and self.manifold.apart(other.place.q, here.q) < tol.POSITION_SAME_LOOSE:
                 return
         if self._at_jump(here):
             return
@@ -504,7 +475,7 @@ class RestSearch:
             return False
         directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
         beside = [
-            (direction, self.manifold.moved(here, POSITION_SAME_LOOSE * direction))
+            (direction, self.manifold.moved(here, tol.POSITION_SAME_LOOSE * direction))
             for direction in directions
         ]
         back = all(
@@ -518,16 +489,19 @@ class RestSearch:
         """Stiffness, stability and isolation of an equilibrium."""
         K = self.manifold.stiffness(here)
         sizes, vt = np.linalg.svd(K)[1:]
-        none = sizes <= STIFFNESS_ZERO * max(top, float(np.abs(K).max(initial=0.0)))
+        none = sizes <= tol.STIFFNESS_ZERO * max(top, float(np.abs(K).max(initial=0.0)))
         row = False
         for direction in vt[none]:
-            there = self.manifold.moved(here, EQUILIBRIUM_STRIDE * direction @ here.motions)
+            there = self.manifold.moved(here, tol.EQUILIBRIUM_STRIDE * direction @ here.motions)
             if there is not None:
                 there = self._solved(there)
                 apart = self.manifold.apart(there.q, here.q)
-                row |= there.size <= EQUILIBRIUM_BALANCED * top and apart > 0.1 * EQUILIBRIUM_STRIDE
+                row |= (
+                    there.size <= tol.EQUILIBRIUM_BALANCED * top
+                    and apart > 0.1 * tol.EQUILIBRIUM_STRIDE
+                )
         beside = [
-            self.manifold.moved(here, 0.1 * EQUILIBRIUM_STRIDE * direction)
+            self.manifold.moved(here, 0.1 * tol.EQUILIBRIUM_STRIDE * direction)
             for direction in here.motions
         ]
         singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
@@ -541,4 +515,4 @@ class RestSearch:
         forces = [np.linalg.norm(rest.place.force.reshape(-1, 3)[:, :2]) for rest in (one, other)]
         apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
         scale = max(one.top, float(np.abs(sizes[0]).max()))
-        return max(apart, float(abs(forces[0] - forces[1]))) <= EQUILIBRIA_ALIKE * scale
+        return max(apart, float(abs(forces[0] - forces[1]))) <= tol.EQUILIBRIA_ALIKE * scale

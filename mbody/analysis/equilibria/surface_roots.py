@@ -44,25 +44,7 @@ from mbody.analysis.equilibria.position_surface import (
     without_whole_revolutions,
 )
 from mbody.analysis.position.tangent_space import Array, Place
-from mbody.core.tolerances import (
-    CELL_DETERMINANT_NONE,
-    CELL_ONE_ZERO,
-    CELL_STEP_NEAR,
-    CELL_STIFFNESS_SINGULAR,
-    CELL_ZERO_FOLLOWED,
-    CELL_ZERO_WITHIN,
-    CELL_ZEROS_SAME,
-    CHART_WIDTH_LEAST,
-    CHART_WIDTH_MOST,
-    JUMP_ANGLE,
-    LEAST_SQUARES_RANK_FINE,
-    SURFACE_ENDS_NONSMOOTH,
-    SURFACE_ENDS_ONE_LINE,
-    SURFACE_ERROR_SURE,
-    SURFACE_NONSMOOTH_SAME,
-    SURFACE_SPACING,
-    TINY,
-)
+from mbody.core import tolerances as tol
 
 # -- Zeros of the residual force on a surface: Newton's method from many points of charts at once --
 
@@ -134,11 +116,11 @@ class SurfaceZeros:
             left, q, motions = left[steady], q[steady], motions[steady]
             step = np.einsum(
                 "nab,nb->na",
-                np.linalg.pinv(K[steady], rcond=LEAST_SQUARES_RANK_FINE),
+                np.linalg.pinv(K[steady], rcond=tol.LEAST_SQUARES_RANK_FINE),
                 residual[steady],
             )
             found = many.closed(q + scale * np.einsum("na,nac->nc", step, motions), motions)
-            short = found.good & (np.linalg.norm(step, axis=1) < CELL_STEP_NEAR)
+            short = found.good & (np.linalg.norm(step, axis=1) < tol.CELL_STEP_NEAR)
             ends = np.flatnonzero(short)
             ended += zip(left[ends].tolist(), many.places(found, ends), strict=True)
             which = np.flatnonzero(found.good & ~short)
@@ -161,12 +143,12 @@ class SurfaceZeros:
         if not self._is_known(name):
             sizes = np.linalg.svd(self.cover.manifold.stiffness(place))[1]
             self.every.append(
-                Zero(place, name, bool(sizes[-1] <= CELL_STIFFNESS_SINGULAR * sizes[0]))
+                Zero(place, name, bool(sizes[-1] <= tol.CELL_STIFFNESS_SINGULAR * sizes[0]))
             )
             self._names = np.vstack([self._names, name])
 
     def _is_known(self, name: Array) -> bool:
-        return bool((np.abs(self._names - name).max(axis=1) <= CELL_ZEROS_SAME).any())
+        return bool((np.abs(self._names - name).max(axis=1) <= tol.CELL_ZEROS_SAME).any())
 
     def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
@@ -237,28 +219,21 @@ def _error(second_differences: Sequence[Array]) -> Array:
         np.abs(second_difference @ UNIT_CIRCLE.T).max(axis=1)
         for second_difference in second_differences
     ]
-    return np.asarray(0.25 * SURFACE_ERROR_SURE * sum(every))
+    return np.asarray(0.25 * tol.SURFACE_ERROR_SURE * sum(every))
 
 
 class ChartCells:
     """The quarters of some cells whose nine samples are known: (cells, 4) each.
 
-    Attributes
-    ----------
-    empty : array of bool
-        Whether there is no zero, those on a nonsmooth line left out.
-    single : array of bool
-        Whether there is one zero at most.
-    part : array (cells, 4, 2)
-        Where the interpolation has its zero, in parts of the quarter from its corner on.
-    outside : array of bool
-        Whether that is too far away to be in a quarter that has one at most.
-    inward : array of int
-        The number of a load, among those that are sharp, that drives to its nonsmooth line from
-        both sides of a quarter in which the residual force along the nonsmooth line has a zero; −1
-        of none.
-    turning : array (cells, 4, loads) of bool
-        Loads whose direction is not known between the corners.
+    `empty`: Whether there is no zero, those on a nonsmooth line left out.
+    `single`: Whether there is one zero at most.
+    `part` (cells, 4, 2): Where the interpolation has its zero, in parts of the quarter from its
+      corner on.
+    `outside`: Whether that is too far away to be in a quarter that has one at most.
+    `inward`: The number of a load, among those that are sharp, that drives to its nonsmooth line
+      from both sides of a quarter in which the residual force along the nonsmooth line has a zero;
+      −1 of none.
+    `turning` (cells, 4, loads): Loads whose direction is not known between the corners.
     """
 
     def __init__(
@@ -303,19 +278,19 @@ class ChartCells:
         for load in np.flatnonzero(self.creased):
             d = ends[..., load, :].reshape(*shape, 4, 2)
             long = lengths[..., load].reshape(*shape, 4)
-            u = d / np.maximum(long, TINY)[..., None]
+            u = d / np.maximum(long, tol.TINY)[..., None]
             line = np.take_along_axis(u, long.argmax(axis=-1)[..., None, None], axis=2)
             across = np.abs(u[..., 0] * line[..., 1] - u[..., 1] * line[..., 0])
-            on_line = ((across <= SURFACE_ENDS_ONE_LINE) | (long <= SURFACE_ENDS_NONSMOOTH)).all(
-                axis=-1
-            )
+            on_line = (
+                (across <= tol.SURFACE_ENDS_ONE_LINE) | (long <= tol.SURFACE_ENDS_NONSMOOTH)
+            ).all(axis=-1)
             signed = (d * line).sum(axis=-1)
             whole = np.einsum("cijx,cqx->cqij", grid[:, :, :, load], line[:, :, 0])
             bent = [
                 np.abs(second_difference).max(axis=1).reshape(shape)
                 for second_difference in _second_differences(whole.reshape(-1, 3, 3))
             ]
-            least = signed.min(axis=-1) - 0.25 * SURFACE_ERROR_SURE * (bent[0] + bent[1])
+            least = signed.min(axis=-1) - 0.25 * tol.SURFACE_ERROR_SURE * (bent[0] + bent[1])
             beside = on_line & (least > 0.0)
             self.turning[..., load] &= ~beside
             self.crossed[..., load] = on_line & ~beside & self.turning[..., load]
@@ -328,21 +303,21 @@ class ChartCells:
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
         J = np.stack([mean_slope.mean(axis=1) for mean_slope in along], axis=-1)
         top = np.abs(J).max(axis=(1, 2))
-        good = np.abs(np.linalg.det(J)) > CELL_DETERMINANT_NONE * top**2
+        good = np.abs(np.linalg.det(J)) > tol.CELL_DETERMINANT_NONE * top**2
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
         for mean_slope, second_difference, unit in zip(
             along, second_differences, np.eye(2), strict=True
         ):
-            error = SURFACE_ERROR_SURE * np.linalg.norm(
+            error = tol.SURFACE_ERROR_SURE * np.linalg.norm(
                 np.einsum("nkx,nyx->nky", second_difference, B), axis=2
             ).max(axis=1)
             turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
             errors.append(error)
             off.append(np.linalg.norm(turned, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
-        single = good & (differs <= CELL_ONE_ZERO)
+        single = good & (differs <= tol.CELL_ONE_ZERO)
         part = np.full((count, 2), 0.5)
         on = single.copy()
         for _ in range(8):
@@ -352,8 +327,8 @@ class ChartCells:
             part[on] -= np.einsum("nyx,nx->ny", B[on], value)
             on[on] = np.abs(part[on] - 0.5).max(axis=1) <= 2.0
         # by how much the zero may be beside that of the interpolation
-        shift = 0.25 * sum(errors) / np.maximum(1.0 - differs, 1.0 - CELL_ONE_ZERO)
-        outside = np.abs(part - 0.5).max(axis=1) > 0.5 + np.maximum(CELL_ZERO_FOLLOWED, shift)
+        shift = 0.25 * sum(errors) / np.maximum(1.0 - differs, 1.0 - tol.CELL_ONE_ZERO)
+        outside = np.abs(part - 0.5).max(axis=1) > 0.5 + np.maximum(tol.CELL_ZERO_FOLLOWED, shift)
         self.single = single.reshape(shape)
         self.part = part.reshape(*shape, 2)
         self.outside = outside.reshape(shape)
@@ -383,23 +358,23 @@ class ChartCells:
         # what a load may give in each direction: F |slopes · w|
         slopes = samples.slopes[four][:, :, turning]
         sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
-        most = (force.max(axis=1) + SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
+        most = (force.max(axis=1) + tol.SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
         for k, load in enumerate(turning):
             ends = samples.ends[four][:, :, load]
             long = np.linalg.norm(ends, axis=2)
-            off = long > SURFACE_ENDS_NONSMOOTH
+            off = long > tol.SURFACE_ENDS_NONSMOOTH
             line = ends[np.arange(len(ends)), long.argmax(axis=1)]
             signed = np.einsum("nkx,nx->nk", ends, line)
             own = samples.own[four][:, :, load]
             given = np.sign(signed)[:, :, None] * (own @ UNIT_CIRCLE.T)
             given = np.where(off[:, :, None], given, np.inf).min(axis=1)
-            given = given - SURFACE_ERROR_SURE * spread[:, k, None] * sizes[:, k]
+            given = given - tol.SURFACE_ERROR_SURE * spread[:, k, None] * sizes[:, k]
             others = np.abs(part).max(axis=1) + error + most.sum(axis=1) - most[:, k]
             outweighs = self.crossed[which[:, 0], which[:, 1], load] & ~empty
             outweighs &= (given - others > 0.0).any(axis=1)
             empty |= outweighs
-            u = ends / np.maximum(long, TINY)[:, :, None]
+            u = ends / np.maximum(long, tol.TINY)[:, :, None]
             pull = np.einsum("nka,nkax,nkx->nk", u, slopes[:, :, k], own)
             inward = outweighs & ((pull < 0.0) | ~off).all(axis=1)
             for n in np.flatnonzero(inward):
@@ -417,7 +392,7 @@ def _meets(signed: Array, rest: Array, across: Array) -> bool:
     a, b, c, d = values
     J = 0.5 * np.column_stack([c + d - a - b, b + d - a - c])
     top = np.abs(J).max(axis=1)
-    if abs(np.linalg.det(J)) <= CELL_DETERMINANT_NONE * float(top.prod()):
+    if abs(np.linalg.det(J)) <= tol.CELL_DETERMINANT_NONE * float(top.prod()):
         return True
     part = 0.5 - np.linalg.solve(J, values.mean(axis=0))
     return bool(np.abs(part - 0.5).max() <= 0.6)
@@ -450,18 +425,12 @@ CIRCLE, HALVINGS = 16, 16
 class SurfaceRoots:
     """Equilibria and doubtful positions found on a surface.
 
-    Attributes
-    ----------
-    rests : list of Place
-        Where the residual force is zero.
-    jumps : list of Place
-        Beside a place towards which loads drive from all sides, and which no position balances.
-    unsure : list of Place
-        Where no number of zeros is certain.
-    index : int
-        Sum of the winding numbers of the residual force around jumps of the loads.
-    creased : bool
-        Whether loads jump in curves, along which zeros have no winding number.
+    `rests`: Where the residual force is zero.
+    `jumps`: Beside a place towards which loads drive from all sides, and which no position
+      balances.
+    `unsure`: Where no number of zeros is certain.
+    `index`: Sum of the winding numbers of the residual force around jumps of the loads.
+    `creased`: Whether loads jump in curves, along which zeros have no winding number.
     """
 
     rests: list[Place] = field(default_factory=list)
@@ -572,7 +541,7 @@ class _SurfaceIsolation:
         """Keep a position where no number of zeros is certain; of some beside each other one,
         and of many a few."""
         if len(self.found.unsure) < DOUBTS:
-            self.keep_new(q, self.found.unsure, SURFACE_SPACING)
+            self.keep_new(q, self.found.unsure, tol.SURFACE_SPACING)
 
     def keep_new(self, q: Array, places: list[Place], apart: float) -> None:
         """Keep a position among places if its name differs from theirs by more than `apart`."""
@@ -631,7 +600,7 @@ class _SurfaceIsolation:
             chart, corner = cell.chart, cell.corner
             if single:
                 doubtful.append((cell, True))
-                if self.zeros.known(chart, corner, half, CELL_ZERO_WITHIN) is None:
+                if self.zeros.known(chart, corner, half, tol.CELL_ZERO_WITHIN) is None:
                     i, j = corner + half * np.clip(part, 0.0, 1.0)
                     sought.append(SoughtCell(chart, chart.y(i, j), corner, half))
                 continue
@@ -645,7 +614,8 @@ class _SurfaceIsolation:
         for cell, single in doubtful:
             if (
                 single
-                and self.zeros.known(cell.chart, cell.corner, half, CELL_ZERO_WITHIN) is not None
+                and self.zeros.known(cell.chart, cell.corner, half, tol.CELL_ZERO_WITHIN)
+                is not None
             ):
                 continue
             if half == TRIED:
@@ -664,7 +634,7 @@ class _SurfaceIsolation:
             self.keep_new(
                 self.samples.q[numbers[n, k // 2, k % 2]],
                 self.found.jumps,
-                SURFACE_NONSMOOTH_SAME,
+                tol.SURFACE_NONSMOOTH_SAME,
             )
 
     def leave(self, cells: Iterable[_Cell]) -> None:
@@ -723,8 +693,8 @@ class _SurfaceIsolation:
         place = self.cover.manifold.place(q) if len(self.patches) < PATCHES else None
         if place is None or len(place.motions) != 2:
             return False
-        half_width = CHART_WIDTH_MOST
-        while half_width > CHART_WIDTH_LEAST:
+        half_width = tol.CHART_WIDTH_MOST
+        while half_width > tol.CHART_WIDTH_LEAST:
             node = self.cover.node(place, chart.node.frame, half_width)
             corner = np.full(2, half_width)
             patch = TangentChart(self.cover, node, -corner, corner)
@@ -749,7 +719,7 @@ class _SurfaceIsolation:
         cover = self.cover
         q = np.array([one for _, one in sought])
         names = cover.name(q)
-        k, n, apart = cover.within(names, 2.0 * SURFACE_SPACING)
+        k, n, apart = cover.within(names, 2.0 * tol.SURFACE_SPACING)
         order = np.lexsort((apart, k))
         number = np.unique(n)
         charts = [self.chart_of(int(one)) for one in number]
@@ -835,7 +805,7 @@ class _SurfaceIsolation:
         residuals = list(self.on_circle(chart, angles))
         for _ in range(HALVINGS):
             turns = _turns(np.array(residuals))
-            wide = np.flatnonzero(~(np.abs(turns) < JUMP_ANGLE)).tolist()
+            wide = np.flatnonzero(~(np.abs(turns) < tol.JUMP_ANGLE)).tolist()
             if not wide:
                 break
             middles = [0.5 * (angles[n] + angles[n + 1]) for n in wide]

@@ -22,14 +22,8 @@ from mbody.analysis.freedom.free_motions import (
 )
 from mbody.analysis.position.assembly_analysis import as_system, closed
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.core import tolerances as tol
 from mbody.core.presentation import present
-from mbody.core.tolerances import (
-    LEAST_SQUARES_RANK_NEARBY,
-    LOOP_CLOSURE_CORRECTION,
-    PARTICIPATION_NONE,
-    PIVOT_CLEAR,
-    SINGULAR_VALUE_DEAD_CENTRE,
-)
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
@@ -240,10 +234,7 @@ class Mobility:
 
 
 def mobility(
-    model: Mechanism | System,
-    t: float = 0.0,
-    *,
-    guess: Guesses | None = None,
+    model: Mechanism | System, t: float = 0.0, *, guess: Guesses | None = None
 ) -> Mobility:
     """Degrees of freedom, redundant constraints and free motions: Grübler's count and the truth.
 
@@ -382,12 +373,14 @@ class _Report:
             parts, order = sparse_rows(self.system, self.work), leading_order(self.system)
             bodies = [self.system.bodies[name] for name in order]
             rows = [self.joint_rows, self.system.rows][: 1 + bool(self.system.drivers)]
-            found = [large_rank(parts, count, bodies, SINGULAR_VALUE_DEAD_CENTRE) for count in rows]
+            found = [
+                large_rank(parts, count, bodies, tol.SINGULAR_VALUE_DEAD_CENTRE) for count in rows
+            ]
             self._say_unclear(found[-1])
             return found[0], found[-1]
         G = dense(self.system, self.work)[1]
-        joints = rank_of(G[: self.joint_rows], SINGULAR_VALUE_DEAD_CENTRE)
-        return joints, rank_of(G, SINGULAR_VALUE_DEAD_CENTRE) if self.system.drivers else joints
+        joints = rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE)
+        return joints, rank_of(G, tol.SINGULAR_VALUE_DEAD_CENTRE) if self.system.drivers else joints
 
     @staticmethod
     def _count(found: Rank | LargeRank, nearby: int | None) -> Count:
@@ -418,7 +411,7 @@ class _Report:
         for element, product in zip(elements, products, strict=True):
             # singular values, squared
             count = (
-                int((np.linalg.eigvalsh(product) > PARTICIPATION_NONE**2).sum())
+                int((np.linalg.eigvalsh(product) > tol.PARTICIPATION_NONE**2).sum())
                 if product.any()
                 else 0
             )
@@ -448,8 +441,8 @@ class _Report:
             if closes and far > 0.2 * NEARBY:
                 G = dense(self.system, self.work)[1]
                 ranks = (
-                    rank_of(G[: self.joint_rows], SINGULAR_VALUE_DEAD_CENTRE).rank,
-                    rank_of(G, SINGULAR_VALUE_DEAD_CENTRE).rank,
+                    rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
+                    rank_of(G, tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
                 )
                 best = max(best[0], ranks[0]), max(best[1], ranks[1])
                 reached = True
@@ -466,10 +459,10 @@ class _Report:
         rows = self.joint_rows
         for _ in range(SETTLE):
             phi, G = dense(self.system, self.work)
-            if np.abs(phi[:rows]).max() < LOOP_CLOSURE_CORRECTION:
+            if np.abs(phi[:rows]).max() < tol.LOOP_CLOSURE_CORRECTION:
                 return True
             # what is nearly dependent is left alone
-            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=LEAST_SQUARES_RANK_NEARBY)[0]
+            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=tol.LEAST_SQUARES_RANK_NEARBY)[0]
             self.work.q[: len(scale), 0] += scale * step
         return False
 
@@ -491,7 +484,7 @@ class _Report:
 
     def _say_unclear(self, found: LargeRank) -> None:
         """A rank that depends on what counts as zero."""
-        if found.basis.kept < PIVOT_CLEAR * found.zero:
+        if found.basis.kept < tol.PIVOT_CLEAR * found.zero:
             self.notes.append(
                 f"the position is nearly singular: the least pivot of the rows is "
                 f"{found.basis.kept:.2g}, below {found.zero:.2g} it would count as zero"
@@ -508,7 +501,7 @@ class _Report:
             size = np.abs(combinations[:, self.joint_rows :]).max(axis=0, initial=0.0)
             part = np.maximum(part, size)
         pairs = zip(self.mechanism.drivers, part, strict=True)
-        names = [driver.name for driver, size in pairs if size > PARTICIPATION_NONE]
+        names = [driver.name for driver, size in pairs if size > tol.PARTICIPATION_NONE]
         surplus = driven.redundant - joints.redundant
         self.notes.append(
             f"drivers repeat each other or the joints ({listed(names)}): remove {surplus} of them"

@@ -29,20 +29,7 @@ from mbody.analysis.singular.singular_positions import (
     undecided,
     values_of,
 )
-from mbody.core.tolerances import (
-    BRANCH_VELOCITIES_SAME,
-    PARTICIPATION,
-    PIVOT_SUSPECT,
-    RATE_MET,
-    RATE_NONE_MOTION,
-    RATES_CONTRADICT,
-    SINGULAR_DISTANCE_PRECISE,
-    SINGULAR_VALUE_DEAD_CENTRE,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-    VELOCITIES_AGREE,
-    VELOCITY_ROUNDING,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
@@ -85,7 +72,7 @@ def unspecified_rates(
         n = system.bodies[motion.leader]
         parts = [(2, "omega", "angular velocity")] if motion.turns else []
         for k, key, dimension in parts or [(0, "vx", "velocity"), (1, "vy", "velocity")]:
-            if abs(float(v[3 * n + k])) > RATE_NONE_MOTION * fast:
+            if abs(float(v[3 * n + k])) > tol.RATE_NONE_MOTION * fast:
                 value = f"{float(rates[n, k]):.6g} {unit.of(dimension)}"
                 found.append(f"'{motion.leader}' begins with {key} = {value}")
     if not found:
@@ -122,16 +109,11 @@ class Rates:
 class NearestRates:
     """Velocities that are as near to rates as joints and drivers allow, without units of length.
 
-    Attributes
-    ----------
-    v : array (coordinates,)
-    given : Rates
-    met : array (rates,)
-        What the rates are; those that are given, where all agree.
-    rows : array (rows,)
-        What the rates as they are given leave of the rows; zero where all agree.
-    fast : float
-        The fastest rate.
+    `v` (coordinates,)
+    `given`: Rates
+    `met` (rates,): What the rates are; those that are given, where all agree.
+    `rows` (rows,): What the rates as they are given leave of the rows; zero where all agree.
+    `fast`: The fastest rate.
     """
 
     v: Array
@@ -160,17 +142,17 @@ def fitting_rates(
         return scale * near.v, unspecified_rates(system, work, near.v, near.given.P)
     asked, fast = near.given.p, near.fast
     changed = [
-        n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > VELOCITIES_AGREE * fast
+        n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > tol.VELOCITIES_AGREE * fast
     ]
-    if np.abs(met - asked).max() <= VELOCITY_ROUNDING * fast:
+    if np.abs(met - asked).max() <= tol.VELOCITY_ROUNDING * fast:
         return scale * near.v, _fitted(system, prescribed, met - asked)
     part = np.abs(off)
-    part /= part.max(initial=TINY)
+    part /= part.max(initial=tol.TINY)
     # equal parts in the order of the rows: their last digits are the processor's
     taking = dict.fromkeys(
         system.owners[system.row_table[0][n]][0].name
         for n in np.argsort(-part.round(6), kind="stable")
-        if part[n] > PARTICIPATION
+        if part[n] > tol.PARTICIPATION
     )
     fitted = listed_rates(system, [prescribed[n] for n in changed], met[changed])
     shown = ", ".join(f"{prescribed[n].value:.6g}" for n in changed[:PRESCRIBED])
@@ -190,19 +172,19 @@ def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) 
     G = dense(system, work)[1]
     nu = dense_rates(system, work)
     A, b = np.vstack([G, given.P]), np.append(nu, given.p)
-    v = np.linalg.lstsq(A, b, rcond=SINGULAR_VALUE_ZERO)[0]
+    v = np.linalg.lstsq(A, b, rcond=tol.SINGULAR_VALUE_ZERO)[0]
     off = A @ v - b
     fast = max(float(np.abs(b).max(initial=0.0)), float(np.abs(v).max(initial=0.0)))
-    if np.abs(off).max(initial=0.0) <= VELOCITIES_AGREE * fast:
+    if np.abs(off).max(initial=0.0) <= tol.VELOCITIES_AGREE * fast:
         return NearestRates(v, given, given.p, np.zeros(len(G)), fast)
     # what joints and drivers impose holds, rates as nearly as may be
-    own = np.linalg.lstsq(G, nu, rcond=SINGULAR_VALUE_ZERO)[0]
+    own = np.linalg.lstsq(G, nu, rcond=tol.SINGULAR_VALUE_ZERO)[0]
     _, sizes, vt = np.linalg.svd(G)
-    free = vt[int((sizes > SINGULAR_VALUE_ZERO * sizes.max(initial=TINY)).sum()) :]
-    shares = shortest(given.P @ free.T, given.p - given.P @ own, SINGULAR_VALUE_ZERO)
+    free = vt[int((sizes > tol.SINGULAR_VALUE_ZERO * sizes.max(initial=tol.TINY)).sum()) :]
+    shares = shortest(given.P @ free.T, given.p - given.P @ own, tol.SINGULAR_VALUE_ZERO)
     v = own + shares @ free
     if (
-        np.abs(G @ v - nu).max(initial=0.0) > RATES_CONTRADICT * fast
+        np.abs(G @ v - nu).max(initial=0.0) > tol.RATES_CONTRADICT * fast
     ):  # drivers themselves do not agree
         raise no_velocities(system, nu)
     return NearestRates(v, given, given.P @ v, off[: len(G)], fast)
@@ -241,10 +223,13 @@ def _conditions(here: Singular, given: Rates) -> tuple[Array, Array]:
 def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
     """y of every branch that has the rates, the place of the start looked at."""
     P, p = _conditions(here, given)
-    base = shortest(P, p, SINGULAR_VALUE_DEAD_CENTRE)
+    base = shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE)
     # away from the singular position rates of first order are off by as much
     away = norm(here.y)
-    if np.abs(P @ base - p).max(initial=0.0) > (VELOCITIES_AGREE + 10.0 * away) * np.abs(p).max():
+    if (
+        np.abs(P @ base - p).max(initial=0.0)
+        > (tol.VELOCITIES_AGREE + 10.0 * away) * np.abs(p).max()
+    ):
         return [], True, True
     found = solutions(here.A, P, P @ base)
     points = [y for y in found.points if fits(here, tangent(here.A, y))]
@@ -267,17 +252,19 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     P, p = given.P @ directions.T, given.p
     if here.clock.any():
         P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
-    return np.asarray(shortest(P, p, SINGULAR_VALUE_DEAD_CENTRE) @ directions)
+    return np.asarray(shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE) @ directions)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:
     """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
     P, p = _conditions(here, given)
-    base = shortest(P, p, SINGULAR_VALUE_DEAD_CENTRE)
+    base = shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE)
     near = onto(here.A, base, here.clock)
     if near is None or not fits(here, tangent(here.A, near)):
         return None
-    return near if np.abs(P @ near - p).max() <= BRANCH_VELOCITIES_SAME * np.abs(p).max() else None
+    return (
+        near if np.abs(P @ near - p).max() <= tol.BRANCH_VELOCITIES_SAME * np.abs(p).max() else None
+    )
 
 
 # -- sentences --------------------------------------------------------------------------------
@@ -353,7 +340,7 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
                 given.prescribed[n].body,
             )
     P, p = _conditions(here, given)
-    base = shortest(P, p, SINGULAR_VALUE_DEAD_CENTRE)
+    base = shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE)
     return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
 
 
@@ -473,11 +460,11 @@ def _singular(
     """The singular position that a start is at, where velocities depend on its branches."""
     work = start.work
     moving = any(turning.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
-    if not moving or not (start.regularization or start.ratio < PIVOT_SUSPECT):
+    if not moving or not (start.regularization or start.ratio < tol.PIVOT_SUSPECT):
         return None
     own = system.work()
     own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-    return singular(system, own, t, SINGULAR_DISTANCE_PRECISE)
+    return singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
 
 
 def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
@@ -490,14 +477,14 @@ def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]
         scale = system.coordinate_units
         motions = rank_of(dense(system, work)[1]).motions
         left = request - work.v[columns, 0]
-        shares = np.linalg.lstsq(motions[:, columns].T, left, rcond=SINGULAR_VALUE_ZERO)[0]
+        shares = np.linalg.lstsq(motions[:, columns].T, left, rcond=tol.SINGULAR_VALUE_ZERO)[0]
         work.v[: system.coordinates, 0] += scale * (shares @ motions)
     found = work.v[columns, 0]
     unit = system.mechanism.units.of("angular velocity")
     parts = [
         f"'{name}' turns at {now:.6g} {unit}, not at {rate:.6g}"
         for name, rate, now in zip(rates, request, found, strict=True)
-        if abs(now - rate) > RATE_MET * float(np.abs(request).max())
+        if abs(now - rate) > tol.RATE_MET * float(np.abs(request).max())
     ]
     if not parts:
         return []
@@ -516,5 +503,5 @@ def _check_velocities(system: System, work: Work) -> None:
     nu = dense_rates(system, work)
     v = work.v[: system.coordinates, 0] / system.coordinate_units
     rest = np.abs(G @ v - nu)
-    if rest.max() > RATES_CONTRADICT * max(np.abs(nu).max(), np.abs(v).max()):
+    if rest.max() > tol.RATES_CONTRADICT * max(np.abs(nu).max(), np.abs(v).max()):
         raise no_velocities(system, nu)

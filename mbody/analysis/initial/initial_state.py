@@ -15,20 +15,7 @@ from mbody.analysis.position.assembly_analysis import closed, rounding, set_driv
 from mbody.analysis.position.closed_position import by_rows, close_batch
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.singular.singular_positions import Prescribed, singular
-from mbody.core.tolerances import (
-    LOOP_CLOSURE_FIRST_INSTANT,
-    LOOP_OPEN_START,
-    PIVOT_SINGULAR,
-    PIVOT_SUSPECT,
-    SINGULAR_DISTANCE_PRECISE,
-    SINGULAR_DISTANCE_UNSURE,
-    SINGULAR_VALUE_NEAR_SINGULAR,
-    START_CHANGE_ALLOWED,
-    START_CHANGE_ROUNDING,
-    START_CONDITION_MET,
-    TINY,
-    VELOCITIES_AGREE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time, project_designs
@@ -63,12 +50,8 @@ NAMED = 4
 class Fitted:
     """The nearest position to what is prescribed.
 
-    Attributes
-    ----------
-    q : array (coordinates + 3,)
-        The position, the ground last.
-    off : array (candidates,)
-        What is prescribed less what it is there, in model lengths and radians.
+    `q` (coordinates + 3,): The position, the ground last.
+    `off` (candidates,): What is prescribed less what it is there, in model lengths and radians.
     """
 
     q: Array
@@ -77,7 +60,7 @@ class Fitted:
     @property
     def near(self) -> bool:
         """Whether what is prescribed differs by no more than rounding of digits."""
-        return bool(np.abs(self.off).max(initial=0.0) <= START_CHANGE_ALLOWED)
+        return bool(np.abs(self.off).max(initial=0.0) <= tol.START_CHANGE_ALLOWED)
 
 
 def fitted_places(
@@ -98,21 +81,21 @@ def fitted_places(
         off = wanted - np.array([one.at(system, q) for one in prescribed])
         P = np.array([one.row(system, q) for one in prescribed]).reshape(-1, n)
         u, sizes, vt = np.linalg.svd(G)
-        rank = int((sizes > SINGULAR_VALUE_NEAR_SINGULAR * sizes.max(initial=TINY)).sum())
+        rank = int((sizes > tol.SINGULAR_VALUE_NEAR_SINGULAR * sizes.max(initial=tol.TINY)).sum())
         step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
         free = vt[rank:]
-        step = step + shortest(P @ free.T, off - P @ step, SINGULAR_VALUE_NEAR_SINGULAR) @ free
+        step = step + shortest(P @ free.T, off - P @ step, tol.SINGULAR_VALUE_NEAR_SINGULAR) @ free
         length = float(np.abs(step).max(initial=0.0))
-        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, TINY))
-        if length <= LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
+        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, tol.TINY))
+        if length <= tol.LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
             break
     open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
-    if not open_ <= LOOP_OPEN_START:
+    if not open_ <= tol.LOOP_OPEN_START:
         return None
     q = work.q[:, 0].copy()
     off = wanted - np.array([one.at(system, q[:n]) for one in prescribed])
     found = Fitted(q, off)
-    if open_ <= LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q[:n] / scale).max())):
+    if open_ <= tol.LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q[:n] / scale).max())):
         return found
     return _at_singular(system, work, prescribed, found) or found
 
@@ -126,7 +109,7 @@ def _at_singular(
     n = system.coordinates
     own = system.work()
     own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-    here = singular(system, own, 0.0, SINGULAR_DISTANCE_UNSURE)
+    here = singular(system, own, 0.0, tol.SINGULAR_DISTANCE_UNSURE)
     if here is None:
         return None
     q = found.q.copy()
@@ -134,14 +117,14 @@ def _at_singular(
     moved = np.array([one.at(system, q[:n]) - one.at(system, found.q[:n]) for one in prescribed])
     off = found.off - moved
     worse = float((np.abs(off) - np.abs(found.off)).max(initial=0.0))
-    return Fitted(q, off) if worse <= START_CHANGE_ROUNDING else None
+    return Fitted(q, off) if worse <= tol.START_CHANGE_ROUNDING else None
 
 
 def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> tuple[str, ...]:
     """By how much places were changed, where that is more than rounding."""
     worst = int(np.abs(found.off).argmax())
     size = abs(float(found.off[worst]))
-    if size <= START_CHANGE_ROUNDING:
+    if size <= tol.START_CHANGE_ROUNDING:
         return ()
     candidate = prescribed[worst]
     unit = "deg" if candidate.key == "angle" else system.mechanism.units.length
@@ -155,7 +138,7 @@ def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted)
 def misplaced(system: System, prescribed: Sequence[Prescribed], found: Fitted) -> SolveError:
     """The sentence of places that joints and drivers do not allow together."""
     order = np.argsort(-np.abs(found.off))
-    wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * START_CHANGE_ALLOWED]
+    wrong = [int(n) for n in order if abs(found.off[n]) > 0.1 * tol.START_CHANGE_ALLOWED]
     parts = []
     for n in wrong[:NAMED]:
         candidate = prescribed[n]
@@ -252,10 +235,10 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
         for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
     ]
     here = None
-    if start.regularization or start.ratio < PIVOT_SUSPECT:
+    if start.regularization or start.ratio < tol.PIVOT_SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
-        here = singular(system, own, t, SINGULAR_DISTANCE_PRECISE)
+        here = singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
     if here is None:
         v, more = fitting_rates(system, work, rates)
     else:
@@ -290,7 +273,7 @@ def begins_so(start: Solution, simulation: SimulationSettings) -> bool:
             unit = 1.0 if place == "angle" else system.length
             if (
                 abs(float(getattr(history, key)[0]) - float(wanted))
-                > START_CONDITION_MET * size * unit
+                > tol.START_CONDITION_MET * size * unit
             ):
                 return False
     return True
@@ -352,11 +335,7 @@ def _closed_by_drivers(
 
 
 def start_drivers(
-    system: System,
-    simulation: SimulationSettings,
-    *,
-    rates: bool,
-    poses: Mapping[str, Any],
+    system: System, simulation: SimulationSettings, *, rates: bool, poses: Mapping[str, Any]
 ) -> list[StartDriver]:
     """Conditions imposed at the start: name, (body, coordinate, direction), value and rate."""
     mechanism, values = system.mechanism, parameters_of(system)
@@ -461,16 +440,11 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
 class BatchStart:
     """How the designs of a batch begin.
 
-    Attributes
-    ----------
-    simulation : SimulationSettings or None
-        What prescribes it; None where guesses do.
-    guess, rates : mapping or None
-        As of `close_loops`; rates are taken design by design.
-    places, turning : System
-        With drivers that fix what has a place, and with those that drive what has a rate.
-    alike : bool
-        Whether all designs begin from the same guess.
+    `simulation`: What prescribes it; None where guesses do.
+    `guess`, `rates`: As of `close_loops`; rates are taken design by design.
+    `places`, `turning`: With drivers that fix what has a place, and with those that drive what has
+      a rate.
+    `alike`: Whether all designs begin from the same guess.
     """
 
     simulation: SimulationSettings | None
@@ -510,14 +484,14 @@ def initial_states(
     first, still = _driver_values(start, system, places, rates=False)
     poses = _first_poses(start, places, first)
     # at or near a singular position the branch has to be looked at: one by one
-    good = close_batch(places, 0.0, first, poses, rounding(places, poses), PIVOT_SINGULAR)
+    good = close_batch(places, 0.0, first, poses, rounding(places, poses), tol.PIVOT_SINGULAR)
     turning, rates = places, still
     if start.turning is not start.places:
         turning = start.turning.with_values(values)
         _, rates = _driver_values(start, system, turning, rates=True)
     velocities, off = np.empty((designs, n3)), np.empty(designs)
     project_designs(turning.layout, turning.work(), turning.par, poses, rates, velocities, off)
-    return poses[:, :n3], velocities, good & (off <= VELOCITIES_AGREE)
+    return poses[:, :n3], velocities, good & (off <= tol.VELOCITIES_AGREE)
 
 
 def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:

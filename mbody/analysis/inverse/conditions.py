@@ -122,14 +122,9 @@ _SIGN = re.compile(r"<=|>=|==|[=<>≤≥]")
 class Relation:
     """left = right, or left <= right.
 
-    Attributes
-    ----------
-    text : str
-        As it was written; an absolute value below a bound makes two relations of one text.
-    left, right : str
-        Formulas of histories.
-    equal : bool
-        Whether it is an equation.
+    `text`: As it was written; an absolute value below a bound makes two relations of one text.
+    `left`, `right`: Formulas of histories.
+    `equal`: Whether it is an equation.
     """
 
     text: str

@@ -19,24 +19,7 @@ from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leadin
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed, raise_user_error
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
-from mbody.core.tolerances import (
-    DIFFERENCE_ROUNDING,
-    DIFFERENCE_STEP_DAMPING,
-    DIFFERENCE_STEP_FOURTH_ORDER,
-    EQUILIBRIUM_BALANCED_GIVEN,
-    EQUILIBRIUM_RESTING,
-    INERTIA_NONE,
-    LOAD_JUMP_RATE,
-    LOOP_CLOSURE_DEAD_CENTRE,
-    LOOP_OPEN_OTHER_MECHANISM,
-    LOOP_OPEN_START,
-    POSITION_BESIDE,
-    RATE_NONE,
-    RTOL_LINEARIZED,
-    SINGULAR_VALUE_ZERO,
-    STIFFNESS_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -71,14 +54,11 @@ class ActiveContacts:
     """The modes of an instant, as `simulate` decides them, and what they do to motions beside it:
     what is closed and what sticks is a constraint, what slides goes on in its direction.
 
-    Attributes
-    ----------
-    names : dict
-        Mode of every contact and frictional joint.
+    `names`: Mode of every contact and frictional joint.
     """
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
-        settings = IntegrationSettings("dop853", RTOL_LINEARIZED, RTOL_LINEARIZED)
+        settings = IntegrationSettings("dop853", tol.RTOL_LINEARIZED, tol.RTOL_LINEARIZED)
         engine = ContactIntegration(system, given, settings, ())
         engine.begin(t, q, v, t + 1.0)
         engine.wanted, engine.instants = np.array([t]), []
@@ -207,7 +187,7 @@ class Moving:
         """∂f/∂y and ∂f/∂w (rows, free) of a function of coordinates and rates of the leaders."""
         still, rate = np.zeros(len(self.parts)), self.rate
         # where a body moves fast beside its leader, the leader's step is short
-        steps = DIFFERENCE_STEP_FOURTH_ORDER / np.abs(self.directions).max(axis=1)
+        steps = tol.DIFFERENCE_STEP_FOURTH_ORDER / np.abs(self.directions).max(axis=1)
         pull = np.abs(self._first @ self.directions).max(initial=0.0)
         v = self.v / self.manifold.scale
         velocity_scale = max(float(np.abs(v).max()), float(np.sqrt(pull))) or 1.0
@@ -265,14 +245,14 @@ class Moving:
         size, columns = float(np.abs(first).max(initial=0.0)), []
         for n, value in enumerate(self.own):
             step, offset = (
-                DIFFERENCE_STEP_FOURTH_ORDER * max(1.0, abs(float(value))),
+                tol.DIFFERENCE_STEP_FOURTH_ORDER * max(1.0, abs(float(value))),
                 np.zeros(len(self.own)),
             )
             offset[n] = step
             slope = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
             # where what it changes is small beside the rest, a longer step is more exact
             offset[n] = (
-                max(step, min(DIFFERENCE_STEP_FOURTH_ORDER * size / slope, FARTHEST * step))
+                max(step, min(tol.DIFFERENCE_STEP_FOURTH_ORDER * size / slope, FARTHEST * step))
                 if slope
                 else step
             )
@@ -294,9 +274,9 @@ class Moving:
             off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
             step = _solved(np.vstack([G, self.parts]), off)
             q = q - scale * step
-            if np.abs(step).max() < LOOP_CLOSURE_DEAD_CENTRE:
+            if np.abs(step).max() < tol.LOOP_CLOSURE_DEAD_CENTRE:
                 break
-        if np.abs(off).max() > LOOP_OPEN_START * (1.0 + float(np.abs(q / scale).max())):
+        if np.abs(off).max() > tol.LOOP_OPEN_START * (1.0 + float(np.abs(q / scale).max())):
             raise SolveError(
                 f"the position of '{self.system.mechanism.name}' at t = {self.t:.6g} "
                 f"{self.system.mechanism.units.time} is singular: branches of its motion meet, so "
@@ -307,7 +287,7 @@ class Moving:
 
 def _solved(A: Array, b: Array) -> Array:
     """Least squares; rows that depend on others, as of redundant joints, have no say."""
-    return np.asarray(np.linalg.lstsq(A, b, rcond=SINGULAR_VALUE_ZERO)[0])
+    return np.asarray(np.linalg.lstsq(A, b, rcond=tol.SINGULAR_VALUE_ZERO)[0])
 
 
 # -- State matrices of small changes, with inputs and measures: ẋ = A x + B u, z = C x + D u ---
@@ -547,14 +527,11 @@ def massive(mass: Array) -> bool:
     size = np.sqrt(np.abs(np.diag(mass)))
     if not size.all():
         return False
-    return bool(np.linalg.eigvalsh(mass / np.outer(size, size))[0] > INERTIA_NONE)
+    return bool(np.linalg.eigvalsh(mass / np.outer(size, size))[0] > tol.INERTIA_NONE)
 
 
 def linearize(
-    model: Mechanism | System,
-    *,
-    at: Equilibrium | Solution,
-    free: str | Sequence[str] = (),
+    model: Mechanism | System, *, at: Equilibrium | Solution, free: str | Sequence[str] = ()
 ) -> Linearization:
     """Mass, damping and stiffness matrices of small motions (linearised equations of motion).
 
@@ -618,7 +595,7 @@ def linearize(
     start = closed(system, t, {}, None, pose=np.append(q, np.zeros(3)))
     manifold = Manifold(system, start.work, t, _own_numbers(system, given))
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
-    if here is None or manifold.apart(here.q, q) > LOOP_OPEN_OTHER_MECHANISM:
+    if here is None or manifold.apart(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
         raise ModelError(
             f"the instant that is given does not fit '{name}' at t = {t:.6g} "
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "
@@ -638,19 +615,21 @@ def linearize(
         raise SolveError(f"nothing is free in '{name}', there are no small motions: {why}")
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
-    balanced = here.size <= (EQUILIBRIUM_RESTING if resting else EQUILIBRIUM_BALANCED_GIVEN) * top
+    balanced = (
+        here.size <= (tol.EQUILIBRIUM_RESTING if resting else tol.EQUILIBRIUM_BALANCED_GIVEN) * top
+    )
     branches = _branches(manifold, here)
     if resting and not (balanced or branches):
         raise SolveError(
             f"'{name}' does not rest where it is given: what drives it is {here.size / top:.2g} of "
             "the greatest load; look for rest positions of this very mechanism with equilibrium"
         )
-    natural = float(np.sqrt(top / max(float(mass.max()), TINY))) or 1.0
+    natural = float(np.sqrt(top / max(float(mass.max()), tol.TINY))) or 1.0
     fast = max(float(np.abs(v / manifold.scale).max()), _driven(system, t, natural))
     directions = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
     basis = directions @ here.motions.T
     M = np.asarray(basis @ mass @ basis.T)
-    rest = resting or (balanced and fast <= RATE_NONE * natural)
+    rest = resting or (balanced and fast <= tol.RATE_NONE * natural)
     notes: list[str] = []
     parts = leading(system, motions, directions)
     near = manifold, here, v, start.regularization, directions, parts, resting
@@ -659,10 +638,10 @@ def linearize(
         found = nearby()
         C, K, drive = found.matrices(M)
         # drivers may go on: it is at rest where the leaders are
-        leaders_at_rest = float(np.abs(found.rate).max()) <= RATE_NONE * natural
-        rest = leaders_at_rest and float(np.abs(drive).max()) <= EQUILIBRIUM_BALANCED_GIVEN * max(
-            top, natural**2
-        )
+        leaders_at_rest = float(np.abs(found.rate).max()) <= tol.RATE_NONE * natural
+        rest = leaders_at_rest and float(
+            np.abs(drive).max()
+        ) <= tol.EQUILIBRIUM_BALANCED_GIVEN * max(top, natural**2)
         C, K = (_rounded(part, top, by) for part, by in ((C, natural), (K, 1.0)))
     elif rest:
         C, K, notes = _at_rest(manifold, here, natural, top)
@@ -684,7 +663,7 @@ def linearize(
 def _rounded(matrix: Array, top: float, by: float) -> Array:
     """Without what is rounding of differences beside the loads."""
     return np.where(
-        np.abs(matrix) > DIFFERENCE_ROUNDING * max(top / by, float(np.abs(matrix).max())),
+        np.abs(matrix) > tol.DIFFERENCE_ROUNDING * max(top / by, float(np.abs(matrix).max())),
         matrix,
         0.0,
     )
@@ -745,7 +724,7 @@ def _driven(system: System, t: float, natural: float) -> float:
 
 def _branches(manifold: Manifold, here: Place) -> list[str]:
     """A sentence where more is free than nearby."""
-    beside = [manifold.moved(here, POSITION_BESIDE * direction) for direction in here.motions]
+    beside = [manifold.moved(here, tol.POSITION_BESIDE * direction) for direction in here.motions]
     if all(p is None or len(p.motions) >= len(here.motions) for p in beside):
         return []
     return [
@@ -761,24 +740,25 @@ def _at_rest(
     K = manifold.stiffness(here)
     u, sizes, vt = np.linalg.svd(K)
     # what is rounding beside the loads is none
-    sizes[sizes <= STIFFNESS_ZERO * max(top, float(np.abs(K).max()))] = 0.0
+    sizes[sizes <= tol.STIFFNESS_ZERO * max(top, float(np.abs(K).max()))] = 0.0
     K = K if sizes.all() else (u * sizes) @ vt
     C, jump = np.zeros_like(K), 0.0
     for n, direction in enumerate(here.motions):
-        rate = DIFFERENCE_STEP_DAMPING * natural * manifold.scale * direction
+        rate = tol.DIFFERENCE_STEP_DAMPING * natural * manifold.scale * direction
         f = [
             here.motions @ (manifold.force(here.q, k * rate) - manifold.force(here.q, -k * rate))
             for k in (1.0, 2.0, 4.0)
         ]
         one, two, four = (
-            part / (2.0 * k * DIFFERENCE_STEP_DAMPING * natural) for part, k in zip(f, (1, 2, 4))
+            part / (2.0 * k * tol.DIFFERENCE_STEP_DAMPING * natural)
+            for part, k in zip(f, (1, 2, 4))
         )
         # c + J/h + q h at steps h, 2h and 4h: without what jumps, and what is square
         C[:, n] = 2.0 * one - 5.0 * two + 2.0 * four
         parts = 2.0 * (one - two) - (two - four)
-        jump = max(jump, DIFFERENCE_STEP_DAMPING * natural * float(np.abs(parts).max()) / 0.75)
+        jump = max(jump, tol.DIFFERENCE_STEP_DAMPING * natural * float(np.abs(parts).max()) / 0.75)
     notes = []
-    if jump > LOAD_JUMP_RATE * top:
+    if jump > tol.LOAD_JUMP_RATE * top:
         notes.append(
             "loads jump where rates change their sign, as friction and valves do: the jump is left "
             "out of the damping"

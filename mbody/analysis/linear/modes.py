@@ -13,15 +13,7 @@ import numpy as np
 from mbody.analysis.equilibria.equilibrium import AtRestPositions, Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
-from mbody.core.tolerances import (
-    INERTIA_NONE,
-    MATRIX_SYMMETRIC,
-    RATE_NONE_ROOT,
-    RATE_ROUNDING_EIGENVALUE,
-    RATE_ROUNDING_EIGENVALUE_DOUBLE,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.body import Guesses
 from mbody.model.element import Marker, listed
@@ -44,7 +36,7 @@ def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array
     free = len(M)
     parts = [float(np.abs(part).max()) for part in (M, C, K)]
     inertia = np.linalg.eigvalsh(M)
-    infinite = int((inertia <= INERTIA_NONE * parts[0]).sum())
+    infinite = int((inertia <= tol.INERTIA_NONE * parts[0]).sum())
     # a unit of time in which the greatest numbers are one
     if parts[0] and parts[2]:
         fast = math.sqrt(parts[2] / parts[0])
@@ -57,8 +49,8 @@ def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array
     M, C, K = M * fast**2 / whole, C * fast / whole, K / whole
     zero, one = np.zeros((free, free)), np.eye(free)
     still = np.linalg.svd(K)
-    rigid = still[2][still[1] <= SINGULAR_VALUE_ZERO * max(float(still[1].max()), TINY)]
-    damped = np.abs(C).max() > INERTIA_NONE
+    rigid = still[2][still[1] <= tol.SINGULAR_VALUE_ZERO * max(float(still[1].max()), tol.TINY)]
+    damped = np.abs(C).max() > tol.INERTIA_NONE
     if damped:
         E, A = np.block([[one, zero], [zero, M]]), np.block([[zero, one], [-K, -C]])
         solved = _finite(E, A)
@@ -70,16 +62,18 @@ def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array
     if not damped:
         squares, roots = roots, np.sqrt(roots.astype(complex))
         # flutter: the other two of four roots
-        twins = np.abs(squares.imag) > RATE_ROUNDING_EIGENVALUE_DOUBLE * np.abs(squares)
+        twins = np.abs(squares.imag) > tol.RATE_ROUNDING_EIGENVALUE_DOUBLE * np.abs(squares)
         roots = np.append(roots, -roots[twins])
         vectors = np.hstack([vectors, vectors[:, twins]])
     found, shapes = [0j] * len(rigid), [motion.astype(complex) for motion in rigid]
     for root, vector in zip(roots, vectors[:free].T, strict=True):
         size = abs(root)
-        if len(rigid) and size < RATE_NONE_ROOT:
+        if len(rigid) and size < tol.RATE_NONE_ROOT:
             continue
-        real = 0.0 if abs(root.real) <= RATE_ROUNDING_EIGENVALUE * size else root.real
-        imaginary = 0.0 if abs(root.imag) <= RATE_ROUNDING_EIGENVALUE_DOUBLE * size else root.imag
+        real = 0.0 if abs(root.real) <= tol.RATE_ROUNDING_EIGENVALUE * size else root.real
+        imaginary = (
+            0.0 if abs(root.imag) <= tol.RATE_ROUNDING_EIGENVALUE_DOUBLE * size else root.imag
+        )
         if imaginary < 0.0:
             continue
         found.append(fast * complex(real, imaginary))
@@ -93,20 +87,20 @@ def _finite(E: Array, A: Array) -> tuple[Array, Array] | None:
     Where uᵀ E = 0, uᵀ A z = 0 holds for every finite root: z is sought among those, and again,
     until E has an inverse there. Then no infinite root is left, of whatever order it was.
     """
-    Z, zero = np.eye(len(A)), INERTIA_NONE
+    Z, zero = np.eye(len(A)), tol.INERTIA_NONE
     while len(A):
         u, sizes, _ = np.linalg.svd(E)
-        rank = int((sizes > zero * max(float(sizes.max()), TINY)).sum())
+        rank = int((sizes > zero * max(float(sizes.max()), tol.TINY)).sum())
         if rank == len(A):
             roots, vectors = np.linalg.eig(np.linalg.solve(E, A))
             return roots, Z @ vectors
         fixed = u[:, rank:].T @ A
         _, parts, vt = np.linalg.svd(fixed)
-        if not parts.min() > SINGULAR_VALUE_ZERO:
+        if not parts.min() > tol.SINGULAR_VALUE_ZERO:
             return None
         kept = vt[len(fixed) :].T
         E, A = u[:, :rank].T @ E @ kept, u[:, :rank].T @ A @ kept
-        Z, zero = Z @ kept, SINGULAR_VALUE_ZERO
+        Z, zero = Z @ kept, tol.SINGULAR_VALUE_ZERO
     return np.zeros(0), Z
 
 
@@ -124,13 +118,9 @@ KEYS = ("x", "y", "angle")
 class ModePlace:
     """A coordinate of a mechanism that has an amplitude.
 
-    Attributes
-    ----------
-    body : str
-    point : Marker or None
-        None of the mass centre, and of an angle.
-    key : int
-        0 of x, 1 of y, 2 of the angle.
+    `body`: str
+    `point`: None of the mass centre, and of an angle.
+    `key`: 0 of x, 1 of y, 2 of the angle.
     """
 
     body: str
@@ -475,7 +465,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
     inverse = np.linalg.inv(triangle)
     M, C, K = (inverse.T @ X @ inverse for X in (linear.mass, linear.damping, linear.stiffness))
     least = 0.0
-    if np.abs(K - K.T).max() <= MATRIX_SYMMETRIC * np.abs(K).max():
+    if np.abs(K - K.T).max() <= tol.MATRIX_SYMMETRIC * np.abs(K).max():
         K = 0.5 * (K + K.T)
         least = float(np.linalg.eigvalsh(K)[0])
     solved = eigenvalues(M, C, K)
@@ -499,7 +489,7 @@ def _modes_at(linear: Linearization) -> ModesAt:
     words = {mode.words for mode in found}
     stability = "neutral" if "free" in words else "stable"
     # what has no inertia leaves at once where its stiffness is negative: no mode shows it
-    if words & {"grows", "oscillates and grows"} or least < -MATRIX_SYMMETRIC * np.abs(K).max():
+    if words & {"grows", "oscillates and grows"} or least < -tol.MATRIX_SYMMETRIC * np.abs(K).max():
         stability = "unstable"
     notes = list(linear.notes)
     if infinite:

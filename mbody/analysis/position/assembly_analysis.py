@@ -22,27 +22,8 @@ from mbody.analysis.position.closed_position import (
     position_key,
 )
 from mbody.analysis.position.initial_guess import nearest_to_guesses, placed, wrapped
+from mbody.core import tolerances as tol
 from mbody.core.callbacks import failure
-from mbody.core.tolerances import (
-    DISTANCE_MISFIT,
-    GUESS_NEAR,
-    LOOP_CLOSURE_CORRECTION,
-    LOOP_CLOSURE_RESIDUAL,
-    LOOP_GAP_ROUNDING,
-    LOOP_GAP_SLIGHT,
-    LOOP_GAPS_TIE,
-    LOOP_OPEN,
-    LOOP_OPEN_FIXED,
-    PARTICIPATION_CLOSED,
-    PIVOT_SUSPICIOUS,
-    RATE_NONE_TURNING,
-    REDUNDANT_ROW_SOFTNESS,
-    SINGULAR_VALUE_DEAD_CENTRE,
-    SINGULAR_VALUE_SLIGHT,
-    TINY,
-    USER_ANSWER_SAME,
-    USER_DERIVATIVE_WRONG,
-)
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close, laws_of_time, violation
@@ -150,7 +131,7 @@ def _check_pure(name: str, hook: Hook, questions: list[Array], size: int) -> Non
     for question, a, b in zip(questions, first, second, strict=True):
         if a is None or b is None:
             continue
-        far = ~(np.abs(a - b) <= USER_ANSWER_SAME * np.abs(a).max()) & np.isfinite(a)
+        far = ~(np.abs(a - b) <= tol.USER_ANSWER_SAME * np.abs(a).max()) & np.isfinite(a)
         if far.any():
             n = int(far.argmax())
             raise ModelError(
@@ -271,7 +252,7 @@ def _slopes(function: Callable[[float], Array]) -> list[Array]:
 def _off(given: Array, slopes: list[Array], size: Any) -> tuple[int, float] | None:
     """The row, and what it should be, of a derivative that no step agrees with."""
     error = np.min([np.abs(slope - given) for slope in slopes], axis=0)
-    bad = np.flatnonzero(~(error <= USER_DERIVATIVE_WRONG * np.maximum(size, TINY)))
+    bad = np.flatnonzero(~(error <= tol.USER_DERIVATIVE_WRONG * np.maximum(size, tol.TINY)))
     if not bad.size:
         return None
     row = int(bad[0])
@@ -335,7 +316,7 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
     work.q[:] = start
     _check_directions(system, work, owners)
     phi = np.abs(smallest_gap(system, work, np.arange(len(owners)) < joints))
-    if phi[:joints].max(initial=0.0) < LOOP_OPEN_FIXED:
+    if phi[:joints].max(initial=0.0) < tol.LOOP_OPEN_FIXED:
         _refuse_surplus(system, rank_of(dense(system, work)[1][:joints]))
         raise _driver_beyond_links(system, work, phi[joints:], t)
     # hold all joints but one: the gap there is what a user would measure
@@ -346,12 +327,12 @@ def explain_gap(system: System, work: Work, start: np.ndarray, t: float) -> NoRe
         own = owners == joint.name
         work.q[:] = start
         phi = smallest_gap(system, work, ~own)
-        if np.abs(phi[~own]).max(initial=0.0) < LOOP_OPEN_FIXED:
+        if np.abs(phi[~own]).max(initial=0.0) < tol.LOOP_OPEN_FIXED:
             found.append((float(np.linalg.norm(phi[own])) * system.length, joint))
     if not found:
         raise _gap_met(system, work, joints, t)
     least = min(size for size, _ in found)
-    equal = [joint for size, joint in found if size < least * (1.0 + LOOP_GAPS_TIE)]
+    equal = [joint for size, joint in found if size < least * (1.0 + tol.LOOP_GAPS_TIE)]
     # of joints with equal gaps the one between two moving bodies is named
     joint = min(equal, key=lambda joint: "ground" in (joint.i.body, joint.j.body))
     units = system.mechanism.units
@@ -382,9 +363,9 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
         if not np.isfinite(dense(system, work)[1]).all():  # a distance of 0
             return
         gap = np.abs(smallest_gap(system, work, driven)[:joints])
-        if not LOOP_GAP_ROUNDING < gap.max() < LOOP_GAP_SLIGHT:
+        if not tol.LOOP_GAP_ROUNDING < gap.max() < tol.LOOP_GAP_SLIGHT:
             return
-        report = rank_of(dense(system, work)[1][:joints], SINGULAR_VALUE_SLIGHT)
+        report = rank_of(dense(system, work)[1][:joints], tol.SINGULAR_VALUE_SLIGHT)
         if not report.redundant or report.free < max(1, drivers):
             return
         here, motion = work.q.copy(), report.motions[0]
@@ -392,7 +373,10 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
             work.q[:size] = here[:size] + sign * BESIDE * (scale * motion)[:, None]
             beside = np.abs(_least(system, work, joints))
             moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
-            if moved < 0.3 * BESIDE * float(np.abs(motion).max()) or beside.max() > LOOP_GAP_SLIGHT:
+            if (
+                moved < 0.3 * BESIDE * float(np.abs(motion).max())
+                or beside.max() > tol.LOOP_GAP_SLIGHT
+            ):
                 return
         part = np.abs(report.dependencies).max(axis=0)
     finally:
@@ -400,7 +384,7 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
     names = dict.fromkeys(
         system.owners[system.row_table[0][n]][0].name
         for n in np.argsort(-part)
-        if part[n] > PARTICIPATION_CLOSED * part.max()
+        if part[n] > tol.PARTICIPATION_CLOSED * part.max()
     )
     unit = system.mechanism.units.length
     most = float(gap.max()) * system.length
@@ -422,9 +406,9 @@ def _least(system: System, work: Work, joints: int) -> np.ndarray:
     for _ in range(10):
         phi, G = dense(system, work)
         # dependent rows are left alone, so that the free motion is, too
-        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=SINGULAR_VALUE_SLIGHT)[0]
+        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=tol.SINGULAR_VALUE_SLIGHT)[0]
         work.q[: len(scale), 0] += scale * step
-        if np.abs(step).max() < LOOP_CLOSURE_CORRECTION:
+        if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION:
             break
     return np.asarray(dense(system, work)[0][:joints])
 
@@ -641,7 +625,7 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         separation = place(system, q, joint, "j") - place(system, q, joint, "i")
         angles = (direction(system, q, joint, side) for side in ("i", "j"))
         found, wanted = map(float, joint.fit(system.numbers, tuple(separation), *angles))
-        if abs(found - wanted) > DISTANCE_MISFIT * system.length:
+        if abs(found - wanted) > tol.DISTANCE_MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
 
 
@@ -655,17 +639,17 @@ def misfit(
 
 def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
-    for regularization in (0.0, REDUNDANT_ROW_SOFTNESS):
+    for regularization in (0.0, tol.REDUNDANT_ROW_SOFTNESS):
         work.q[:] = start
         good, straight, ratio = close(
             system.runtime(), work, regularization, float(rounding(system, work.q[:, 0]))
         )
         raise_user_error(system)
         result = ClosedPosition(work, regularization, ratio, straight=straight)
-        if good and regularization == 0.0 and ratio >= PIVOT_SUSPICIOUS:
+        if good and regularization == 0.0 and ratio >= tol.PIVOT_SUSPICIOUS:
             return result
         # dependent rows let Newton rest where a gap is smallest
-        if not good or not violations(system, work).max(initial=0.0) < LOOP_OPEN:
+        if not good or not violations(system, work).max(initial=0.0) < tol.LOOP_OPEN:
             continue
         if too_large(system):
             if regularization:
@@ -687,7 +671,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
 
 def rounding(system: System, poses: np.ndarray) -> Any:
     """Size of a correction that is rounding of positions (…, coordinates + 3): (…)."""
-    return LOOP_CLOSURE_RESIDUAL * (1.0 + system.extent(poses))
+    return tol.LOOP_CLOSURE_RESIDUAL * (1.0 + system.extent(poses))
 
 
 def set_driver_values(
@@ -749,7 +733,7 @@ def _say_branch(
         ),
         default=(0.0, name),
     )
-    if result.straight and far < GUESS_NEAR and apart < GUESS_NEAR * system.length:
+    if result.straight and far < tol.GUESS_NEAR and apart < tol.GUESS_NEAR * system.length:
         return True
     from mbody.system.rank import dense
 
@@ -762,7 +746,7 @@ def _say_branch(
     if intended is not None and intended(result):
         return False
     distance = f"{np.degrees(far):.1f} deg"
-    if far < GUESS_NEAR:  # it is a place that is elsewhere
+    if far < tol.GUESS_NEAR:  # it is a place that is elsewhere
         name, distance = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
     note = (
         f"the guess is on another branch than the position found: '{name}' came out {distance} "
@@ -782,7 +766,7 @@ def _guessed_place(body: Body, guess: Guesses | None) -> bool:
 def check_determined(system: System, result: ClosedPosition, what: str, remedy: str = "") -> None:
     """Refuse a position that the drivers do not determine; `remedy`: what else may be done."""
     regular = system.rows == system.coordinates and not result.regularization
-    if regular and result.ratio > PIVOT_SUSPICIOUS:
+    if regular and result.ratio > tol.PIVOT_SUSPICIOUS:
         return
     if too_large(system):
         if system.rows >= system.coordinates:
@@ -800,7 +784,7 @@ def check_determined(system: System, result: ClosedPosition, what: str, remedy: 
         if report.free:
             raise SolveError(_too_few(system, what, report.free, report.motions) + remedy)
         sizes = np.linalg.svd(G, compute_uv=False)
-        if not names or sizes[system.coordinates - 1] > SINGULAR_VALUE_DEAD_CENTRE * sizes[0]:
+        if not names or sizes[system.coordinates - 1] > tol.SINGULAR_VALUE_DEAD_CENTRE * sizes[0]:
             return
     at_fault = len(names) - 1
     if independent < len(names):
@@ -841,7 +825,7 @@ def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -
 def _fastest(system: System, motions: np.ndarray) -> str:
     """Body that turns most in the free motions, or moves most where none turns."""
     turning = np.abs(motions[:, 2::3]).max(axis=0)
-    if turning.max() < RATE_NONE_TURNING:
+    if turning.max() < tol.RATE_NONE_TURNING:
         turning = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
     # the first of those nearly as fast as the fastest: usually the crank
     fast = np.flatnonzero(turning > 0.5 * turning.max())

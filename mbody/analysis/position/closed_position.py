@@ -9,16 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    BRANCH_LEAP,
-    DISTANCE_SMALL,
-    FACTOR_CANCELS,
-    POINT_SAME,
-    SPRING_HALF_TURN,
-    STAGE_BENT,
-    STAGE_LEAST,
-    STAGE_STRAIGHT,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import close_designs
@@ -136,7 +127,7 @@ def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, floa
     ]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
-        if abs(twist) > math.pi - SPRING_HALF_TURN:
+        if abs(twist) > math.pi - tol.SPRING_HALF_TURN:
             found.append(
                 f"torsion spring '{spring.name}' is half a turn from its free angle, {twist:.6g} "
                 "rad: whether it is wound up one way or the other is not certain; say the angle "
@@ -205,7 +196,7 @@ def _nearest(system: System, groups: _RotatingGroups, pose: np.ndarray, row: Tur
         if groups.free(name):
             own = [c for body, c in row.factors.items() if body in groups.members[name]]
             factor = float(sum(own))
-            if abs(factor) > FACTOR_CANCELS * sum(abs(float(c)) for c in own):
+            if abs(factor) > tol.FACTOR_CANCELS * sum(abs(float(c)) for c in own):
                 turns = np.round(float(row.left) / (TURN * factor))
                 _turn(system, groups, pose[None], name, -TURN * turns)
             return
@@ -233,27 +224,19 @@ def _is_wheel(system: System, at: Numbers, body: str) -> bool:
                 return False
             side = "ij"[joint.bodies.index(body)]
             arms.append([float(part) for part in at.arm(joint, side)])
-    return bool(np.ptp(arms, axis=0).max() <= POINT_SAME * system.length)
+    return bool(np.ptp(arms, axis=0).max() <= tol.POINT_SAME * system.length)
 
 
 @dataclass
 class ClosedPosition:
     """A closed position with what was found on the way.
 
-    Attributes
-    ----------
-    work : Work
-        Workspace at the position, its factor valid.
-    regularization : float
-        Proximal term for the rows: zero unless some are redundant.
-    ratio : float
-        Least pivot as a part of its diagonal.
-    straight : bool
-        Whether the path from the guess led straight there, without a singular position.
-    rank : Rank or None
-        Rank report, where one was made.
-    notes : list of str
-        Sentences for the user.
+    `work`: Workspace at the position, its factor valid.
+    `regularization`: Proximal term for the rows: zero unless some are redundant.
+    `ratio`: Least pivot as a part of its diagonal.
+    `straight`: Whether the path from the guess led straight there, without a singular position.
+    `rank`: Rank report, where one was made.
+    `notes`: Sentences for the user.
     """
 
     work: Work
@@ -344,14 +327,9 @@ FIRST = 0.25
 class ClosedDesigns:
     """First positions of many designs.
 
-    Attributes
-    ----------
-    poses : array (designs, coordinates + 3)
-        Where they closed, or where their path ended.
-    good : array (designs,)
-        Whether they closed, away from singular positions.
-    progress : array (designs,)
-        How much of the path in the numbers closes, 1 of all.
+    `poses` (designs, coordinates + 3): Where they closed, or where their path ended.
+    `good` (designs,): Whether they closed, away from singular positions.
+    `progress` (designs,): How much of the path in the numbers closes, 1 of all.
     """
 
     poses: np.ndarray
@@ -373,7 +351,7 @@ def close_in_stages(
     """
     poses = np.tile(pose, (len(values), 1))
     good = close_batch(system, t, values, poses, small, least)
-    good &= system.extent(poses - pose) <= BRANCH_LEAP
+    good &= system.extent(poses - pose) <= tol.BRANCH_LEAP
     progress = np.where(good, 1.0, 0.0)
     far = np.flatnonzero(~good)
     if len(far):
@@ -416,14 +394,18 @@ class _Stages:
             moved = found - poses[active]
             bent = self.system.extent(moved - step * slope[active])
             straight = self.system.extent(moved) + self.system.extent(step * slope[active])
-            kept = closes & (self.system.extent(moved) <= BRANCH_LEAP)
-            kept &= ~begun[active] | (bent <= STAGE_BENT * straight) | (straight <= STAGE_STRAIGHT)
+            kept = closes & (self.system.extent(moved) <= tol.BRANCH_LEAP)
+            kept &= (
+                ~begun[active]
+                | (bent <= tol.STAGE_BENT * straight)
+                | (straight <= tol.STAGE_STRAIGHT)
+            )
             on = active[kept]
             poses[on], slope[on], begun[on] = found[kept], (moved / step)[kept], True
             progress[on] = to[kept]
             stage[on] *= 2.0
             stage[active[~kept]] *= 0.5
-            active = active[(progress[active] < 1.0) & (stage[active] >= STAGE_LEAST)]
+            active = active[(progress[active] < 1.0) & (stage[active] >= tol.STAGE_LEAST)]
         return poses, progress
 
     def _closed(
@@ -467,7 +449,7 @@ def direction(system: System, q: np.ndarray, element: Element, side: str) -> flo
 
 
 def vanishing(
-    system: System, q: np.ndarray, when: str, close: float = DISTANCE_SMALL
+    system: System, q: np.ndarray, when: str, close: float = tol.DISTANCE_SMALL
 ) -> SolveError | None:
     """The sentence of a motion that cannot go on since a distance becomes zero; None where none
     does. `q` (coordinates,).

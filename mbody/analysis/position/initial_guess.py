@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    GUESS_NEAR_OTHER,
-    GUESS_NEAR_TIMES,
-    GUESS_WORTH_NOTE,
-    PIVOT_SINGULAR,
-    POSITION_SAME_LOOSE,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.model.body import Body, Guess, Guesses, as_guess
 from mbody.model.element import Marker, Numbers
@@ -272,7 +266,7 @@ def nearest_to_guesses(
     names = unguessed(base, guess, values) if count else ()
     work, n = result.work, system.coordinates
     own = _scaled(system, work.q[:n, 0])
-    if not names or np.abs(own - _scaled(system, first[:n])).max() < POSITION_SAME_LOOSE:
+    if not names or np.abs(own - _scaled(system, first[:n])).max() < tol.POSITION_SAME_LOOSE:
         return result
     fixed = _fixed(base, guess or {})
     found = [work.q[:, 0].copy()]
@@ -286,13 +280,13 @@ def nearest_to_guesses(
     for other in more:
         if close(other[:, None]) is not None:
             q = work.q[:, 0].copy()
-            if all(_apart(system, q, known) > POSITION_SAME_LOOSE for known in found):
+            if all(_apart(system, q, known) > tol.POSITION_SAME_LOOSE for known in found):
                 found.append(q)
     work.weight[:] = weight
     off = np.array([_off(system, base, guess or {}, first, q) for q in found])
-    dead = not result.regularization and result.ratio < PIVOT_SINGULAR and len(found) > 1
-    off[0] += 2.0 * POSITION_SAME_LOOSE * dead
-    best = 0 if off[0] <= off.min() + POSITION_SAME_LOOSE else int(off.argmin())
+    dead = not result.regularization and result.ratio < tol.PIVOT_SINGULAR and len(found) > 1
+    off[0] += 2.0 * tol.POSITION_SAME_LOOSE * dead
+    best = 0 if off[0] <= off.min() + tol.POSITION_SAME_LOOSE else int(off.argmin())
     again = None
     if best or not np.array_equal(start[:, 0], first):
         again = close(_unwound(system, found[best], names)[:, None])
@@ -366,8 +360,8 @@ def _say_others(
     here = result.work.q[:, 0]
     for q, far in sorted(zip(found, off, strict=True), key=lambda pair: float(pair[1])):
         if (
-            far > GUESS_NEAR_TIMES * least + GUESS_NEAR_OTHER
-            or _apart(system, q, here) <= POSITION_SAME_LOOSE
+            far > tol.GUESS_NEAR_TIMES * least + tol.GUESS_NEAR_OTHER
+            or _apart(system, q, here) <= tol.POSITION_SAME_LOOSE
         ):
             continue
         difference = np.abs(_difference(system, q, here))
@@ -375,7 +369,7 @@ def _say_others(
             continue
         apart = difference[:, 2]
         name = max(names, key=lambda name: float(apart[system.bodies[name]]))
-        if apart[system.bodies[name]] <= GUESS_WORTH_NOTE:
+        if apart[system.bodies[name]] <= tol.GUESS_WORTH_NOTE:
             continue
         now, then = (
             math.degrees(wrapped(float(p[3 * system.bodies[name] + 2]))) for p in (here, q)
@@ -397,8 +391,8 @@ def _other_teeth(system: System, difference: Array) -> bool:
         if one.counts_turns and not getattr(one, "parallel", False):
             wheels.update(one.turn_bodies())
     others = [b for b, body in enumerate(machine.bodies) if body.name not in wheels]
-    stay = difference[:, :2].max(initial=0.0) <= POSITION_SAME_LOOSE
-    return bool(stay and difference[others, 2].max(initial=0.0) <= POSITION_SAME_LOOSE)
+    stay = difference[:, :2].max(initial=0.0) <= tol.POSITION_SAME_LOOSE
+    return bool(stay and difference[others, 2].max(initial=0.0) <= tol.POSITION_SAME_LOOSE)
 
 
 def wrapped(angle: float) -> float:

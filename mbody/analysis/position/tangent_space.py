@@ -15,17 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import (
-    DIFFERENCE_STEP_FOURTH_ORDER,
-    INERTIA_NONE,
-    LEAST_SQUARES_RANK_FINE,
-    LOOP_CLOSURE_RESIDUAL,
-    LOOP_CLOSURE_RESIDUAL_STALLED,
-    PIVOT_REGULAR,
-    REDUNDANT_ROW_SOFTNESS,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.kernels.finished_instants import (
     NO_FRICTION,
     RESIDUALS,
@@ -51,18 +41,11 @@ FEW = 45
 class Place:
     """One closed position at rest.
 
-    Attributes
-    ----------
-    q : array (coordinates,)
-        Mass centres and angles, with their units.
-    force : array (coordinates,)
-        Of all loads, without units of length.
-    motions : array (free, coordinates)
-        Orthonormal free directions.
-    rows : array (rows, coordinates)
-        Φ_q without units.
-    residual : array (free,)
-        Residual force along the free directions: zero at rest.
+    `q` (coordinates,): Mass centres and angles, with their units.
+    `force` (coordinates,): Of all loads, without units of length.
+    `motions` (free, coordinates): Orthonormal free directions.
+    `rows` (rows, coordinates): Φ_q without units.
+    `residual` (free,): Residual force along the free directions: zero at rest.
     """
 
     q: Array
@@ -77,7 +60,7 @@ class Place:
         if not len(self.rows):
             return np.zeros(0)
         return np.asarray(
-            np.linalg.lstsq(self.rows.T, self.force, rcond=LEAST_SQUARES_RANK_FINE)[0]
+            np.linalg.lstsq(self.rows.T, self.force, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
         )
 
     @property
@@ -145,12 +128,12 @@ class Manifold:
         the forces change. At rest all may vanish, as of a spring without tension.
         """
         changes = [
-            self.force(here.q + DIFFERENCE_STEP_FOURTH_ORDER * self.scale * d) - here.force
+            self.force(here.q + tol.DIFFERENCE_STEP_FOURTH_ORDER * self.scale * d) - here.force
             for d in here.motions
         ]
         steepest = (
             max((float(np.abs(change).max()) for change in changes), default=0.0)
-            / DIFFERENCE_STEP_FOURTH_ORDER
+            / tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
         return max(self.largest(here.q), steepest)
 
@@ -165,7 +148,7 @@ class Manifold:
         for cause in range(len(loads)):
             work = self.work
             work.q[: self.size, 0] = q
-            kernel = self.layout, work, REDUNDANT_ROW_SOFTNESS, self.motion, self.time
+            kernel = self.layout, work, tol.REDUNDANT_ROW_SOFTNESS, self.motion, self.time
             breakdown(*kernel, cause + 1, NO_FRICTION, parts)
             top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
         return top
@@ -208,8 +191,8 @@ class Manifold:
             worst = float(np.abs(phi).max(initial=0.0))
             norm = 1.0 + float(np.abs(q / self.scale).max())
             # at rounding the violation no longer falls
-            if worst <= LOOP_CLOSURE_RESIDUAL * norm or (
-                worst <= LOOP_CLOSURE_RESIDUAL_STALLED * norm and worst > 0.5 * last
+            if worst <= tol.LOOP_CLOSURE_RESIDUAL * norm or (
+                worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm and worst > 0.5 * last
             ):
                 return q
             if not worst < 1e3 * norm:
@@ -218,7 +201,7 @@ class Manifold:
             if fixed is not None:
                 phi = np.append(phi, fixed @ ((q - start) / self.scale))
                 G = np.vstack([G, fixed])
-            q -= self.scale * np.linalg.lstsq(G, phi, rcond=SINGULAR_VALUE_ZERO)[0]
+            q -= self.scale * np.linalg.lstsq(G, phi, rcond=tol.SINGULAR_VALUE_ZERO)[0]
         return None
 
     def moved(self, here: Place, along: Array) -> Place | None:
@@ -233,9 +216,9 @@ class Manifold:
         work = self.work
         work.q[: self.size, 0] = q
         norm = 1.0 + float(np.abs(q / self.scale).max())
-        good, straight, ratio = close(self.layout, work, 0.0, LOOP_CLOSURE_RESIDUAL * norm)
+        good, straight, ratio = close(self.layout, work, 0.0, tol.LOOP_CLOSURE_RESIDUAL * norm)
         raise_user_error(self.system)
-        if not (good and straight and ratio > PIVOT_REGULAR):
+        if not (good and straight and ratio > tol.PIVOT_REGULAR):
             return self.at(q)
         q = work.q[: self.size, 0].copy()
         motions = self._carried(here.motions)
@@ -275,11 +258,13 @@ class Manifold:
             force = self.force(q)
             return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
 
-        near = unbalanced(DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(-DIFFERENCE_STEP_FOURTH_ORDER)
-        far = unbalanced(2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
-            -2.0 * DIFFERENCE_STEP_FOURTH_ORDER
+        near = unbalanced(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
+            -tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
-        return np.asarray((8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER))
+        far = unbalanced(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
+            -2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
+        )
+        return np.asarray((8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
     def apart(self, one: Array, other: Array) -> float:
         """How far two positions are from each other, whole turns left out."""
@@ -294,7 +279,7 @@ class Manifold:
         own = self.work.mass[: self.size, 0] * self.scale**2
         mass = (motions * own) @ motions.T
         sizes, modes = np.linalg.eigh(mass)
-        small = sizes <= INERTIA_NONE * float(own.max())
+        small = sizes <= tol.INERTIA_NONE * float(own.max())
         return np.asarray((modes * np.where(small, 0.0, sizes)) @ modes.T if small.any() else mass)
 
 
@@ -308,17 +293,12 @@ class Manifold:
 class ClosedPositions:
     """Closed positions over tangent planes, those that do not close not a number.
 
-    Attributes
-    ----------
-    good : array (positions,)
-        Whether it closes there, with as many free motions as the tangent plane.
-    q : array (positions, coordinates)
-    rows : array (positions, rows, coordinates)
-        Φ_q without units.
-    directions : array (positions, free, coordinates)
-        Along the surface for unit steps in the directions of the plane.
-    side : array (positions,)
-        Sign of det [Φ_q; frame], zero with redundant rows.
+    `good` (positions,): Whether it closes there, with as many free motions as the tangent plane.
+    `q` (positions, coordinates)
+    `rows` (positions, rows, coordinates): Φ_q without units.
+    `directions` (positions, free, coordinates): Along the surface for unit steps in the directions
+      of the plane.
+    `side` (positions,): Sign of det [Φ_q; frame], zero with redundant rows.
     """
 
     good: Array
@@ -391,8 +371,8 @@ class ManyPositions:
             norm = 1.0 + np.abs(q[left] / self.scale).max(axis=1)
             finite = np.isfinite(phi).all(axis=1) & np.isfinite(G).all(axis=(1, 2))
             # at rounding the violation no longer falls
-            still = (worst <= LOOP_CLOSURE_RESIDUAL_STALLED * norm) & (worst > 0.5 * last[left])
-            done = finite & ((worst <= LOOP_CLOSURE_RESIDUAL * norm) | still)
+            still = (worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm) & (worst > 0.5 * last[left])
+            done = finite & ((worst <= tol.LOOP_CLOSURE_RESIDUAL * norm) | still)
             good[left[done]], rows[left[done]] = True, G[done]
             last[left] = worst
             on = finite & ~done & (worst < 1e3 * norm)
@@ -414,13 +394,13 @@ class ManyPositions:
         side = np.zeros(len(q))
         if len(K):
             inverse = _inverse(K)
-            least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), TINY)
-            own = least > SINGULAR_VALUE_ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
+            least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), tol.TINY)
+            own = least > tol.SINGULAR_VALUE_ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
             if K.shape[1] == K.shape[2]:
                 side[good] = np.linalg.slogdet(K)[0]
             else:
                 sizes = np.linalg.svd(rows[good], compute_uv=False)
-                rank = (sizes > SINGULAR_VALUE_ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
+                rank = (sizes > tol.SINGULAR_VALUE_ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
                 own &= rank == self.size - free
             directions[good] = inverse[:, :, -free:].transpose(0, 2, 1)
             good = good.copy()
@@ -436,7 +416,7 @@ class ManyPositions:
         count, free = motions.shape[:2]
         K = np.concatenate([rows, motions], axis=1)
         balance = np.einsum("ncm,nc->nm", _inverse(K), force)[:, : rows.shape[1]]
-        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * DIFFERENCE_STEP_FOURTH_ORDER
+        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * tol.DIFFERENCE_STEP_FOURTH_ORDER
         moved = self.scale * motions[:, :, None] * steps[:, None]  # positions, free, steps
         every = (q[:, None, None] + moved).reshape(-1, self.size)
         G = self.rows(every)[1].reshape(count, -1, *rows.shape[1:])
@@ -444,7 +424,7 @@ class ManyPositions:
         own = own - np.einsum("nsrc,nr->nsc", G, balance)
         own = own.reshape(count, free, 4, self.size)
         change = (own[:, :, 0] - 8.0 * own[:, :, 1] + 8.0 * own[:, :, 2] - own[:, :, 3]) / (
-            12.0 * DIFFERENCE_STEP_FOURTH_ORDER
+            12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
         return np.asarray(-np.einsum("nac,nbc->nab", motions, change))
 
@@ -478,4 +458,4 @@ def _inverse(K: Array) -> Array:
             return np.asarray(np.linalg.inv(K))
         except np.linalg.LinAlgError:
             pass
-    return np.asarray(np.linalg.pinv(K, rcond=SINGULAR_VALUE_ZERO))
+    return np.asarray(np.linalg.pinv(K, rcond=tol.SINGULAR_VALUE_ZERO))

@@ -23,19 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.analysis.singular.singular_positions import ConstraintRows
-from mbody.core.tolerances import (
-    DIFFERENCE_STEP_NEARBY,
-    INDEPENDENCE_CERTAIN,
-    LEAST_SQUARES_RANK_FINE,
-    LOOP_CLOSURE_CHANGE_POINT,
-    PARTICIPATION,
-    POSITION_SAME,
-    ROOT_REAL_FINE,
-    SINGULAR_VALUE_CHANGE_POINT,
-    SINGULAR_VALUE_MAY_VANISH,
-    SINGULAR_VALUE_ZERO,
-    SINGULARITY_BESIDE_PATH,
-)
+from mbody.core import tolerances as tol
 from mbody.model.element import listed
 from mbody.system.system import System, too_large
 
@@ -55,16 +43,11 @@ MOST = 4
 class Crossing:
     """A change point on the way.
 
-    Attributes
-    ----------
-    t : float
-        When it is met.
-    elements : tuple of str
-        The joints whose rows become dependent there.
-    place, direction : arrays (coordinates,)
-        The position, lengths by the model length, and the direction in which the motion runs to it.
-    seen : tuple (t, s, rate)
-        When it was seen, how far away it was along the way, and how fast that changed.
+    `t`: When it is met.
+    `elements`: The joints whose rows become dependent there.
+    `place`, `direction` (coordinates,): The position, lengths by the model length, and the
+      direction in which the motion runs to it.
+    `seen`: When it was seen, how far away it was along the way, and how fast that changed.
     """
 
     t: float
@@ -91,7 +74,7 @@ class Crossing:
         ]
         roots = np.roots(cubic)
         inside = roots.real[
-            (np.abs(roots.imag) < ROOT_REAL_FINE) & (roots.real >= 0.0) & (roots.real <= 1.0)
+            (np.abs(roots.imag) < tol.ROOT_REAL_FINE) & (roots.real >= 0.0) & (roots.real <= 1.0)
         ]
         return replace(self, t=start + h * float(inside[0]) if len(inside) else self.t)
 
@@ -100,14 +83,9 @@ class Crossing:
 class MetPosition:
     """A singular position.
 
-    Attributes
-    ----------
-    x : array (coordinates,)
-        The position, lengths by the model length.
-    U : array (rows, dependencies)
-        Rows that depend on each other there.
-    left : float
-        What they leave of Φ.
+    `x` (coordinates,): The position, lengths by the model length.
+    `U` (rows, dependencies): Rows that depend on each other there.
+    `left`: What they leave of Φ.
     """
 
     x: Array
@@ -119,18 +97,11 @@ class MetPosition:
 class Ahead:
     """Time without a singular position from now on, and the crossing that follows.
 
-    Attributes
-    ----------
-    clear : float
-        Rows stay independent so long from now on.
-    crossing : Crossing or None
-        The change point that the motion meets.
-    closest_time : float
-        Where branches pass each other without meeting, when the motion is in the bend.
-    elements : tuple of str
-        The joints whose rows become dependent, where there are any.
-    met : tuple of MetPosition
-        The positions to remember.
+    `clear`: Rows stay independent so long from now on.
+    `crossing`: The change point that the motion meets.
+    `closest_time`: Where branches pass each other without meeting, when the motion is in the bend.
+    `elements`: The joints whose rows become dependent, where there are any.
+    `met`: The positions to remember.
     """
 
     clear: float = 0.0
@@ -154,11 +125,11 @@ class _TimedRows:
             rows.at(x)
             return rows.phi, rows.G
         sides = []
-        for side in (DIFFERENCE_STEP_NEARBY, -DIFFERENCE_STEP_NEARBY, 0.0):
+        for side in (tol.DIFFERENCE_STEP_NEARBY, -tol.DIFFERENCE_STEP_NEARBY, 0.0):
             rows.at(x[:-1], None, (x[-1] + side) * self.unit)
             sides.append(rows.phi)
         return rows.phi, np.column_stack(
-            [rows.G, (sides[0] - sides[1]) / (2.0 * DIFFERENCE_STEP_NEARBY)]
+            [rows.G, (sides[0] - sides[1]) / (2.0 * tol.DIFFERENCE_STEP_NEARBY)]
         )
 
 
@@ -223,7 +194,9 @@ def _ahead(
         G = rows.at(x)[1]
         parts = np.linalg.svd(G)
         sizes = parts[1]
-        rank = int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) if regularized else len(sizes)
+        rank = (
+            int((sizes > tol.SINGULAR_VALUE_ZERO * sizes[0]).sum()) if regularized else len(sizes)
+        )
         n = len(q)
         least = (
             np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
@@ -231,7 +204,7 @@ def _ahead(
         for part in HORIZONS:
             far = part * within
             ahead = rows.at(x + far * direction + 0.5 * far**2 * bent)[1]
-            if least > INDEPENDENCE_CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
+            if least > tol.INDEPENDENCE_CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
                 return Ahead(clear=part * step)
         found = _nearest(rows, x, rank, parts, 8.0 * within)
         if found is None:
@@ -243,10 +216,10 @@ def _ahead(
     gone = found.x - x
     far, along = float(np.linalg.norm(gone)), float(gone @ direction) / float(direction @ direction)
     when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
-    if found.left > LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
+    if found.left > tol.LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
         return Ahead(closest_time=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
-    if missed > SINGULARITY_BESIDE_PATH * far and far > POSITION_SAME:
+    if missed > tol.SINGULARITY_BESIDE_PATH * far and far > tol.POSITION_SAME:
         return Ahead(elements=elements, met=met)
     n = len(q)
     place, direction = found.x[:n], direction[:n]
@@ -271,7 +244,7 @@ def _nearest(
 ) -> MetPosition | None:
     """The singular position within the radius about x, if there is one."""
     sizes = parts[1][:rank]
-    small = int((sizes < SINGULAR_VALUE_MAY_VANISH * sizes[0]).sum())
+    small = int((sizes < tol.SINGULAR_VALUE_MAY_VANISH * sizes[0]).sum())
     above = np.append(sizes[0], sizes)[rank - small : rank]
     # how many vanish together: where the gap to the next one is widest
     for place in np.argsort(-above / sizes[rank - small :])[:2]:
@@ -304,8 +277,8 @@ def _singular(
         left = B[kept:, kept:] - B[kept:, :kept] @ along
         worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
         if (
-            worst <= SINGULAR_VALUE_CHANGE_POINT
-            and np.abs(off).max(initial=0.0) <= SINGULAR_VALUE_CHANGE_POINT
+            worst <= tol.SINGULAR_VALUE_CHANGE_POINT
+            and np.abs(off).max(initial=0.0) <= tol.SINGULAR_VALUE_CHANGE_POINT
         ):
             U = u[:, kept:] - u[:, :kept] @ np.linalg.solve(B[:kept, :kept].T, B[kept:, :kept].T)
             return MetPosition(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
@@ -314,10 +287,10 @@ def _singular(
         if flat is None or worst > 0.2 * last:
             turned = [
                 _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
-                for d in DIFFERENCE_STEP_NEARBY * vt[kept:]
+                for d in tol.DIFFERENCE_STEP_NEARBY * vt[kept:]
             ]
             flat = _inverse(
-                np.array(turned).reshape(len(turned), -1) / (2.0 * DIFFERENCE_STEP_NEARBY)
+                np.array(turned).reshape(len(turned), -1) / (2.0 * tol.DIFFERENCE_STEP_NEARBY)
             )
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())
@@ -332,7 +305,8 @@ def _inverse(F: Array) -> Array:
     iterations.
     """
     return np.asarray(
-        np.linalg.pinv(np.einsum("an,bn->ab", F, F), LEAST_SQUARES_RANK_FINE, hermitian=True) @ F
+        np.linalg.pinv(np.einsum("an,bn->ab", F, F), tol.LEAST_SQUARES_RANK_FINE, hermitian=True)
+        @ F
     )
 
 
@@ -355,7 +329,7 @@ def _at_most(G: Array) -> float:
 def _owners(system: System, U: Array) -> tuple[str, ...]:
     """Joints and drivers whose rows take part in dependencies U (rows, ·), those most first."""
     part = np.linalg.norm(U, axis=1)
-    order = np.argsort(-part)[: int((part > PARTICIPATION * part.max()).sum())]
+    order = np.argsort(-part)[: int((part > tol.PARTICIPATION * part.max()).sum())]
     names = [system.owners[system.row_table[0][n]][0].name for n in order]
     return tuple(dict.fromkeys(names))
 

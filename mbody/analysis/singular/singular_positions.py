@@ -21,33 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import (
-    BRANCH_CERTIFICATE,
-    BRANCH_CLOCK_NONE,
-    BRANCH_DIRECTIONS_SAME,
-    BRANCH_DRIVERS_FIT,
-    BRANCH_FLAT,
-    BRANCH_QUADRIC_SOLVED,
-    BRANCH_RATE_NONE,
-    BRANCH_ROWS_MET,
-    BRANCH_SOLVED,
-    BRANCH_SPACES_SAME,
-    BRANCH_STEP_ROUNDING,
-    BRANCH_VALUES_SAME,
-    DIFFERENCE_STEP_FOURTH_ORDER,
-    LEAST_SQUARES_RANK,
-    LEAST_SQUARES_RANK_COARSE,
-    LOOP_CLOSURE_DEAD_CENTRE,
-    LOOP_CLOSURE_RESIDUAL,
-    SINGULAR_BRANCH_STEP,
-    SINGULAR_DISTANCE_SOUGHT,
-    SINGULAR_DISTANCE_UNDETERMINED,
-    SINGULAR_VALUE_DEAD_CENTRE,
-    SINGULAR_VALUE_NEARBY,
-    SINGULAR_VALUE_VANISHES,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -74,15 +48,10 @@ MANY = 64
 class Solutions:
     """Real solutions found, and whether all were.
 
-    Attributes
-    ----------
-    points : list of array (unknowns,)
-        The requested points, no two the same: of a branch of several freedoms the one of
-        least length.
-    complete : bool
-        Whether there are hardly any others.
-    flat : bool
-        Whether all belong to branches with a tangent space: second order decides.
+    `points` (unknowns,): The requested points, no two the same: of a branch of several freedoms the
+      one of least length.
+    `complete`: Whether there are hardly any others.
+    `flat`: Whether all belong to branches with a tangent space: second order decides.
     """
 
     points: list[Array]
@@ -94,14 +63,10 @@ class Solutions:
 class ConeBranches:
     """The branches of a cone.
 
-    Attributes
-    ----------
-    spaces : list of array (dimension, unknowns)
-        Their tangent spaces, orthonormal bases.
-    odd : array (points, unknowns)
-        Unit vectors of the cone that belong to none of them: there second order does not decide.
-    complete : bool
-        Whether hardly any are missing.
+    `spaces` (dimension, unknowns): Their tangent spaces, orthonormal bases.
+    `odd` (points, unknowns): Unit vectors of the cone that belong to none of them: there second
+      order does not decide.
+    `complete`: Whether hardly any are missing.
     """
 
     spaces: list[Array]
@@ -128,14 +93,14 @@ def tangent(A: Array, y: Array) -> Array:
         return np.eye(A.shape[1])
     _, sizes, vt = np.linalg.svd(D)
     top = np.abs(A).max(initial=0.0) * np.linalg.norm(y)
-    rank = int((sizes > SINGULAR_VALUE_DEAD_CENTRE * max(top, TINY)).sum())
+    rank = int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE * max(top, tol.TINY)).sum())
     return np.asarray(vt[rank:])
 
 
 def is_flat(A: Array, T: Array) -> bool:
     """Whether all quadrics vanish on the whole of a space with the basis T."""
     inside = np.einsum("ijk,aj,bk->iab", A, T, T)
-    return bool(np.abs(inside).max(initial=0.0) <= BRANCH_FLAT * np.abs(A).max(initial=0.0))
+    return bool(np.abs(inside).max(initial=0.0) <= tol.BRANCH_FLAT * np.abs(A).max(initial=0.0))
 
 
 def solutions(A: Array, P: Array, p: Array) -> Solutions:
@@ -144,7 +109,7 @@ def solutions(A: Array, P: Array, p: Array) -> Solutions:
     """
     base, Z = _affine(P, p)
     if not len(Z):
-        met = np.abs(values(A, base)).max(initial=0.0) <= BRANCH_CERTIFICATE * size(A, base)
+        met = np.abs(values(A, base)).max(initial=0.0) <= tol.BRANCH_CERTIFICATE * size(A, base)
         return Solutions([base] if met else [])
     if len(Z) == 1 and len(A):
         return _in_line(A, base, Z[0])
@@ -154,7 +119,9 @@ def solutions(A: Array, P: Array, p: Array) -> Solutions:
 def _affine(P: Array, p: Array) -> tuple[Array, Array]:
     """The shortest y with P y = p, and a basis of what P leaves open."""
     u, sizes, vt = np.linalg.svd(P)
-    rank = int((sizes > SINGULAR_VALUE_DEAD_CENTRE * max(sizes.max(initial=0.0), TINY)).sum())
+    rank = int(
+        (sizes > tol.SINGULAR_VALUE_DEAD_CENTRE * max(sizes.max(initial=0.0), tol.TINY)).sum()
+    )
     base = vt[:rank].T @ ((u.T @ p)[:rank] / sizes[:rank])
     return np.asarray(base), vt[rank:]
 
@@ -167,24 +134,28 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
     far = float(np.linalg.norm(base))
     sizes = np.abs(quadratic) * far**2 + np.abs(linear) * far + np.abs(constant)
     top = np.abs(A).max() * far**2
-    if sizes.max() <= BRANCH_CERTIFICATE * top:  # every velocity is one: take the least
+    if sizes.max() <= tol.BRANCH_CERTIFICATE * top:  # every velocity is one: take the least
         return Solutions([base])
     # a quadric that turns about its double root is no more precise than the root of rounding
     n = int((np.abs(quadratic) * far**2 + np.abs(linear) * far).argmax())
     a, b, c = quadratic[n] * far**2, linear[n] * far, constant[n]
     roots: list[float] = []
-    if abs(a) > BRANCH_CERTIFICATE * top:
+    if abs(a) > tol.BRANCH_CERTIFICATE * top:
         inside = b * b - 4.0 * a * c
-        if abs(inside) <= BRANCH_CERTIFICATE * sizes[n] ** 2:
+        if abs(inside) <= tol.BRANCH_CERTIFICATE * sizes[n] ** 2:
             roots = [-b / (2.0 * a)]
         elif inside > 0.0:
             stable = -0.5 * (b + np.copysign(np.sqrt(inside), b))
             roots = [stable / a, c / stable]
-    elif abs(b) > BRANCH_CERTIFICATE * top:
+    elif abs(b) > tol.BRANCH_CERTIFICATE * top:
         roots = [-c / b]
     points = [base + far * root * z for root in roots]
     return Solutions(
-        [y for y in points if np.abs(values(A, y)).max() <= 1e3 * BRANCH_CERTIFICATE * size(A, y)],
+        [
+            y
+            for y in points
+            if np.abs(values(A, y)).max() <= 1e3 * tol.BRANCH_CERTIFICATE * size(A, y)
+        ]
     )
 
 
@@ -197,7 +168,7 @@ def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
         least = _least(T @ hull, P, p)
         if least is not None and not any(_same(one, least) for one in found):
             found.append(least)
-    seen = [y for y in branches.odd if abs(y[0]) > BRANCH_DIRECTIONS_SAME]
+    seen = [y for y in branches.odd if abs(y[0]) > tol.BRANCH_DIRECTIONS_SAME]
     return Solutions(found, branches.complete, flat=not seen)
 
 
@@ -235,7 +206,7 @@ def _most(A: Array) -> int:
     """How many lines such a cone has at most, where lines are all it has (Bézout)."""
     sizes = np.linalg.svd(A.reshape(len(A), -1), compute_uv=False)
     rank = (
-        int((sizes > SINGULAR_VALUE_DEAD_CENTRE * sizes[0]).sum())
+        int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE * sizes[0]).sum())
         if sizes.max(initial=0.0) > 0.0
         else 0
     )
@@ -243,7 +214,7 @@ def _most(A: Array) -> int:
 
 
 def _same(one: Array, other: Array) -> bool:
-    return float(np.linalg.norm(one - other)) <= BRANCH_DIRECTIONS_SAME * max(
+    return float(np.linalg.norm(one - other)) <= tol.BRANCH_DIRECTIONS_SAME * max(
         float(np.linalg.norm(one)), float(np.linalg.norm(other))
     )
 
@@ -253,10 +224,14 @@ def _least(T: Array, P: Array, p: Array) -> Array | None:
     inside = P @ T.T
     u, sizes, vt = np.linalg.svd(inside, full_matrices=False)
     # of a branch that P does not see there are only rounding errors
-    kept = sizes > BRANCH_DIRECTIONS_SAME * np.linalg.norm(P)
+    kept = sizes > tol.BRANCH_DIRECTIONS_SAME * np.linalg.norm(P)
     y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
     off = np.abs(P @ y - p).max(initial=0.0)
-    return np.asarray(y) if off <= BRANCH_ROWS_MET * max(np.abs(p).max(initial=0.0), TINY) else None
+    return (
+        np.asarray(y)
+        if off <= tol.BRANCH_ROWS_MET * max(np.abs(p).max(initial=0.0), tol.TINY)
+        else None
+    )
 
 
 def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
@@ -268,16 +243,16 @@ def _newton(A: Array, base: Array, Z: Array, starts: Array) -> list[Array]:
         Ay = np.einsum("ijk,nk->nij", A, y)
         f = np.einsum("nij,nj->ni", Ay, y)
         J = 2.0 * np.einsum("nij,dj->nid", Ay, Z)
-        step = -np.einsum("ndi,ni->nd", np.linalg.pinv(J, rcond=LEAST_SQUARES_RANK), f)
+        step = -np.einsum("ndi,ni->nd", np.linalg.pinv(J, rcond=tol.LEAST_SQUARES_RANK), f)
         length = np.linalg.norm(step, axis=1)
         longest = 0.5 * np.linalg.norm(y, axis=1)
-        step *= np.minimum(1.0, longest / np.maximum(length, TINY))[:, None]
+        step *= np.minimum(1.0, longest / np.maximum(length, tol.TINY))[:, None]
         s = s + step
-        if (np.linalg.norm(step, axis=1) <= BRANCH_STEP_ROUNDING * longest).all():
+        if (np.linalg.norm(step, axis=1) <= tol.BRANCH_STEP_ROUNDING * longest).all():
             break
     y = base + s @ Z
     off = np.abs(np.einsum("ijk,nj,nk->ni", A, y, y)).max(axis=1)
-    good = off <= BRANCH_QUADRIC_SOLVED * top * np.einsum("nj,nj->n", y, y)
+    good = off <= tol.BRANCH_QUADRIC_SOLVED * top * np.einsum("nj,nj->n", y, y)
     return list(y[good])
 
 
@@ -289,11 +264,11 @@ def through(A: Array, y: Array) -> ConeBranches:
         return ConeBranches([own], np.zeros((0, A.shape[1])))
     # those of the cone within the tangent space, and y
     branches = _branches(np.einsum("ijk,aj,bk->iab", A, own, own))
-    unit, found = y / max(float(np.linalg.norm(y)), TINY), list[Array]()
+    unit, found = y / max(float(np.linalg.norm(y)), tol.TINY), list[Array]()
     for T in branches.spaces:
         both = np.vstack([unit, T @ own]) if y.any() else T @ own
         _, sizes, vt = np.linalg.svd(both)
-        space = vt[: int((sizes > SINGULAR_VALUE_DEAD_CENTRE).sum())]
+        space = vt[: int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE).sum())]
         if not any(_same_space(one, space) for one in found):
             found.append(space)
     return ConeBranches(found, branches.odd @ own, branches.complete)
@@ -309,7 +284,7 @@ def _directions(inner: Array, random: np.random.Generator) -> list[Array]:
             found += _newton(inner, base, Z, random.normal(size=(8, len(Z))))
         elif len(Z) == 1:
             found += _in_line(inner, base, Z[0]).points
-        elif np.abs(values(inner, base)).max() <= BRANCH_CERTIFICATE * size(inner, base):
+        elif np.abs(values(inner, base)).max() <= tol.BRANCH_CERTIFICATE * size(inner, base):
             found.append(base)
     return found
 
@@ -317,7 +292,7 @@ def _directions(inner: Array, random: np.random.Generator) -> list[Array]:
 def _same_space(one: Array, other: Array) -> bool:
     if len(one) != len(other):
         return False
-    return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - BRANCH_SPACES_SAME)
+    return bool(np.linalg.svd(one @ other.T, compute_uv=False)[-1] > 1.0 - tol.BRANCH_SPACES_SAME)
 
 
 #: Corrections to find a singular position nearby.
@@ -328,12 +303,8 @@ CORRECTIONS = 12
 class ConstraintRows:
     """The rows of a system near an instant: Φ, Φ_q, ν and γ without units of length.
 
-    Attributes
-    ----------
-    work : Work
-        A workspace, its signals set at the instant.
-    t : float
-        The instant.
+    `work`: A workspace, its signals set at the instant.
+    `t`: The instant.
     """
 
     system: System
@@ -396,19 +367,13 @@ class ConstraintRows:
 class Singular:
     """A singular position near a closed one.
 
-    Attributes
-    ----------
-    x : array (coordinates,)
-        The singular position.
-    directions : array (unknowns, coordinates)
-        Φ_q v = ν has the solutions y @ directions; of them the last where drivers move, at the rate
-        one of the clock, else all are free motions to first order.
-    clock : array (unknowns,)
-        Rate of the clock in each of them.
-    A : array (quadrics, unknowns, unknowns)
-        The second-order conditions.
-    y : array (unknowns,)
-        Where the given position is from the singular one.
+    `x` (coordinates,): The singular position.
+    `directions` (unknowns, coordinates): Φ_q v = ν has the solutions y @ directions; of them the
+      last where drivers move, at the rate one of the clock, else all are free motions to first
+      order.
+    `clock` (unknowns,): Rate of the clock in each of them.
+    `A` (quadrics, unknowns, unknowns): The second-order conditions.
+    `y` (unknowns,): Where the given position is from the singular one.
     """
 
     def __init__(self, rows: ConstraintRows, x: Array, given: Array, rank: int) -> None:
@@ -422,7 +387,7 @@ class Singular:
         self.steady = not driven_rate > 0.0
         self.fits = bool(
             np.abs(self.L.T @ nu).max(initial=0.0)
-            <= BRANCH_DRIVERS_FIT * np.abs(nu).max(initial=0.0)
+            <= tol.BRANCH_DRIVERS_FIT * np.abs(nu).max(initial=0.0)
         )
         directions, clock = self.N, np.zeros(len(self.N))
         if not self.steady:
@@ -447,7 +412,7 @@ class Singular:
         if not A.size:
             return A[:0]
         u, sizes, vt = np.linalg.svd(A.reshape(len(A), -1), full_matrices=False)
-        kept = sizes > SINGULAR_VALUE_ZERO * max(1.0, float(sizes[0]))
+        kept = sizes > tol.SINGULAR_VALUE_ZERO * max(1.0, float(sizes[0]))
         self.basis = u[:, kept].T
         return np.asarray((sizes[kept, None] * vt[kept]).reshape(-1, K, K))
 
@@ -507,7 +472,7 @@ class Singular:
             return np.asarray(norm**2 * first)
         third = self._third(first, v, clock)
         # Lᵀ d/dt(Φ_q a − γ) changes by −3 D z where a changes by N z
-        z = np.linalg.lstsq(3.0 * D, self.basis @ third, rcond=SINGULAR_VALUE_DEAD_CENTRE)[0]
+        z = np.linalg.lstsq(3.0 * D, self.basis @ third, rcond=tol.SINGULAR_VALUE_DEAD_CENTRE)[0]
         return np.asarray(norm**2 * (first + z @ self.N))
 
     def _third(self, a: Array, v: Array, clock: float) -> Array:
@@ -518,13 +483,15 @@ class Singular:
             there = self.rows.form(x, v + s * a, clock, later)
             return np.asarray(self.L.T @ (self.rows.G @ a - there))
 
-        near = unmet(DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-DIFFERENCE_STEP_FOURTH_ORDER)
-        far = unmet(2.0 * DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-2.0 * DIFFERENCE_STEP_FOURTH_ORDER)
-        return np.asarray((8.0 * near - far) / (12.0 * DIFFERENCE_STEP_FOURTH_ORDER))
+        near = unmet(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-tol.DIFFERENCE_STEP_FOURTH_ORDER)
+        far = unmet(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(
+            -2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
+        )
+        return np.asarray((8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
 
 def singular(
-    system: System, work: Work, t: float, far: float = SINGULAR_DISTANCE_SOUGHT
+    system: System, work: Work, t: float, far: float = tol.SINGULAR_DISTANCE_SOUGHT
 ) -> Singular | None:
     """The singular position at or near a closed one; None where there is none. `far` in model
     lengths.
@@ -538,8 +505,8 @@ def singular(
         return None
     sizes = np.linalg.svd(rows.G, compute_uv=False)
     for rank in range(
-        int((sizes > SINGULAR_VALUE_NEARBY * sizes[0]).sum()),
-        int((sizes > SINGULAR_VALUE_ZERO * sizes[0]).sum()) + 1,
+        int((sizes > tol.SINGULAR_VALUE_NEARBY * sizes[0]).sum()),
+        int((sizes > tol.SINGULAR_VALUE_ZERO * sizes[0]).sum()) + 1,
     ):
         found = _nearest(rows, given, rank, far)
         if found is not None:
@@ -561,8 +528,8 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         left = L.T @ G @ N.T
         open_, norm = float(np.abs(phi).max()), 1.0 + float(np.abs(x).max())
         if (
-            np.abs(left).max(initial=0.0) <= BRANCH_STEP_ROUNDING * sizes[0] * norm
-            and open_ <= LOOP_CLOSURE_RESIDUAL * norm
+            np.abs(left).max(initial=0.0) <= tol.BRANCH_STEP_ROUNDING * sizes[0] * norm
+            and open_ <= tol.LOOP_CLOSURE_RESIDUAL * norm
         ):
             return x
         step = -(vt[:rank].T / sizes[:rank]) @ (u[:, :rank].T @ phi)
@@ -571,12 +538,12 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         x = x + step
         if not np.linalg.norm(x - given) < far:
             return None
-        if np.abs(step).max() <= BRANCH_STEP_ROUNDING * norm:
+        if np.abs(step).max() <= tol.BRANCH_STEP_ROUNDING * norm:
             break
     rows.at(x)
     u, sizes, _ = np.linalg.svd(rows.G)
-    shut = np.abs(rows.phi).max() <= LOOP_CLOSURE_RESIDUAL * (1.0 + float(np.abs(x).max()))
-    gone = sizes[rank:].max(initial=0.0) <= SINGULAR_VALUE_VANISHES * sizes[0]
+    shut = np.abs(rows.phi).max() <= tol.LOOP_CLOSURE_RESIDUAL * (1.0 + float(np.abs(x).max()))
+    gone = sizes[rank:].max(initial=0.0) <= tol.SINGULAR_VALUE_VANISHES * sizes[0]
     return x if shut and gone else None
 
 
@@ -584,13 +551,13 @@ def _towards(rows: ConstraintRows, x: Array, L: Array, N: Array, left: Array) ->
     """y with which LᵀΦ_q N vanishes: its change along N by differences."""
     change = np.empty((*left.shape, len(N)))
     for n, direction in enumerate(N):
-        rows.at(x + DIFFERENCE_STEP_FOURTH_ORDER * direction)
+        rows.at(x + tol.DIFFERENCE_STEP_FOURTH_ORDER * direction)
         there = rows.G
-        rows.at(x - DIFFERENCE_STEP_FOURTH_ORDER * direction)
-        change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * DIFFERENCE_STEP_FOURTH_ORDER)
+        rows.at(x - tol.DIFFERENCE_STEP_FOURTH_ORDER * direction)
+        change[:, :, n] = L.T @ (there - rows.G) @ N.T / (2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER)
     return np.asarray(
         np.linalg.lstsq(
-            change.reshape(-1, len(N)), -left.reshape(-1), rcond=SINGULAR_VALUE_DEAD_CENTRE
+            change.reshape(-1, len(N)), -left.reshape(-1), rcond=tol.SINGULAR_VALUE_DEAD_CENTRE
         )[0]
     )
 
@@ -617,7 +584,7 @@ def fits(here: Singular, T: Array) -> bool:
     """Whether a start that is away from the singular position is on a branch; positions that are
     closed to rounding do not determine this within the root of rounding.
     """
-    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + SINGULAR_DISTANCE_UNDETERMINED
+    return norm(here.y - along(T, here)) <= 1e-2 * norm(here.y) + tol.SINGULAR_DISTANCE_UNDETERMINED
 
 
 def onto(A: Array, y: Array, clock: Array) -> Array | None:
@@ -626,11 +593,11 @@ def onto(A: Array, y: Array, clock: Array) -> Array | None:
     for _ in range(30):
         D = 2.0 * np.einsum("ijk,k->ij", A, found)
         D[:, clock > 0.0] = 0.0
-        step = -np.linalg.lstsq(D, values(A, found), rcond=LEAST_SQUARES_RANK_COARSE)[0]
+        step = -np.linalg.lstsq(D, values(A, found), rcond=tol.LEAST_SQUARES_RANK_COARSE)[0]
         found = found + step
-        if norm(step) <= BRANCH_STEP_ROUNDING * norm(found):
+        if norm(step) <= tol.BRANCH_STEP_ROUNDING * norm(found):
             break
-    good = np.abs(values(A, found)).max(initial=0.0) <= BRANCH_SOLVED * size(A, found)
+    good = np.abs(values(A, found)).max(initial=0.0) <= tol.BRANCH_SOLVED * size(A, found)
     return found if good else None
 
 
@@ -653,10 +620,10 @@ def frame(here: Singular, T: Array, place: Array) -> tuple[Array, Array]:
     x, changes = here.x, []
     for direction in T:
         points = np.array(
-            [_on(here, T, place + SINGULAR_BRANCH_STEP * c * direction) for c in PLACES]
+            [_on(here, T, place + tol.SINGULAR_BRANCH_STEP * c * direction) for c in PLACES]
         )
         x = value @ points
-        changes.append(change @ points / SINGULAR_BRANCH_STEP)
+        changes.append(change @ points / tol.SINGULAR_BRANCH_STEP)
     return x, np.array(changes)
 
 
@@ -667,9 +634,11 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
     for _ in range(8):
         here.rows.at(x)
         off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)
-        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=SINGULAR_VALUE_ZERO)[0]
+        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=tol.SINGULAR_VALUE_ZERO)[
+            0
+        ]
         x = x - step
-        if np.abs(step).max() <= LOOP_CLOSURE_DEAD_CENTRE:
+        if np.abs(step).max() <= tol.LOOP_CLOSURE_DEAD_CENTRE:
             break
     return np.asarray(x)
 
@@ -680,7 +649,7 @@ def still(T: Array, clock: Array) -> Array:
         return T
     rates = T @ clock
     _, sizes, vt = np.linalg.svd(rates[None])
-    return np.asarray(vt[int((sizes > SINGULAR_VALUE_ZERO).sum()) :] @ T)
+    return np.asarray(vt[int((sizes > tol.SINGULAR_VALUE_ZERO).sum()) :] @ T)
 
 
 def nearest(here: Singular, y: Array) -> Array | None:
@@ -691,7 +660,7 @@ def nearest(here: Singular, y: Array) -> Array | None:
         base = np.zeros(len(y))
         if here.clock.any():
             rates = T @ here.clock
-            if not np.abs(rates).max() > BRANCH_CLOCK_NONE:
+            if not np.abs(rates).max() > tol.BRANCH_CLOCK_NONE:
                 continue
             base = rates / (rates @ rates) * float(here.clock @ y) @ T
         found = base + ((y - base) @ free.T) @ free
@@ -806,7 +775,7 @@ def rate_words(system: System, v: Array) -> str:
     units = system.mechanism.units
     rates = v.reshape(-1, 3)
     top = float(np.abs(v).max())
-    keys = ("omega",) if np.abs(rates[:, 2]).max() > BRANCH_RATE_NONE * top else ("vx", "vy")
+    keys = ("omega",) if np.abs(rates[:, 2]).max() > tol.BRANCH_RATE_NONE * top else ("vx", "vy")
     listed_rates = [
         f"{body.name}.{key} = {_plain(rates[n, ('vx', 'vy', 'omega').index(key)], top)}"
         for n, body in enumerate(system.mechanism.bodies)
@@ -857,7 +826,9 @@ def _classes(values: Array, top: float) -> list[int]:
     seen = list[float]()
     found = []
     for value in values:
-        same = [n for n, other in enumerate(seen) if abs(value - other) <= BRANCH_VALUES_SAME * top]
+        same = [
+            n for n, other in enumerate(seen) if abs(value - other) <= tol.BRANCH_VALUES_SAME * top
+        ]
         if not same:
             seen.append(float(value))
         found.append(same[0] if same else len(seen) - 1)
@@ -870,7 +841,7 @@ def _with_values(
     row, values = rate.row(system, q), list[float]()
     for v in velocities:
         value = float(row @ v)
-        if all(abs(value - other) > BRANCH_VALUES_SAME * top for other in values):
+        if all(abs(value - other) > tol.BRANCH_VALUES_SAME * top for other in values):
             values.append(value)
     size = rate.unit(system)
     numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]
@@ -879,4 +850,4 @@ def _with_values(
 
 
 def _plain(value: float, top: float) -> str:
-    return f"{0.0 if abs(value) <= BRANCH_RATE_NONE * top else value:.6g}"
+    return f"{0.0 if abs(value) <= tol.BRANCH_RATE_NONE * top else value:.6g}"

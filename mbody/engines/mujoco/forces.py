@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_CLOSURE,
-    COMPARISON_FORCE_UNIQUE,
-    COMPARISON_ROW_NONE,
-    COMPARISON_TORQUE_NONE,
-    SINGULAR_VALUE_ZERO,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import turning
 from mbody.engines.mjcf import Exported, safe
@@ -49,9 +42,9 @@ class _ForceTable:
             top = max(float(np.linalg.norm(pair[0])) for pair in pairs)
             greatest[kind] = max(greatest.get(kind, 0.0), top)
         force, torque = greatest.get("force", 0.0) * length, greatest.get("torque", 0.0)
-        if torque < COMPARISON_TORQUE_NONE * force:
+        if torque < tol.COMPARISON_TORQUE_NONE * force:
             greatest["torque"] = force
-        elif force < COMPARISON_TORQUE_NONE * torque:
+        elif force < tol.COMPARISON_TORQUE_NONE * torque:
             greatest["force"] = torque / length
         found = []
         for (name, kind), pairs in self.values.items():
@@ -80,10 +73,10 @@ def force_rows(replay: Replay) -> tuple[list[Row], list[Inexpressible]]:
     lost = _unloaded(replay.made)
     for step in range(len(replay.run)):
         condition = max(condition, _instant(replay, step, found, not_unique))
-    expected = COMPARISON_CLOSURE * condition
+    expected = tol.COMPARISON_CLOSURE * condition
     reason = (
-        f"positions closed to {COMPARISON_CLOSURE:.0e}, times the condition {condition:.0e} of its "
-        "equations"
+        f"positions closed to {tol.COMPARISON_CLOSURE:.0e}, times the condition {condition:.0e} of "
+        "its equations"
     )
     for name in (*not_unique, *lost):
         for key in [key for key in found.values if key[0].partition(".")[0] == name]:
@@ -152,15 +145,15 @@ def _minimum_norm(across: Array, tau: Array) -> tuple[Array, float, Array]:
     unique.
     """
     scale = np.linalg.norm(across, axis=0)
-    kept = scale > COMPARISON_ROW_NONE * scale.max(initial=TINY)
+    kept = scale > tol.COMPARISON_ROW_NONE * scale.max(initial=tol.TINY)
     x, free = np.zeros(len(scale)), ~kept
     if not kept.any():
         return x, 1.0, free
     part = across[:, kept] / scale[kept]
     u, s, vt = np.linalg.svd(part, full_matrices=part.shape[1] > part.shape[0])
-    rank = int((s > SINGULAR_VALUE_ZERO * s[0]).sum())
+    rank = int((s > tol.SINGULAR_VALUE_ZERO * s[0]).sum())
     x[kept] = (vt[:rank].T @ ((u[:, :rank].T @ tau) / s[:rank])) / scale[kept]
-    free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > COMPARISON_FORCE_UNIQUE
+    free[kept] = np.abs(vt[rank:]).max(axis=0, initial=0.0) > tol.COMPARISON_FORCE_UNIQUE
     return x, float(s[0] / s[rank - 1]), free
 
 

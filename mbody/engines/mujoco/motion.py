@@ -10,14 +10,7 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import (
-    COMPARISON_COARSE,
-    COMPARISON_INERTIA_NONE,
-    COMPARISON_ROUNDING,
-    LEAST_SQUARES_RANK,
-    MUJOCO_SOLVER_FINE,
-    RTOL_COMPARISON,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import PointForce, applied_forces
 from mbody.engines.mjcf import Exported, safe, to_mjcf
@@ -213,7 +206,7 @@ class Replay:
         full, root = self.mass(), self.made.system.length * self.made.scale.length
         units = np.array([1.0 if column.slides else 1.0 / root for column in self.made.columns])
         size = np.linalg.eigvalsh(full * np.outer(units, units))
-        return bool(size[0] > COMPARISON_INERTIA_NONE * size[-1])
+        return bool(size[0] > tol.COMPARISON_INERTIA_NONE * size[-1])
 
     def mass(self) -> Array:
         """The mass matrix of the coordinates."""
@@ -226,7 +219,7 @@ class Replay:
         found = np.asarray(self.data.efc_J).reshape(self.data.nefc, self.model.nv).copy()
         # rows of bodies that cannot move relative to each other: rounding
         size = min(1.0, self.made.system.length * self.made.scale.length)
-        found[np.linalg.norm(found, axis=1) < COMPARISON_INERTIA_NONE * size] = 0.0
+        found[np.linalg.norm(found, axis=1) < tol.COMPARISON_INERTIA_NONE * size] = 0.0
         return found
 
     def planar(self) -> Array:
@@ -438,7 +431,10 @@ def _accelerations(replay: Replay) -> list[Row]:
             J, inverse = replay.rows(), np.linalg.inv(replay.mass())
             given = replay.data.efc_R * replay.data.efc_force
             soft[step] = (
-                inverse @ J.T @ np.linalg.pinv(J @ inverse @ J.T, rcond=LEAST_SQUARES_RANK) @ given
+                inverse
+                @ J.T
+                @ np.linalg.pinv(J @ inverse @ J.T, rcond=tol.LEAST_SQUARES_RANK)
+                @ given
             )
     units = np.array(
         [replay.made.scale.length if one.slides else 1.0 for one in replay.made.columns]
@@ -453,7 +449,7 @@ def _accelerations(replay: Replay) -> list[Row]:
         worst = int(np.abs(ours[:, n] - theirs[:, n]).argmax())
         pair = float(ours[worst, n]), float(theirs[worst, n])
         top = top or 1.0
-        expected = 1.5 * float(np.abs(soft[:, n]).max()) / top + COMPARISON_ROUNDING
+        expected = 1.5 * float(np.abs(soft[:, n]).max()) / top + tol.COMPARISON_ROUNDING
         found.append(
             Row(
                 f"{column.name}.acceleration",
@@ -490,7 +486,7 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
         worst = int(apart.argmax())
         # at order one, as with soft constraints, the remaining error is at most the last change
         band = 2.0 * max(last, 0.0 if before > last else before) / top
-        expected = band + off[key] / top + COMPARISON_ROUNDING
+        expected = band + off[key] / top + tol.COMPARISON_ROUNDING
         found.append(
             Row(
                 key,
@@ -501,11 +497,11 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
                 reason,
             )
         )
-    unsettled = [row.quantity for row in found if row.expected > COMPARISON_COARSE]
+    unsettled = [row.quantity for row in found if row.expected > tol.COMPARISON_COARSE]
     if unsettled:
         notes.append(
             f"{listed(unsettled)}: halved steps still change them by more than "
-            f"{COMPARISON_COARSE:g} of the greatest, "
+            f"{tol.COMPARISON_COARSE:g} of the greatest, "
             "so that agreement proves little: use a shorter time"
         )
     return found
@@ -544,7 +540,7 @@ def _our_histories(made: Exported, run: Solution) -> tuple[dict[str, Array], dic
             float(run.t[-1]),
             start=run.take([0]),
             times=run.t,
-            rtol=RTOL_COMPARISON,
+            rtol=tol.RTOL_COMPARISON,
             events=(),
         )
         sharp = _histories(again)
@@ -573,7 +569,7 @@ def _integrated(made: Exported, run: Solution, count: Array) -> dict[str, Array]
     model: Any = mujoco.MjModel.from_xml_string(made.text)
     without_artificial_masses(made, model)
     data = mujoco.MjData(model)
-    model.opt.tolerance, model.opt.iterations = MUJOCO_SOLVER_FINE, 5
+    model.opt.tolerance, model.opt.iterations = tol.MUJOCO_SOLVER_FINE, 5
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     # failed steps must be visible: no automatic reset
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)

@@ -20,25 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_LEAST_ORACLE,
-    COMPARISON_MARGIN_ORACLE,
-    COMPLEX_STEP,
-    CONTACT_FLIGHT_SHORTEST_ORACLE,
-    LEAST_SQUARES_RANK_FINE,
-    ORACLE_ACCELERATION_NONE,
-    ORACLE_ACCELERATIONS_SAME,
-    ORACLE_BEGINS_ABOVE,
-    ORACLE_BEGINS_AT_ZERO,
-    ORACLE_EQUATIONS_LEFT,
-    ORACLE_FORCE_NONE,
-    ORACLE_GAP_CLOSED,
-    ORACLE_GAP_PARTED,
-    ORACLE_VELOCITY_NONE,
-    RTOL_COMPARISON,
-    RTOL_DEFAULT,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
@@ -230,8 +212,8 @@ class OracleContacts:
 
     def drift(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
         """Accelerations of the contacts at zero accelerations of the bodies, (2 points,)."""
-        found = self.rates(q + 1j * COMPLEX_STEP * v, v.astype(complex), which)
-        return np.asarray(found.imag / COMPLEX_STEP)
+        found = self.rates(q + 1j * tol.COMPLEX_STEP * v, v.astype(complex), which)
+        return np.asarray(found.imag / tol.COMPLEX_STEP)
 
     def length(self) -> float:
         """A length of the places: the greatest radius, or arm."""
@@ -261,8 +243,8 @@ class ModeGuard:
         """Set the shift of what begins at a state, `size` being that of its terms."""
         value = self(t, y)
         self.shift = (
-            ORACLE_BEGINS_ABOVE * size - value
-            if abs(value) <= ORACLE_BEGINS_AT_ZERO * size
+            tol.ORACLE_BEGINS_ABOVE * size - value
+            if abs(value) <= tol.ORACLE_BEGINS_AT_ZERO * size
             else 0.0
         )
 
@@ -289,22 +271,17 @@ class DenseEvent:
 class DenseContactMotion:
     """The motion of one mechanism with contacts.
 
-    Attributes
-    ----------
-    reference : Reference
-        Of the mechanism without its contacts.
-    touching : OracleTouching
-    drivers : names of drivers that act
-    rtol : float
-        Tolerance of the integrator.
-    events : list of DenseEvent
-        What has happened, the decision at the first instant included.
+    `reference`: Of the mechanism without its contacts.
+    `touching`: OracleTouching
+    `drivers`: names of drivers that act
+    `rtol`: Tolerance of the integrator.
+    `events`: What has happened, the decision at the first instant included.
     """
 
     reference: Reference
     contacts: OracleContacts
     drivers: tuple[str, ...] = ()
-    rtol: float = RTOL_COMPARISON
+    rtol: float = tol.RTOL_COMPARISON
     events: list[DenseEvent] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -326,9 +303,9 @@ class DenseContactMotion:
         matrix[:size, :size], matrix[:size, size:] = self.mass, -forces.T
         matrix[size:, :size] = constrained
         whole = np.concatenate([right, target])
-        found = np.linalg.lstsq(matrix, whole, rcond=LEAST_SQUARES_RANK_FINE)[0]
+        found = np.linalg.lstsq(matrix, whole, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
         off = np.abs(matrix @ found - whole).max(initial=0.0)
-        if off > ORACLE_EQUATIONS_LEFT * max(TINY, np.abs(whole).max(initial=0.0)):
+        if off > tol.ORACLE_EQUATIONS_LEFT * max(tol.TINY, np.abs(whole).max(initial=0.0)):
             return None
         return found[:size], found[size:]
 
@@ -387,7 +364,7 @@ class DenseContactMotion:
     def _choices(self, k: int, along: float, fast: float) -> tuple[str, ...]:
         if self.contacts.candidates[k].static == 0.0:
             return STICK, OPEN  # without friction sticking is touching
-        if abs(along) > ORACLE_VELOCITY_NONE * fast:
+        if abs(along) > tol.ORACLE_VELOCITY_NONE * fast:
             return (FORWARD if along > 0.0 else BACKWARD), OPEN
         return STICK, FORWARD, BACKWARD, OPEN
 
@@ -405,7 +382,7 @@ class DenseContactMotion:
             sorted(self._choices(k, float(rates[m + k]), fast), key=lambda one: one != ended.get(k))
             for k in closed
         ]
-        still = np.array([abs(rates[m + k]) <= ORACLE_VELOCITY_NONE * fast for k in range(m)])
+        still = np.array([abs(rates[m + k]) <= tol.ORACLE_VELOCITY_NONE * fast for k in range(m)])
         mu = np.where(still, self._mu("static"), self._mu("friction"))
         free = self._freely(t, q, v)
         right: list[tuple[Array, float, tuple[str, ...]]] = []
@@ -416,9 +393,10 @@ class DenseContactMotion:
             a, normal, along = found
             change = W @ a + drift
             size = (
-                max(float(np.abs(change).max(initial=0.0)), free, TINY) * ORACLE_ACCELERATION_NONE
+                max(float(np.abs(change).max(initial=0.0)), free, tol.TINY)
+                * tol.ORACLE_ACCELERATION_NONE
             )
-            press = max(float(np.abs(normal).max(initial=0.0)), TINY) * ORACLE_FORCE_NONE
+            press = max(float(np.abs(normal).max(initial=0.0)), tol.TINY) * tol.ORACLE_FORCE_NONE
             if all(
                 self._fits(k, mode, change, normal, along, mu, size, press, bool(still[k]))
                 for k, mode in zip(closed, modes, strict=True)
@@ -428,7 +406,7 @@ class DenseContactMotion:
             raise NotImplementedError(f"no accelerations at t = {t:.6g} fulfil Coulomb's law")
         first = right[0]
         top = max(float(np.abs(a).max()) for a, *_ in right) or 1.0
-        if any(np.abs(a - first[0]).max() > ORACLE_ACCELERATIONS_SAME * top for a, *_ in right):
+        if any(np.abs(a - first[0]).max() > tol.ORACLE_ACCELERATIONS_SAME * top for a, *_ in right):
             raise NotImplementedError(f"accelerations at t = {t:.6g} are not unique")
         return first[2]
 
@@ -563,17 +541,17 @@ class DenseContactMotion:
     ) -> bool:
         m = len(self.contacts)
         for k, mode in zip(closed, modes, strict=True):
-            if mode == OPEN and rates[k] + shift[k] < -ORACLE_VELOCITY_NONE * fast:
+            if mode == OPEN and rates[k] + shift[k] < -tol.ORACLE_VELOCITY_NONE * fast:
                 return False
-            if normal[k] - least[k] < -ORACLE_FORCE_NONE * push:
+            if normal[k] - least[k] < -tol.ORACLE_FORCE_NONE * push:
                 return False
             how = rests.get(k, mode)
-            if how == STICK and abs(along[k]) > mu[k] * normal[k] + ORACLE_FORCE_NONE * push:
+            if how == STICK and abs(along[k]) > mu[k] * normal[k] + tol.ORACLE_FORCE_NONE * push:
                 return False
             if (
                 how in SLIP_SIGN
                 and mu[k] > 0.0
-                and SLIP_SIGN[how] * rates[m + k] < -ORACLE_VELOCITY_NONE * fast
+                and SLIP_SIGN[how] * rates[m + k] < -tol.ORACLE_VELOCITY_NONE * fast
             ):
                 return False
         return True
@@ -634,14 +612,14 @@ class DenseContactMotion:
         struck: list[str] = []
         for attempt in range(20):
             gaps, rates = self.contacts.gaps(q), self.contacts.rows(q) @ v
-            near = [k for k in range(len(gaps)) if gaps[k] <= ORACLE_GAP_CLOSED * self.size]
+            near = [k for k in range(len(gaps)) if gaps[k] <= tol.ORACLE_GAP_CLOSED * self.size]
             fast = self._fast(v)
-            hits = [k for k in near if rates[k] < -ORACLE_VELOCITY_NONE * fast]
+            hits = [k for k in near if rates[k] < -tol.ORACLE_VELOCITY_NONE * fast]
             if not hits:
                 break
             struck += [self.contacts.candidates[k].name for k in hits]
             v = self.strike(t, q, v, near, self._last_flight(q, v, near) or attempt > 10)
-        closed = tuple(k for k in near if rates[k] <= ORACLE_VELOCITY_NONE * fast)
+        closed = tuple(k for k in near if rates[k] <= tol.ORACLE_VELOCITY_NONE * fast)
         modes = self.decide(t, q, v, closed, ended)
         lasting = tuple(k for k, mode in zip(closed, modes, strict=True) if mode != OPEN)
         kept = tuple(mode for mode in modes if mode != OPEN)
@@ -657,7 +635,8 @@ class DenseContactMotion:
         free = self._freely(0.0, q, v) or 1.0
         rebound = max((-e[k] * rates[k] for k in near), default=0.0)
         return bool(
-            2.0 * rebound / free < CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
+            2.0 * rebound / free
+            < tol.CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
         )
 
     def _derivative(self, t: float, y: Array, closed: Sequence[int], modes: Sequence[str]) -> Array:
@@ -702,7 +681,9 @@ class DenseContactMotion:
         # what parts begins with a gap that counts as one, or its first zero would be the start
         first = self.contacts.gaps(q)
         beyond = np.where(
-            first <= ORACLE_GAP_CLOSED * self.size, ORACLE_GAP_PARTED * self.size - first, 0.0
+            first <= tol.ORACLE_GAP_CLOSED * self.size,
+            tol.ORACLE_GAP_PARTED * self.size - first,
+            0.0,
         )
 
         def gap(t: float, y: Array, k: int) -> float:
@@ -756,9 +737,10 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
         )
     if machine.simulation is not None and machine.simulation.release:
         raise NotImplementedError("it follows contacts without drivers that are released")
-    own = machine.simulation.rtol if machine.simulation is not None else RTOL_DEFAULT
+    own = machine.simulation.rtol if machine.simulation is not None else tol.RTOL_DEFAULT
     sharp, coarse = (
-        _motion(system, run, rtol) for rtol in (RTOL_COMPARISON, max(own, 10.0 * RTOL_COMPARISON))
+        _motion(system, run, rtol)
+        for rtol in (tol.RTOL_COMPARISON, max(own, 10.0 * tol.RTOL_COMPARISON))
     )
     comparison = Comparison()
     comparison.size("place", system.length)
@@ -774,8 +756,8 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
             apart[kind] = np.maximum(apart.get(kind, 0.0), off)
     # an error that has come in once may grow and stays
     limits: dict[str, Array | float] = {
-        kind: COMPARISON_LEAST_ORACLE
-        + COMPARISON_MARGIN_ORACLE * np.maximum.accumulate(off) / comparison.top(kind)
+        kind: tol.COMPARISON_LEAST_ORACLE
+        + tol.COMPARISON_MARGIN_ORACLE * np.maximum.accumulate(off) / comparison.top(kind)
         for kind, off in apart.items()
     }
     for event in run.events:
@@ -785,7 +767,7 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     span = float(run.t[-1] - run.t[0])
     comparison.size("instant", span)
     shift = max((float(np.abs(late - one).min()) for one in times), default=0.0) if len(late) else 0
-    limits["instant"] = COMPARISON_LEAST_ORACLE + COMPARISON_MARGIN_ORACLE * shift / (
+    limits["instant"] = tol.COMPARISON_LEAST_ORACLE + tol.COMPARISON_MARGIN_ORACLE * shift / (
         comparison.top("instant") or 1.0
     )
     kinds = comparison.kinds

@@ -16,15 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPLEX_STEP,
-    LEAST_SQUARES_RANK_FINE,
-    ORACLE_EQUATION_ROUNDING,
-    ORACLE_NEWTON_LEFT,
-    ORACLE_SOLUTIONS_SAME,
-    RATE_NONE_FRICTION,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.model.joints import (
     BandBrake,
     Belt,
@@ -105,17 +97,11 @@ def size(x: Any) -> Any:
 class DenseForces:
     """One solution.
 
-    Attributes
-    ----------
-    lam : array (m,)
-        Multipliers of the rows.
-    own : array
-        Forces at the places of contact.
-    wrench : dict
-        By joint (Fx, Fy, T) of friction, and of what presses teeth apart, on body j at the place
-        that the joint's reaction is reported at.
-    losses : dict
-        By joint the power that it takes.
+    `lam` (m,): Multipliers of the rows.
+    `own`: Forces at the places of contact.
+    `wrench`: By joint (Fx, Fy, T) of friction, and of what presses teeth apart, on body j at the
+      place that the joint's reaction is reported at.
+    `losses`: By joint the power that it takes.
     """
 
     lam: Array
@@ -151,7 +137,7 @@ class DenseFriction:
         velocity_scale = float(np.abs(self.v).max(initial=0.0))
         self.slip_signs = {
             name: 0.0
-            if abs(rate) <= RATE_NONE_FRICTION * velocity_scale
+            if abs(rate) <= tol.RATE_NONE_FRICTION * velocity_scale
             else math.copysign(1.0, rate)
             for name, rate in self.rates.items()
         }
@@ -291,7 +277,7 @@ class DenseFriction:
             return (0.0, 0.0, -slip_sign * torque), []
         if isinstance(joint, Belt):
             value = self.reference.value(joint.tension, self.t)
-            holds = self._given_friction(joint, joint.tension) / max(value, TINY)
+            holds = self._given_friction(joint, joint.tension) / max(value, tol.TINY)
             ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
             return pull_of_strands(joint, ends, max(0.0, value), slip_sign * holds), []
         if isinstance(joint, Gear | RackPinion):
@@ -442,11 +428,11 @@ class DenseFriction:
                 return None
             size = np.abs(step).max(initial=0.0)
             terms = np.abs(slope) @ np.abs(z)
-            if size <= ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
+            if size <= tol.ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
                 return self._forces(z)
             if (
                 size >= 0.5 * last
-                and (np.abs(f) <= ORACLE_EQUATION_ROUNDING * (terms + scale)).all()
+                and (np.abs(f) <= tol.ORACLE_EQUATION_ROUNDING * (terms + scale)).all()
             ):
                 return self._forces(z)
             last = size
@@ -455,13 +441,15 @@ class DenseFriction:
     def start(self) -> Array:
         """Multipliers without friction, and small forces at the places of contact."""
         r = self.reference
-        lam = np.linalg.lstsq(self.g[:, : 3 * r.n].T, self.right, rcond=LEAST_SQUARES_RANK_FINE)[0]
+        lam = np.linalg.lstsq(
+            self.g[:, : 3 * r.n].T, self.right, rcond=tol.LEAST_SQUARES_RANK_FINE
+        )[0]
         return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
 
     def slope(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
-        found = self.residual(z[:, None] + 1j * COMPLEX_STEP * np.eye(len(z), len(z) + 1))
-        return found[:, -1].real, found[:, :-1].imag / COMPLEX_STEP
+        found = self.residual(z[:, None] + 1j * tol.COMPLEX_STEP * np.eye(len(z), len(z) + 1))
+        return found[:, -1].real, found[:, :-1].imag / tol.COMPLEX_STEP
 
     def _forces(self, z: Array) -> DenseForces:
         r = self.reference
@@ -479,13 +467,15 @@ class DenseFriction:
     def solutions(self, rng: np.random.Generator, starts: int = 20) -> list[DenseForces]:
         """All different solutions from random starts."""
         first = self.start()
-        scale = max(float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), TINY)
+        scale = max(
+            float(np.abs(first).max()), float(np.abs(self.right).max(initial=0.0)), tol.TINY
+        )
         tries = np.vstack([first, scale * rng.standard_normal((starts, len(first))) * 3.0])
         found: list[DenseForces] = []
         for z in self._ends(tries):
             whole = max(scale, float(np.abs(z[: self.reference.m]).max(initial=0.0)))
             apart = (np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found)
-            if all(far > ORACLE_SOLUTIONS_SAME * whole for far in apart):
+            if all(far > tol.ORACLE_SOLUTIONS_SAME * whole for far in apart):
                 found.append(self._forces(z))
         return found
 
@@ -499,12 +489,13 @@ class DenseFriction:
         ended: dict[int, Array] = {}
         for _ in range(ITERATIONS):
             here = z[:, running].astype(complex)
-            stepped = here[:, :, None] + 1j * COMPLEX_STEP * np.eye(count)[:, None, :]
+            stepped = here[:, :, None] + 1j * tol.COMPLEX_STEP * np.eye(count)[:, None, :]
             both = np.concatenate([here, stepped.reshape(count, -1)], axis=1)
             values = self.residual(both)
             f = values[:, : len(running)].real.T
             slopes = (
-                values[:, len(running) :].imag.reshape(count, len(running), count) / COMPLEX_STEP
+                values[:, len(running) :].imag.reshape(count, len(running), count)
+                / tol.COMPLEX_STEP
             )
             slopes = slopes.transpose(1, 0, 2)
             good = np.isfinite(slopes).all(axis=(1, 2))
@@ -515,7 +506,7 @@ class DenseFriction:
             steps = np.linalg.solve(slopes, f[:, :, None])[:, :, 0].T
             z[:, running] -= steps
             sizes = np.maximum(scale, np.abs(z[:, running]).max(axis=0))
-            done = np.abs(steps).max(axis=0) <= ORACLE_NEWTON_LEFT * sizes
+            done = np.abs(steps).max(axis=0) <= tol.ORACLE_NEWTON_LEFT * sizes
             ended |= {int(n): z[:, n].copy() for n in running[done]}
             running = running[~done & np.isfinite(z[:, running]).all(axis=0)]
             if not len(running):

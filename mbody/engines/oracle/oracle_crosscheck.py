@@ -7,17 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_CONDITION_SINGULAR,
-    COMPARISON_OPERATIONS,
-    CONTACT_GAP_CLOSED_RESULT,
-    LEAST_SQUARES_RANK,
-    LEAST_SQUARES_RANK_FINE,
-    MACHINE_EPSILON,
-    ORACLE_JUMP,
-    ORACLE_JUMP_AROUND,
-    RATE_NONE_FRICTION,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
 from mbody.engines.oracle.contact_motion import OracleContacts, contact_crosscheck
@@ -85,14 +75,15 @@ class _ClosedCheck:
             for one in (*machine.inputs, *machine.states)
         }
         gaps = contacts.gaps(q)
-        near = np.abs(gaps) <= CONTACT_GAP_CLOSED_RESULT * self.system.length
+        near = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
         names = [candidate.name for candidate in contacts.candidates]
         count, W, rates = len(names), contacts.rows(q), np.real(contacts.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
         velocity_scale, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
         for n in np.flatnonzero(near).tolist():
             slides = (
-                abs(rates[count + n]) > RATE_NONE_FRICTION * velocity_scale and not rolls[names[n]]
+                abs(rates[count + n]) > tol.RATE_NONE_FRICTION * velocity_scale
+                and not rolls[names[n]]
             )
             mu = contacts.candidates[n].friction * math.copysign(1.0, rates[count + n]) * slides
             columns.append(W[n] - mu * W[count + n])
@@ -104,8 +95,8 @@ class _ClosedCheck:
         A = np.vstack([-g, *columns]).T * self.scale[:, None]
         f = oracle.applied(q, v, t)
         right = (oracle.mass_matrix() @ a - f) * self.scale
-        found, _, _, sizes = np.linalg.lstsq(A, right, rcond=LEAST_SQUARES_RANK_FINE)
-        kept = sizes[sizes > LEAST_SQUARES_RANK_FINE * sizes[0]]
+        found, _, _, sizes = np.linalg.lstsq(A, right, rcond=tol.LEAST_SQUARES_RANK_FINE)
+        kept = sizes[sizes > tol.LEAST_SQUARES_RANK_FINE * sizes[0]]
         self.conditions.append(float(sizes[0] / kept[-1]))
         lam, normal = found[: len(g)], found[len(g) :]
         self.efforts.append({d.name: -float(lam[oracle.rows[d.name]][0]) for d in machine.drivers})
@@ -145,7 +136,7 @@ class _ClosedCheck:
                     comparison.add(kind, f"{joint.name}.{key}", ours, theirs)
         comparison.size("force", self.loads)
         comparison.size("torque", self.system.length * comparison.top("force"))
-        limit = COMPARISON_OPERATIONS * float(np.finfo(float).eps) * np.array(self.conditions)
+        limit = tol.COMPARISON_OPERATIONS * float(np.finfo(float).eps) * np.array(self.conditions)
         why = f"rounding times the condition of its equations, {max(self.conditions):.3g}"
         kinds = comparison.kinds
         rows = comparison.rows(dict.fromkeys(kinds, limit), dict.fromkeys(kinds, why))
@@ -209,7 +200,7 @@ class _OracleCheck:
         found, instants = [one for one in found if one["closes"]], instants[closed == 0.0]
         rank = max((one["rank"] for one in found), default=0)
         good = [n for n, one in enumerate(found) if one["rank"] == rank]
-        good = [n for n in good if found[n]["condition"] < COMPARISON_CONDITION_SINGULAR]
+        good = [n for n in good if found[n]["condition"] < tol.COMPARISON_CONDITION_SINGULAR]
         if wanted < count:
             self.notes.append(f"compared at {wanted} of {count} instants, evenly over the run")
         if len(good) < len(found):
@@ -217,11 +208,11 @@ class _OracleCheck:
             self.notes.append(note)
         self._compare([found[n] for n in good], instants[good])
         worst = np.array([found[n]["condition"] for n in good])
-        limit = COMPARISON_OPERATIONS * MACHINE_EPSILON * worst
+        limit = tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON * worst
         why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
         kinds = self.comparison.kinds
         limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {
-            "closing": COMPARISON_OPERATIONS * MACHINE_EPSILON
+            "closing": tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON
         }
         rows = self.comparison.rows(limits, dict.fromkeys(kinds, why))
         return CrosscheckResult("oracle", tuple(rows), (), tuple(self.notes))
@@ -254,7 +245,7 @@ class _OracleCheck:
             return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
         rows = oracle.phi_q(q, t) * self.unit
         s = np.linalg.svd(rows, compute_uv=False) if rows.size else np.ones(1)
-        kept = s[s > LEAST_SQUARES_RANK * s.max(initial=0.0)]
+        kept = s[s > tol.LEAST_SQUARES_RANK * s.max(initial=0.0)]
         found: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
         found["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
         still = np.zeros_like(q)
@@ -283,13 +274,13 @@ class _OracleCheck:
         fastest = float(np.abs(v / self.unit).max(initial=0.0))
         if not fastest:
             return False
-        step = ORACLE_JUMP_AROUND / fastest
+        step = tol.ORACLE_JUMP_AROUND / fastest
         oracle = self.reference
         before, after = (oracle.gamma(q + s * v, v, t + s) for s in (-step, step))
         top = max(float(np.abs(one).max(initial=0.0)) for one in (before, after))
         # terms of γ that cancel, as those of wheels that mesh, leave the rounding of their size
         terms = float(np.abs(oracle.phi_q(q, t) * self.unit).max(initial=0.0)) * fastest**2
-        least = max(ORACLE_JUMP * top, COMPARISON_OPERATIONS * MACHINE_EPSILON * terms)
+        least = max(tol.ORACLE_JUMP * top, tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON * terms)
         return bool(np.abs(after - before).max(initial=0.0) > least)
 
     def _saddle_condition(self, rows: Array) -> float:
@@ -298,7 +289,7 @@ class _OracleCheck:
         M = M / (M.max(initial=0.0) or 1.0)
         K = np.block([[M, rows.T], [rows, np.zeros((len(rows), len(rows)))]])
         s = np.linalg.svd(K, compute_uv=False)
-        return float(s[0] / s[s > LEAST_SQUARES_RANK_FINE * s[0]][-1])
+        return float(s[0] / s[s > tol.LEAST_SQUARES_RANK_FINE * s[0]][-1])
 
     def _compare(self, found: list[dict[str, Any]], instants: Array) -> None:
         comparison, run = self.comparison, self.run

@@ -12,14 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_CONDITION_SINGULAR,
-    COMPARISON_LOCAL_PINOCCHIO,
-    COMPARISON_MARGIN_PINOCCHIO,
-    COMPARISON_OPERATIONS,
-    COMPARISON_STEPS_PINOCCHIO,
-    MACHINE_EPSILON,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import laws_of
 from mbody.engines.pinocchio.dynamics import (
@@ -93,7 +86,7 @@ class _PinocchioCheck:
         good = [
             k
             for k, (_, forces) in enumerate(found)
-            if forces.rank == rank and forces.condition < COMPARISON_CONDITION_SINGULAR
+            if forces.rank == rank and forces.condition < tol.COMPARISON_CONDITION_SINGULAR
         ]
         if len(good) < len(found):
             self.notes.append(
@@ -162,8 +155,8 @@ class _PinocchioCheck:
                 comparison.add(kind, f"{name}.{kind}", np.zeros(len(good)), history[:, n])
         # the condition of the loops amplifies positions, rates and accelerations equally
         worse = (
-            COMPARISON_OPERATIONS
-            * MACHINE_EPSILON
+            tol.COMPARISON_OPERATIONS
+            * tol.MACHINE_EPSILON
             * np.array([found[k][1].condition for k in good])
         )
         whole = f"rounding times the condition of the loops, {_top(found, good):.3g}"
@@ -220,8 +213,8 @@ class _PinocchioCheck:
                 f"not determined by the redundant constraints, not compared: {listed(open_ones)}"
             )
         worse = (
-            COMPARISON_OPERATIONS
-            * MACHINE_EPSILON
+            tol.COMPARISON_OPERATIONS
+            * tol.MACHINE_EPSILON
             * np.array([found[k][1].condition for k in good])
         )
         for kind in ("force", "torque"):
@@ -263,12 +256,12 @@ class _PinocchioCheck:
                 f"the motion was integrated to t = {run.t[count - 1]:.6g}, {count} of {len(run)} "
                 f"instants: {integrated.why}"
             )
-        both = max(error, integrated.gap, COMPARISON_STEPS_PINOCCHIO)
+        both = max(error, integrated.gap, tol.COMPARISON_STEPS_PINOCCHIO)
         for kind, unit in (("path", self.system.length), ("path angle", 1.0)):
             self.expected[kind] = (
                 (
-                    COMPARISON_LOCAL_PINOCCHIO
-                    + COMPARISON_MARGIN_PINOCCHIO * integrated.growth * both
+                    tol.COMPARISON_LOCAL_PINOCCHIO
+                    + tol.COMPARISON_MARGIN_PINOCCHIO * integrated.growth * both
                 )
                 * unit
                 / comparison.top(kind)
@@ -309,12 +302,13 @@ class _PinocchioCheck:
         length = self.system.length
         self.comparison.size("forward", self.comparison.top("acceleration"))
         self.comparison.size("forward turning", self.comparison.top("turning acceleration"))
-        limits = COMPARISON_OPERATIONS * np.array(rounding)
+        limits = tol.COMPARISON_OPERATIONS * np.array(rounding)
         if run.analysis == "simulate":
             self._path(forward, found)
         for kind, unit in (("forward", length), ("forward turning", 1.0)):
             self.expected[kind] = (
-                COMPARISON_OPERATIONS * MACHINE_EPSILON + limits * unit / self.comparison.top(kind)
+                tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON
+                + limits * unit / self.comparison.top(kind)
             )
             self.reasons[kind] = "rounding of loads, times the condition of masses and loops"
 

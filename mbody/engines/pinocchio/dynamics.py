@@ -10,17 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
-from mbody.core.tolerances import (
-    COMPARISON_AMPLIFICATION,
-    COMPARISON_CONDITION_WORSE,
-    COMPARISON_EIGENVALUE_NONE,
-    COMPARISON_FORCE_UNIQUE,
-    COMPARISON_FORCES_INCREASE,
-    LEAST_SQUARES_RANK,
-    MACHINE_EPSILON,
-    RTOL_COMPARISON,
-    RTOL_COMPARISON_ROUGH,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import NATIVE, BodyState, gravity_of, wrenches
 from mbody.engines.spanning_tree import (
@@ -457,7 +447,7 @@ def _minimum_norm(C: Array, wanted: Array) -> tuple[Array, Array]:
     if not C.size:
         return np.zeros(C.shape[1]), np.zeros(0)
     u, s, vt = np.linalg.svd(C, full_matrices=False)
-    rank = int((s > LEAST_SQUARES_RANK * s.max(initial=0.0)).sum())
+    rank = int((s > tol.LEAST_SQUARES_RANK * s.max(initial=0.0)).sum())
     x = vt[:rank].T @ ((u[:, :rank].T @ wanted) / s[:rank])
     # one refinement, for the rounding error of the decomposition
     x += vt[:rank].T @ ((u[:, :rank].T @ (wanted - C @ x)) / s[:rank])
@@ -593,13 +583,13 @@ class Forward:
         J = np.array([row.jacobian * size for row, _ in rows]).reshape(len(rows), len(size))
         J /= unit[:, None]
         u, s, vt = np.linalg.svd(np.block([[M / top, J.T], [J, np.zeros((len(J), len(J)))]]))
-        kept = s > COMPARISON_EIGENVALUE_NONE * s.max(initial=0.0)
-        if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > COMPARISON_FORCE_UNIQUE:
+        kept = s > tol.COMPARISON_EIGENVALUE_NONE * s.max(initial=0.0)
+        if np.abs(vt[~kept][:, : len(size)]).max(initial=0.0) > tol.COMPARISON_FORCE_UNIQUE:
             raise Undetermined("free accelerations of bodies without inertia")
         wanted = np.array([change - row.change for row, change in rows]) / unit
         right = np.concatenate([(efforts - bias) * size / top, wanted])
         condition = float(s[kept].max(initial=1.0) / s[kept].min(initial=1e300))
-        rounding = MACHINE_EPSILON * condition * float(np.abs(right).max(initial=0.0))
+        rounding = tol.MACHINE_EPSILON * condition * float(np.abs(right).max(initial=0.0))
         if self.pinned and not driven and self.massive(M / top):
             return self.proximal_solved(now, efforts), rounding
         x = np.zeros(len(right))
@@ -611,20 +601,13 @@ class Forward:
     @staticmethod
     def massive(M: Array) -> bool:
         """Whether every motion of the tree has inertia."""
-        return bool(np.linalg.eigvalsh(M).min(initial=1.0) > COMPARISON_EIGENVALUE_NONE)
+        return bool(np.linalg.eigvalsh(M).min(initial=1.0) > tol.COMPARISON_EIGENVALUE_NONE)
 
     def proximal_solved(self, now: Any, efforts: Array) -> Array:
         """Accelerations by Pinocchio's own solver; `now` has its q and v."""
         twin = self.twin
         a = twin.pin.constraintDynamics(
-            twin.model,
-            twin.data,
-            now.q,
-            now.v,
-            efforts,
-            self.models,
-            self.datas,
-            self.proximal,
+            twin.model, twin.data, now.q, now.v, efforts, self.models, self.datas, self.proximal
         )
         return np.array(a)[twin.columns]
 
@@ -665,7 +648,9 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
     """The motion from the run's first instant on; `conditions` are those of its loops."""
     run = forward.inverse.run
     count, why = len(run), ""
-    worse = np.flatnonzero(conditions > COMPARISON_CONDITION_WORSE * conditions.min(initial=np.inf))
+    worse = np.flatnonzero(
+        conditions > tol.COMPARISON_CONDITION_WORSE * conditions.min(initial=np.inf)
+    )
     if worse.size:
         count, why = int(worse[0]), "the loops are near a singular position there"
     hits = [one.t for one in run.events if one.after is not None]
@@ -673,9 +658,9 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
         count = int(np.searchsorted(run.t, hits[0]))
         why = f"'{run.events[0].name}' is hit there"
     steps = _Steps(forward)
-    found = steps.along(run.t[:count], RTOL_COMPARISON, 0.0)
+    found = steps.along(run.t[:count], tol.RTOL_COMPARISON, 0.0)
     beside = _Steps(forward).along(
-        run.t[: len(found)], RTOL_COMPARISON_ROUGH, COMPARISON_FORCES_INCREASE
+        run.t[: len(found)], tol.RTOL_COMPARISON_ROUGH, tol.COMPARISON_FORCES_INCREASE
     )
     if len(found) < count:
         why = "it takes too long"
@@ -683,11 +668,11 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
     unit = forward.scale[forward.twin.columns]
     apart = (
         np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0)
-        / COMPARISON_FORCES_INCREASE
+        / tol.COMPARISON_FORCES_INCREASE
     )
     gap = max((steps.gap(q) for q in found[-1:]), default=0.0)
     growth = np.maximum.accumulate(apart)
-    last = int(np.searchsorted(growth, COMPARISON_AMPLIFICATION))
+    last = int(np.searchsorted(growth, tol.COMPARISON_AMPLIFICATION))
     if last < len(found):
         why = "from there on the smallest error changes the motion"
     return IntegratedMotion(found[:last], growth[:last], gap, why)

@@ -10,14 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_COARSE,
-    COMPARISON_FLOOR_PYMUNK,
-    COMPARISON_MARGIN_PYMUNK,
-    COMPARISON_OURS_PYMUNK,
-    COMPARISON_VALUE_NONE,
-    PYMUNK_WHEEL_PRESSED,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import reading
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
@@ -205,7 +198,7 @@ def _tops(quantities: list[_Quantity], length: float) -> dict[str, float]:
         ("turning", "acceleration", 1.0 / length),
         ("acceleration", "turning", length),
     ):
-        if tops[one] <= COMPARISON_VALUE_NONE * tops[other] * by:
+        if tops[one] <= tol.COMPARISON_VALUE_NONE * tops[other] * by:
             tops[one] = tops[other] * by
     return {kind: top or 1.0 for kind, top in tops.items()}
 
@@ -225,11 +218,11 @@ def _rows(
         top = tops[one.kind]
         left = np.max([other.spread for other in quantities if other.kind == one.kind], axis=0)
         floor = max(
-            COMPARISON_FLOOR_PYMUNK, floors.get("loose", 0.0), floors.get(one.kind, 0.0) / top
+            tol.COMPARISON_FLOOR_PYMUNK, floors.get("loose", 0.0), floors.get(one.kind, 0.0) / top
         )
-        expected = COMPARISON_MARGIN_PYMUNK * left / top + floor
+        expected = tol.COMPARISON_MARGIN_PYMUNK * left / top + floor
         difference = np.abs(one.theirs - one.ours) / top
-        unseen = ~(expected <= COMPARISON_COARSE)
+        unseen = ~(expected <= tol.COMPARISON_COARSE)
         blind |= unseen
         if unseen.all():
             why = "pymunk's steps do not converge: the error estimate is more than 1 % everywhere"
@@ -247,7 +240,9 @@ def _pressed(run: Solution, left_out: set[str]) -> float:
     """Error by wheels that are slightly enlarged so that they touch: relative."""
     touching = [j for j in run.mechanism.joints if isinstance(j, Rolling)]
     return (
-        2.0 * PYMUNK_WHEEL_PRESSED if any(joint.name not in left_out for joint in touching) else 0.0
+        2.0 * tol.PYMUNK_WHEEL_PRESSED
+        if any(joint.name not in left_out for joint in touching)
+        else 0.0
     )
 
 
@@ -281,7 +276,7 @@ def _of_motion(run: Solution, moved: Trajectory, free: bool) -> _Compared:
             quantities.append(_Quantity("kinetic energy", "energy", ours, theirs, left))
     reason = "error of the extrapolation of a first-order motion to step size 0"
     floors = {
-        "loose": moved.loose + (COMPARISON_OURS_PYMUNK if free else 0.0) + _pressed(run, set())
+        "loose": moved.loose + (tol.COMPARISON_OURS_PYMUNK if free else 0.0) + _pressed(run, set())
     }
     return _rows(quantities, run.system.length, floors, reason)
 
@@ -294,7 +289,8 @@ def _notes_of(run: Solution, where: InstantForces | Trajectory, blind: int) -> l
     if blind:
         notes.append(
             f"at {blind} of {len(where.instants)} instants the extrapolation error is more than "
-            f"{COMPARISON_COARSE:.0%}, as near singular positions: these values are not compared"
+            f"{tol.COMPARISON_COARSE:.0%}, as near singular positions: these values are not "
+            "compared"
         )
     open_ones = [
         joint.name

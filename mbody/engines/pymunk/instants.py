@@ -74,16 +74,10 @@ WORK = 1.2e8
 class Sizes:
     """Scales of a run, for steps, artificial masses and rounding.
 
-    Attributes
-    ----------
-    rate : float
-        Characteristic rate of the motion [1/time].
-    lump : float
-        Artificial mass in place of zero [mass].
-    extent : float
-        Greatest coordinate, with angles times the model length [length].
-    mass : float
-        Greatest mass, artificial ones included [mass].
+    `rate`: Characteristic rate of the motion [1/time].
+    `lump`: Artificial mass in place of zero [mass].
+    `extent`: Greatest coordinate, with angles times the model length [length].
+    `mass`: Greatest mass, artificial ones included [mass].
     """
 
     rate: float

@@ -11,19 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    COMPARISON_BLIND,
-    COMPARISON_ROUNDING,
-    COMPARISON_TIME_END,
-    FRICTION_STICKS,
-    PYMUNK_ARTIFICIAL_MASS,
-    PYMUNK_SETTLED_FORCES,
-    PYMUNK_SETTLED_POSITIONS,
-    PYMUNK_SLIDING_REST,
-    PYMUNK_SLIDING_SLOW,
-    PYMUNK_STEP_LONGEST,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import Outline, not_as_rigid_contacts, outlines
@@ -164,7 +152,7 @@ class TouchingShapes:
             arbiter.process_collision = False
             return
         _, mu, static, arbiter.restitution = found
-        still = static > mu and self._slides(arbiter) <= PYMUNK_SLIDING_REST * self.fast
+        still = static > mu and self._slides(arbiter) <= tol.PYMUNK_SLIDING_REST * self.fast
         arbiter.friction = static if still else mu
 
     def _slides(self, arbiter: Any) -> float:
@@ -182,9 +170,9 @@ class TouchingShapes:
         impulse, normal = arbiter.total_impulse, arbiter.normal
         press, along = abs(impulse.dot(normal)), abs(impulse.cross(normal))
         if press > 0.0:
-            sticks = along < FRICTION_STICKS * mu * press
+            sticks = along < tol.FRICTION_STICKS * mu * press
             # at the limit, but hardly sliding: where friction is not unique, or overlaps go back
-            slow = self._slides(arbiter) <= PYMUNK_SLIDING_SLOW * self.fast
+            slow = self._slides(arbiter) <= tol.PYMUNK_SLIDING_SLOW * self.fast
             self.modes[name] = "stick" if sticks else "" if slow else "slip"
 
 
@@ -240,7 +228,7 @@ def _motion(
     rates = np.abs(kinematic(run, "rate")) * (1.0, 1.0, system.length)
     last = float(run.t[-1])
     # what stays where it is has the speed of a model length over the motion
-    least = system.length / max(last - float(run.t[0]), TINY)
+    least = system.length / max(last - float(run.t[0]), tol.TINY)
     touching = TouchingShapes(space, max(float(rates.max()), least))
     stepper = SpaceStepper(space, functools.partial(of_system, run.system, last=last), last=last)
     stepper.put(kinematic(run, "place")[0], kinematic(run, "rate")[0])
@@ -330,7 +318,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
     sizes = sizes_of(system, run.take([0, *range(1, instants[-1] + 1)]))
     trial = _MotionTrial(system, run, sizes)
     shortened = False
-    while len(instants) > 1 and trial.step(instants) * sizes.rate > COMPARISON_BLIND:
+    while len(instants) > 1 and trial.step(instants) * sizes.rate > tol.COMPARISON_BLIND:
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
         instants, shortened = _instants(run, end) or instants[:1], True
     while True:
@@ -339,7 +327,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         places = [values[-1, :n] for values in seen]
         apart = float(np.abs(places[2] - places[1]).max()) / min(system.length, 1.0)
         seen_order = order(places)
-        regular = apart < COMPARISON_ROUNDING or REGULAR[0] <= seen_order <= REGULAR[1]
+        regular = apart < tol.COMPARISON_ROUNDING or REGULAR[0] <= seen_order <= REGULAR[1]
         if regular or len(instants) == 1:
             break
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
@@ -357,7 +345,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         instants,
         value,
         spread,
-        order=float("nan") if apart < COMPARISON_ROUNDING else seen_order,
+        order=float("nan") if apart < tol.COMPARISON_ROUNDING else seen_order,
         horizon=float(run.t[instants[-1]] - run.t[0]),
         step=trial.longest,
         shortened=shortened,
@@ -377,7 +365,7 @@ def _end(run: Solution) -> float:
 
 def _instants(run: Solution, end: float) -> list[int]:
     """Instants of the run that are compared, after the first and not after the end."""
-    there = np.flatnonzero((run.t > run.t[0]) & (run.t <= end + COMPARISON_TIME_END * abs(end)))
+    there = np.flatnonzero((run.t > run.t[0]) & (run.t <= end + tol.COMPARISON_TIME_END * abs(end)))
     picked = np.linspace(0, len(there) - 1, min(len(there), SAMPLES)).round().astype(int)
     return [int(there[k]) for k in picked]
 
@@ -391,15 +379,15 @@ class _MotionTrial:
         free = Space(system, sizes.lump, 1)
         moving = run.analysis == "simulate" and bool(free.lumped)
         self.lumps = (
-            tuple(PYMUNK_ARTIFICIAL_MASS * sizes.lump / 2**n for n in range(3))
+            tuple(tol.PYMUNK_ARTIFICIAL_MASS * sizes.lump / 2**n for n in range(3))
             if moving
             else (sizes.lump,)
         )
-        h = PYMUNK_STEP_LONGEST / sizes.rate
+        h = tol.PYMUNK_STEP_LONGEST / sizes.rate
         # the smallest artificial mass needs the most iterations
         most = min(MANY, int(WORK / (BURST * max(len(free.parts), 1))))
         self.iterations, self.loose = settled(
-            lambda count: self._burst(count, h), PYMUNK_SETTLED_FORCES, most
+            lambda count: self._burst(count, h), tol.PYMUNK_SETTLED_FORCES, most
         )
         self.spaces = [Space(system, lump, self.iterations) for lump in self.lumps]
         self.longest = h
@@ -425,7 +413,7 @@ class _MotionTrial:
     def step(self, instants: list[int]) -> float:
         """The longest step for a motion up to the last instant [time], by the greatest work."""
         span = float(self.run.t[instants[-1]] - self.run.t[0])
-        wanted = max(FEWEST, span * self.sizes.rate / PYMUNK_STEP_LONGEST)
+        wanted = max(FEWEST, span * self.sizes.rate / tol.PYMUNK_STEP_LONGEST)
         most = WORK / (7.0 * self._work() * len(self.spaces))
         return span / max(min(wanted, most), 4.0 * len(instants))
 
@@ -454,7 +442,7 @@ class _MotionTrial:
             space.space.iterations = 4 * self.iterations
             more = self._once(space, times, 1)
             change = np.abs(more - found)
-            if change[:, :n].max() <= PYMUNK_SETTLED_POSITIONS * min(self.sizes.extent, 1.0):
+            if change[:, :n].max() <= tol.PYMUNK_SETTLED_POSITIONS * min(self.sizes.extent, 1.0):
                 break
             steps = float(times[-1] - times[0]) / self.longest
             # the next trial needs sixteen times as many as the start of this one

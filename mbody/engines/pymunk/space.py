@@ -9,12 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import (
-    LEAST_SQUARES_RANK,
-    PYMUNK_WHEEL_CENTRED,
-    PYMUNK_WHEEL_PRESSED,
-    TINY,
-)
+from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.independent_reading import reading
 from mbody.engines.load_forces import BodyState, applied_forces, geometry_of
@@ -45,27 +40,16 @@ def place(pose: Array, body: int, arm: tuple[float, float]) -> Array:
 class ImpulseConstraint:
     """One constraint of the space.
 
-    Attributes
-    ----------
-    owner : str
-        Name of the joint or driver that it belongs to.
-    kind : str
-        "pin", "slot", "rod", "turn" or "contact".
-    native : pymunk.Constraint, or tuple of pymunk.Shape
-    i, j : int
-        Bodies; the ground is the last.
-    arm_i, arm_j : pair of float
-        Places from the mass centres in link axes [length].
-    torque_at : pair of float, or None
-        Reference place on j of torques, where it differs from arm_j [length].
-    normal : float
-        Of a slot or a contact line: direction in axes of i [rad].
-    radius : float
-        Of a rolling wheel [length].
-    target : float
-        Value that a slot, a rod or a turn keeps.
-    half_length : float
-        Half the length of a slot.
+    `owner`: Name of the joint or driver that it belongs to.
+    `kind`: "pin", "slot", "rod", "turn" or "contact".
+    `native`: pymunk.Constraint, or tuple of pymunk.Shape
+    `i`, `j`: Bodies; the ground is the last.
+    `arm_i`, `arm_j`: Places from the mass centres in link axes [length].
+    `torque_at`: Reference place on j of torques, where it differs from arm_j [length].
+    `normal`: Of a slot or a contact line: direction in axes of i [rad].
+    `radius`: Of a rolling wheel [length].
+    `target`: Value that a slot, a rod or a turn keeps.
+    `half_length`: Half the length of a slot.
     """
 
     owner: str
@@ -100,7 +84,7 @@ class ImpulseConstraint:
             return np.array([[math.cos(beta), math.sin(beta), 0.0]])
         if self.kind == "rod":
             separation = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
-            return np.array([[*(separation / max(float(np.hypot(*separation)), TINY)), 0.0]])
+            return np.array([[*(separation / max(float(np.hypot(*separation)), tol.TINY)), 0.0]])
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
     def columns(self, pose: Array) -> Array:
@@ -202,7 +186,7 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
         if isinstance(joint, Rolling):
             arm = np.hypot(*reading(system).arm(joint, "j"))
             line = joint.on_radius is None and joint.i.body == "ground"
-            if not line or arm > PYMUNK_WHEEL_CENTRED * system.length:
+            if not line or arm > tol.PYMUNK_WHEEL_CENTRED * system.length:
                 why = (
                     "pymunk's contacts are lost where a wheel does not roll on a straight line at "
                     "rest"
@@ -363,7 +347,7 @@ class Space:
         """A circle that collides with one line only."""
         radius = float(self.at[f"{joint.name}.radius"])
         a, b = self.everything[ends["i"]], self.everything[ends["j"]]
-        pressed = PYMUNK_WHEEL_PRESSED * radius
+        pressed = tol.PYMUNK_WHEEL_PRESSED * radius
         wheel = self.pymunk.Circle(b, radius + pressed, ends["arm_j"])
         (x, y), c, s = ends["arm_i"], math.cos(normal), math.sin(normal)
         dx, dy = self.half_length * s, self.half_length * c
@@ -592,9 +576,9 @@ class SpaceStepper:
             found[:] = np.nan
         elif columns:
             A = (np.concatenate(columns) * scale).reshape(-1, 3 * space.count).T
-            sizes = np.maximum(np.linalg.norm(A, axis=0), TINY)
+            sizes = np.maximum(np.linalg.norm(A, axis=0), tol.TINY)
             impulses = (
-                np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=LEAST_SQUARES_RANK)[0]
+                np.linalg.lstsq(A / sizes, (left * scale).ravel(), rcond=tol.LEAST_SQUARES_RANK)[0]
                 / sizes
             )
             first = 0

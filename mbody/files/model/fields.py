@@ -455,14 +455,10 @@ shapes = dict[
     name_in,
     Annotated[
         Annotated[
-            DiscIn,
-            AfterValidator(lambda s: Disc(s.disc, s.radius, s.begin, s.end)),
-            Tag("<disc>"),
+            DiscIn, AfterValidator(lambda s: Disc(s.disc, s.radius, s.begin, s.end)), Tag("<disc>")
         ]
         | Annotated[
-            RingIn,
-            AfterValidator(lambda s: Ring(s.ring, s.radius, s.begin, s.end)),
-            Tag("<ring>"),
+            RingIn, AfterValidator(lambda s: Ring(s.ring, s.radius, s.begin, s.end)), Tag("<ring>")
         ]
         | Annotated[
             LineIn, AfterValidator(lambda s: Line(s.line.point, s.line.angle)), Tag("<line>")
@@ -671,10 +667,7 @@ class _Points:
 
 _FIELDS: dict[str, Any] = {
     "x": (list[number(None)], Field(None, description="places")),
-    "y": (
-        list[number(None)],
-        Field(None, description="values; of two variables the other places"),
-    ),
+    "y": (list[number(None)], Field(None, description="values; of two variables the other places")),
     "z": (list[list[number(None)]], Field(None, description="values, a row for each x")),
     "file": (str, Field(None, description="CSV file beside this one with the columns x and y")),
     "interpolation": (Literal[get_args(Interpolation)], None),

@@ -459,11 +459,7 @@ def from_toml(
 
 
 def from_json(
-    text: str,
-    *,
-    name: str = "model",
-    folder: Path | None = None,
-    limits: Limits | None = None,
+    text: str, *, name: str = "model", folder: Path | None = None, limits: Limits | None = None
 ) -> Mechanism:
     """The mechanism of a model that is text in JSON; parameters and errors as of `from_toml`."""
     return _mechanism_of(text, True, None, name, folder, limits)

@@ -303,15 +303,11 @@ class FitIn(Strict):
 class FitSettings:
     """Default settings of a fit.
 
-    Attributes
-    ----------
-    by : tuple of str or mapping
-        The unknown numbers, or (low, high) by number.
-    offsets : tuple of str
-    deviations : mapping
-    analysis : str or None
-    confidence : float or None
-        As of `mbody.fit`.
+    `by`: The unknown numbers, or (low, high) by number.
+    `offsets`: tuple of str
+    `deviations`: mapping
+    `analysis`: str or None
+    `confidence`: As of `mbody.fit`.
     """
 
     by: tuple[str, ...] | Mapping[str, Any]
