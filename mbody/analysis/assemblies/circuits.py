@@ -480,9 +480,7 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
 
 
 def _between_lengths(values: list[float], value: float) -> list[float]:
-    """Midpoints between successive lengths, from 0 to the first one too: lengths are not
-    periodic.
-    """
+    """Midpoints between successive lengths, which are not periodic: from 0 to the first too."""
     ends = [0.0, *(x for x in values if x > 0.0)]
     ends = [*(x for x in values if x <= 0.0), *ends]
     return [

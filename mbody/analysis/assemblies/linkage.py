@@ -22,9 +22,7 @@ from mbody.system.system import System
 
 
 class NotCovered(Exception):
-    """The linkage has a part without polynomial equations for the certified search: a clause that
-    names it.
-    """
+    """A clause that names the part without polynomial equations for the certified search."""
 
 
 @dataclass(frozen=True)

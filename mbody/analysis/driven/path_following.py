@@ -304,9 +304,7 @@ class MotionPieces:
             self._path.given[:] = grid.given[first]
 
     def find_seeds(self, start: ClosedPosition) -> bool:
-        """Find the first positions of all lanes, on a branch that is likely; False where the path
-        ends.
-        """
+        """Find the first positions of all lanes, on a likely branch; False where the path ends."""
         q = start.work.q.copy()
         self._follow.progress[:] = 0.0
         code = follow(self._layout, start.work, self._path, self._follow)

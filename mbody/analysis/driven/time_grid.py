@@ -296,9 +296,7 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
 
 
 def check_timed(system: System) -> None:
-    """Refuse drivers that follow auxiliary states: these have values in a motion of `simulate`
-    only.
-    """
+    """Refuse drivers that follow auxiliary states, which only `simulate` gives values."""
     for driver in system.drivers:
         states = driver_states(driver, system.mechanism, system.numbers)
         if states:
