@@ -252,10 +252,10 @@ def examine() -> dict[str, Any]:
         "core_reason": core.reason,
         "kernels": len(list(core.file.glob("*.so"))) if core.file and core.file.is_dir() else None,
         "kernel_check": checked,
-        "notes_on_packages": _notes_on_packages(),
         "ready": ready,
     }
-    return _head(found) | found
+    head = _head(found)
+    return head | {"notes": [*head["notes"], *_notes_on_packages()]} | found
 
 
 def _notes_on_packages() -> list[str]:
@@ -328,7 +328,8 @@ def lines(report: dict[str, Any]) -> list[str]:
         found.append(
             f"            a torque of {check['value']:.12g} {verdict} {TORQUE:.12g} lbf·in"
         )
-    found += [f"note        {note}" for note in report["notes_on_packages"]]
+    doubted = [doubt["message"] for doubt in report["doubts"]]
+    found += [f"note        {note}" for note in report["notes"] if note not in doubted]
     found += ["", "ready" if report["ready"] else _remedy(report)]
     return found
 
