@@ -170,7 +170,7 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
         return kinetostatics(system, t=times).checks
 
     def designs() -> object:
-        return sweep(model, {"crank.inertia": [0.4, 0.5]}, measure="machines.effort")
+        return sweep(model, {"crank.inertia": [0.4, 0.5]}, measure="motor.effort")
 
     def drifts() -> object:
         body = swing.bodies[0].name
