@@ -257,13 +257,13 @@ class CamAnalysis(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        turn = np.degrees if angle == "deg" else np.asarray
+        in_unit = np.degrees if angle == "deg" else np.asarray
 
         def place(one: CamPlace | None, angular: bool = False) -> dict[str, float | None] | None:
             if one is None:
                 return None
-            value = float(turn(one.value)) if angular else one.value
-            psi = float(turn(one.psi))
+            value = float(in_unit(one.value)) if angular else one.value
+            psi = float(in_unit(one.psi))
             return {"value": value if math.isfinite(value) else None, "psi": psi}
 
         return {
@@ -275,13 +275,13 @@ class CamAnalysis(Inherited):
             "least_radius_of_curvature": place(self.sharpest),
             "least_radius_of_pitch_curve": place(self.pitch_sharpest),
             "least_hollow_radius": place(self.hollow),
-            "limit": None if self.limit is None else float(turn(self.limit)),
+            "limit": None if self.limit is None else float(in_unit(self.limit)),
             "base_radius_for_limit": self.needed,
             "base_radius_without_undercut": self.uncut,
             "face": self.face,
             "t": self.t.tolist(),
-            "psi": turn(self.psi).tolist(),
-            "pressure_angle": _plain(turn(self.pressure_angle)),
+            "psi": in_unit(self.psi).tolist(),
+            "pressure_angle": _plain(in_unit(self.pressure_angle)),
             "radius_of_curvature": _plain(self.curvature),
         }
 
@@ -413,9 +413,9 @@ class FollowerPath:
         """The path of another point of the guide [length] or the arm [rad]."""
         if self.along:
             return replace(self, place=self.place + by * self.along)
-        turn = complex(math.cos(by), math.sin(by))
-        normal = None if self.normal is None else self.normal * turn
-        return replace(self, place=self.pivot + (self.place - self.pivot) * turn, normal=normal)
+        rotation = complex(math.cos(by), math.sin(by))
+        normal = None if self.normal is None else self.normal * rotation
+        return replace(self, place=self.pivot + (self.place - self.pivot) * rotation, normal=normal)
 
     def base_radius(self) -> float:
         """Radius of the base circle [length]."""
@@ -513,9 +513,9 @@ class FollowerPath:
             return h, -c * self.first, h + c * self.second
         over, beside = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
         # dχ/dθ = x′ − 1
-        turn = self.first - 1.0
+        slope = self.first - 1.0
         rate, rate2 = beside * self.first, beside * self.second - over * self.first**2
-        return h, rate / turn, h + (rate2 * turn - rate * self.second) / turn**3
+        return h, rate / slope, h + (rate2 * slope - rate * self.second) / slope**3
 
 
 def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
@@ -715,11 +715,11 @@ def _pressure(run: Solution, cam: CamFollower) -> tuple[Array, Array]:
         [_direction_of_motion(run, cam, k, complex(x[k], y[k])) for k in range(len(run))]
     )
     omega = run[cam.i.body].omega
-    turning = np.where(np.abs(omega) > 0.0, np.sign(omega), sign)
+    rotation_sign = np.where(np.abs(omega) > 0.0, np.sign(omega), sign)
     angle = np.angle(n / np.where(directions == 0.0, np.nan, directions))
     # either way along the same line
     angle = (angle + 0.5 * math.pi) % math.pi - 0.5 * math.pi
-    return turning * angle, psi
+    return rotation_sign * angle, psi
 
 
 def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex) -> complex:
@@ -738,9 +738,9 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
         if body == "ground":
             return 0j
         first = 3 * system.bodies[body]
-        x, y, turn = along[first : first + 3]
+        x, y, rotation = along[first : first + 3]
         arm = (place - complex(*q[first : first + 2])) / system.length
-        return complex(x, y) + 1j * turn * arm
+        return complex(x, y) + 1j * rotation * arm
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
     return found if abs(found) > tol.RATE_NONE_COORDINATE else 0j

@@ -106,8 +106,8 @@ def cam_profile(
         # the arm points from the pivot back at the cam, above the line of centres
         cosine = (arm**2 + centre_distance**2 - radius**2) / (2.0 * arm * centre_distance)
         d = centre_distance - arm * np.exp(-1j * (math.acos(cosine) + s))
-    turned = np.unwrap(np.angle(d))
-    psi = theta - (turned - turned[0])
+    direction = np.unwrap(np.angle(d))
+    psi = theta - (direction - direction[0])
     if not (np.diff(psi) > 0.0).all():
         n = int(np.diff(psi).argmin())
         raise ModelError(
@@ -179,16 +179,16 @@ class CamUndercut(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        turn = np.degrees if angle == "deg" else np.asarray
+        in_unit = np.degrees if angle == "deg" else np.asarray
         symbols = unit_symbols(self.mechanism.units, angle)
         value = self.least.value
         return heading(self.mechanism.name, "cam undercut", symbols, self) | {
             "joint": self.joint.name,
             "undercut": self.undercut,
-            "ranges": turn(self.ranges).tolist(),
+            "ranges": in_unit(self.ranges).tolist(),
             "least_radius": {
                 "value": value if math.isfinite(value) else None,
-                "psi": float(turn(self.least.psi)),
+                "psi": float(in_unit(self.least.psi)),
             },
             "roller": self.roller,
             "base_radius": self.base_radius,

@@ -145,8 +145,8 @@ class FlywheelSizing(Inherited):
             guess[one.name] = (float(place.x[0]), float(place.y[0]), float(at.angle[0]))
             rates[one.name] = float(at.omega[0]) * ratio
         period = float(np.trapezoid(1.0 / np.abs(self.speeds), np.abs(self.angle - self.angle[0])))
-        turns = max(1, round(abs(self.angle[-1] - self.angle[0]) / (2.0 * math.pi)))
-        count = INSTANTS * turns + 1
+        revolutions = max(1, round(abs(self.angle[-1] - self.angle[0]) / (2.0 * math.pi)))
+        count = INSTANTS * revolutions + 1
         run = simulate(machine, period, guess=guess, rates=rates, rtol=RTOL_FINE, instants=count)
         speed = np.asarray(run[driver.body].omega)
         return FlywheelProof(

@@ -200,7 +200,7 @@ def run_of(
     ask = wanted or mechanism.ask
     single = ask is not None and not ask.over
     alone = ask is not None and single and all(len(row) == 1 for row in ask.at.values())
-    if alone and assembly is None and _turns(mechanism):
+    if alone and assembly is None and _revolves(mechanism):
         try:
             whole = analyse_at(mechanism, "kinetostatics", cycle(mechanism, ask))
             asked = analyse_at(mechanism, "kinetostatics", ask)
@@ -235,7 +235,7 @@ def _between(
     return whole, [round(n * (len(whole) - 1) / (count - 1)) for n in range(count)]
 
 
-def _turns(mechanism: Mechanism) -> bool:
+def _revolves(mechanism: Mechanism) -> bool:
     """Whether one driver of an angle moves by its law."""
     from mbody.system.assembler import assemble
 

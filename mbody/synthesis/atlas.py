@@ -80,8 +80,8 @@ class Atlas:
         each = -(-count // EACH)
         shapes = np.repeat(own.shapes(each, rng), EACH, axis=0)[:count]
         signs = rng.choice(np.array(own.signs), count)
-        radius, turn = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
-        points = 0.5 + radius * np.exp(1j * turn)
+        radius, angle = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
+        points = 0.5 + radius * np.exp(1j * angle)
         curves = np.array([_curve(own, *one) for one in zip(shapes, signs, points, strict=True)])
         descriptors = np.array([curve_descriptor(curve) for curve in curves])
         return cls(kind, shapes, signs, points, descriptors)

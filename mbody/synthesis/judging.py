@@ -184,8 +184,8 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
             f"synthesize: {len(table)} poses: a four-bar passes {POSES} exactly and no more: leave "
             "some out, or give the path of a point"
         )
-    turn = np.abs(np.diff(table[:, 2]))
-    if not (turn > tol.SYNTHESIS_ANGLE_STEP_LEAST).all():
+    rotation = np.abs(np.diff(table[:, 2]))
+    if not (rotation > tol.SYNTHESIS_ANGLE_STEP_LEAST).all():
         raise ModelError(
             "synthesize: two poses in succession have one angle: between them circle points are "
             "not determined; turn one of them slightly"
@@ -339,16 +339,16 @@ class Design:
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values, angles in ``"deg"`` or ``"rad"``."""
-        turned = math.degrees if angle == "deg" else float
+        in_unit = math.degrees if angle == "deg" else float
         values = {
-            name: turned(value) if name.endswith(".angle") else value
+            name: in_unit(value) if name.endswith(".angle") else value
             for name, value in self.values.items()
         }
         least = self.transmission_min
         return {
             "error": self.error,
             "values": values,
-            "transmission_min": None if math.isnan(least) else turned(least),
+            "transmission_min": None if math.isnan(least) else in_unit(least),
             "defects": list(self.defects),
             "order": self.order,
             "grashof": self.grashof,
@@ -435,7 +435,7 @@ def _unit(name: str, units: Any) -> str:
 #: Instants of the motion of which the transmission angle and conditions are taken.
 MOTION = 181
 #: A whole turn less rounding.
-TURN = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
+REVOLUTION = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -513,13 +513,13 @@ def _crank_angles(positions: Positions) -> Any:
     theta = positions.theta
     steps = np.diff(theta)
     if positions.fixed:
-        one_way = bool((steps > 0.0).all() or (steps < 0.0).all()) and abs(steps.sum()) < TURN
+        one_way = bool((steps > 0.0).all() or (steps < 0.0).all()) and abs(steps.sum()) < REVOLUTION
         yield theta, bool(one_way)
         return
     forward, backward = np.mod(steps, 2.0 * math.pi), -np.mod(-steps, 2.0 * math.pi)
-    for turns in sorted((forward, backward), key=lambda turns: abs(turns.sum())):
-        if abs(turns.sum()) < TURN:
-            yield theta[0] + np.concatenate([[0.0], np.cumsum(turns)]), True
+    for rotations in sorted((forward, backward), key=lambda rotations: abs(rotations.sum())):
+        if abs(rotations.sum()) < REVOLUTION:
+            yield theta[0] + np.concatenate([[0.0], np.cumsum(rotations)]), True
     shortest = np.mod(steps + math.pi, 2.0 * math.pi) - math.pi
     yield theta[0] + np.concatenate([[0.0], np.cumsum(shortest)]), False
 
@@ -543,7 +543,7 @@ def _points(there: np.ndarray) -> str:
 
 
 def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
-    if positions.kind.turns(positions.x):
+    if positions.kind.revolves(positions.x):
         angles = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
     else:
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
@@ -574,7 +574,7 @@ class Candidate(Protocol):
         """Which links turn round, in words."""
         ...
 
-    def turns(self) -> bool:
+    def revolves(self) -> bool:
         """Whether the crank may turn round."""
         ...
 
@@ -640,7 +640,7 @@ class Judge:
         if any(self._alike(candidate.row, other) for other in self._seen):
             return
         self._seen.append(candidate.row)
-        if self.full_turn and not candidate.turns():
+        if self.full_turn and not candidate.revolves():
             self.refused["a crank that does not turn round"] += 1
             return
         design, why = self._design(candidate)

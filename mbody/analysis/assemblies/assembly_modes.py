@@ -177,7 +177,7 @@ class AssemblyModes(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""
-        turn = short_degrees if angle == "deg" else float
+        in_unit = short_degrees if angle == "deg" else float
         angular = {d.name: d.angular for d in self.mechanism.drivers}
         head = heading(
             self.mechanism.name, "assemblies", unit_symbols(self.mechanism.units, angle), self
@@ -191,13 +191,13 @@ class AssemblyModes(Inherited):
                 "branch": None,
                 "residual": mode.residual,
                 "bodies": {
-                    name: {"x": x, "y": y, "angle": turn(float(a))}
+                    name: {"x": x, "y": y, "angle": in_unit(float(a))}
                     for name, (x, y, a) in mode.items()
                 },
             }
             for mode in self.modes
         ]
-        at = {name: turn(float(v)) if angular[name] else v for name, v in self.at.items()}
+        at = {name: in_unit(float(v)) if angular[name] else v for name, v in self.at.items()}
         return head | {
             "at": at,
             "count": len(self),
@@ -496,9 +496,9 @@ class _GroupSearch:
         angles = rows.rows.angles
         spread = np.ptp(np.unwrap(np.sort(middle[:, :angles], axis=0), axis=0), axis=0)
         if width >= tol.BOX_WIDTH_NARROW / 100.0:
-            turning = {rows.names[k] for k in np.flatnonzero(spread > tol.BOX_FAMILY_SPREAD)}
+            rotating = {rows.names[k] for k in np.flatnonzero(spread > tol.BOX_FAMILY_SPREAD)}
             bodies = tuple(
-                names[b] for b in rows.group.bodies if self.linkage.variable[b] in turning
+                names[b] for b in rows.group.bodies if self.linkage.variable[b] in rotating
             )
             bodies = bodies or group
             reason = (

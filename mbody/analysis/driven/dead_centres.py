@@ -137,7 +137,7 @@ class _Curve:
         if stopped is None:
             return None
         sign = math.copysign(1.0, change)
-        found = self._turning(places[-1], sign)
+        found = self._turning_point(places[-1], sign)
         if found is None:
             found = self._extrapolated(stopped, sign)
         return stopped if found is None else found
@@ -227,7 +227,7 @@ class _Curve:
             along = -along
         return float(G[self.row] @ along), along
 
-    def _turning(self, q: np.ndarray, sign: float) -> float | None:
+    def _turning_point(self, q: np.ndarray, sign: float) -> float | None:
         """x at the turning point near q; None where none is found."""
         here = self._closed(q)
         found = None if here is None else self._slope(here, None)

@@ -199,9 +199,9 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
         distance = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
-        angle = np.degrees(turned.max())
-        parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
+    if (rotation := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
+        angle = np.degrees(rotation.max())
+        parts.append(f"'{names[int(rotation.argmax())]}' was turned by {angle:.3g} deg")
     if np.abs(changed).max() > tol.START_CHANGE_REPORTED * velocity_scale:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))

@@ -301,9 +301,9 @@ class RestSearch:
         if not curve.passes(onward, last):
             return False
         near = min(onward.nodes, key=lambda node: self.manifold.apart(node.place.q, last.q))
-        turns = np.zeros(len(last.q))
-        turns[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
-        there = self.manifold.place(last.q + turns)
+        revolutions = np.zeros(len(last.q))
+        revolutions[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
+        there = self.manifold.place(last.q + revolutions)
         if there is None:
             return False
         alike = float(np.abs(there.force - last.force).max())
@@ -455,8 +455,8 @@ class RestSearch:
                 self.least, self._ratio = here, ratio
             return
         for other in self.found:
-            turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
-            if not (known is None or turned or any(other is one for one in known)):
+            revolved = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
+            if not (known is None or revolved or any(other is one for one in known)):
                 continue  # the walk distinguishes neighbours along it
             alike = np.abs(other.place.force - here.force).max() <= tol.EQUILIBRIA_ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < tol.POSITION_SAME_LOOSE:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # the closed position: guesses of places may lie on the other side of where ψ is half a turn from
 # its phase, and steps near a singular position may be large.
 
-TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 
 
 class _RotatingGroups:
@@ -112,18 +112,20 @@ def by_springs(system: System, poses: np.ndarray) -> None:
     """
     for groups, spring in _springs(system):
         twist = _twist(system, spring, poses)
-        turns = np.round(twist / TURN)
+        revolutions = np.round(twist / REVOLUTION)
         if groups.free(spring.body):
-            _turn(system, groups, poses, spring.body, -TURN * turns)
+            _rotate_group(system, groups, poses, spring.body, -REVOLUTION * revolutions)
         else:
-            _turn(system, groups, poses, spring.by, TURN * turns)
+            _rotate_group(system, groups, poses, spring.by, REVOLUTION * revolutions)
 
 
 def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, float]) -> list[str]:
     """A sentence for each torsion spring whose turn the position does not tell for sure."""
     found = []
-    turned = [
-        d.name for d in system.drivers if d.angular and abs(driver_values.get(d.name, 0.0)) > TURN
+    beyond_revolution = [
+        d.name
+        for d in system.drivers
+        if d.angular and abs(driver_values.get(d.name, 0.0)) > REVOLUTION
     ]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
@@ -133,10 +135,11 @@ def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, floa
                 "rad: whether it is wound up one way or the other is not certain; say the angle "
                 "in simulate's start, or choose another free angle"
             )
-        elif turned:
+        elif beyond_revolution:
             found.append(
                 f"torsion spring '{spring.name}' is taken within half a turn of its free angle, "
-                f"at a twist of {math.degrees(twist):.6g} deg, though '{turned[0]}' has turned by "
+                f"at a twist of {math.degrees(twist):.6g} deg, though '{beyond_revolution[0]}' has "
+                "turned by "
                 "more than a turn before: begin at t = 0 to have the turns counted"
             )
     return found
@@ -182,7 +185,7 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     return twist
 
 
-def _turn(
+def _rotate_group(
     system: System, groups: _RotatingGroups, poses: np.ndarray, name: str, angle: Any
 ) -> None:
     """Turn a whole group by angles (designs,) [rad]."""
@@ -197,21 +200,21 @@ def _nearest(system: System, groups: _RotatingGroups, pose: np.ndarray, row: Tur
             own = [c for body, c in row.factors.items() if body in groups.members[name]]
             factor = float(sum(own))
             if abs(factor) > tol.FACTOR_CANCELS * sum(abs(float(c)) for c in own):
-                turns = np.round(float(row.left) / (TURN * factor))
-                _turn(system, groups, pose[None], name, -TURN * turns)
+                revolutions = np.round(float(row.left) / (REVOLUTION * factor))
+                _rotate_group(system, groups, pose[None], name, -REVOLUTION * revolutions)
             return
 
 
 def _mesh(system: System, groups: _RotatingGroups, read: _Pose, pair: Constraint) -> None:
     """Turn the last free wheel of a pair whose ψ is nearer to the opposite direction."""
     row = pair.turn_row(read.at, read)
-    if row is None or abs(float(row.left)) <= 0.25 * TURN:
+    if row is None or abs(float(row.left)) <= 0.25 * REVOLUTION:
         return
     for name in reversed(row.factors):
         whole = groups.members[name]
         factor = float(sum(c for body, c in row.factors.items() if body in whole))
         if factor and groups.free(name) and all(_is_wheel(system, read.at, one) for one in whole):
-            _turn(system, groups, read.pose[None], name, -float(row.left) / factor)
+            _rotate_group(system, groups, read.pose[None], name, -float(row.left) / factor)
             return
 
 
@@ -441,8 +444,8 @@ def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndar
 def direction(system: System, q: np.ndarray, element: Element, side: str) -> float:
     """Angle [rad] of the marker's x axis at the end `side` of an element, from the world's."""
     marker: Marker = getattr(element, side)
-    turned = q[3 * system.bodies[marker.body] + 2]
-    return float(turned + system.numbers.angle(element, side))
+    rotation = q[3 * system.bodies[marker.body] + 2]
+    return float(rotation + system.numbers.angle(element, side))
 
 
 # -- Distances that become zero: there a row of Φ_q, a unit vector along the distance, has none

@@ -221,9 +221,9 @@ class _Placing:
     def _along(self, guide: Joint, name: str) -> tuple[float, float]:
         """Direction in which the body goes on its guide."""
         placed, own = ("i", "j") if guide.j.body == name else ("j", "i")
-        turn = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
+        rotation = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
         sign = 1.0 if own == "j" else -1.0
-        return sign * math.cos(turn), sign * math.sin(turn)
+        return sign * math.cos(rotation), sign * math.sin(rotation)
 
     def _local(self, joint: Joint, field: str) -> tuple[float, float]:
         """Place of a joint's end in link axes."""
