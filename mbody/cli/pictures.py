@@ -262,7 +262,7 @@ def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
         count = POSITIONS
     revolution = bool(run.mechanism.drivers) and args.to is None and len(run) == count + 1
     last = len(run) - 1
-    # after a whole turn the first position comes again; of a motion the last is in full
+    # after a whole revolution the first position comes again; of a motion the last is in full
     if count == 1 and not revolution:
         return [last]
     steps = [round(n * last / (count if revolution else count - 1)) for n in range(count)]

@@ -741,7 +741,7 @@ def anchored(
 
 
 def _phase_tangents(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
-    """Tangents of the angle by which the row along contact point n, of two circles, is turned."""
+    """Tangents of the angle by which the row along contact point n, of two circles, is rotated."""
     found = []
     for b, k in zip(uni.bodies[n], (0, 2), strict=True):
         x, y, angle = _pose(uni, b, now)

@@ -101,7 +101,7 @@ def cam_curvature(
 
 # -- The named cam, and the sampled points of its profile --------------------------------------
 
-#: Places of a turn at which curvatures are computed: every twentieth of a degree.
+#: Places of a revolution at which curvatures are computed: every twentieth of a degree.
 PLACES = 7201
 
 
@@ -131,7 +131,7 @@ def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
 
 
 def cam_places(cam: CamFollower) -> np.ndarray:
-    """ψ (n,) over a turn [rad], with both sides of the places where a derivative jumps."""
+    """ψ (n,) over a revolution [rad], with both sides of the places where a derivative jumps."""
     law: Law = cam.profile
     jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
     grid = np.linspace(0.0, math.tau, PLACES)[:-1]
@@ -155,7 +155,7 @@ class CamPlace:
     ----------
     value : float
     psi : float
-        Where on the cam: how far it has turned since its line of 0 pointed at the follower [rad].
+        Where on the cam: how far it has rotated since its line of 0 pointed at the follower [rad].
 
     >>> CamPlace(0.031, 4.03).value
     0.031
@@ -177,7 +177,7 @@ class CamAnalysis(Inherited):
         "roller", "knife edge" or "flat face", with "translating" or "swinging"
         before it where it is one on a guide or an arm of the ground.
     t, psi : arrays (instants,)
-        How far the cam has turned since its line of 0 pointed at the follower, 0 … 2π [rad].
+        How far the cam has rotated since its line of 0 pointed at the follower, 0 … 2π [rad].
     pressure_angle : array (instants,)
         Between the contact's normal and the direction in which the follower can go, positive where
         the normal leans to where the cam turns, as in a rise on a centred guide [rad]; NaN where
@@ -393,9 +393,9 @@ class FollowerPath:
     `normal` (n,): Of a flat face.
     `roller`: [length]
 
-    >>> turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(turn)))
-    >>> first, second = 0.01 * np.sin(turn), 0.01 * np.cos(turn)
+    >>> theta = np.linspace(0.0, 2.0 * np.pi, 361)
+    >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(theta)))
+    >>> first, second = 0.01 * np.sin(theta), 0.01 * np.cos(theta)
     >>> path = FollowerPath(place, first, second, 1j, 0j, None, 0.01)
     >>> round(path.base_radius(), 9)
     0.04
@@ -496,7 +496,7 @@ class FollowerPath:
         return found
 
     def _pitch(self) -> tuple[Array, Array]:
-        """Derivatives of the pitch curve in the cam's axes by θ, turned back into the ground's."""
+        """Derivatives of the pitch curve in the cam's axes by θ, rotated back into the ground's."""
         if self.along:
             rate, second = self.along * self.first, self.along * self.second
         else:
@@ -576,7 +576,7 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     return FollowerPath(p, first, second, along, pivot, normal, roller)
 
 
-#: Instants of the turn in which base circles are tried.
+#: Instants of the revolution in which base circles are tried.
 FINE = 3601
 #: The greatest pressure angle is searched between instants on finer grids.
 ZOOMS, GRID = 5, 21

@@ -41,9 +41,9 @@ def cam_profile(
     Parameters
     ----------
     lift : Law
-        What the follower is to do, of the angle θ by which the cam has turned counter-clockwise,
-        over one turn: the travel along the guide [length], or the angle of the arm, away from the
-        cam [rad], from 0 on.
+        What the follower is to do, of the angle θ by which the cam has rotated counter-clockwise,
+        over one revolution: the travel along the guide [length], or the angle of the arm, away from
+        the cam [rad], from 0 on.
     base_radius, roller : float
         Of the base circle, above 0, and of the roller [length].
     offset : float
@@ -55,7 +55,7 @@ def cam_profile(
     Returns
     -------
     Table
-        R(ψ), the pitch curve by how far the cam has turned since its line of 0 pointed at the
+        R(ψ), the pitch curve by how far the cam has rotated since its line of 0 pointed at the
         follower; at θ = 0 it does. Give it as the `profile`; `roller` goes to the joint too.
 
     Raises

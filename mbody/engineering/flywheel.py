@@ -32,7 +32,7 @@ Array = np.ndarray
 BETWEEN = 8
 #: Passes of bisection for a speed, an inertia: halves to the last bit.
 PASSES = 200
-#: Instants of a simulated cycle, a turn of it.
+#: Instants of a simulated cycle, a revolution of it.
 INSTANTS = 720
 
 
@@ -397,7 +397,7 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     Parameters
     ----------
     run : Solution
-        With forces, over whole turns at a constant speed; see `fluctuation`.
+        With forces, over whole revolutions at a constant speed; see `fluctuation`.
     coefficient : float
         Coefficient of fluctuation of speed C_s, such as 0.02.
     driver : str, optional

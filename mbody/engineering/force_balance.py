@@ -101,7 +101,7 @@ def _columns(run: Solution, body: str, place: PointHistory, quantity: str) -> li
 
 def weights_of_instants(blocks: int, instants: int) -> Array:
     """Roots of the weights of rows of columns: the first and the last instant, which are one
-    position of a turn, count half.
+    position of a revolution, count half.
     """
     weights = np.ones(instants)
     weights[[0, -1]] = np.sqrt(0.5)

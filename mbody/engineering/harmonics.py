@@ -33,7 +33,7 @@ class Harmonics(Inherited):
     Attributes
     ----------
     orders : array (orders,)
-        Multiples of the driver's speed; of a cycle of two turns in halves.
+        Multiples of the driver's speed; of a cycle of two revolutions in halves.
     cosine, sine, amplitude, phase : arrays (orders,)
         In the unit of the quantity; the phase in rad.
     mean : float
@@ -98,14 +98,14 @@ def harmonics(
     Parameters
     ----------
     run : Solution or array (instants,)
-        At equal angles over one or more whole turns, both ends included, as of ``turn=True,
+        At equal angles over one or more whole revolutions, both ends included, as of ``turn=True,
         turns=2``; or such angles [rad].
     of : str, Measure or array (instants,)
         A formula of measured quantities such as ``"O.fx"``, or values.
     driver : str, optional
         Name of the driver of an angle; by default the only one.
     highest : float, optional
-        The last order; by default a quarter of the instants of a turn.
+        The last order; by default a quarter of the instants of a revolution.
 
     Returns
     -------

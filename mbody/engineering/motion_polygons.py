@@ -161,7 +161,7 @@ class MotionPolygon(Inherited):
 
     The image of a point is the end of its velocity (acceleration) drawn from the pole, which is
     the image of the ground. The line between two images is the relative velocity. The image of a
-    link is similar to the link: turned by 90° and ω times as large in the velocity polygon,
+    link is similar to the link: rotated by 90° and ω times as large in the velocity polygon,
     √(ω⁴ + α²) times as large in that of accelerations.
 
     Attributes

@@ -217,7 +217,7 @@ class BodyState:
 
     @property
     def whole_angle(self) -> float:
-        """The angle with whole turns."""
+        """The angle with whole revolutions."""
         return self.angle
 
     def arm(self, at: MarkerFrame) -> Array:

@@ -726,7 +726,8 @@ class ElementWriter(ClosureWriter):
         return False
 
 
-#: Steps in the shortest characteristic time of the start: of an oscillation, a turn, a passage.
+#: Steps in the shortest characteristic time of the start: of an oscillation, a revolution, a
+#: passage.
 STEPS = 500
 
 

@@ -30,7 +30,7 @@ FORM = "pylinkage"
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 DRIVERS = ("driver", "arc_driver")
 LINKS = ("ground", "link", *DRIVERS)
-#: A turn in 360 steps, where the file says no speed.
+#: A revolution in 360 steps, where the file says no speed.
 SPEED = math.tau / 360.0
 
 

@@ -377,7 +377,8 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
 
 #: An unknown without bounds is sought up to so many steps from the start, then farther.
 WIDTHS = (1e3, 1e6)
-#: The angle of a driver without bounds is sought over so many turns to both sides, then farther.
+#: The angle of a driver without bounds is sought over so many revolutions to both sides, then
+#: farther.
 REVOLUTIONS = (1.0, 4.0)
 
 

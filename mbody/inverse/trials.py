@@ -54,7 +54,8 @@ class SearchVariable:
       its bounds.
     `scale`: What is one step.
     `steady`: Whether no position depends on it.
-    `angle`: Whether it is the angle of a driver: positions are the same after a turn, as a rule.
+    `angle`: Whether it is the angle of a driver: positions are the same after a revolution, as a
+      rule.
     """
 
     unknown: Unknown
@@ -80,7 +81,7 @@ class SearchVariable:
 
     @property
     def revolution(self) -> float:
-        """A whole turn in steps, of the angle of a driver; else 0."""
+        """A whole revolution in steps, of the angle of a driver; else 0."""
         return 2.0 * math.pi / self.scale if self.angle else 0.0
 
     @property
@@ -103,7 +104,7 @@ class SearchVariable:
         return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
 
     def unwound(self, u: float) -> float:
-        """A value, in steps, without whole turns away from the start."""
+        """A value, in steps, without whole revolutions away from the start."""
         if not self.revolves:
             return u
         start, period = self.start / self.scale, 2.0 * math.pi / self.scale

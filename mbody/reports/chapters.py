@@ -476,7 +476,7 @@ def energy(subject: Subject) -> list[Block]:
             continue
         try:
             found = fluctuation(run, driver.name)
-        except ModelError:  # of part of a turn, or of a cycle that does not close
+        except ModelError:  # of part of a revolution, or of a cycle that does not close
             continue
         curves.append(_curve(f"fed by {driver.name} less its mean", found.energy, unit))
         # a mean of equal instants is no closer than that where the torque has corners

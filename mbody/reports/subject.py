@@ -179,9 +179,9 @@ def run_of(
 ) -> tuple[Solution, list[int]]:
     """The result that a report shows, and the instants that were asked for in it.
 
-    A mechanism that asks for single instants is analysed over its whole turn as well where it can
-    turn, so that peaks are those of the cycle; the instants are then marked in it. With an assembly
-    mode, which is one of the first instant, they stay alone.
+    A mechanism that asks for single instants is analysed over its whole revolution as well where it
+    can turn, so that peaks are those of the cycle; the instants are then marked in it. With an
+    assembly mode, which is one of the first instant, they stay alone.
     """
     if to is not None or (mechanism.simulation is not None and wanted is None):
         if assembly is not None:
@@ -250,7 +250,7 @@ def _revolves(mechanism: Mechanism) -> bool:
 
 
 def _nearest(whole: Solution, asked: Solution) -> int:
-    """The instant of the whole turn at which the driver is as nearly as it can be."""
+    """The instant of the whole revolution at which the driver is as nearly as it can be."""
     for driver in whole.mechanism.drivers:
         value = whole.driven(driver.name)[0]
         if np.ptp(value) > 0.0:

@@ -177,7 +177,7 @@ def curve_descriptor(curve: np.ndarray) -> np.ndarray:
 
 
 def _curve(kind: Kind, shape: np.ndarray, sign: float, point: complex) -> np.ndarray:
-    """The path of P over a turn."""
+    """The path of P over a revolution."""
     s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
     carrier = kind.curves(shape[None, :], sign, s)[0]
     length = shape[1] if kind.name == "four_bar" else 1.0

@@ -164,9 +164,9 @@ def _refined_pair(q: complex, m: complex, moves: Displacements) -> tuple[complex
 
 
 def _of_four(moves: Displacements) -> np.ndarray:
-    """Pairs along Burmester's curves of four poses, by the compatibility linkage: with the turns β
-    of the link, w (e^{iβ} − 1) + z (e^{iα} − 1) = δ has a solution where a determinant vanishes,
-    Δ₁ + Δ₂ e^{iβ₂} + Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄} = 0: a four-bar whose crank turns by β₂.
+    """Pairs along Burmester's curves of four poses, by the compatibility linkage: with the
+    rotations β of the link, w (e^{iβ} − 1) + z (e^{iα} − 1) = δ has a solution where a determinant
+    vanishes, Δ₁ + Δ₂ e^{iβ₂} + Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄} = 0: a four-bar whose crank turns by β₂.
     """
     r, t = moves
     a, d = r - 1.0, t  # of the point of the plane that is at the origin in the first pose

@@ -302,12 +302,13 @@ class Design:
         slider-cranks.
     transmission_min : float
         Least angle between coupler and rocker, or of the rod to the normal of the guide [rad]: of a
-        whole turn where the crank turns round, else from the first point to the last; NaN where it
-        is not known.
+        whole revolution where the crank turns round, else from the first point to the last; NaN
+        where it is not known.
     margins : dict
         Of the conditions in `subject_to`, by how much each is met, in its unit.
     cognates : tuple of Design
-        Other mechanisms of the same motion of the point with the same turn of the crank (Roberts).
+        Other mechanisms of the same motion of the point with the same rotation of the crank
+        (Roberts).
     zeros : (float, float) or None
         Of a function: what the angles of the crank and the output of the mechanism have more than
         the given inputs and outputs.
@@ -434,15 +435,15 @@ def _unit(name: str, units: Any) -> str:
 
 #: Instants of the motion of which the transmission angle and conditions are taken.
 MOTION = 181
-#: A whole turn less rounding.
+#: A whole revolution less rounding.
 REVOLUTION = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
 class Positions:
     """A design with the positions that it is to go through: a row of numbers, crank angles, the
-    direction in which the loop is closed at each; `fixed` where the turns between them are given;
-    `plane` is the angle of the axes of a plane that is guided to those of the carrier.
+    direction in which the loop is closed at each; `fixed` where the rotations between them are
+    given; `plane` is the angle of the axes of a plane that is guided to those of the carrier.
     """
 
     kind: Kind
@@ -473,7 +474,7 @@ class DesignMotion:
     `order`: bool
     `defects`: tuple of str
     `run`: At the points, where all were reached.
-    `motion`: Of the whole turn, or from the first point to the last.
+    `motion`: Of the whole revolution, or from the first point to the last.
     """
 
     system: System
@@ -509,7 +510,7 @@ def follow_design(positions: Positions, units: str) -> DesignMotion:
 
 
 def _crank_angles(positions: Positions) -> Any:
-    """Crank angles through all points, and whether they go one way within a turn."""
+    """Crank angles through all points, and whether they go one way within a revolution."""
     theta = positions.theta
     steps = np.diff(theta)
     if positions.fixed:

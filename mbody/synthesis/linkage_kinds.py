@@ -25,7 +25,7 @@ def carrier(
     """The link from A to B with its point P, at a rough direction.
 
     Its axes are at A, with x to B; or, where `plane` is a number, those of the plane that is
-    guided: at P, turned from them by that angle [rad].
+    guided: at P, rotated from them by that angle [rad].
 
     >>> carrier("coupler", 2.0, 1.0 + 1.0j, 0.0, None).points["P"]
     (1.0, 1.0)
@@ -460,7 +460,7 @@ class Kind(Protocol):
         ...
 
     def cognate(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, ...] | None:
-        """The mechanism that traces the same path with the same turn of its crank."""
+        """The mechanism that traces the same path with the same rotation of its crank."""
         ...
 
 

@@ -39,9 +39,9 @@ from mbody.synthesis.linkage_kinds import Kind
 # shape and every timing the three numbers are the solution of a linear least-squares problem
 # (variable projection: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432).
 
-#: Positions of the crank in a turn at which curves are known to the search.
+#: Positions of the crank in a revolution at which curves are known to the search.
 INSTANTS = 180
-#: How much of a turn an open path without timing may take, in degrees.
+#: How much of a revolution an open path without timing may take, in degrees.
 SPANS = (20, 40, 60, 90, 120, 150, 180, 240, 300)
 #: Of phases of open paths every third is tried.
 STRIDE = 3
@@ -81,7 +81,7 @@ class PlacedCurve:
 def timings(
     points: np.ndarray, timing: np.ndarray | None, closed: bool, period: float = 2.0 * np.pi
 ) -> np.ndarray:
-    """Timings that are tried, as instants of a turn, (timings, points); they may exceed the turn,
+    """Timings that are tried, as instants of a revolution, (timings, points); they may exceed it,
     which may be another range of the driver.
     """
     count, whole = len(points), np.arange(INSTANTS)[:, None]
@@ -294,7 +294,9 @@ class LinkageCandidate:
         return float(self.positions.kind.transmission(found.motion).min())
 
     def cognate(self) -> LinkageCandidate | None:
-        """Roberts' cognate with the same turn of the crank, where it is wanted and there is one."""
+        """Roberts' cognate with the same rotation of the crank, where it is wanted and there is
+        one.
+        """
         at = self.positions
         other = at.kind.cognate(at.x, at.theta, at.signs[0]) if self.with_cognate else None
         if other is None:

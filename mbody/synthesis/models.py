@@ -79,9 +79,9 @@ class Demand:
     `timing` (points,): Values of the driver at the points: of a path their differences count.
     `fixed`: Whether the values themselves count.
     `closed`, `angular`: Whether the path is closed, and whether an output is an angle, of which
-      turns do not count.
+      revolutions do not count.
     `span`: Range of the driver that is searched.
-    `whole`: Whether that is a turn.
+    `whole`: Whether that is a revolution.
     `by`: Bounds by name.
     `point`: The numbers of `by` that are coordinates of the point on its body, x and y, or empty.
     `body`: That body.
@@ -451,8 +451,8 @@ class _ModelCandidate:
         return DesignMotion(system, theta, order, defects, run, motion)
 
     def _motion(self, system: System, theta: np.ndarray) -> tuple[Any, str]:
-        """The whole turn at the rate of the law where the driver turns round, else from the first
-        point to the last; and what stopped the turn.
+        """The whole revolution at the rate of the law where the driver turns round, else from the
+        first point to the last; and what stopped it.
         """
         stop = ""
         if self.demand.whole:

@@ -294,8 +294,8 @@ def _beside_line(steps: StepList, load: Any, at: Numbers, key: str) -> Recorded:
 def _travelled(
     steps: StepList, element: Any, at: Numbers, rate: bool, rotation: float = 0.0
 ) -> Recorded:
-    """Displacement of the place on j along the x axis of the marker on i, which may be `turned`
-    before [rad], or its rate.
+    """Displacement of the place on j along the x axis of the marker on i, which may have a
+    `rotation` before [rad], or its rate.
     """
     (dx, dy), (vx, vy) = _ends(steps, element, at)
     angle, body = at.angle(element, "i") + rotation, element.place("i").body

@@ -41,7 +41,7 @@ DRAWS = 200
 STEPS = 10
 #: Positions are multiples of so many degrees.
 DEGREES = 5
-#: Instants of a turn at which a design must close.
+#: Instants of a revolution at which a design must close.
 REVOLUTION_INSTANTS = 73
 
 
@@ -142,8 +142,8 @@ def exercises(
 ) -> ExerciseSheet:
     """Draw designs with round numbers that can be built, and ask for their motion and forces.
 
-    A design is kept where its loops close, over the whole turn if the driver of the first design
-    makes one, and where no transmission angle is less than 30 deg.
+    A design is kept where its loops close, over the whole revolution if the driver of the first
+    design makes one, and where no transmission angle is less than 30 deg.
 
     Parameters
     ----------
@@ -260,7 +260,7 @@ def _step(span: float) -> float:
 
 
 def _revolves(machine: Mechanism) -> bool:
-    """Whether the driver of the first design makes whole turns."""
+    """Whether the driver of the first design makes whole revolutions."""
     if len(machine.drivers) != 1 or not machine.drivers[0].angular:
         return False
     try:
@@ -271,7 +271,7 @@ def _revolves(machine: Mechanism) -> bool:
 
 
 def _cycle(machine: Mechanism, revolves: bool) -> Solution | None:
-    """The turn of a design, or its first instant, where it can be built."""
+    """The revolution of a design, or its first instant, where it can be built."""
     try:
         if revolves:
             cycle = kinematics(machine, turn=True, instants=REVOLUTION_INSTANTS)

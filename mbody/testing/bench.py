@@ -500,7 +500,7 @@ def _in_axes(frame: Frame, point: Point) -> tuple[float, float]:
 
 
 def _spread(angle: float, old: Any) -> SecondMoments:
-    """Second moments of a body in axes from which it looks turned by the angle."""
+    """Second moments of a body in axes from which it looks rotated by the angle."""
     matrix = rotation(angle)
     moments = matrix @ np.array([[old.xx, old.xy], [old.xy, old.yy]]) @ matrix.T
     return SecondMoments(float(moments[0, 0]), float(moments[1, 1]), float(moments[0, 1]))

@@ -57,12 +57,14 @@ def travel(sketch: Sketch, joint: Prismatic | PinSlot) -> tuple[Array, Array]:
 
 # -- Outlines of cams: the curve that touches a roller, an edge or a flat face -----------------
 
-#: Places of a turn at which an outline has a corner: every two degrees.
+#: Places of a revolution at which an outline has a corner: every two degrees.
 CORNERS = 181
 
 
 def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
-    """ψ over a turn, with the radius of the pitch curve, or the support function, and its slope."""
+    """ψ over a revolution, with the radius of the pitch curve, or the support function, and its
+    slope.
+    """
     psi = np.linspace(0.0, math.tau, CORNERS)
     R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
     return psi, R, slope
@@ -306,7 +308,7 @@ def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float,
 
 
 def _carried(pose: Pose, body: str, instants: slice) -> tuple[Array, Array]:
-    """The mass centre of a body in the complex plane, and how it has turned since the instant that
+    """The mass centre of a body in the complex plane, and how it has rotated since the instant that
     is drawn, as factors.
     """
     if body == "ground":

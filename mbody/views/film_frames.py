@@ -339,7 +339,7 @@ class FilmSet:
 
 #: Text beside a picture, in pixels a point of the paper.
 TEXT = 1.35
-#: Turns of a name about its point, the best first.
+#: Rotations of a name about its point, the best first.
 ROTATIONS = (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, math.pi)
 #: Costs: of a point of an arrow or a pin, of one of an outline, of another name as a whole, of
 #: another place than in the frame before, of a name that is cut off.

@@ -50,7 +50,7 @@ def in_order(forces: Sequence[Acting]) -> list[Acting]:
     first = heading(vectors[0])
 
     def rotation(force: Acting) -> float:
-        # what differs by rounding from the first direction is not a turn away
+        # what differs by rounding from the first direction is not a rotation away
         return round((heading(force.force) - first) % math.tau, 9) % round(math.tau, 9)
 
     return sorted(forces, key=rotation)

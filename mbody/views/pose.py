@@ -36,7 +36,7 @@ class Carrier:
     """Axes that shapes are kept in.
 
     `start`: Origin of the axes.
-    `turn`: The body whose angle the axes have; "" where they point from `start` to `end`.
+    `rotates_with`: The body whose angle the axes have; "" where they point from `start` to `end`.
     `end`: Of what reaches from one place to another.
     `stretches`: Whether the shapes become longer with the distance, as a spring: a point has then
       three numbers, the part of the distance, and how far along and across the line from there.

@@ -137,7 +137,7 @@ def _rotate_label(
     occupied: list[tuple[Array, Array]],
     instants: Sequence[int],
 ) -> None:
-    """Turn a name about its place to where it covers least."""
+    """Rotate a name about its place to where it covers least."""
     axes = label.carrier.axes(sketch.pose.run)
     anchors = np.array([label.carrier.shown(label.anchor, axes, k)[0] for k in instants])
     half = _extent(sketch, label.text)

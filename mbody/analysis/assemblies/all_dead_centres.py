@@ -255,7 +255,7 @@ def _all_of_length(system: System, driver: Driver) -> DeadCentres:
         names = tuple(linkage.names[b] for b in group.bodies)
         for x, made in searched.found:
             value = float(x[made.rows.angles + made.free])
-            if value > 0.0 or not rod:  # a rod turned round by half a turn has a negative length
+            if value > 0.0 or not rod:  # a rod rotated by half a revolution has a negative length
                 positions.append(SingularPosition(driver.name, value, names))
     closes = True
     if not positions and not reason:

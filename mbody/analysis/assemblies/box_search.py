@@ -61,8 +61,8 @@ def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
-    """The least angle t ≥ start whose size, taken within half a turn, is between near and far,
-    0 ≤ near ≤ far ≤ π.
+    """The least angle t ≥ start whose size, taken within half a revolution, is between near and
+    far, 0 ≤ near ≤ far ≤ π.
 
     >>> float(first_within(np.array(0.1), np.array(0.5), np.array(1.0)))
     0.5
@@ -152,7 +152,7 @@ def _by_equations(
 # form, and the range of each of its terms over a box is exact, so that preconditioning
 # overestimates nothing but the sum.
 
-#: Denominators of gear ratios up to which all turns of the wheels are searched.
+#: Denominators of gear ratios up to which all revolutions of the wheels are searched.
 TEETH = 400
 
 Box = tuple[np.ndarray, np.ndarray]
@@ -162,7 +162,7 @@ class LoopRows:
     """The rows of one group as arrays, and their ranges over boxes (boxes, unknowns).
 
     `angles`, `slides`: Unknowns: angles first.
-    `turns` (angles,): How many turns of each angle are searched.
+    `revolutions` (angles,): How many revolutions of each angle are searched.
     `scale`: Size of the rows [length].
     `displacement_bound` (slides,): Displacements that are searched.
     `bounded`: Whether no position lies beyond them.
@@ -551,7 +551,7 @@ class BoxRoots:
 
 
 def all_roots(rows: LoopRows, most: int, displacement_bound: np.ndarray | None = None) -> BoxRoots:
-    """All real roots, angles within their turns, displacements up to `displacement_bound`
+    """All real roots, angles within their revolutions, displacements up to `displacement_bound`
     (slides,), by default those of the rows; after `most` boxes the rest is left open.
     """
     return _BoxSearch(rows, most, displacement_bound).run()

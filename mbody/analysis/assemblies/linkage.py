@@ -65,7 +65,7 @@ class Linkage:
     `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
       where it is known.
     `ratio`, `offset`: ρ, and the rest [rad].
-    `meshed`: Directions that gears or couplings turn: their angles count up to turns of the teeth.
+    `meshed`: Directions that gears or couplings turn: their angles count up to rotations by teeth.
 
     Raises
     ------
@@ -178,7 +178,7 @@ class Linkage:
                 raise NotCovered(f"no body carries both centres of '{wheels.name}'")
             carrier, rotation = line
         factors, direction = self._forms[carrier]
-        if not factors:  # the direction is known: within half a turn of the phase, as in closing
+        if not factors:  # a known direction: within half a revolution of the phase, as in closing
             rotation = p[6] + math.remainder(rotation + direction - p[6], 2.0 * math.pi) - direction
         row = {carrier: -1.0}
         for body, factor in ((i, p[4]), (j, p[5])):

@@ -47,8 +47,8 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     """The sentence of a free motion whose accelerations nothing determines; else None.
 
     A body without mass that is free, or one without inertia about its mass centre that is free to
-    turn, and that loads turn: here, or where it is turned and turns a little. What nothing turns is
-    left alone, as a ball that is a point.
+    turn, and that loads turn: here, or where it is rotated and turns a little. What nothing turns
+    is left alone, as a ball that is a point.
     """
     bodies = system.mechanism.bodies
     own = system.mass[: system.coordinates, 0].reshape(-1, 3)

@@ -577,7 +577,7 @@ class RequestedInstants:
 
     `options`: Arguments of the analysis; not used where `ask` is given.
     `ask`: Instants or None
-    `turning`: The driver whose turn it is; empty where none turns.
+    `revolving`: The driver whose turn it is; empty where none turns.
     """
 
     analysis: str

@@ -27,7 +27,7 @@ STEPS, RUN_AWAY = 120, 1e3
 class Node:
     """A place of the walk.
 
-    `place`: Angles go on over whole turns.
+    `place`: Angles go on over whole revolutions.
     `along` (coordinates,): Unit tangent in the direction of the walk.
     `residual`, `slope`: g and dg/ds.
     `side`: Sign of the determinant of the independent rows and the tangent: it changes where
@@ -47,7 +47,7 @@ class Walk:
 
     `nodes`: In order; the first is the start.
     `smooth`: Of each interval between neighbours: false where it has a corner.
-    `closed`: Whether it came back to its beginning, whole turns left out.
+    `closed`: Whether it came back to its beginning, whole revolutions left out.
     `end`: Why it ended before: "far" away, at its "longest", after too many steps ("long"), where a
       load has "no value", or where no step goes on ("stuck"); empty where it closed.
     `crossings`, `corners`: Where branches meet that it went through, and where a distance in the
@@ -144,7 +144,7 @@ class MotionCurve:
         return float(arclengths[near] + (own - displacements[near]) @ walk.nodes[near].along)
 
     def passes(self, walk: Walk, place: Place) -> bool:
-        """Whether a walk goes through a place, whole turns left out."""
+        """Whether a walk goes through a place, whole revolutions left out."""
         for one, other in zip(walk.nodes[:-1], walk.nodes[1:], strict=True):
             chord = (other.place.q - one.place.q) / self.scale
             to = (place.q - one.place.q) / self.scale
@@ -161,8 +161,9 @@ class MotionCurve:
         return False
 
     def balanced_beyond(self, walk: Walk) -> bool:
-        """Whether positions whole turns beyond a closed walk, and beyond half a turn before it, may
-        rest: where loads differ between turns they change by as much with every turn.
+        """Whether positions whole revolutions beyond a closed walk, and beyond half a revolution
+        before it, may rest: where loads differ between revolutions they change by as much with
+        every revolution.
         """
         revolutions = walk.nodes[-1].place.q - walk.nodes[0].place.q
         residuals = np.array([node.residual for node in walk.nodes])

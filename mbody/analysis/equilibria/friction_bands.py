@@ -203,7 +203,7 @@ def bands_of(
 
 
 def _revolutions_before(node: Node, back: Array) -> Node:
-    """The node whole turns before."""
+    """The node whole revolutions before."""
     return replace(node, place=replace(node.place, q=node.place.q + back))
 
 

@@ -109,8 +109,8 @@ class _Neighbours:
     `begin` (places + 1,): Which pairs each place is the first of.
     `seen` (pairs, 2)
     `chords` (pairs,)
-    `turns` (pairs, 2, 2): From the frame of the second to that of the first, turned as little as
-      possible.
+    `rotations` (pairs, 2, 2): From the frame of the second to that of the first, rotated as little
+      as possible.
     `level` (pairs,): Least cosine between both planes.
     """
 
@@ -143,14 +143,14 @@ class Cover:
         return not (self.full or self.rim)
 
     def node(self, place: Place, frame: Array, radius: float) -> CoverNode:
-        """A place of the cover, its frame turned as little as possible from one nearby."""
+        """A place of the cover, its frame rotated as little as possible from one nearby."""
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
         rotation = u @ vt
         name = self.name(place.q)
         return CoverNode(place, rotation @ place.motions, radius, rotation @ place.residual, name)
 
     def name(self, q: Array) -> Array:
-        """Positions (…, coordinates) by numbers that whole turns leave alone."""
+        """Positions (…, coordinates) by numbers that whole revolutions leave alone."""
         pose = (q / self.scale).reshape(*q.shape[:-1], -1, 3)
         parts = [pose[..., 0], pose[..., 1], np.cos(pose[..., 2]), np.sin(pose[..., 2])]
         return np.concatenate(parts, axis=-1)
@@ -293,7 +293,7 @@ class Cover:
         return False
 
     def distinguishes_revolutions(self) -> bool:
-        """Whether a whole turn of some body changes the loads, as of a torsion spring."""
+        """Whether a whole revolution of some body changes the loads, as of a torsion spring."""
         first = self.nodes[0].place
         top = self.manifold.scale_of(first)
         for body in range(len(first.q) // 3):
@@ -307,7 +307,7 @@ class Cover:
         return False
 
     def seen(self, node: CoverNode, q: Array) -> Array:
-        """Positions (…, coordinates) in the tangent plane of a place, whole turns left out:
+        """Positions (…, coordinates) in the tangent plane of a place, whole revolutions left out:
         (…, 2).
         """
         return np.asarray(without_whole_revolutions((q - node.place.q) / self.scale) @ node.frame.T)
@@ -381,7 +381,7 @@ class Cover:
 
 
 def without_whole_revolutions(displacement: Array) -> Array:
-    """Differences of positions (…, coordinates) without units, whole turns left out."""
+    """Differences of positions (…, coordinates) without units, whole revolutions left out."""
     displacement = displacement.copy()
     displacement[..., 2::3] = np.remainder(displacement[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(displacement)
@@ -512,7 +512,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
 
 
 def _apart(cover: Cover, one: Array, other: Array) -> float:
-    """How far two positions are from each other, whole turns left out."""
+    """How far two positions are from each other, whole revolutions left out."""
     return float(np.abs(cover.name(one) - cover.name(other)).max())
 
 

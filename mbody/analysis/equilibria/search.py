@@ -114,7 +114,7 @@ class RestSearch:
       balances, where no number of rest positions is certain, and beside which stable and unstable
       ones do not alternate.
     `ends`: Why and where a walk along a single free motion ended that does not close; "wound" where
-      further turns may have rest positions too.
+      further revolutions may have rest positions too.
     `walks`: Along single free motions.
     """
 
@@ -291,7 +291,7 @@ class RestSearch:
             self._try(here)
 
     def _met_behind(self, curve: MotionCurve, walks: Sequence[Walk]) -> bool:
-        """Whether two walks that were given up meet each other, whole turns left out, so that
+        """Whether two walks that were given up meet each other, whole revolutions left out, so that
         together they have all of a closed curve: as of a wheel that rolls round in a ring.
         """
         if [walk.end for walk in walks] != ["long", "long"]:
@@ -445,8 +445,8 @@ class RestSearch:
 
     def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
         """Keep a rest position that is new among `known`, by default all that are found, and not
-        another one after whole turns; of places that do not rest the one with the least residual
-        force.
+        another one after whole revolutions; of places that do not rest the one with the least
+        residual force.
         """
         top = self.manifold.scale_of(here)
         if here.size > tol.EQUILIBRIUM_BALANCED * top or self._is_away(here):

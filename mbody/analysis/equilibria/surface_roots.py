@@ -233,7 +233,7 @@ class ChartCells:
     `inward`: The number of a load, among those that are sharp, that drives to its nonsmooth line
       from both sides of a quarter in which the residual force along the nonsmooth line has a zero;
       −1 of none.
-    `turning` (cells, 4, loads): Loads whose direction is not known between the corners.
+    `rotating` (cells, 4, loads): Loads whose direction is not known between the corners.
     """
 
     def __init__(

@@ -278,7 +278,7 @@ class _Words:
         self.units = system.mechanism.units
 
     def motion(self) -> FreeMotion:
-        """The sentence: what turns, then what moves without turning; the leader first."""
+        """The sentence: what turns, then what moves without rotation; the leader first."""
         parts = [self._rotates(self._named(self.rotating))] if len(self.rotating) else []
         together = self._together()
         glides = [self._glides(bodies) for bodies in together[:NAMED]]

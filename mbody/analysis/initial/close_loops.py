@@ -468,7 +468,7 @@ def _singular(
 
 
 def _rotate_bodies(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
-    """Add the free motion that turns bodies as they should; sentences where it cannot."""
+    """Add the free motion that rotates bodies as they should; sentences where it cannot."""
     if not rates:
         return []
     columns = [3 * system.bodies[name] + 2 for name in rates]

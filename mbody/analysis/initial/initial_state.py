@@ -442,8 +442,8 @@ class BatchStart:
 
     `simulation`: What prescribes it; None where guesses do.
     `guess`, `rates`: As of `close_loops`; rates are taken design by design.
-    `places`, `turning`: With drivers that fix what has a place, and with those that drive what has
-      a rate.
+    `places`, `rate_system`: With drivers that fix what has a place, and with those that drive what
+      has a rate.
     `alike`: Whether all designs begin from the same guess.
     """
 

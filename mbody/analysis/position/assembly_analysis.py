@@ -609,7 +609,7 @@ def _guessed(
     values: Mapping[str, float],
     shaken: np.random.Generator | None = None,
 ) -> np.ndarray:
-    """A first pose by the guesses, each body turned as rows between angles have it."""
+    """A first pose by the guesses, each body rotated as rows between angles have it."""
     pose = placed(system, guess, values, shaken)
     by_rows(system, pose, values, system.numbers)
     return pose

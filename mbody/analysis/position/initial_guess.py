@@ -290,7 +290,7 @@ def nearest_to_guesses(
     again = None
     if best or not np.array_equal(start[:, 0], first):
         again = close(_unwound(system, found[best], names)[:, None])
-        start = found[best][:, None]  # whole turns may matter
+        start = found[best][:, None]  # whole revolutions may matter
     result = again or close(start) or result
     _say_others(system, result, names, found, off, off[best])
     return result
@@ -340,7 +340,7 @@ def _off(system: System, base: System, guess: Guesses, first: Array, q: Array) -
 
 
 def _unwound(system: System, q: Array, names: tuple[str, ...]) -> Array:
-    """A position with bodies without a guess at the turn nearest to an angle of 0."""
+    """A position with bodies without a guess at the revolution nearest to an angle of 0."""
     q = q.copy()
     for name in names:
         angle = 3 * system.bodies[name] + 2

@@ -249,7 +249,7 @@ def _motion(made: Exported, run: Solution, times: np.ndarray, counts: list[int])
                 mujoco.mj_step(model, data)
             if (count - n) * h <= WINDOW * whole or n == count - 1:
                 forces.add()
-            # a body may turn by more than half a turn between two instants
+            # a body may turn by more than half a revolution between two instants
             angles = _nearest_angles(data.xmat[ids], angles)
         mujoco.mj_forward(model, data)
         angles = _nearest_angles(data.xmat[ids], angles)

@@ -360,7 +360,7 @@ class _ReportedLoads:
         for n, b in enumerate(self.bodies):
             self.mj.mj_jacBodyCom(model, data, along, about, b)
             q[n, :2] = data.xipos[b][:2] / scale.length
-            # an angle is the sum of the hinges that turn the body: whole turns count
+            # an angle is the sum of the hinges that turn the body: whole revolutions count
             q[n, 2] = self.angles[n] + about[2] @ data.qpos
             v[n, :2] = along[:2] @ data.qvel * scale.time / scale.length
             v[n, 2] = about[2] @ data.qvel * scale.time

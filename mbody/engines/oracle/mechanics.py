@@ -298,7 +298,7 @@ def law_at(law: Law, t: Any) -> Any:
 
 
 def law_around(law: Law, angle: Any) -> Any:
-    """A law of one turn at angles that are floats, complex arrays or jets."""
+    """A law of one revolution at angles that are floats, complex arrays or jets."""
     law = law_by_formula(law)
     if isinstance(angle, Jet):
         return angle.through(*law.derivatives(angle.f % (2.0 * math.pi)))
@@ -320,7 +320,7 @@ def _direction(dx: Any, dy: Any) -> Any:
 
 
 def _nearest(arc: Any, radius: float) -> Any:
-    """An arc about a circle of that radius without whole turns."""
+    """An arc about a circle of that radius without whole revolutions."""
     round_ = 2.0 * math.pi * radius
     return arc - round_ * np.round(_real(arc) / round_)
 

@@ -314,7 +314,7 @@ class _PinocchioCheck:
 
 
 def _nearest(angles: Array) -> Array:
-    """Angles without whole turns."""
+    """Angles without whole revolutions."""
     return np.array([math.remainder(angle, 2.0 * math.pi) for angle in angles])
 
 

@@ -143,7 +143,7 @@ class PinocchioModel:
 class BodyKinematics(BodyState):
     """One body as Pinocchio has it: position, rates, accelerations (3,), Jacobian (3, n).
 
-    `turns` is the angle with whole turns, as the coordinates of the joints add up.
+    `unwrapped_angle` is the angle with whole revolutions, as the coordinates of the joints add up.
     """
 
     unwrapped_angle: float
@@ -152,7 +152,7 @@ class BodyKinematics(BodyState):
 
     @property
     def whole_angle(self) -> float:
-        """The angle with whole turns."""
+        """The angle with whole revolutions."""
         return self.unwrapped_angle
 
     def acceleration_at(self, arm: Array) -> Array:
@@ -181,7 +181,7 @@ class Instant:
         self.bodies = {name: self._pose(n, unwrapped[name]) for name, n in twin.frames.items()}
 
     def _unwrapped_angles(self) -> dict[str, float]:
-        """Angles of the bodies with whole turns: the sum of the joint angles."""
+        """Angles of the bodies with whole revolutions: the sum of the joint angles."""
         angles, model = {"ground": 0.0}, self.twin.model
         for branch in self.twin.tree.branches:
             angle = angles[branch.parent] + branch.on_parent.angle - branch.on_body.angle

@@ -180,8 +180,9 @@ def entered_in(
     curves: bool = False,
     is_angle: bool | None = None,
 ) -> float | Formula:
-    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`, `turns`
-    whether it is an angle, where that is known: to compare dimensions takes longer than all else.
+    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`,
+    `is_angle` whether it is an angle, where that is known: to compare dimensions takes longer than
+    all else.
     """
     angle, refused = info.context.angle, info.context.refused
     if len(refused) >= ENOUGH:
