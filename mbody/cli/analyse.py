@@ -79,14 +79,14 @@ def question(args: Any, own: Instants | None) -> Instants | None:
 
     if args.at and args.over:
         raise UsageError("give --at or --over, not both")
-    turning = [f"--{name}" for name in ("instants", "turns") if getattr(args, name) is not None]
-    if args.at and turning:
+    counts = [f"--{name}" for name in ("instants", "turns") if getattr(args, name) is not None]
+    if args.at and counts:
         raise UsageError(
-            f"{turning[0]} is of whole turns, --at of single instants: give one of them; in equal "
+            f"{counts[0]} is of whole turns, --at of single instants: give one of them; in equal "
             "steps --at crank=0:360:25"
         )
-    over = args.over or (own.over if own and not args.at else "") or ("turn" if turning else "")
-    if args.over or turning:
+    over = args.over or (own.over if own and not args.at else "") or ("turn" if counts else "")
+    if args.over or counts:
         turns = whole_number("--turns", args.turns)
         if turns is None:
             turns = own.turns if own and not args.over else 1

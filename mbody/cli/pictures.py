@@ -260,13 +260,13 @@ def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
         if args.to is None:
             return [0]
         count = POSITIONS
-    turn = bool(run.mechanism.drivers) and args.to is None and len(run) == count + 1
+    revolution = bool(run.mechanism.drivers) and args.to is None and len(run) == count + 1
     last = len(run) - 1
-    # after a whole turn the first position comes again; of a motion the last is in full
-    if count == 1 and not turn:
+    # after a whole revolution the first position comes again; of a motion the last is in full
+    if count == 1 and not revolution:
         return [last]
-    steps = [round(n * last / (count if turn else count - 1)) for n in range(count)]
-    forward = turn or args.strip or args.series
+    steps = [round(n * last / (count if revolution else count - 1)) for n in range(count)]
+    forward = revolution or args.strip or args.series
     return list(dict.fromkeys(steps if forward else steps[::-1]))
 
 

@@ -60,16 +60,16 @@ class DrivenInstants:
         self,
         run: Solution,
         names: Sequence[str],
-        turning: str = "",
+        revolving: str = "",
         tangents: tuple[np.ndarray, np.ndarray] | None = None,
         spaces: list[DualWorkspace] | None = None,
     ) -> None:
         self.run, self.names = run, list(names)
         self.spaces: list[DualWorkspace] = [] if spaces is None else spaces
         drivers = [one.name for one in run.system.drivers]
-        self.leader = drivers.index(turning) if turning else -1
+        self.leader = drivers.index(revolving) if revolving else -1
         self.mode = BY_TIME if run.given is None else BY_VALUE
-        if turning and run.given is None:
+        if revolving and run.given is None:
             self.mode = BY_LAW
         #: Numbers by which there is no derivative: with others alone redundant loops do not close.
         self.unclosed: set[str] = set()

@@ -731,7 +731,7 @@ def anchored(
             e = int(uni.layout.active_set[point.tangent])
             row = int(uni.layout.primitive_par[e])
             place = uni.phase_rows.index(row + 6)
-            phases[place] = now.par[row + 6].tangents + _turned(uni, n, row, now)
+            phases[place] = now.par[row + 6].tangents + _phase_tangents(uni, n, row, now)
         else:
             anchor[point.tangent] = now.value[point.tangent].tangents
     for pair in uni.friction_joints:
@@ -740,8 +740,8 @@ def anchored(
     return replace(tangents, anchor=anchor, phases=phases)
 
 
-def _turned(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
-    """Tangents of the angle by which the row along contact point n, of two circles, is turned."""
+def _phase_tangents(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
+    """Tangents of the angle by which the row along contact point n, of two circles, is rotated."""
     found = []
     for b, k in zip(uni.bodies[n], (0, 2), strict=True):
         x, y, angle = _pose(uni, b, now)

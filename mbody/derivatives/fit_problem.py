@@ -196,7 +196,7 @@ class DesignPoint:
         """
         prepared, choices = self.prepared, self._choices
         instants = DrivenInstants(
-            self.run, prepared.names, prepared.wanted.turning, self._tangents, prepared.spaces
+            self.run, prepared.names, prepared.wanted.revolving, self._tangents, prepared.spaces
         )
         deciding = [one.needed[:1] if one.single else one.needed for one in choices]
         # those of one measure are in order

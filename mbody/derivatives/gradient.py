@@ -323,8 +323,8 @@ class _BesideRest:
         self.run = self.instants.run
         self.poses = link_poses(rest.solution)
         driven = self.instants.driven
-        turns = [driven.length if motion.turns else 1.0 for motion in rest.motions]
-        self.unit = driven.length / np.array(turns)
+        scales = [driven.length if motion.turns else 1.0 for motion in rest.motions]
+        self.unit = driven.length / np.array(scales)
 
     def linear(self, numbers: Mapping[str, float]) -> Linearization | None:
         """M, C and K where the loads balance with other numbers; None where that is not found."""
@@ -606,7 +606,7 @@ def gradient(
     wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST, SMALL])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
-    return gradient_at(wanted.analysed(system), measure, by, wanted.turning)
+    return gradient_at(wanted.analysed(system), measure, by, wanted.revolving)
 
 
 def _of_motion(
@@ -684,7 +684,7 @@ def gradient_of(
     run: Solution,
     columns: Iterable[MeasuredColumn],
     by: Mapping[str, str],
-    turning: str = "",
+    revolving: str = "",
     instants: DrivenInstants | MotionInstants | RestInstants | None = None,
 ) -> Gradient:
     """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them;
@@ -699,7 +699,7 @@ def gradient_of(
             "number: give each a reduction such as peak(…) or mean(…), or none"
         )
     if instants is None:
-        instants = DrivenInstants(run, names, turning)
+        instants = DrivenInstants(run, names, revolving)
     choices = [instants_of(run, one) for one in columns]
     needed = np.unique(np.concatenate([choice.needed for choice in choices]))
     whole = instants.at(needed, any(choice.loads for choice in choices))

@@ -22,7 +22,7 @@ Array = np.ndarray
 
 #: Exponents of life by the kind of bearing (ISO 281).
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
-TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,10 +89,10 @@ class BearingLoad(Inherited):
         edges = np.linspace(0.0, self.greatest or 1.0, classes + 1)
         middle = 0.5 * (self.force[1:] + self.force[:-1])
         lasting = np.diff(self.t)
-        turned = 0.5 * (self.speed[1:] + self.speed[:-1]) * lasting
+        rotations = 0.5 * (self.speed[1:] + self.speed[:-1]) * lasting
         shares = [
             np.histogram(middle, edges, weights=weights / (weights.sum() or 1.0))[0]
-            for weights in (turned, lasting)
+            for weights in (rotations, lasting)
         ]
         rows = zip(edges[:-1], edges[1:], *shares, strict=True)
         return [(float(a), float(b), float(r), float(s)) for a, b, r, s in rows]
@@ -175,20 +175,20 @@ def bearing_load(
     ]
     speed = np.abs(rates[1] - rates[0])
     cycle = float(run.t[-1] - run.t[0])
-    turned = float(np.trapezoid(speed, run.t))
+    travel = float(np.trapezoid(speed, run.t))
     size = float(force.max())
     shares = (force / size) ** exponent if size else force
     in_time = size * (float(np.trapezoid(shares, run.t)) / cycle) ** (1.0 / exponent)
     equivalent = in_time
-    if turned > 0.0:
-        equivalent = size * (float(np.trapezoid(shares * speed, run.t)) / turned) ** (1 / exponent)
+    if travel > 0.0:
+        equivalent = size * (float(np.trapezoid(shares * speed, run.t)) / travel) ** (1 / exponent)
     life = time = None
     if rating is not None:
         capacity = number_in(run.mechanism, rating, "force", joint, "rating")
         if not capacity > 0.0:
             raise ModelError(f"the rating of bearing '{joint}' is above 0, not {capacity:g}", joint)
         life = 1e6 * (capacity / equivalent) ** exponent if equivalent else math.inf
-        time = life * TURN * cycle / turned if turned else math.inf
+        time = life * REVOLUTION * cycle / travel if travel else math.inf
     mean = float(np.trapezoid(force, run.t)) / cycle
     return BearingLoad(
         force,
@@ -197,7 +197,7 @@ def bearing_load(
         in_time,
         size,
         mean,
-        turned / TURN,
+        travel / REVOLUTION,
         cycle,
         exponent,
         life,

@@ -101,7 +101,7 @@ def cam_curvature(
 
 # -- The named cam, and the sampled points of its profile --------------------------------------
 
-#: Places of a turn at which curvatures are computed: every twentieth of a degree.
+#: Places of a revolution at which curvatures are computed: every twentieth of a degree.
 PLACES = 7201
 
 
@@ -131,7 +131,7 @@ def named_cam(mechanism: Mechanism, name: str | None) -> CamFollower:
 
 
 def cam_places(cam: CamFollower) -> np.ndarray:
-    """ψ (n,) over a turn [rad], with both sides of the places where a derivative jumps."""
+    """ψ (n,) over a revolution [rad], with both sides of the places where a derivative jumps."""
     law: Law = cam.profile
     jumps = np.mod(np.concatenate([law.turns(0.0), [0.0]]), math.tau)
     grid = np.linspace(0.0, math.tau, PLACES)[:-1]
@@ -155,7 +155,7 @@ class CamPlace:
     ----------
     value : float
     psi : float
-        Where on the cam: how far it has turned since its line of 0 pointed at the follower [rad].
+        Where on the cam: how far it has rotated since its line of 0 pointed at the follower [rad].
 
     >>> CamPlace(0.031, 4.03).value
     0.031
@@ -177,7 +177,7 @@ class CamAnalysis(Inherited):
         "roller", "knife edge" or "flat face", with "translating" or "swinging"
         before it where it is one on a guide or an arm of the ground.
     t, psi : arrays (instants,)
-        How far the cam has turned since its line of 0 pointed at the follower, 0 … 2π [rad].
+        How far the cam has rotated since its line of 0 pointed at the follower, 0 … 2π [rad].
     pressure_angle : array (instants,)
         Between the contact's normal and the direction in which the follower can go, positive where
         the normal leans to where the cam turns, as in a rise on a centred guide [rad]; NaN where
@@ -257,13 +257,13 @@ class CamAnalysis(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        turn = np.degrees if angle == "deg" else np.asarray
+        in_unit = np.degrees if angle == "deg" else np.asarray
 
         def place(one: CamPlace | None, angular: bool = False) -> dict[str, float | None] | None:
             if one is None:
                 return None
-            value = float(turn(one.value)) if angular else one.value
-            psi = float(turn(one.psi))
+            value = float(in_unit(one.value)) if angular else one.value
+            psi = float(in_unit(one.psi))
             return {"value": value if math.isfinite(value) else None, "psi": psi}
 
         return {
@@ -275,13 +275,13 @@ class CamAnalysis(Inherited):
             "least_radius_of_curvature": place(self.sharpest),
             "least_radius_of_pitch_curve": place(self.pitch_sharpest),
             "least_hollow_radius": place(self.hollow),
-            "limit": None if self.limit is None else float(turn(self.limit)),
+            "limit": None if self.limit is None else float(in_unit(self.limit)),
             "base_radius_for_limit": self.needed,
             "base_radius_without_undercut": self.uncut,
             "face": self.face,
             "t": self.t.tolist(),
-            "psi": turn(self.psi).tolist(),
-            "pressure_angle": _plain(turn(self.pressure_angle)),
+            "psi": in_unit(self.psi).tolist(),
+            "pressure_angle": _plain(in_unit(self.pressure_angle)),
             "radius_of_curvature": _plain(self.curvature),
         }
 
@@ -393,9 +393,9 @@ class FollowerPath:
     `normal` (n,): Of a flat face.
     `roller`: [length]
 
-    >>> turn = np.linspace(0.0, 2.0 * np.pi, 361)
-    >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(turn)))
-    >>> first, second = 0.01 * np.sin(turn), 0.01 * np.cos(turn)
+    >>> theta = np.linspace(0.0, 2.0 * np.pi, 361)
+    >>> place = 1j * (0.05 + 0.01 * (1.0 - np.cos(theta)))
+    >>> first, second = 0.01 * np.sin(theta), 0.01 * np.cos(theta)
     >>> path = FollowerPath(place, first, second, 1j, 0j, None, 0.01)
     >>> round(path.base_radius(), 9)
     0.04
@@ -413,9 +413,9 @@ class FollowerPath:
         """The path of another point of the guide [length] or the arm [rad]."""
         if self.along:
             return replace(self, place=self.place + by * self.along)
-        turn = complex(math.cos(by), math.sin(by))
-        normal = None if self.normal is None else self.normal * turn
-        return replace(self, place=self.pivot + (self.place - self.pivot) * turn, normal=normal)
+        rotation = complex(math.cos(by), math.sin(by))
+        normal = None if self.normal is None else self.normal * rotation
+        return replace(self, place=self.pivot + (self.place - self.pivot) * rotation, normal=normal)
 
     def base_radius(self) -> float:
         """Radius of the base circle [length]."""
@@ -496,7 +496,7 @@ class FollowerPath:
         return found
 
     def _pitch(self) -> tuple[Array, Array]:
-        """Derivatives of the pitch curve in the cam's axes by θ, turned back into the ground's."""
+        """Derivatives of the pitch curve in the cam's axes by θ, rotated back into the ground's."""
         if self.along:
             rate, second = self.along * self.first, self.along * self.second
         else:
@@ -513,9 +513,9 @@ class FollowerPath:
             return h, -c * self.first, h + c * self.second
         over, beside = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
         # dχ/dθ = x′ − 1
-        turn = self.first - 1.0
+        slope = self.first - 1.0
         rate, rate2 = beside * self.first, beside * self.second - over * self.first**2
-        return h, rate / turn, h + (rate2 * turn - rate * self.second) / turn**3
+        return h, rate / slope, h + (rate2 * slope - rate * self.second) / slope**3
 
 
 def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
@@ -576,7 +576,7 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     return FollowerPath(p, first, second, along, pivot, normal, roller)
 
 
-#: Instants of the turn in which base circles are tried.
+#: Instants of the revolution in which base circles are tried.
 FINE = 3601
 #: The greatest pressure angle is searched between instants on finer grids.
 ZOOMS, GRID = 5, 21
@@ -715,11 +715,11 @@ def _pressure(run: Solution, cam: CamFollower) -> tuple[Array, Array]:
         [_direction_of_motion(run, cam, k, complex(x[k], y[k])) for k in range(len(run))]
     )
     omega = run[cam.i.body].omega
-    turning = np.where(np.abs(omega) > 0.0, np.sign(omega), sign)
+    rotation_sign = np.where(np.abs(omega) > 0.0, np.sign(omega), sign)
     angle = np.angle(n / np.where(directions == 0.0, np.nan, directions))
     # either way along the same line
     angle = (angle + 0.5 * math.pi) % math.pi - 0.5 * math.pi
-    return turning * angle, psi
+    return rotation_sign * angle, psi
 
 
 def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex) -> complex:
@@ -738,9 +738,9 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
         if body == "ground":
             return 0j
         first = 3 * system.bodies[body]
-        x, y, turn = along[first : first + 3]
+        x, y, rotation = along[first : first + 3]
         arm = (place - complex(*q[first : first + 2])) / system.length
-        return complex(x, y) + 1j * turn * arm
+        return complex(x, y) + 1j * rotation * arm
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
     return found if abs(found) > tol.RATE_NONE_COORDINATE else 0j

@@ -41,9 +41,9 @@ def cam_profile(
     Parameters
     ----------
     lift : Law
-        What the follower is to do, of the angle θ by which the cam has turned counter-clockwise,
-        over one turn: the travel along the guide [length], or the angle of the arm, away from the
-        cam [rad], from 0 on.
+        What the follower is to do, of the angle θ by which the cam has rotated counter-clockwise,
+        over one revolution: the travel along the guide [length], or the angle of the arm, away from
+        the cam [rad], from 0 on.
     base_radius, roller : float
         Of the base circle, above 0, and of the roller [length].
     offset : float
@@ -55,7 +55,7 @@ def cam_profile(
     Returns
     -------
     Table
-        R(ψ), the pitch curve by how far the cam has turned since its line of 0 pointed at the
+        R(ψ), the pitch curve by how far the cam has rotated since its line of 0 pointed at the
         follower; at θ = 0 it does. Give it as the `profile`; `roller` goes to the joint too.
 
     Raises
@@ -106,8 +106,8 @@ def cam_profile(
         # the arm points from the pivot back at the cam, above the line of centres
         cosine = (arm**2 + centre_distance**2 - radius**2) / (2.0 * arm * centre_distance)
         d = centre_distance - arm * np.exp(-1j * (math.acos(cosine) + s))
-    turned = np.unwrap(np.angle(d))
-    psi = theta - (turned - turned[0])
+    direction = np.unwrap(np.angle(d))
+    psi = theta - (direction - direction[0])
     if not (np.diff(psi) > 0.0).all():
         n = int(np.diff(psi).argmin())
         raise ModelError(
@@ -179,16 +179,16 @@ class CamUndercut(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        turn = np.degrees if angle == "deg" else np.asarray
+        in_unit = np.degrees if angle == "deg" else np.asarray
         symbols = unit_symbols(self.mechanism.units, angle)
         value = self.least.value
         return heading(self.mechanism.name, "cam undercut", symbols, self) | {
             "joint": self.joint.name,
             "undercut": self.undercut,
-            "ranges": turn(self.ranges).tolist(),
+            "ranges": in_unit(self.ranges).tolist(),
             "least_radius": {
                 "value": value if math.isfinite(value) else None,
-                "psi": float(turn(self.least.psi)),
+                "psi": float(in_unit(self.least.psi)),
             },
             "roller": self.roller,
             "base_radius": self.base_radius,

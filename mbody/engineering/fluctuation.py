@@ -19,31 +19,35 @@ from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock
 
-# -- Whole cycles of a driver: how many turns they are, and whether a quantity repeats ---------
+# -- Whole cycles of a driver: how many revolutions they are, and whether a quantity repeats -------
 
 Array = np.ndarray
 
 
 def cycle_revolutions(angle: Array, what: str) -> int:
-    """How many whole turns the angles (instants,) [rad] make, both ends included."""
+    """How many whole revolutions the angles (instants,) [rad] make, both ends included."""
     steps = np.diff(angle)
-    turns = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
+    revolutions = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
-    if not one_way or round(turns) < 1 or abs(turns - round(turns)) > tol.CYCLE_WHOLE_TURNS * turns:
+    if (
+        not one_way
+        or round(revolutions) < 1
+        or abs(revolutions - round(revolutions)) > tol.CYCLE_WHOLE_TURNS * revolutions
+    ):
         raise ModelError(
             f"{what} needs whole turns in one direction, both ends included; these "
-            f"{angle.size} instants are {360.0 * turns:.6g} deg: analyse with turn=True"
+            f"{angle.size} instants are {360.0 * revolutions:.6g} deg: analyse with turn=True"
         )
-    return round(turns)
+    return round(revolutions)
 
 
-def counted(turns: int) -> str:
-    """A number of turns in words.
+def counted(revolutions: int) -> str:
+    """A number of revolutions in words.
 
     >>> counted(1), counted(2)
     ('1 turn', '2 turns')
     """
-    return "1 turn" if turns == 1 else f"{turns} turns"
+    return "1 turn" if revolutions == 1 else f"{revolutions} turns"
 
 
 def check_repeats(values: Array, size: float, name: str, what: str) -> None:
@@ -169,7 +173,7 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     Parameters
     ----------
     run : Solution
-        With forces, over one or more whole turns at a steady motion, both ends included.
+        With forces, over one or more whole revolutions at a steady motion, both ends included.
     driver : str, optional
         Name of the driver of an angle; by default the only one.
 
@@ -181,7 +185,7 @@ def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     Raises
     ------
     ModelError
-        For a run without whole turns, or one whose torque does not repeat.
+        For a run without whole revolutions, or one whose torque does not repeat.
 
     Notes
     -----
@@ -217,14 +221,14 @@ def energy_fluctuation(
     Parameters
     ----------
     angle : array_like (instants,)
-        Monotonic over whole turns [rad]; or a result, whose `fluctuation` is returned.
+        Monotonic over whole revolutions [rad]; or a result, whose `fluctuation` is returned.
     torque : array_like (instants,)
         [force·length].
 
     Raises
     ------
     ModelError
-        For angles that do not make whole turns, or a torque that does not repeat.
+        For angles that do not make whole revolutions, or a torque that does not repeat.
 
     >>> theta = np.linspace(0.0, 2.0 * np.pi, 721)
     >>> round(energy_fluctuation(theta, 5.0 + 3.0 * np.sin(2.0 * theta)).fluctuation, 6)
@@ -286,10 +290,10 @@ def _crossings(c: Array, h: float) -> Array:
 
 def angle_driver(run: Solution, name: str | None) -> str:
     """The name of the driver of an angle."""
-    turning = [d.name for d in run.mechanism.drivers if d.angular]
-    if name is None and len(turning) == 1:
-        return turning[0]
-    if name not in turning:
+    angular = [d.name for d in run.mechanism.drivers if d.angular]
+    if name is None and len(angular) == 1:
+        return angular[0]
+    if name not in angular:
         what = "several drivers turn" if name is None else f"no driver {brief(name)} turns"
-        raise ModelError(f"{what} a body here (there are: {listed(turning)}): name one of them")
+        raise ModelError(f"{what} a body here (there are: {listed(angular)}): name one of them")
     return str(name)

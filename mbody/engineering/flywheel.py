@@ -32,7 +32,7 @@ Array = np.ndarray
 BETWEEN = 8
 #: Passes of bisection for a speed, an inertia: halves to the last bit.
 PASSES = 200
-#: Instants of a simulated cycle, a turn of it.
+#: Instants of a simulated cycle, a revolution of it.
 INSTANTS = 720
 
 
@@ -145,8 +145,8 @@ class FlywheelSizing(Inherited):
             guess[one.name] = (float(place.x[0]), float(place.y[0]), float(at.angle[0]))
             rates[one.name] = float(at.omega[0]) * ratio
         period = float(np.trapezoid(1.0 / np.abs(self.speeds), np.abs(self.angle - self.angle[0])))
-        turns = max(1, round(abs(self.angle[-1] - self.angle[0]) / (2.0 * math.pi)))
-        count = INSTANTS * turns + 1
+        revolutions = max(1, round(abs(self.angle[-1] - self.angle[0]) / (2.0 * math.pi)))
+        count = INSTANTS * revolutions + 1
         run = simulate(machine, period, guess=guess, rates=rates, rtol=RTOL_FINE, instants=count)
         speed = np.asarray(run[driver.body].omega)
         return FlywheelProof(
@@ -397,7 +397,7 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     Parameters
     ----------
     run : Solution
-        With forces, over whole turns at a constant speed; see `fluctuation`.
+        With forces, over whole revolutions at a constant speed; see `fluctuation`.
     coefficient : float
         Coefficient of fluctuation of speed C_s, such as 0.02.
     driver : str, optional

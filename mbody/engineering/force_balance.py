@@ -101,7 +101,7 @@ def _columns(run: Solution, body: str, place: PointHistory, quantity: str) -> li
 
 def weights_of_instants(blocks: int, instants: int) -> Array:
     """Roots of the weights of rows of columns: the first and the last instant, which are one
-    position of a turn, count half.
+    position of a revolution, count half.
     """
     weights = np.ones(instants)
     weights[[0, -1]] = np.sqrt(0.5)
@@ -533,9 +533,9 @@ def _wanted(system: System, on: Any) -> dict[Marker, float]:
 def _motion(system: System, options: Mapping[str, Any]) -> Solution:
     """The motion whose positions count."""
     given = dict(options)
-    turning = [one for one in system.independent_drivers if getattr(one, "angular", False)]
-    if not given and len(system.independent_drivers) == len(turning) == 1:
-        given = {"turn": turning[0].name}
+    angular = [one for one in system.independent_drivers if getattr(one, "angular", False)]
+    if not given and len(system.independent_drivers) == len(angular) == 1:
+        given = {"turn": angular[0].name}
     run = analyse_with(system, "kinematics", given, "force_balance")
     if not system.independent_drivers:
         raise ModelError(

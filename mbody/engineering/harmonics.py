@@ -33,7 +33,7 @@ class Harmonics(Inherited):
     Attributes
     ----------
     orders : array (orders,)
-        Multiples of the driver's speed; of a cycle of two turns in halves.
+        Multiples of the driver's speed; of a cycle of two revolutions in halves.
     cosine, sine, amplitude, phase : arrays (orders,)
         In the unit of the quantity; the phase in rad.
     mean : float
@@ -98,14 +98,14 @@ def harmonics(
     Parameters
     ----------
     run : Solution or array (instants,)
-        At equal angles over one or more whole turns, both ends included, as of ``turn=True,
+        At equal angles over one or more whole revolutions, both ends included, as of ``turn=True,
         turns=2``; or such angles [rad].
     of : str, Measure or array (instants,)
         A formula of measured quantities such as ``"O.fx"``, or values.
     driver : str, optional
         Name of the driver of an angle; by default the only one.
     highest : float, optional
-        The last order; by default a quarter of the instants of a turn.
+        The last order; by default a quarter of the instants of a revolution.
 
     Returns
     -------
@@ -144,9 +144,9 @@ def harmonics(
         raise ModelError(
             f"harmonics of {values.shape} values at {angle.shape} angles: give one value an instant"
         )
-    turns = cycle_revolutions(angle, "a harmonic")
+    revolutions = cycle_revolutions(angle, "a harmonic")
     check_repeats(values, float(np.abs(values).max()), name, "a harmonic")
-    orders, found, folding = complex_orders(angle, values, turns, highest)
+    orders, found, folding = complex_orders(angle, values, revolutions, highest)
     parts = 2.0 * found[1:]
     notes = (*more.pop("notes", ()), *_notes(folding, float(np.abs(parts).max(initial=0.0))))
     return Harmonics(
@@ -156,7 +156,7 @@ def harmonics(
         np.abs(parts),
         -np.angle(parts),
         float(found[0].real),
-        turns,
+        revolutions,
         folding,
         notes=notes,
         **more,
@@ -179,20 +179,20 @@ def driver_cycle(run: Solution, driver: str | None) -> Array:
     return np.asarray(run.driven(angle_driver(run, driver))[0], dtype=float)
 
 
-def place_of(order: float, orders: Array, turns: int) -> int:
+def place_of(order: float, orders: Array, revolutions: int) -> int:
     """Which of some orders one is."""
     found = np.flatnonzero(np.abs(orders - order) < HARMONICS_ORDER_SAME)
     if not found.size:
-        parts = f"multiples of 1/{turns}" if turns > 1 else "whole numbers"
+        parts = f"multiples of 1/{revolutions}" if revolutions > 1 else "whole numbers"
         raise ModelError(
-            f"there is no order {order:g} of a cycle of {counted(turns)}: orders are {parts} "
+            f"there is no order {order:g} of a cycle of {counted(revolutions)}: orders are {parts} "
             f"up to {orders[-1]:g}"
         )
     return int(found[0])
 
 
 def complex_orders(
-    angle: Array, values: Array, turns: int, highest: float | None
+    angle: Array, values: Array, revolutions: int, highest: float | None
 ) -> tuple[Array, Array, float]:
     """Orders n = 0, 1/turns, … and the c_n of Σ c_n exp(i n θ), of real values those of n ≥ 0,
     of complex ones (instants,) all, with the change by leaving out every second instant.
@@ -205,22 +205,22 @@ def complex_orders(
             f"harmonics need equal steps of the driver's angle, these are off by up to "
             f"{np.degrees(off):.3g} deg: analyse with turn=True"
         )
-    last = count // KNOWN if highest is None else round(highest * turns)
+    last = count // KNOWN if highest is None else round(highest * revolutions)
     if not 1 <= last <= count // KNOWN:
         raise ModelError(
-            f"{count} instants of {counted(turns)} show orders up to "
-            f"{count // KNOWN / turns:g}, not {1 if highest is None else highest:g}: "
+            f"{count} instants of {counted(revolutions)} show orders up to "
+            f"{count // KNOWN / revolutions:g}, not {1 if highest is None else highest:g}: "
             "take four instants a period or more"
         )
     sign = 1.0 if angle[-1] > angle[0] else -1.0
-    orders = np.arange(last + 1) / turns
+    orders = np.arange(last + 1) / revolutions
     if np.iscomplexobj(values):
         orders = np.concatenate([orders, -orders[:0:-1]])
 
     def sums(every: int) -> Array:
         row = values[:-1:every]
         whole = np.fft.fft(row) / row.size
-        places = np.rint(sign * orders * turns).astype(int) % row.size
+        places = np.rint(sign * orders * revolutions).astype(int) % row.size
         return np.asarray(whole[places] * np.exp(-1j * orders * angle[0]))
 
     found = sums(1)

@@ -268,9 +268,9 @@ def _by_rates(run: Solution) -> InstantCentres | None:
     begins = motion_that_begins(run)
     omega, u = {}, {}
     for name, one in ((name, run[name]) for name in names):
-        turning = omega[name] = np.where(begins, one.alpha, one.omega)
+        rotation = omega[name] = np.where(begins, one.alpha, one.omega)
         vx, vy = np.where(begins, one.ax, one.vx), np.where(begins, one.ay, one.vy)
-        u[name] = vx + turning * one.y, vy - turning * one.x
+        u[name] = vx + rotation * one.y, vy - rotation * one.x
     length = run.system.length
     # the velocity scale of all motion, as a rate
     size = np.max([np.abs(w) + np.hypot(*u[n]) / length for n, w in omega.items()], axis=0)
@@ -280,14 +280,16 @@ def _by_rates(run: Solution) -> InstantCentres | None:
     pairs = []
     for i, j in itertools.combinations(names, 2):
         dx, dy = u[j][0] - u[i][0], u[j][1] - u[i][1]
-        turning = omega[j] - omega[i]
-        slides, turns = (
+        rotation = omega[j] - omega[i]
+        slides, rotates = (
             np.hypot(dx, dy) / length > tol.RATE_NONE_INSTANT_CENTRE * size,
-            np.abs(turning),
+            np.abs(rotation),
         )
-        turns = turns > tol.RATE_NONE_INSTANT_CENTRE * np.maximum(size, np.hypot(dx, dy) / length)
-        kind = np.where(turns, "finite", np.where(slides, "infinite", "none"))
-        rate = np.where(turns, turning, np.nan)
+        rotates = rotates > tol.RATE_NONE_INSTANT_CENTRE * np.maximum(
+            size, np.hypot(dx, dy) / length
+        )
+        kind = np.where(rotates, "finite", np.where(slides, "infinite", "none"))
+        rate = np.where(rotates, rotation, np.nan)
         across = np.arctan2(dx, -dy)
         found = InstantCentre(
             (i, j),
@@ -314,8 +316,10 @@ def _degrees(angle: float) -> str:
 
 def _line(angle: Array) -> Array:
     """Directions of lines [rad], above −π/2 and up to π/2."""
-    turned = np.remainder(angle, np.pi)
-    return np.where(turned > 0.5 * np.pi + tol.DIRECTION_ROUNDING, turned - np.pi, turned)
+    line_angle = np.remainder(angle, np.pi)
+    return np.where(
+        line_angle > 0.5 * np.pi + tol.DIRECTION_ROUNDING, line_angle - np.pi, line_angle
+    )
 
 
 def _keeping(run: Solution) -> dict[frozenset[str], Revolute | Prismatic]:

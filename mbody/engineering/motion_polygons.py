@@ -47,9 +47,9 @@ class RelativeMotion:
 
     def instant_centre(self, least: float) -> Array:
         """The instant centre, complex; NaN where the rate is below `least` of its greatest."""
-        turns = np.abs(self.omega) > least * np.abs(self.omega).max(initial=0.0)
+        rotates = np.abs(self.omega) > least * np.abs(self.omega).max(initial=0.0)
         with np.errstate(invalid="ignore"):  # NaN where it does not turn
-            return self.place + 1j * self.velocity / np.where(turns, self.omega, np.nan)
+            return self.place + 1j * self.velocity / np.where(rotates, self.omega, np.nan)
 
 
 def check_moving(run: Solution, what: str) -> None:
@@ -140,12 +140,12 @@ def relative_path(
     body; "ground" is one of them.
     """
     seen = run[relative_to]
-    into, turning = np.exp(-1j * seen.angle), 1j * seen.omega
+    into, rotation = np.exp(-1j * seen.angle), 1j * seen.omega
     apart = moving.x - seen.x + 1j * (moving.y - seen.y)
     rate = moving.vx - seen.vx + 1j * (moving.vy - seen.vy)
     second = moving.ax - seen.ax + 1j * (moving.ay - seen.ay)
-    second = second - 2.0 * turning * rate - (1j * seen.alpha + seen.omega**2) * apart
-    return into * apart, into * (rate - turning * apart), into * second
+    second = second - 2.0 * rotation * rate - (1j * seen.alpha + seen.omega**2) * apart
+    return into * apart, into * (rate - rotation * apart), into * second
 
 
 def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotion:
@@ -161,7 +161,7 @@ class MotionPolygon(Inherited):
 
     The image of a point is the end of its velocity (acceleration) drawn from the pole, which is
     the image of the ground. The line between two images is the relative velocity. The image of a
-    link is similar to the link: turned by 90° and ω times as large in the velocity polygon,
+    link is similar to the link: rotated by 90° and ω times as large in the velocity polygon,
     √(ω⁴ + α²) times as large in that of accelerations.
 
     Attributes

@@ -338,5 +338,5 @@ class _Load:
     def best_ratio(self) -> float:
         """With the least rms torque: J² i² ⟨α²⟩ + 2 J ⟨α τ⟩ + ⟨τ²⟩/i²."""
         carried = self.rms(self.torque(1.0) - self.own * self.alpha)
-        turned = self.own * self.rms(self.alpha)
-        return math.sqrt(carried / turned) if turned > 0.0 else math.inf
+        rotor = self.own * self.rms(self.alpha)
+        return math.sqrt(carried / rotor) if rotor > 0.0 else math.inf

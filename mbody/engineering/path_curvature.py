@@ -172,12 +172,12 @@ def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> 
     run = as_solution(run)
     check_moving(run, "an inflection circle is")
     m = relative_motion(run, body, relative_to)
-    turning, pole = 1j * m.alpha - m.omega**2, m.instant_centre(RATE_NONE_COORDINATE)
+    rotation, pole = 1j * m.alpha - m.omega**2, m.instant_centre(RATE_NONE_COORDINATE)
     omega = np.where(np.isnan(pole.real), np.nan, m.omega)
     # numbers that are none stand for bodies that do not turn
     with np.errstate(divide="ignore", invalid="ignore"):
-        opposite = pole + (m.acceleration + turning * (pole - m.place)) / omega**2
-        still = m.place - m.acceleration / np.where(turning != 0.0, turning, np.nan)
+        opposite = pole + (m.acceleration + rotation * (pole - m.place)) / omega**2
+        still = m.place - m.acceleration / np.where(rotation != 0.0, rotation, np.nan)
     return InflectionCircle(
         pole.real,
         pole.imag,

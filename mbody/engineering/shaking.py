@@ -593,17 +593,17 @@ def shaking_orders(
     run = as_solution(run)
     angle = driver_cycle(run, driver)
     shaking = shaking_force(run, about)
-    turns = cycle_revolutions(angle, "a shaking order")
+    revolutions = cycle_revolutions(angle, "a shaking order")
     force = np.asarray(shaking.fx + 1j * shaking.fy)
     size = _size(run)
     check_repeats(force.real, size, "shaking force (x)", "a shaking order")
     check_repeats(force.imag, size, "shaking force (y)", "a shaking order")
     check_repeats(shaking.moment, size * run.system.length, "shaking moment", "a shaking order")
-    orders, both, folding = complex_orders(angle, force, turns, highest)
+    orders, both, folding = complex_orders(angle, force, revolutions, highest)
     count = (orders.size + 1) // 2
     forward, backward = both[:count], np.concatenate([[0.0], both[:0:-1][: count - 1]])
     x, y, moment = (
-        _amplitudes(angle, part, turns, highest)
+        _amplitudes(angle, part, revolutions, highest)
         for part in (force.real, force.imag, shaking.moment)
     )
     return ShakingOrders(
@@ -617,14 +617,14 @@ def shaking_orders(
         (float(shaking.magnitude.max()), float(np.abs(shaking.moment).max())),
         size,
         folding,
-        turns,
+        revolutions,
         run,
         **inherited(run),
     )
 
 
-def _amplitudes(angle: Array, values: Array, turns: int, highest: float) -> Array:
-    found = 2.0 * np.abs(complex_orders(angle, values, turns, highest)[1])
+def _amplitudes(angle: Array, values: Array, revolutions: int, highest: float) -> Array:
+    found = 2.0 * np.abs(complex_orders(angle, values, revolutions, highest)[1])
     found[0] *= 0.5
     return found
 

@@ -326,7 +326,7 @@ def _effort(run: Solution, driver: str, loads: Sequence[str]) -> Array:
 
 
 def _row(efforts: dict[str, Array], sizes: list[float]) -> Array:
-    """Efforts of all drivers at all instants, of torques; the ends of a turn count half."""
+    """Efforts of all drivers at all instants, of torques; the ends of a revolution count half."""
     weights = np.ones(len(next(iter(efforts.values()))))
     if len(weights) > 1:
         weights[[0, -1]] = np.sqrt(0.5)

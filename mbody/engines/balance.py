@@ -86,12 +86,12 @@ class _Pair:
 
     def __init__(self, system: System, run: Solution, element: Any, i: Marker, j: Marker) -> None:
         self.run, self.at, self.element = run, reading(system), element
-        self.angle_i, self.w_i, self.a_i = self.turning(i.body)
-        self.angle_j, self.w_j, self.a_j = self.turning(j.body)
+        self.angle_i, self.w_i, self.a_i = self.rotation(i.body)
+        self.angle_j, self.w_j, self.a_j = self.rotation(j.body)
         near, far = self.place("i", i), self.place("j", j)
         self.d, self.v, self.a = (b - a for a, b in zip(near, far, strict=True))
 
-    def turning(self, body: str) -> tuple[Array, Array, Array]:
+    def rotation(self, body: str) -> tuple[Array, Array, Array]:
         one = self.run[body]
         return one.angle, one.omega, one.alpha
 
@@ -137,9 +137,9 @@ class _Pair:
     def polar(self) -> tuple[Array, Array]:
         """Derivatives of the direction of Δ."""
         square = _dot(self.d, self.d)
-        turned = self.d[0] * self.v[1] - self.d[1] * self.v[0]
+        cross = self.d[0] * self.v[1] - self.d[1] * self.v[0]
         more = self.d[0] * self.a[1] - self.d[1] * self.a[0]
-        return turned / square, more / square - 2.0 * _dot(self.d, self.v) * turned / square**2
+        return cross / square, more / square - 2.0 * _dot(self.d, self.v) * cross / square**2
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -183,18 +183,18 @@ def _cam(pair: _Pair, joint: CamFollower) -> Rates:
         face = pair.angle_j + pair.beta("j") + 0.5 * math.pi
         rates = pair.along(face, pair.w_j, pair.a_j)
         angle = face
-        turned, more = pair.w_j - pair.w_i, pair.a_j - pair.a_i
+        omega, more = pair.w_j - pair.w_i, pair.a_j - pair.a_i
     else:
         rates = pair.apart()
         angle = np.arctan2(pair.d[1], pair.d[0])
-        turned, more = pair.polar()
-        turned, more = turned - pair.w_i, more - pair.a_i
+        omega, more = pair.polar()
+        omega, more = omega - pair.w_i, more - pair.a_i
     place = (sign * (angle - pair.angle_i - pair.beta("i"))) % (2.0 * math.pi)
     table = np.array([profile.derivatives(float(x)) for x in place])
     f1, f2 = sign * table[:, 1], table[:, 2]
     first, second, size, sizes = rates
-    lift, change = f1 * turned, f2 * turned**2 + f1 * more
-    sizes = sizes + np.abs(f2 * turned**2) + np.abs(f1 * more)
+    lift, change = f1 * omega, f2 * omega**2 + f1 * more
+    sizes = sizes + np.abs(f2 * omega**2) + np.abs(f1 * more)
     return first - lift, second - change, size + np.abs(lift), sizes
 
 

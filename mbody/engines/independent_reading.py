@@ -261,8 +261,8 @@ class Reading:
         plain = set(own) == {"value"}
         numbers = {k: float(self.values[name if plain else f"{name}.{k}"]) for k in own}
         if isinstance(law, Expression) and numbers == own:
-            turning = isinstance(element, AngleDriver | Torque | TorsionSpring | TorsionDamper)
-            written = _written(law, self._parameters, self.mechanism, turning)
+            angular = isinstance(element, AngleDriver | Torque | TorsionSpring | TorsionDamper)
+            written = _written(law, self._parameters, self.mechanism, angular)
             if written is not None:
                 return written
         return law_by_formula(law.with_numbers(numbers))
@@ -337,11 +337,11 @@ def law_by_formula(law: Law) -> Any:
 
 
 def _written(
-    law: Expression, parameters: dict[str, Any], mechanism: Mechanism, turning: bool
+    law: Expression, parameters: dict[str, Any], mechanism: Mechanism, angular: bool
 ) -> PlainLaw | None:
     """The law of a formula from its text; None where it cannot be read here."""
     found = parsed(law.text, parameters, mechanism)
-    if found is None or (turning and not found[1]):
+    if found is None or (angular and not found[1]):
         return None
     tree, names = found[0], _names(parameters)
 

@@ -66,8 +66,8 @@ class Outline:
         """Whether a polygon has no corner that points inwards."""
         corners = (*self.points, *self.points[:2])
         sides = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(corners)]
-        turns = [a[0] * b[1] - a[1] * b[0] for a, b in pairwise(sides)]
-        return all(one >= 0.0 for one in turns) or all(one <= 0.0 for one in turns)
+        crosses = [a[0] * b[1] - a[1] * b[0] for a, b in pairwise(sides)]
+        return all(one >= 0.0 for one in crosses) or all(one <= 0.0 for one in crosses)
 
 
 def outlines(at: Reading, contact: Contact) -> tuple[Outline, Outline]:
@@ -217,7 +217,7 @@ class BodyState:
 
     @property
     def whole_angle(self) -> float:
-        """The angle with whole turns."""
+        """The angle with whole revolutions."""
         return self.angle
 
     def arm(self, at: MarkerFrame) -> Array:
@@ -287,7 +287,7 @@ def applied_forces(
             push = value * direction("ground", angle)
         return [PointForce(element.at.body, point(element.at.body, at), push)]
     base = one.relative_to if isinstance(element, AngleDriver) else one.by
-    return turning(base, one.body, value)
+    return torque_pair(base, one.body, value)
 
 
 def geometry_of(
@@ -305,7 +305,7 @@ def geometry_of(
     return point, direction
 
 
-def turning(base: str, body: str, torque: float) -> list[PointForce]:
+def torque_pair(base: str, body: str, torque: float) -> list[PointForce]:
     """A torque on a body, and its opposite on the base."""
     zero = np.zeros(2)
     return [PointForce(base, zero, zero, -torque), PointForce(body, zero, zero, torque)]

@@ -253,13 +253,13 @@ class Document:
         parent, own = branch.parent, branch.body
         place = (branch.on_body.x, branch.on_body.y)
         self.origin[name] = place
-        (px, py, turn), (x, y, theta) = self.pose[parent], self.pose[own]
+        (px, py, rotation), (x, y, theta) = self.pose[parent], self.pose[own]
         ox, oy = self.origin[parent]
         far = placed(x, y, theta, place)
-        near = placed(px, py, turn, (ox, oy))
+        near = placed(px, py, rotation, (ox, oy))
         dx, dy = far[0] - near[0], far[1] - near[1]
-        c, s = math.cos(turn), math.sin(turn)
-        half = 0.5 * (theta - turn)
+        c, s = math.cos(rotation), math.sin(rotation)
+        half = 0.5 * (theta - rotation)
         made = ET.SubElement(
             self.inside[parent],
             "body",
@@ -359,7 +359,7 @@ class ClosureWriter:
         if type(element) is Revolute:
             self._connect(element)
         elif type(element) is Fixed:
-            one, other = (self._site(element, side, turned=True) for side in ("i", "j"))
+            one, other = (self._site(element, side, rotated=True) for side in ("i", "j"))
             self._add_element("equality", "weld", name, site1=one, site2=other)
         elif type(element) is Distance:
             self._line(element)
@@ -372,7 +372,7 @@ class ClosureWriter:
                 for n, term in enumerate(element.parts)
                 for factor, bodies in ((term.factor, term.bodies),)
             ]
-            self._turns_coupled(element, terms)
+            self._couple_angles(element, terms)
         else:
             kind = type(element).__name__
             self._no(element, f"MJCF has no constraint that is a {kind}: the motion is freer there")
@@ -404,9 +404,9 @@ class ClosureWriter:
             columns = [FileCoordinate(joint.name, here, 0, True, ends[1].angle)]
         else:
             # the slot has the direction: displacement before the rotation of the pin, or after it
-            turn = Branch(body, other, "revolute", joint, *ends)
+            hinge = Branch(body, other, "revolute", joint, *ends)
             slide = f"{joint.name}.way"
-            columns = [FileCoordinate(f"{joint.name}.turn", turn)]
+            columns = [FileCoordinate(f"{joint.name}.turn", hinge)]
             if forward:
                 heading = self.document.pose[joint.i.body][2] + i.angle
                 direction = heading - self.document.pose[body][2]
@@ -445,7 +445,7 @@ class ClosureWriter:
         ri, rj = (float(radius) for radius in gear.radii(self.system.numbers))
         scale = self.scale.length
         terms = [(ri * scale, carrier, gear.i.body), (rj * scale, carrier, gear.j.body)]
-        self._turns_coupled(gear, terms)
+        self._couple_angles(gear, terms)
         self.notes.append(
             f"'{gear.name}' couples angles: its motion and its torques are those of the gear pair, "
             "the force at the teeth does not load the bearings"
@@ -475,11 +475,11 @@ class ClosureWriter:
                     pending.append((to, self.system.numbers.arm(joint, far)))
         return found
 
-    def _turns_coupled(self, element: Element, terms: Sequence[tuple[float, str, str]]) -> None:
+    def _couple_angles(self, element: Element, terms: Sequence[tuple[float, str, str]]) -> None:
         """Σ factor · angle of a body from another is constant."""
         parts: dict[str, float] = {}
         for factor, base, body in terms:
-            for name, sign in self._turns(body, base).items():
+            for name, sign in self._hinges(body, base).items():
                 parts[name] = parts.get(name, 0.0) + factor * sign
         if not self._sum(element.name, parts):
             self._no(element, "none of its angles can change in the tree of bodies")
@@ -488,7 +488,7 @@ class ClosureWriter:
 
     # -- tendons and places ----------------------------------------------------------------------
 
-    def _turns(self, body: str, base: str) -> dict[str, float]:
+    def _hinges(self, body: str, base: str) -> dict[str, float]:
         """Hinges whose sum is the angle of a body from another, with their signs."""
         parts: dict[str, float] = {}
         for name, sign in ((body, 1.0), (base, -1.0)):
@@ -517,11 +517,11 @@ class ClosureWriter:
         for site in sites:
             ET.SubElement(made, "site", site=site)
 
-    def _site(self, element: Element, side: str, *, turned: bool = False) -> str:
+    def _site(self, element: Element, side: str, *, rotated: bool = False) -> str:
         """The name of a new site at a place of an element."""
         at, name = marker_frame(self.system, element, side), f"{element.name}.{side}"
         body = element.places()[side].body
-        self._put(body, name, (at.x, at.y), at.angle if turned else 0.0)
+        self._put(body, name, (at.x, at.y), at.angle if rotated else 0.0)
         return name
 
     def _put(self, body: str, name: str, at: tuple[float, float], angle: float = 0.0) -> None:
@@ -568,21 +568,21 @@ class ElementWriter(ClosureWriter):
         elif kind in (Force, Torque):
             self._applied_load(load)
         elif kind in (Spring, Damper, TorsionSpring, TorsionDamper) and load.law is None:
-            turning = kind in (TorsionSpring, TorsionDamper)
-            unit = self.scale.torque if turning else self.scale.force / self.scale.length
+            angular = kind in (TorsionSpring, TorsionDamper)
+            unit = self.scale.torque if angular else self.scale.force / self.scale.length
             if kind in (Damper, TorsionDamper):
                 given = {
                     "damping": numbers(unit * self.scale.time, float(at[f"{name}.coefficient"]))
                 }
-                self._tendon(load, turning, given, 1.0)
+                self._tendon(load, angular, given, 1.0)
             else:
-                self._spring(load, turning, unit)
+                self._spring(load, angular, unit)
         elif getattr(load, "law", None) is not None:
             self._no(load, "its force has a law, in MJCF springs and dampers are linear")
         else:
             self._no(load, f"MJCF has no load that is a {kind.__name__}")
 
-    def _spring(self, load: Any, turning: bool, unit: float) -> None:
+    def _spring(self, load: Any, angular: bool, unit: float) -> None:
         """A spring as a tendon: F = k (l − l₀) with the preload in l₀."""
         at, name = self.system.numbers, load.name
         stiffness, preload = (float(at[f"{name}.{key}"]) for key in ("stiffness", "preload"))
@@ -590,30 +590,30 @@ class ElementWriter(ClosureWriter):
             self._no(load, f"its stiffness is {stiffness:g}, a tendon of MJCF needs a positive one")
             return
         rest = -preload / stiffness
-        if turning:
+        if angular:
             pose = self.document.pose
             rest += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
         else:
             rest = (rest + float(at[f"{name}.free_length"])) * self.scale.length
         # a negative rest length would mean that of the start: the angle gets the opposite sign
-        sign = -1.0 if turning and rest < 0.0 else 1.0
+        sign = -1.0 if angular and rest < 0.0 else 1.0
         if sign < 0.0:
             self.reversed.add(name)
-        if rest < 0.0 and not turning:
+        if rest < 0.0 and not angular:
             self._no(
                 load,
                 "its preload pulls at every length; a tendon of MJCF has no negative rest length",
             )
             return
         given = {"stiffness": numbers(unit, stiffness), "springlength": numbers(sign, rest)}
-        self._tendon(load, turning, given, sign)
+        self._tendon(load, angular, given, sign)
 
-    def _tendon(self, load: Any, turning: bool, given: dict[str, str], sign: float) -> None:
-        if not turning:
+    def _tendon(self, load: Any, angular: bool, given: dict[str, str], sign: float) -> None:
+        if not angular:
             self._line(load, **given)
             return
-        turns = {key: sign * part for key, part in self._turns(load.body, load.by).items()}
-        if not self._sum(load.name, turns, **given):
+        hinges = {key: sign * part for key, part in self._hinges(load.body, load.by).items()}
+        if not self._sum(load.name, hinges, **given):
             self._no(load, "its bodies do not turn against each other")
 
     def _applied_load(self, load: Any) -> None:
@@ -631,7 +631,7 @@ class ElementWriter(ClosureWriter):
             # its control is added to the value, so that a control of 0 leaves it
             given = {"biastype": "affine", "gainprm": "1", "biasprm": numbers(unit, value, 0, 0)}
         if type(load) is Torque:
-            if not self._turned(load, tag, load.body, load.by, given):
+            if not self._angle_actuator(load, tag, load.body, load.by, given):
                 self.laws.pop(name, None)
                 self._no(load, "its bodies do not turn against each other")
             return
@@ -650,17 +650,17 @@ class ElementWriter(ClosureWriter):
             self._put("ground", "ground", (0.0, 0.0))
         return "ground"
 
-    def _turned(
+    def _angle_actuator(
         self, element: Element, tag: str, body: str, base: str, given: dict[str, str]
     ) -> bool:
         """An actuator of the angle of a body from another; False where nothing turns."""
-        turns = self._turns(body, base)
-        if not turns:
+        hinges = self._hinges(body, base)
+        if not hinges:
             return False
-        if list(turns.values()) == [1.0]:
-            self._add_element("actuator", tag, element.name, joint=next(iter(turns)), **given)
+        if list(hinges.values()) == [1.0]:
+            self._add_element("actuator", tag, element.name, joint=next(iter(hinges)), **given)
         else:
-            self._sum(element.name, turns)
+            self._sum(element.name, hinges)
             self._add_element("actuator", tag, element.name, tendon=element.name, **given)
         return True
 
@@ -670,7 +670,7 @@ class ElementWriter(ClosureWriter):
         """A motor of the driven coordinate, without the law."""
         done, name = True, driver.name
         if type(driver) is AngleDriver:
-            done = self._turned(driver, "motor", driver.body, driver.relative_to, {})
+            done = self._angle_actuator(driver, "motor", driver.body, driver.relative_to, {})
         elif type(driver) is DistanceDriver:
             self._line(driver)
             self._add_element("actuator", "motor", name, tendon=name)
@@ -726,7 +726,8 @@ class ElementWriter(ClosureWriter):
         return False
 
 
-#: Steps in the shortest characteristic time of the start: of an oscillation, a turn, a passage.
+#: Steps in the shortest characteristic time of the start: of an oscillation, a revolution, a
+#: passage.
 STEPS = 500
 
 

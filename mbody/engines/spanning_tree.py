@@ -166,14 +166,14 @@ def _add_children(
     pending = [(joint, start) for joint in reversed(neighbours[start])]
     while pending:
         joint, parent = pending.pop()
-        turned = joint.j.body == parent
-        body = joint.i.body if turned else joint.j.body
+        swapped = joint.j.body == parent
+        body = joint.i.body if swapped else joint.j.body
         if body in reached:
             continue
         reached.add(body)
         i, j = marker_frame(system, joint, "i"), marker_frame(system, joint, "j")
-        ends = (j, i) if turned else (i, j)
-        branches.append(Branch(body, parent, KINDS[type(joint)], joint, *ends, turned))
+        ends = (j, i) if swapped else (i, j)
+        branches.append(Branch(body, parent, KINDS[type(joint)], joint, *ends, swapped))
         pending += [(further, body) for further in reversed(neighbours[body])]
 
 
@@ -195,8 +195,8 @@ def tree_motion(tree: Tree, run: Solution) -> tuple[np.ndarray, np.ndarray, np.n
             for part, found in zip(parts, columns, strict=True):
                 part += found
         elif branch.kind == "revolute":
-            turn = branch.on_body.angle - branch.on_parent.angle
-            parts[0].append(body.angle - parent.angle + turn)
+            offset = branch.on_body.angle - branch.on_parent.angle
+            parts[0].append(body.angle - parent.angle + offset)
             parts[1].append(body.omega - parent.omega)
             parts[2].append(body.alpha - parent.alpha)
         elif branch.kind == "prismatic":
@@ -289,13 +289,13 @@ def constraint_rows(system: System, element: Element, bodies: Any) -> list[Const
     direction = bodies[one.i.body].angle + i.angle
     along = np.array([math.cos(direction), math.sin(direction)])
     across = np.array([-along[1], along[0]])
-    turn = _angle(one.i.body, one.j.body, bodies, j.angle - i.angle)
+    angle_row = _angle(one.i.body, one.j.body, bodies, j.angle - i.angle)
     if isinstance(element, Revolute):
         return [row.fixed(np.array([1.0, 0.0])), row.fixed(np.array([0.0, 1.0]))]
     if isinstance(element, Fixed):
-        return [row.fixed(np.array([1.0, 0.0])), row.fixed(np.array([0.0, 1.0])), turn]
+        return [row.fixed(np.array([1.0, 0.0])), row.fixed(np.array([0.0, 1.0])), angle_row]
     if isinstance(element, Prismatic):
-        return [row.fixed(across), turn]
+        return [row.fixed(across), angle_row]
     if isinstance(element, PinSlot):
         return [row.fixed(across)]
     if isinstance(element, CoordinateDriver):
@@ -309,9 +309,9 @@ def _angle(i: str, j: str, bodies: Any, more: float) -> ConstraintRow:
     a, b = bodies[i], bodies[j]
     jacobian = b.jacobian[2] - a.jacobian[2]
     rate, change = b.velocity[2] - a.velocity[2], b.acceleration[2] - a.acceleration[2]
-    turn = math.remainder(b.angle - a.angle + more, 2.0 * math.pi)
+    rotation = math.remainder(b.angle - a.angle + more, 2.0 * math.pi)
     return ConstraintRow(
-        i, j, b.place, np.zeros(2), 1.0, turn, float(rate), float(change), jacobian
+        i, j, b.place, np.zeros(2), 1.0, rotation, float(rate), float(change), jacobian
     )
 
 

@@ -81,8 +81,8 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
     found = []
     for n, (x, y) in enumerate(corners):
         start = float(normals[n - 1])
-        turn = (float(normals[n]) - start) % math.tau
-        for angle, bulge in ((start, math.tan(turn / 4.0)), (start + turn, 0.0)):
+        sweep = (float(normals[n]) - start) % math.tau
+        for angle, bulge in ((start, math.tan(sweep / 4.0)), (start + sweep, 0.0)):
             place = x + radius * math.cos(angle), y + radius * math.sin(angle)
             found.append((float(place[0]), float(place[1]), bulge))
     return Contour(tuple(found))
@@ -194,12 +194,12 @@ def _shape(shape: Shape, part: PartOutline, system: System, name: str) -> None:
             part.edges.append((centre, radius))
             return
         begin, end = (float(system.numbers[f"{name}.{key}"]) for key in ("begin", "end"))
-        turn = (end - begin) % math.tau
+        sweep = (end - begin) % math.tau
         ends = [
             (centre[0] + radius * math.cos(a), centre[1] + radius * math.sin(a))
             for a in (begin, end)
         ]
-        first, last = (*ends[0], math.tan(turn / 4.0)), (*ends[1], 0.0)
+        first, last = (*ends[0], math.tan(sweep / 4.0)), (*ends[1], 0.0)
         part.contours.append(Contour((first, last), closed=False))
     elif isinstance(shape, Segment | Polygon):
         closed = isinstance(shape, Polygon)

@@ -220,11 +220,11 @@ class DrawnLinkage:
         parts = [CouplingTerm(k, angle=link, relative_to=base) for k, link, base in terms]
         self._elements.append(AngleCoupling(self._named(label), parts))
 
-    def turn(self, i: str, j: str, speed: float) -> None:
+    def rotate(self, i: str, j: str, speed: float) -> None:
         """A motor that turns link j, measured from link i, at a speed [rad/s]."""
-        self.turn_by(i, j, ConstantSpeed(0.0, speed))
+        self.rotate_by(i, j, ConstantSpeed(0.0, speed))
 
-    def turn_by(self, i: str, j: str, law: Law) -> None:
+    def rotate_by(self, i: str, j: str, law: Law) -> None:
         """A motor whose angle from the drawn one follows a law."""
         self._elements.append(AngleDriver(self._named("motor"), j, law, relative_to=i))
 

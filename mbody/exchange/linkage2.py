@@ -128,7 +128,7 @@ class _DrawingReader:
             self._ratio(ratio)
         for connector in self.connectors.values():
             if connector.has("input"):
-                self._turn(connector)
+                self._rotate(connector)
         return self._noted().imported()
 
     def _refuse_others(self) -> None:
@@ -360,7 +360,7 @@ class _DrawingReader:
         terms = [(sizes[0], links[0], carriers[0]), (sign * sizes[1], links[1], carriers[0])]
         self.made.ratio(f"{'chain' if sign < 0 else 'gears'}_{links[0]}_{links[1]}", terms)
 
-    def _turn(self, connector: _Connector) -> None:
+    def _rotate(self, connector: _Connector) -> None:
         element = connector.name
         rpm = number_of(connector.node.get("rpm") or 15.0, element, "rpm")
         links = [
@@ -375,7 +375,7 @@ class _DrawingReader:
             raise refusal(element, "it is an input that is no anchor")
         if len(links) != 1:
             raise refusal(element, f"it is an input of {len(links)} links: one can be driven")
-        self.made.turn(GROUND, links[0], -rpm * math.tau / 60.0)
+        self.made.rotate(GROUND, links[0], -rpm * math.tau / 60.0)
 
     def _noted(self) -> DrawnLinkage:
         notes = self.made.notes

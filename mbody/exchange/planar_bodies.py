@@ -55,7 +55,7 @@ class Plane:
         """1 where a hinge turns counter-clockwise about its axis, −1 where clockwise."""
         return 1.0 if axis @ self.normal > 0.0 else -1.0
 
-    def turned(self, matrix: Array) -> float:
+    def rotation_angle(self, matrix: Array) -> float:
         """The angle of a rotation about the normal."""
         x, y = self.flat(matrix @ self.x)
         return float(np.arctan2(y, x))
@@ -298,7 +298,7 @@ def _weld(space: Spatial, n: int, name: str) -> Element:
         relative = np.zeros(9)
         space.mujoco.mju_quat2Mat(relative, model.eq_data[n][6:10])
         first, second = (data.xmat[body].reshape(3, 3) for body in bodies)
-        angle = space.plane.turned(first @ relative.reshape(3, 3) @ second.T)
+        angle = space.plane.rotation_angle(first @ relative.reshape(3, 3) @ second.T)
     i, j = (space.place(b, name, at) for b, at in zip(bodies, places, strict=True))
     carrier, _, point = i.rpartition(".")
     return Fixed(name, Marker(carrier, point, angle), j)

@@ -322,6 +322,6 @@ def _driven(made: DrawnLinkage, joint: _LineJoint, rate: float, given: bool) -> 
     else:
         made.notes.append(f"the file has no speed: the joint {joint.label} has {rate:g} {unit}")
     if joint.type == "R":
-        made.turn(base, link, rate)
+        made.rotate(base, link, rate)
     else:
         made.push(joint.label, base, link, joint.at, joint.angle, rate)

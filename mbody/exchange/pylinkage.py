@@ -30,7 +30,7 @@ FORM = "pylinkage"
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 DRIVERS = ("driver", "arc_driver")
 LINKS = ("ground", "link", *DRIVERS)
-#: A turn in 360 steps, where the file says no speed.
+#: A revolution in 360 steps, where the file says no speed.
 SPEED = math.tau / 360.0
 
 
@@ -204,14 +204,14 @@ def _driver(
     drawn = math.atan2(arms[0].at[1] - motor.at[1], arms[0].at[0] - motor.at[0])
     speed = number_of(one.get("angular_velocity", SPEED), element, "angular_velocity")
 
-    def turned(key: str, angle: Any) -> float:
+    def angle_from_drawn(key: str, angle: Any) -> float:
         """An angle of the file, counted from the drawn position."""
         return math.remainder(number_of(angle, element, key) - drawn, math.tau)
 
     made.notes.append(f"{element}: its speed in rad per step is read as rad/s")
     if one.get("type") == "driver":
-        start = turned("initial_angle", one.get("initial_angle", drawn))
-        made.turn_by(
+        start = angle_from_drawn("initial_angle", one.get("initial_angle", drawn))
+        made.rotate_by(
             GROUND, link, ConstantSpeed(0.0 if abs(start) < FILE_PLACES_SAME else start, speed)
         )
         return
@@ -225,7 +225,7 @@ def _driver(
     begun = low if first is None else number_of(first, element, "initial_angle")
     begun = min(max(begun, low), high)
     ends = [angle for angle in (high, low) if angle != begun]
-    start = turned("initial_angle", begun) - begun
+    start = angle_from_drawn("initial_angle", begun) - begun
     places = [start + angle for angle in (begun, *ends, begun)]
-    made.turn_by(GROUND, link, back_and_forth(places, abs(speed)))
+    made.rotate_by(GROUND, link, back_and_forth(places, abs(speed)))
     made.notes.append(f"{element} swings between its two angles at constant speed")

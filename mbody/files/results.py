@@ -49,18 +49,18 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     one_design(solution, "data are of one design")
     machine = solution.mechanism
     units = machine.units
-    turned = degrees_of if angle == "deg" else np.asarray
+    in_unit = degrees_of if angle == "deg" else np.asarray
     # closing the loops finds velocities, but no accelerations
     found = 6 if solution.analysis == "close_loops" else 9
     keys, at_points = BODY[:found], POINT[: found - found // 3]
     giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
-    measures = {name: _measure(solution, m, turned) for name, m in machine.measures.items()}
+    measures = {name: _measure(solution, m, in_unit) for name, m in machine.measures.items()}
     return {
         **heading(machine.name, solution.analysis, unit_symbols(units, angle), solution),
         "t": _list(solution.t),
         "bodies": {
             body.name: {
-                key: _list(turned(history.angle) if key == "angle" else getattr(history, key))
+                key: _list(in_unit(history.angle) if key == "angle" else getattr(history, key))
                 for history in [solution[body.name]]
                 for key in keys
             }
@@ -75,7 +75,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
         "powers": {name: _list(one) for name, one in driving_powers(solution).items()},
         "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
-        "loads": _loads(solution, turned),
+        "loads": _loads(solution, in_unit),
         **_signals(solution, angle),
         **friction_data(solution),
         "measures": measures,
@@ -149,7 +149,7 @@ def _reactions(solution: Solution) -> dict[str, Any]:
     return found
 
 
-def _loads(solution: Solution, turned: Callable[[Any], np.ndarray]) -> dict[str, Any]:
+def _loads(solution: Solution, in_unit: Callable[[Any], np.ndarray]) -> dict[str, Any]:
     """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
     found = {}
     for load in solution.mechanism.loads:
@@ -158,7 +158,7 @@ def _loads(solution: Solution, turned: Callable[[Any], np.ndarray]) -> dict[str,
             history = solution.load(load.name)
             own = _fields(history, keys)
             if "angle" in own:
-                own["angle"] = _list(turned(history.angle))
+                own["angle"] = _list(in_unit(history.angle))
             found[load.name] = {"on": history.on, "by": history.by, **own}
     return found
 
@@ -179,14 +179,14 @@ def _signals(solution: Solution, angle: str) -> dict[str, Any]:
 
 
 def _measure(
-    solution: Solution, measure: Any, turned: Callable[[Any], np.ndarray]
+    solution: Solution, measure: Any, in_unit: Callable[[Any], np.ndarray]
 ) -> list[float | None] | None:
     """History of a measure; None where it needs forces, which the analysis does not find."""
     if not found_by(solution, measure):
         return None
     values, dimension, _ = measured(solution, measure)
     plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    return _list(turned(values) if plain_angle else values)
+    return _list(in_unit(values) if plain_angle else values)
 
 
 def error_data(error: Exception) -> dict[str, Any]:

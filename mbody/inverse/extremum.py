@@ -225,7 +225,7 @@ class Profile:
         """
         for column in range(self.y.shape[1] - 1):
             for sign in (1.0, -1.0):
-                for k in self._turns(column, sign):
+                for k in self._local_extrema(column, sign):
                     self._summit(column, sign, k)
             y = self.y[:, column]
             change = np.flatnonzero(
@@ -234,7 +234,7 @@ class Profile:
             for a, b in self.x[np.stack([change, change + 1], axis=1)]:
                 self._zero(column, float(a), float(b))
 
-    def _turns(self, column: int, sign: float) -> list[float]:
+    def _local_extrema(self, column: int, sign: float) -> list[float]:
         """Samples next to which a side condition may be met, or broken, between samples alone."""
         y, found = sign * self.y[:, column], []
         for k in range(1, len(self.x) - 1):
@@ -377,8 +377,9 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
 
 #: An unknown without bounds is sought up to so many steps from the start, then farther.
 WIDTHS = (1e3, 1e6)
-#: The angle of a driver without bounds is sought over so many turns to both sides, then farther.
-TURNS = (1.0, 4.0)
+#: The angle of a driver without bounds is sought over so many revolutions to both sides, then
+#: farther.
+REVOLUTIONS = (1.0, 4.0)
 
 
 class Unbounded(Exception):
@@ -424,8 +425,8 @@ class _Range:
         self.even = one.angle
         if one.angle:
             self.stops = False, False
-            low = low if math.isfinite(low) else min(self.start, high) - width * one.turn
-            high = high if math.isfinite(high) else max(self.start, low) + width * one.turn
+            low = low if math.isfinite(low) else min(self.start, high) - width * one.revolution
+            high = high if math.isfinite(high) else max(self.start, low) + width * one.revolution
         else:
             low = max(low, self.start - width)
             high = min(high, self.start + width)
@@ -467,7 +468,7 @@ class _Range:
 
 def extremum(one: SearchVariable, values: Values, slopes: Slopes, noise: Array) -> Extremum:
     """Where the last column is greatest while no other is negative. `noise` (columns,)."""
-    for width in TURNS if one.angle else WIDTHS:
+    for width in REVOLUTIONS if one.angle else WIDTHS:
         space = _Range(one, width)
         profile = space.profile(values, slopes, noise)
         best = profile.best(space.s(space.start))
@@ -610,7 +611,7 @@ class _Hill:
     def _box(self, middle: Array, half_width: float) -> tuple[Array, Array]:
         """Bounds of a search about a place: those of the unknowns, where they have none, so far."""
         bounds = np.array([one.bounds for one in self.wanted])
-        far = np.array([one.turn or half_width for one in self.wanted])
+        far = np.array([one.revolution or half_width for one in self.wanted])
         return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
 
     def _linearized_at(self, x: Array) -> _Place | None:

@@ -592,8 +592,8 @@ def solve_for(
     mechanism: sampled adaptively, with every summit, every place where a side condition begins to
     bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
     where the mechanism cannot be analysed, or far away, and a note says so; the angle of a driver
-    is searched a turn to both sides. Several unknowns are sought by climbs from several starts,
-    which are checked by samples.
+    is searched a revolution to both sides. Several unknowns are sought by climbs from several
+    starts, which are checked by samples.
 
     Examples
     --------

@@ -54,7 +54,8 @@ class SearchVariable:
       its bounds.
     `scale`: What is one step.
     `steady`: Whether no position depends on it.
-    `angle`: Whether it is the angle of a driver: positions are the same after a turn, as a rule.
+    `angle`: Whether it is the angle of a driver: positions are the same after a revolution, as a
+      rule.
     """
 
     unknown: Unknown
@@ -69,7 +70,7 @@ class SearchVariable:
     angle: bool = False
 
     @property
-    def turns(self) -> bool:
+    def revolves(self) -> bool:
         """Whether it is the angle of a driver without bounds."""
         return self.angle and not (math.isfinite(self.low) or math.isfinite(self.high))
 
@@ -79,8 +80,8 @@ class SearchVariable:
         return self.low / self.scale, self.high / self.scale
 
     @property
-    def turn(self) -> float:
-        """A whole turn in steps, of the angle of a driver; else 0."""
+    def revolution(self) -> float:
+        """A whole revolution in steps, of the angle of a driver; else 0."""
         return 2.0 * math.pi / self.scale if self.angle else 0.0
 
     @property
@@ -89,7 +90,7 @@ class SearchVariable:
         low, high, start = (part / self.scale for part in (self.low, self.high, self.start))
         if math.isfinite(low) and math.isfinite(high):
             return np.linspace(low, high, 73)
-        if self.turns:
+        if self.revolves:
             grid = start + np.linspace(0.0, 2.0 * math.pi, 73) / self.scale
         else:
             powers = 10.0 ** np.linspace(-3.0, 3.0, 37)
@@ -103,15 +104,15 @@ class SearchVariable:
         return (u + slack) * self.scale >= self.low and (u - slack) * self.scale <= self.high
 
     def unwound(self, u: float) -> float:
-        """A value, in steps, without whole turns away from the start."""
-        if not self.turns:
+        """A value, in steps, without whole revolutions away from the start."""
+        if not self.revolves:
             return u
-        start, turn = self.start / self.scale, 2.0 * math.pi / self.scale
-        return start + math.remainder(u - start, turn) if abs(u - start) > 0.5 * turn else u
+        start, period = self.start / self.scale, 2.0 * math.pi / self.scale
+        return start + math.remainder(u - start, period) if abs(u - start) > 0.5 * period else u
 
     def apart(self, a: float, b: float) -> float:
         """How far two values are from each other, in steps."""
-        if self.turns:
+        if self.revolves:
             return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
         return abs(a - b)
 
@@ -143,8 +144,8 @@ class TrialResult:
 
     def leaps_from(self, near: TrialResult) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
-        turned = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
-        return turned > tol.BRANCH_LEAP or self.side != near.side
+        rotation = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
+        return rotation > tol.BRANCH_LEAP or self.side != near.side
 
 
 class Trials:

@@ -93,8 +93,8 @@ class Anchors:
         steps = {name: self._step(name) * chance.uniform(0.5, 1.5) for name in names}
         steps = {name: step for name, step in steps.items() if step}
         # directions of markers turn shapes, for which there are no rules
-        self.turns = {name: step for name, step in steps.items() if MARKER.search(name)}
-        self.steps = {name: step for name, step in steps.items() if name not in self.turns}
+        self.rotations = {name: step for name, step in steps.items() if MARKER.search(name)}
+        self.steps = {name: step for name, step in steps.items() if name not in self.rotations}
         self.other_system = self._changed(self.steps)
         self.driven = len(scene.run) > 1 and scene.run.analysis in DRIVEN
         try:
@@ -406,12 +406,12 @@ class _Follower(Anchors):
     def _body(self, carrier: Carrier) -> str:
         """Whose anchors the points of a carrier have; "" where its axes begin elsewhere."""
         name, x, y = carrier.start
-        if x == y == 0.0 and name == carrier.turn:
+        if x == y == 0.0 and name == carrier.rotates_with:
             return name
         for load in self.system.mechanism.loads:
             if isinstance(load, ReciprocatingCylinder):
                 site = self.shown.pose.site(load, "j")
-                if carrier.start == site and carrier.turn == load.i.body:
+                if carrier.start == site and carrier.rotates_with == load.i.body:
                     return f"{load.name}.piston"
         return ""
 
@@ -512,8 +512,8 @@ class _Follower(Anchors):
         near = 2.0 * self.shown.size("pin")
         own = [
             n
-            for n in self._anchors_on(shown.carrier.turn)
-            if self.anchors[n].key != shown.carrier.turn
+            for n in self._anchors_on(shown.carrier.rotates_with)
+            if self.anchors[n].key != shown.carrier.rotates_with
         ]
         far = [
             n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
@@ -572,14 +572,14 @@ class _Follower(Anchors):
 
     def _unmoved(self, loose: Sequence[int], alike: bool) -> dict[str, str]:
         """Which numbers move shapes that have no rule."""
-        if not loose and not self.turns:
+        if not loose and not self.rotations:
             return {}
         found: dict[str, str] = {}
         everything = range(len(self.base.record.shapes))
         tested: list[tuple[str, Sequence[int]]] = [(name, loose) for name in self.steps]
-        tested += [(name, everything) for name in self.turns]
+        tested += [(name, everything) for name in self.rotations]
         for name, moves in tested:
-            step = self.steps.get(name) or self.turns[name]
+            step = self.steps.get(name) or self.rotations[name]
             try:
                 made = self._sketch(self._changed({name: step})).record.shapes
             except (ModelError, SolveError):

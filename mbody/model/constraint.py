@@ -40,7 +40,9 @@ DIMENSIONS = {"l": "length", "a": "angle"}
 
 
 class TurnRow(NamedTuple):
-    """A row that counts whole turns: the factors of the bodies' angles, and what is left of it."""
+    """A row that counts whole revolutions: the factors of the bodies' angles, and what is left of
+    it.
+    """
 
     factors: dict[str, Any]
     left: Any
@@ -68,7 +70,8 @@ class Constraint(Element):
     rows : str
         What each row measures, a letter a row: ``"l"`` a length, ``"a"`` an angle.
     counts_turns : bool
-        Whether a row distinguishes an angle from the same angle one turn further, see `turn_row`.
+        Whether a row distinguishes an angle from the same angle one revolution further, see
+        `turn_row`.
     """
 
     rows: ClassVar[str] = "l"
@@ -107,13 +110,13 @@ class Constraint(Element):
         return self.bodies
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
-        """The row that counts turns, at a pose; None where there is none."""
+        """The row that counts revolutions, at a pose; None where there is none."""
         return None
 
     @property
     def meshes(self) -> bool:
-        """Whether two wheels turn on each other: half a turn further of the line of centres the row
-        that counts turns is zero as well, and other teeth meet.
+        """Whether two wheels turn on each other: half a revolution further of the line of centres
+        the row that counts revolutions is zero as well, and other teeth meet.
         """
         return False
 

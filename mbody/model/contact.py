@@ -53,16 +53,16 @@ def rolling_from(
     """
     parameters = list(row.parameters)
     (ix, iy), (jx, jy) = _arm_end(row, 0, at, poses), _arm_end(row, 1, at, poses)
-    turned_i, turned_j = poses[row.i][2], poses[row.j][2]
+    rotation_i, rotation_j = poses[row.i][2], poses[row.j][2]
     dx, dy = jx - ix, jy - iy
     if row.kind == "rack":
         ux, uy, radius = parameters[4:]
-        c, s = np.cos(turned_i), np.sin(turned_i)
-        along = (c * ux - s * uy) * dx + (s * ux + c * uy) * dy + radius * (turned_j - turned_i)
+        c, s = np.cos(rotation_i), np.sin(rotation_i)
+        along = (c * ux - s * uy) * dx + (s * ux + c * uy) * dy + radius * (rotation_j - rotation_i)
         parameters[0], parameters[1] = parameters[0] + along * ux, parameters[1] + along * uy
     else:
         i, j = parameters[4], parameters[5]
-        parameters[6] = np.arctan2(dy, dx) - i * turned_i - j * turned_j
+        parameters[6] = np.arctan2(dy, dx) - i * rotation_i - j * rotation_j
     return replace(row, parameters=parameters, active_set=False)
 
 
@@ -287,14 +287,14 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
     bodies = _body(edged[0]), _body(one[0])
     shifted = [ix - radius * uy, iy + radius * ux, *arm, -uy, ux]
     normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, active_set=True)
-    turning = not isinstance(one[1], CORNERS)
-    along = [ix, iy, *arm, ux, uy, *([radius] if turning else [])]
-    kind = "rack" if turning else "coordinate"
+    rolls = not isinstance(one[1], CORNERS)
+    along = [ix, iy, *arm, ux, uy, *([radius] if rolls else [])]
+    kind = "rack" if rolls else "coordinate"
     tangent = ConstraintPrimitive(kind, *bodies, "l", along, active_set=True)
     solid = type(edged[1]).__name__.lower()
     begin = (ix, iy), (ux, uy), length
     arcs = _arcs(at, one, True, None)
-    return ContactCandidate(normal, tangent, 1.0, swapped, begin, arm, turning, solid, radius, arcs)
+    return ContactCandidate(normal, tangent, 1.0, swapped, begin, arm, rolls, solid, radius, arcs)
 
 
 def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:

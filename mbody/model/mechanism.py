@@ -90,8 +90,8 @@ def whole(machine: Any) -> tuple[Any, ...]:
         for name, formula in machine.formulas.items()
         if machine.parameters.used_by(formula)
     }
-    turning = [d for d in machine.drivers if d.angular]
-    angles = {name for d in turning for name in (d.name, getattr(d, "body", d.name))}
+    angular = [d for d in machine.drivers if d.angular]
+    angles = {name for d in angular for name in (d.name, getattr(d, "body", d.name))}
     given = [machine.ask.at if machine.ask else {}]
     given += [question.at for question in machine.questions.values()]
     positions = [
@@ -207,7 +207,7 @@ class Mechanism:
             self._take_curves(curves)
         #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
         self.file_notes: tuple[str, ...] = ()
-        self.g = self.units.g if g is None else self._turning(g)
+        self.g = self.units.g if g is None else self._gravity(g)
         if self.g <= 0.0:
             raise ModelError(
                 f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "
@@ -232,7 +232,7 @@ class Mechanism:
             for _, formula in formulas_in(one.given):
                 self.fixed_parameters |= self.parameters.used_by(formula)
 
-    def _turning(self, g: Any) -> float:
+    def _gravity(self, g: Any) -> float:
         """The number that turns weights into masses; its parameters cannot be changed later."""
         given = number(g, "acceleration", self.name, "g")
         if isinstance(given, Formula):

@@ -24,7 +24,7 @@ MOTION = {
     **dict.fromkeys(("vx", "vy"), "velocity"),
     **dict.fromkeys(("ax", "ay"), "acceleration"),
 }
-TURNING = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+ROTATION = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
 #: The origin of a link's axes, unless it has a point of that name.
 ORIGIN = "origin"
 #: Keys of quantities that follow from forces: they are known when the formula has been evaluated.
@@ -119,7 +119,7 @@ def _known(element: Element, point: str) -> Mapping[str, str]:
             raise FormulaError(
                 f"'{element.name}' has no point '{point}' (it has: {listed(points)})"
             )
-        whole = MOTION if point else MOTION | TURNING
+        whole = MOTION if point else MOTION | ROTATION
         return {key: dimension for key, dimension in whole.items() if key not in OF_FORCES}
     if point:
         raise FormulaError(f"'{element.name}' has no points: it is no body")

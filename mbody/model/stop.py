@@ -212,7 +212,7 @@ class Freewheel(OneSided):
 
     ω_j − ω_i ≥ 0 and the torque T ≥ 0 of i on j with T (ω_j − ω_i) = 0: it holds without play at
     whatever angle it is, and separates as soon as it would have to hold back. Pins keep the bodies
-    in place. Where it is turned the wrong way by an impact it holds without rebound.
+    in place. Where it is rotated the wrong way by an impact it holds without rebound.
 
     Parameters
     ----------

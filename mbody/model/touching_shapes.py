@@ -219,7 +219,7 @@ def _arc(shape: Disc | Ring, body: str, name: str) -> tuple[Any, Any]:
 
 
 def _refuse_no_arcs(name: str, begin: Any, end: Any) -> None:
-    """Refuse arcs without length, or of a turn and more, of one design or of a batch."""
+    """Refuse arcs without length, or of a revolution and more, of one design or of a batch."""
     body, _, shape = name.partition(".")
     for first, last in zip(*map(np.ravel, np.broadcast_arrays(begin, end)), strict=True):
         if not 0.0 < last - first < math.tau:

@@ -102,11 +102,11 @@ class Evaluator:
     `count`: How many designs were analysed.
     """
 
-    def __init__(self, job: Job, names: Sequence[str], turning: str) -> None:
+    def __init__(self, job: Job, names: Sequence[str], revolving: str) -> None:
         assert job.grid is not None
         system = job.system
         self.system, self.names, self.analysis = system, list(names), job.analysis
-        self.before, self.turning, self.count = job.before, turning, 0
+        self.before, self.revolving, self.count = job.before, revolving, 0
         keys = "t", "drive", "turn", "instants", "turns"
         self.how = [job.how.get(key) for key in keys]
         two = system.with_values({name: [system.values[name]] * 2 for name in names})
@@ -199,7 +199,7 @@ class Evaluator:
             start = self._closed(system, grid)
             pose = start.work.q[:, 0].copy()
             run = self._follow(Runner(system, self.analysis), start, grid)
-            instants = DrivenInstants(run, self.names, self.turning)
+            instants = DrivenInstants(run, self.names, self.revolving)
             whole = instants.at(np.arange(len(run)), self.loads)
         except (ModelError, SolveError, PathEnded, _NotClosed):
             return None

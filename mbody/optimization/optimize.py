@@ -475,8 +475,8 @@ def optimize(
         screen = Screen(None, motion, goals, limits)
     else:
         job = _job(system, ranges, Screen.columns(goals, limits), analysis, options)
-        turned = revolving_driver(system, job.how.get("turn"))
-        screen = Screen(job, Evaluator(job, names, turned), goals, limits)
+        revolving = revolving_driver(system, job.how.get("turn"))
+        screen = Screen(job, Evaluator(job, names, revolving), goals, limits)
     seen = counted("searches") if progress is True else progress or None
     search = MultiStart(screen.evaluator, screen, ranges, starts, seed, seen)
     if len(goals) == 2:

@@ -87,9 +87,9 @@ ANGLE = DIMENSIONS["angle"]
 #: Quantities of which a rate by another one is written in words.
 PER = ("length", "mass", "angle", "force", "torque", "power", "current", "voltage", "temperature")
 LONG_NAME = 4  # letters of a unit of pint that is allowed without a number
-TURNING = ("sin", "cos", "tan")
+TRIGONOMETRIC = ("sin", "cos", "tan")
 #: Functions that give a plain number, whatever the units of their arguments.
-APART = (*TURNING, "sign", "step")
+APART = (*TRIGONOMETRIC, "sign", "step")
 INVERSE = ("asin", "acos", "atan", "atan2")
 SI = unit_system("SI")
 
@@ -366,7 +366,7 @@ class _Evaluation:
         first = dimensions[0]
         for other in dimensions[1:]:
             self.alike(f"gives '{function}'", first, other)
-        if function in TURNING:
+        if function in TRIGONOMETRIC:
             if first not in (NUMBER, ANGLE):
                 raise FormulaError(f"'{function}' takes an angle, not {dimension_text(first)}")
             result = NUMBER

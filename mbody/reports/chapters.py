@@ -353,7 +353,7 @@ def joints(subject: Subject) -> list[Block]:
         np.array([getattr(r, key)[k] for k, (*_, r) in zip(at, found)]) for key in ("fx", "fy")
     )
     torque = np.array([r.torque[peak(r.torque)] for *_, r in found])
-    turning = subject.floor * run.system.length
+    torque_floor = subject.floor * run.system.length
     columns = [
         Cells("force", [book(name) for name, *_ in found], text=True),
         Cells("joint", [joint for _, joint, _ in found], text=True),
@@ -368,12 +368,12 @@ def joints(subject: Subject) -> list[Block]:
         Cells("F_{x} there", numbers(fx, subject.floor), subject.unit("force")),
         Cells("F_{y} there", numbers(fy, subject.floor), subject.unit("force")),
     ]
-    if (np.abs(torque) > turning).any():
-        columns.append(Cells("peak torque", numbers(torque, turning), subject.unit("torque")))
+    if (np.abs(torque) > torque_floor).any():
+        columns.append(Cells("peak torque", numbers(torque, torque_floor), subject.unit("torque")))
     columns.append(Cells("uniqueness", [uniqueness_text(r) for *_, r in found], text=True))
     blocks: list[Block] = [Grid("Forces of the joints", columns)]
     blocks += [Text(note)] if note else []
-    if (np.abs(torque) > turning).any():
+    if (np.abs(torque) > torque_floor).any():
         blocks.append(Text("Torques are about the joint's place on its body j."))
     return blocks
 
@@ -476,7 +476,7 @@ def energy(subject: Subject) -> list[Block]:
             continue
         try:
             found = fluctuation(run, driver.name)
-        except ModelError:  # of part of a turn, or of a cycle that does not close
+        except ModelError:  # of part of a revolution, or of a cycle that does not close
             continue
         curves.append(_curve(f"fed by {driver.name} less its mean", found.energy, unit))
         # a mean of equal instants is no closer than that where the torque has corners
@@ -526,16 +526,18 @@ def shaking(subject: Subject) -> list[Block]:
     moment = float(np.nanmax(np.abs(found.moment)))
     if greatest <= subject.floor and moment <= subject.floor * run.system.length:
         return []
-    turns = moment > subject.floor * run.system.length
-    at = [peak(size), *([peak(found.moment)] * turns)]
+    has_moment = moment > subject.floor * run.system.length
+    at = [peak(size), *([peak(found.moment)] * has_moment)]
     force, torque = subject.unit("force"), subject.unit("torque")
     differ = np.hypot(found.fx - found.fx_inertia, found.fy - found.fy_inertia)
     columns = [
         Cells(
-            "quantity", ["shaking force", *(["shaking moment about the origin"] * turns)], text=True
+            "quantity",
+            ["shaking force", *(["shaking moment about the origin"] * has_moment)],
+            text=True,
         ),
         Cells("peak", [number(greatest), *(number(float(found.moment[k])) for k in at[1:])]),
-        Cells("unit", [force, *([torque] * turns)], text=True),
+        Cells("unit", [force, *([torque] * has_moment)], text=True),
         *where_columns(subject, at),
     ]
     part = float(np.nanmax(differ)) / (greatest or 1.0)
@@ -551,7 +553,7 @@ def shaking(subject: Subject) -> list[Block]:
         ),
     ]
     if subject.many:
-        kind, turning = DIMENSIONS["force"], DIMENSIONS["torque"]
+        kind, moment_kind = DIMENSIONS["force"], DIMENSIONS["torque"]
         panels = [
             [
                 PlottedCurve("along x", found.fx, kind, force, of="force on the frame"),
@@ -559,8 +561,8 @@ def shaking(subject: Subject) -> list[Block]:
                 PlottedCurve("magnitude", size, kind, force, of="force on the frame"),
             ]
         ]
-        panels += [[PlottedCurve("moment", found.moment, turning, torque)]] * turns
-        caption = "Shaking force and shaking moment" if turns else "Shaking force"
+        panels += [[PlottedCurve("moment", found.moment, moment_kind, torque)]] * has_moment
+        caption = "Shaking force and shaking moment" if has_moment else "Shaking force"
         blocks.append(Picture("shaking", untitled(plot_curves(run, panels)), caption))
     return blocks
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Free motions and parts of the input that are listed.
 SHOWN = 40
-#: Instants beside the first that a sketch of a whole turn shows, faded.
+#: Instants beside the first that a sketch of a whole revolution shows, faded.
 FADED = 3
 #: Fields of a body that the table of links has.
 OWN = ("mass", "weight", "inertia", "cg", "points", "guess")

@@ -179,9 +179,9 @@ def run_of(
 ) -> tuple[Solution, list[int]]:
     """The result that a report shows, and the instants that were asked for in it.
 
-    A mechanism that asks for single instants is analysed over its whole turn as well where it can
-    turn, so that peaks are those of the cycle; the instants are then marked in it. With an assembly
-    mode, which is one of the first instant, they stay alone.
+    A mechanism that asks for single instants is analysed over its whole revolution as well where it
+    can turn, so that peaks are those of the cycle; the instants are then marked in it. With an
+    assembly mode, which is one of the first instant, they stay alone.
     """
     if to is not None or (mechanism.simulation is not None and wanted is None):
         if assembly is not None:
@@ -200,7 +200,7 @@ def run_of(
     ask = wanted or mechanism.ask
     single = ask is not None and not ask.over
     alone = ask is not None and single and all(len(row) == 1 for row in ask.at.values())
-    if alone and assembly is None and _turns(mechanism):
+    if alone and assembly is None and _revolves(mechanism):
         try:
             whole = analyse_at(mechanism, "kinetostatics", cycle(mechanism, ask))
             asked = analyse_at(mechanism, "kinetostatics", ask)
@@ -235,7 +235,7 @@ def _between(
     return whole, [round(n * (len(whole) - 1) / (count - 1)) for n in range(count)]
 
 
-def _turns(mechanism: Mechanism) -> bool:
+def _revolves(mechanism: Mechanism) -> bool:
     """Whether one driver of an angle moves by its law."""
     from mbody.system.assembler import assemble
 
@@ -250,7 +250,7 @@ def _turns(mechanism: Mechanism) -> bool:
 
 
 def _nearest(whole: Solution, asked: Solution) -> int:
-    """The instant of the whole turn at which the driver is as nearly as it can be."""
+    """The instant of the whole revolution at which the driver is as nearly as it can be."""
     for driver in whole.mechanism.drivers:
         value = whole.driven(driver.name)[0]
         if np.ptp(value) > 0.0:

@@ -88,14 +88,14 @@ def contact_wrench(
     candidates = contact.candidates(solution.system.numbers)
     for n, e in enumerate(solution.system.primitives_of[contact.name]):
         candidate = candidates[n % len(candidates)]
-        x, y, turning = (forces(e, k) for k in (2, 3, 4))
+        x, y, couple = (forces(e, k) for k in (2, 3, 4))
         second = i if candidate.swapped else j
         at = solution[second]
         px, py = _arm_of_torque(contact, solution, at)
         sign = 1.0 if second == body else -1.0
         fx, fy = fx + sign * x, fy + sign * y
         dx, dy = at.x + px - own.x, at.y + py - own.y
-        torque = torque + sign * (turning + dx * y - dy * x)
+        torque = torque + sign * (couple + dx * y - dy * x)
     return fx, fy, torque
 
 

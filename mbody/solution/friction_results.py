@@ -381,10 +381,10 @@ def _choices(
                     yield both, (n, sign)
         return
     change = rates[:, 1]
-    turns = rest & (np.abs(change) > RATE_NONE_SLIDING * np.abs(change).max(initial=0.0))
+    starts = rest & (np.abs(change) > RATE_NONE_SLIDING * np.abs(change).max(initial=0.0))
     for sign in (-1.0, 1.0):
-        own = np.where(turns, sign * np.sign(change), slip_signs)
-        yield from ((both, None) for both in slip_signs_with_resting(own, rest & ~turns))
+        own = np.where(starts, sign * np.sign(change), slip_signs)
+        yield from ((both, None) for both in slip_signs_with_resting(own, rest & ~starts))
 
 
 def slip_signs_with_resting(slip_signs: Array, still: Array) -> Iterator[Array]:
@@ -431,12 +431,12 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
 def _coefficient(solution: Result, pair: FrictionPair, design: int) -> float:
     """The coefficient of friction of a joint by its attribute, or what stands for it."""
     values = solution.system.values
-    for name, turned in (("friction", False), ("resistance", False), ("efficiency", True)):
+    for name, complement in (("friction", False), ("resistance", False), ("efficiency", True)):
         value = values.get(f"{pair.joint}.{name}")
         if value is not None:
             each = np.ravel(value)
             own = float(each[design % each.size])
-            return 1.0 - own if turned else own
+            return 1.0 - own if complement else own
     return 0.0
 
 
@@ -577,11 +577,11 @@ def _reaction_range(solution: Any, plain: Reaction, joint: Any) -> ForceRange:
     else:
         rows = solution.system.primitives_of[joint.name]
         sign = 1.0 if plain.on == joint.j.body else -1.0
-        x, y, turning = (
+        x, y, couple = (
             sum(sign * forces[..., PER_PRIMITIVE * e + n] for e in rows) for n in (2, 3, 4)
         )
-        every = [reaction_torque(solution, joint, *one) for one in zip(x, y, turning, strict=True)]
-        parts = x, y, np.array(every).reshape(np.shape(turning))
+        every = [reaction_torque(solution, joint, *one) for one in zip(x, y, couple, strict=True)]
+        parts = x, y, np.array(every).reshape(np.shape(couple))
     ends = [
         _limits(getattr(plain, key), part)
         for key, part in zip(("fx", "fy", "torque"), parts, strict=True)

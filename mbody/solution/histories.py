@@ -542,8 +542,8 @@ class EventRecord:
 
 # -- The certificate of a result: its status, doubts and notes, see `mbody.solution.checks` ----
 #
-# Residuals cost a third of the kinetostatics of a turn. They are computed when `status`, `doubts`
-# or `notes` is first read, so a user who reads numbers alone does not pay for them.
+# Residuals cost a third of the kinetostatics of a revolution. They are computed when `status`,
+# `doubts` or `notes` is first read, so a user who reads numbers alone does not pay for them.
 
 T = TypeVar("T")
 R = TypeVar("R", bound=Result)

@@ -638,7 +638,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     """Dimension of the history `key` of a body, a point, a joint, a load or a driver; FormulaError
     where there is none.
     """
-    from mbody.model.states import MOTION, ORIGIN, TURNING
+    from mbody.model.states import MOTION, ORIGIN, ROTATION
 
     element, _, point = owner.partition(".")
     known_name = element == "ground" or element in mechanism
@@ -646,7 +646,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
         raise FormulaError(f"there is no body '{element}' (there are: {_bodies(mechanism)})")
     owned: Any = mechanism.element_or_group(element)
     if owned.role == "body":
-        known = MOTION if point else MOTION | TURNING
+        known = MOTION if point else MOTION | ROTATION
         if point and point != ORIGIN and point not in owned.points:
             known_points = listed(owned.points)
             raise FormulaError(f"'{element}' has no point '{point}' (it has: {known_points})")
@@ -679,8 +679,8 @@ def _coordinate(run: Result, joint: Joint, key: str) -> Any:
     if key == "travel":
         return ux * dx + uy * dy
     (vix, viy), (vjx, vjy) = (velocity(run, joint, side) for side in ("i", "j"))
-    turning = i.omega * (ux * dy - uy * dx)
-    return ux * (vjx - vix) + uy * (vjy - viy) + turning
+    rotation = i.omega * (ux * dy - uy * dx)
+    return ux * (vjx - vix) + uy * (vjy - viy) + rotation
 
 
 def _history(run: Result, owner: str, key: str) -> Any:

@@ -115,8 +115,8 @@ class TracedInstant(Solution):
             return LoadHistory(name, action.j, action.i, *parts)
         f = self._value(own, action.signals[0], self.t)
         if action.kind == "torque":
-            turn: tuple[Any, Any] = relative_angle(self, own) if own.by_angle else (None, None)
-            return LoadHistory(name, action.j, action.i, zero, zero, f, zero, None, *turn)
+            rotation: tuple[Any, Any] = relative_angle(self, own) if own.by_angle else (None, None)
+            return LoadHistory(name, action.j, action.i, zero, zero, f, zero, None, *rotation)
         body = self[action.j]
         angle = body.angle * p[4]
         c, s = np.cos(angle), np.sin(angle)

@@ -112,8 +112,8 @@ def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
     c, s, w = np.cos(angle), np.sin(angle), body.omega
     along, across = c * x + s * y, c * y - s * x
     rate = c * vx + s * vy + w * across
-    turning = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
-    return along, rate, c * ax + s * ay + turning
+    rotation = body.alpha * across - w * w * along + 2.0 * w * (c * vy - s * vx)
+    return along, rate, c * ax + s * ay + rotation
 
 
 def _apart(result: Any, element: Any) -> list[tuple[Any, Any]]:

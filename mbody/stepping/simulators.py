@@ -151,14 +151,14 @@ def _on_lanes(
     places = [m for m, one in enumerate(given) if one.key in PLACES]
     rates = [m for m, one in enumerate(given) if one.key not in PLACES]
     driven = _driven(system, tuple((given[m].body, given[m].key) for m in places))
-    turning = _driven(system, tuple((given[m].body, PLACE[given[m].key]) for m in rates))
-    if driven is None or turning is None:
+    driven_rates = _driven(system, tuple((given[m].body, PLACE[given[m].key]) for m in rates))
+    if driven is None or driven_rates is None:
         return base, base, np.zeros(count, dtype=bool)
     # elsewhere something has to be as near as possible, which is not for these kernels
     resting = not rates and not system.drivers
-    if driven.rows != n or not (resting or turning.rows == n):
+    if driven.rows != n or not (resting or driven_rates.rows == n):
         return base, base, np.zeros(count, dtype=bool)
-    driven, turning = _repeated(driven, count), _repeated(turning, count)
+    driven, driven_rates = _repeated(driven, count), _repeated(driven_rates, count)
     poses = np.hstack([base, np.zeros((count, 3))])
     own = len(system.drivers)
     first = np.full((count, own + len(places)), np.nan)
@@ -179,9 +179,9 @@ def _on_lanes(
     speeds = np.full((count, own + len(rates)), np.nan)
     speeds[:, own:] = values[rates].T
     v, off = np.empty((count, n)), np.empty(count)
-    work = turning.work()
+    work = driven_rates.work()
     work.time[:] = t
-    project_designs(turning.layout, work, turning.par, poses, speeds, v, off)
+    project_designs(driven_rates.layout, work, driven_rates.par, poses, speeds, v, off)
     good &= (
         np.isfinite(poses).all(axis=1) & np.isfinite(v).all(axis=1) & (off <= tol.VELOCITIES_AGREE)
     )

@@ -124,9 +124,9 @@ class MotionWriter(FunctionWriter):
                 at = b.add(place, b.mul(row, ir.Constant(I64, self.lanes)))
                 self._put("ends", row, self._load(self._element(self.buffer, at)))
             with otherwise, b.if_then(b.icmp_signed("==", place, ir.Constant(I64, self.lanes - 1))):
-                self._turn(b.sub(k, place))
+                self._transpose(b.sub(k, place))
 
-    def _turn(self, first: Any) -> None:
+    def _transpose(self, first: Any) -> None:
         """A full buffer into the output (rows, lanes, instants), from instant `first` on: by
         squares that fit into the registers of most processors.
         """

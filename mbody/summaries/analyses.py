@@ -309,12 +309,12 @@ def _dead_centres(found: DeadCentres) -> str:
     angular = found.angular
     shown = [_dead_value(found, value) for value in found.values.tolist()]
     proof = "; it is proven that there are no more" if found.complete else ""
-    turns = ""
+    note = ""
     if angular and shown:
-        turns = f". '{found.driver}' does not turn all the way round in every mode"
+        note = f". '{found.driver}' does not turn all the way round in every mode"
     elif angular:
-        turns = ". Whether it turns all the way round in every mode is not proven"
-    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{turns}"
+        note = ". Whether it turns all the way round in every mode is not proven"
+    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{note}"
 
 
 # -- The readable summary of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
@@ -356,8 +356,8 @@ def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     least = [_least(e.stiffness) for e in shown]
     one = all(len(e.motions) == 1 for e in shown)
     leaders = {e.motions[0].leader for e in shown}
-    turns = all(e.motions[0].turns for e in shown)
-    unit = found.units.of("torsion stiffness" if turns else "stiffness") if one else ""
+    angular = all(e.motions[0].turns for e in shown)
+    unit = found.units.of("torsion stiffness" if angular else "stiffness") if one else ""
     title = "stiffness" if one else "least stiffness"
     if one and len(leaders) == 1:
         title += f" of {leaders.pop()}"
@@ -389,7 +389,9 @@ def _bands(found: Equilibria) -> list[str]:
         [text if end else "" for text, end in zip(numbers(part, floor), ended)]
         for part in poses[:, :2].T
     ]
-    turned = [angles([angle])[0] if end else "no end" for angle, end in zip(poses[:, 2], ended)]
+    angle_texts = [
+        angles([angle])[0] if end else "no end" for angle, end in zip(poses[:, 2], ended)
+    ]
     inside = [", ".join(str(k + 1) for k in band.positions) for _, band, _, _ in rows]
     columns = [
         Column(
@@ -399,7 +401,7 @@ def _bands(found: Equilibria) -> list[str]:
             "", [str(n) if word == "from" else "" for n, _, word, _ in rows], text=True, whole=True
         ),
         Column("", [word for _, _, word, _ in rows], text=True, whole=True),
-        Column("angle", turned, "deg"),
+        Column("angle", angle_texts, "deg"),
         Column("x", places[0], found.units.length),
         Column("y", places[1], found.units.length),
         Column(
@@ -571,10 +573,12 @@ def _table(found: Modes, one: ModesAt) -> list[str]:
         return ["no mode: nothing that is free has inertia"]
     time = found.units.time
     cycles = "Hz" if time == "s" else f"1/{time}"
-    frequencies, turning = [m.frequency for m in shown], [bool(m.frequency) for m in shown]
-    swinging = [cell if on else "" for cell, on in zip(numbers(frequencies), turning, strict=True)]
+    frequencies, oscillates = [m.frequency for m in shown], [bool(m.frequency) for m in shown]
+    swinging = [
+        cell if on else "" for cell, on in zip(numbers(frequencies), oscillates, strict=True)
+    ]
     hertz = [m.hertz for m in shown]
-    often = [cell if on else "" for cell, on in zip(numbers(hertz), turning, strict=True)]
+    often = [cell if on else "" for cell, on in zip(numbers(hertz), oscillates, strict=True)]
     damped = any(m.damping_ratio and m.frequency for m in shown)
     ratios = [number(m.damping_ratio) if m.frequency else "" for m in shown]
     decaying = [m.decay_rate for m in shown]
@@ -597,8 +601,8 @@ def _names(one: ModesAt) -> list[str]:
     names = list(one.linear.leaders)
     for n, motion in enumerate(one.linear.motions):
         if one.linear.leaders.count(motion.leader) > 1:
-            x, y, turn = np.abs(motion.rates[motion.leader])
-            names[n] = f"{'θ' if turn > 0.5 else 'x' if x > y else 'y'} of {motion.leader}"
+            x, y, rotation = np.abs(motion.rates[motion.leader])
+            names[n] = f"{'θ' if rotation > 0.5 else 'x' if x > y else 'y'} of {motion.leader}"
     return names
 
 

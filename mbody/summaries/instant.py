@@ -526,8 +526,8 @@ class _Rows:
             self.add(shown, self.unit("force"), reaction.magnitude, self.floor)
             there = reaction.magnitude > self.floor
             x, y = (np.where(np.abs(c) > self.floor, c, 0.0) for c in (reaction.fx, reaction.fy))
-            turned = angles(np.arctan2(y, x))
-            cells = [cell if seen else "" for cell, seen in zip(turned, there, strict=True)]
+            directions = angles(np.arctan2(y, x))
+            cells = [cell if seen else "" for cell, seen in zip(directions, there, strict=True)]
             self._row("", "deg", cells)
 
     def measures(self) -> None:
@@ -577,7 +577,7 @@ class _Summary:
         if self.forces:
             parts.append(self._joints())
         parts += [couplings(self.solution), contacts(self.solution)]
-        parts += [self._drivers(turns) for turns in (True, False)]
+        parts += [self._drivers(angular) for angular in (True, False)]
         parts += friction(self.solution)
         parts += signals(self.solution)
         parts.append(measures(self.solution))
@@ -672,24 +672,24 @@ class _Summary:
             for key in ("fx", "fy")
         )
         floor = force_floor(self.solution)
-        turning = [np.abs(joint_torque(self.mechanism, r)) for *_, r in found]
-        torque = np.array([np.fmax.reduce(one, axis=None) for one in turning])
-        turning = torque_cells(self.solution, torque, floor)
+        torques = [np.abs(joint_torque(self.mechanism, r)) for *_, r in found]
+        torque = np.array([np.fmax.reduce(one, axis=None) for one in torques])
+        torques = torque_cells(self.solution, torque, floor)
         lines = table(
             [
                 Column("PEAK FORCES", [name for name, *_ in found], text=True),
                 Column("magnitude @ dir.", polars(x, y, floor), self.unit("force")),
                 *self._places(at),
-                Column("peak torque", turning, self.unit("torque")),
+                Column("peak torque", torques, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
                 Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
             ]
         )
-        return [*lines, ABOUT] if any(turning) else lines
+        return [*lines, ABOUT] if any(torques) else lines
 
-    def _drivers(self, turns: bool) -> list[str]:
-        chosen = [d for d in self.mechanism.drivers if d.angular == turns]
+    def _drivers(self, angular: bool) -> list[str]:
+        chosen = [d for d in self.mechanism.drivers if d.angular == angular]
         if not chosen or not self.forces:
             return []
         efforts = np.array([self.solution.effort(driver.name) for driver in chosen])
@@ -697,11 +697,11 @@ class _Summary:
         weight = self._weights()
         mean = np.nansum((efforts * weight).reshape(len(chosen), -1), axis=1)
         square = np.nansum((efforts**2 * weight).reshape(len(chosen), -1), axis=1)
-        kind = self.unit("torque" if turns else "force")
-        floor = force_floor(self.solution) * (self.solution.system.length if turns else 1.0)
+        kind = self.unit("torque" if angular else "force")
+        floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
         columns = [
             Column(
-                "TORQUES" if turns else "DRIVERS",
+                "TORQUES" if angular else "DRIVERS",
                 [self.names[d.name][0] for d in chosen],
                 text=True,
             ),
@@ -768,7 +768,7 @@ class _Instant:
         if self.forces:
             parts.append(self._joints())
         parts += [couplings(self.solution), contacts(self.solution)]
-        parts += [self._drivers(turns) for turns in (True, False)]
+        parts += [self._drivers(angular) for angular in (True, False)]
         if self.forces and self.moves:
             parts.append(self._inertia())
         if self.forces:
@@ -810,8 +810,8 @@ class _Instant:
             floor = PRINTED_NONE * np.sqrt(acceleration)
             columns.append(Column("ω", ["", *numbers(omega, floor)], unit("angular velocity")))
         if self.accelerates:
-            turn = numbers(alpha, PRINTED_NONE * acceleration)
-            columns.append(Column("α", ["", *turn], unit("angular acceleration")))
+            alphas = numbers(alpha, PRINTED_NONE * acceleration)
+            columns.append(Column("α", ["", *alphas], unit("angular acceleration")))
             vector = polars(ax, ay, PRINTED_NONE * acceleration * length)
             columns.append(Column("a_G", ["", *vector], unit("acceleration")))
         return table(columns)
@@ -831,44 +831,44 @@ class _Instant:
         x, y = (np.array([getattr(r, k)[0] for *_, r in found]) for k in ("fx", "fy"))
         torque = np.array([joint_torque(self.mechanism, r)[0] for *_, r in found])
         floor, unit = force_floor(self.solution), self.unit("force")
-        turning = torque_cells(self.solution, torque, floor)
+        torques = torque_cells(self.solution, torque, floor)
         lines = table(
             [
                 Column("FORCES", [name for name, *_ in found], text=True),
                 Column("x", numbers(x, floor), unit),
                 Column("y", numbers(y, floor), unit),
                 Column("magnitude @ dir.", polars(x, y, floor), unit),
-                Column("torque", turning, self.unit("torque")),
+                Column("torque", torques, self.unit("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
                 Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
             ]
         )
-        return [*lines, ABOUT] if any(turning) else lines
+        return [*lines, ABOUT] if any(torques) else lines
 
-    def _drivers(self, turns: bool) -> list[str]:
+    def _drivers(self, angular: bool) -> list[str]:
         drivers = self.mechanism.drivers
-        chosen = [n for n, driver in enumerate(drivers) if driver.angular == turns]
+        chosen = [n for n, driver in enumerate(drivers) if driver.angular == angular]
         if not chosen:
             return []
         states = self.solution.drive_states
         assert states is not None  # one motion has them
         value, rate, change = states[0, chosen].T
         names = [drivers[n].name for n in chosen]
-        unit, per = self.unit, "angular " if turns else ""
+        unit, per = self.unit, "angular " if angular else ""
         columns = [Column("driver" if self.forces else "DRIVERS", names, text=True)]
         if self.forces:
             titles = [self.names[name][0] for name in names]
             columns.insert(0, Column("DRIVERS", titles, text=True))
             effort = np.array([self.solution.effort(name)[0] for name in names])
-            kind = "torque" if turns else "force"
-            floor = force_floor(self.solution) * (self.solution.system.length if turns else 1.0)
+            kind = "torque" if angular else "force"
+            floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
             effort = np.where(np.abs(effort) > floor, effort, 0.0)
             columns.append(Column(kind, numbers(effort), unit(kind)))
             if self.moves:
                 columns.append(Column("power", numbers(effort * rate), unit("power")))
                 columns += everyday(self.mechanism.units, "power", effort * rate)
-        if turns:
+        if angular:
             columns.append(
                 Column("angle", [f"{v + 0.0:.3f}" for v in np.degrees(value).round(3)], "deg")
             )

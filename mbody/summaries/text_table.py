@@ -246,8 +246,8 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
         found[joint.name] = (pair("F", by, on), on, False)
     for driver in mechanism.drivers:
         by, on = driver.bodies
-        turns = driver.angular
-        found[driver.name] = (pair("T" if turns else "F", by, on), on, not turns)
+        angular = driver.angular
+        found[driver.name] = (pair("T" if angular else "F", by, on), on, not angular)
     times = Counter(name for name, _, _ in found.values())
     return {
         element: (f"{name},{element}" if named or times[name] > 1 else name, on)

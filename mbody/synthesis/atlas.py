@@ -80,8 +80,8 @@ class Atlas:
         each = -(-count // EACH)
         shapes = np.repeat(own.shapes(each, rng), EACH, axis=0)[:count]
         signs = rng.choice(np.array(own.signs), count)
-        radius, turn = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
-        points = 0.5 + radius * np.exp(1j * turn)
+        radius, angle = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
+        points = 0.5 + radius * np.exp(1j * angle)
         curves = np.array([_curve(own, *one) for one in zip(shapes, signs, points, strict=True)])
         descriptors = np.array([curve_descriptor(curve) for curve in curves])
         return cls(kind, shapes, signs, points, descriptors)
@@ -177,7 +177,7 @@ def curve_descriptor(curve: np.ndarray) -> np.ndarray:
 
 
 def _curve(kind: Kind, shape: np.ndarray, sign: float, point: complex) -> np.ndarray:
-    """The path of P over a turn."""
+    """The path of P over a revolution."""
     s = np.arange(INSTANTS) * (2.0 * np.pi / INSTANTS)
     carrier = kind.curves(shape[None, :], sign, s)[0]
     length = shape[1] if kind.name == "four_bar" else 1.0

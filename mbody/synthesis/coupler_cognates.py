@@ -270,13 +270,13 @@ def _end(run: Solution, joint: Joint, body: str) -> complex:
     return _first_point(run.point(joint.i if joint.i.body == body else joint.j))
 
 
-def _turned(run: Solution, names: tuple[str, ...]) -> tuple[float, ...]:
+def _angles(run: Solution, names: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(float(run[name].angle[0]) for name in names)
 
 
 def _four_bar(run: Solution, coupler: str, first: Any, second: Any, p: complex) -> _Loop:
     (pin_a, crank, pivot_a), (pin_b, rocker, pivot_b) = first, second
-    angles = _turned(run, (crank, coupler, rocker))
+    angles = _angles(run, (crank, coupler, rocker))
     a, b = _end(run, pin_a, coupler), _end(run, pin_b, coupler)
     o1, o2 = _end(run, pivot_a, "ground"), _end(run, pivot_b, "ground")
     unit = [cmath.exp(-1j * angle) for angle in angles]
@@ -297,7 +297,7 @@ def _slider(
     run: Solution, coupler: str, first: Any, pin_b: Joint, guide: Joint, slider: str, p: complex
 ) -> _Loop:
     pin_a, crank, pivot = first
-    angles = _turned(run, (crank, coupler, slider))
+    angles = _angles(run, (crank, coupler, slider))
     a, b, o1 = _end(run, pin_a, coupler), _end(run, pin_b, coupler), _end(run, pivot, "ground")
     side = "i" if guide.i.body == "ground" else "j"
     line = float(run.system.numbers.angle(guide, side))

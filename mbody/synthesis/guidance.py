@@ -164,9 +164,9 @@ def _refined_pair(q: complex, m: complex, moves: Displacements) -> tuple[complex
 
 
 def _of_four(moves: Displacements) -> np.ndarray:
-    """Pairs along Burmester's curves of four poses, by the compatibility linkage: with the turns β
-    of the link, w (e^{iβ} − 1) + z (e^{iα} − 1) = δ has a solution where a determinant vanishes,
-    Δ₁ + Δ₂ e^{iβ₂} + Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄} = 0: a four-bar whose crank turns by β₂.
+    """Pairs along Burmester's curves of four poses, by the compatibility linkage: with the
+    rotations β of the link, w (e^{iβ} − 1) + z (e^{iα} − 1) = δ has a solution where a determinant
+    vanishes, Δ₁ + Δ₂ e^{iβ₂} + Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄} = 0: a four-bar whose crank turns by β₂.
     """
     r, t = moves
     a, d = r - 1.0, t  # of the point of the plane that is at the origin in the first pose
@@ -332,8 +332,15 @@ def _on_line(
 
 def _four_bars_of_4(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
     """Unknowns K1 cos ψ₀, K1 sin ψ₀, K2, K3, cos ψ₀, −sin ψ₀ up to a factor."""
-    turn = phi - psi
-    rows = [np.cos(psi), -np.sin(psi), -np.cos(phi), np.ones(4), -np.cos(turn), np.sin(turn)]
+    rotation = phi - psi
+    rows = [
+        np.cos(psi),
+        -np.sin(psi),
+        -np.cos(phi),
+        np.ones(4),
+        -np.cos(rotation),
+        np.sin(rotation),
+    ]
     line = _line(np.column_stack(rows))
     if line is None:
         return
@@ -347,9 +354,9 @@ def _four_bars_of_4(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
 
 def _four_bars_of_5(phi: np.ndarray, psi: np.ndarray) -> Iterator[Generated]:
     """Unknowns K1 e^{iψ₀}, K2 e^{iφ₀}, K3, e^{i(φ₀ − ψ₀)} up to a factor."""
-    turn = phi - psi
+    rotation = phi - psi
     rows = [np.cos(psi), -np.sin(psi), -np.cos(phi), np.sin(phi), np.ones(5)]
-    line = _line(np.column_stack([*rows, -np.cos(turn), np.sin(turn)]))
+    line = _line(np.column_stack([*rows, -np.cos(rotation), np.sin(rotation)]))
     if line is None:
         return
 
@@ -473,8 +480,8 @@ def _four_bar_deviation(y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sign: f
     length = np.abs(q)
     with np.errstate(invalid="ignore"):
         opening = np.arccos((length**2 + rocker**2 - coupler**2) / (2.0 * rocker * length))
-    turn = np.angle(q) + sign * opening - psi - second
-    return np.asarray(np.mod(turn + np.pi, 2.0 * np.pi) - np.pi)
+    rotation = np.angle(q) + sign * opening - psi - second
+    return np.asarray(np.mod(rotation + np.pi, 2.0 * np.pi) - np.pi)
 
 
 def _slider_deviation(y: np.ndarray, phi: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:

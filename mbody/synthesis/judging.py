@@ -184,8 +184,8 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
             f"synthesize: {len(table)} poses: a four-bar passes {POSES} exactly and no more: leave "
             "some out, or give the path of a point"
         )
-    turn = np.abs(np.diff(table[:, 2]))
-    if not (turn > tol.SYNTHESIS_ANGLE_STEP_LEAST).all():
+    rotation = np.abs(np.diff(table[:, 2]))
+    if not (rotation > tol.SYNTHESIS_ANGLE_STEP_LEAST).all():
         raise ModelError(
             "synthesize: two poses in succession have one angle: between them circle points are "
             "not determined; turn one of them slightly"
@@ -302,12 +302,13 @@ class Design:
         slider-cranks.
     transmission_min : float
         Least angle between coupler and rocker, or of the rod to the normal of the guide [rad]: of a
-        whole turn where the crank turns round, else from the first point to the last; NaN where it
-        is not known.
+        whole revolution where the crank turns round, else from the first point to the last; NaN
+        where it is not known.
     margins : dict
         Of the conditions in `subject_to`, by how much each is met, in its unit.
     cognates : tuple of Design
-        Other mechanisms of the same motion of the point with the same turn of the crank (Roberts).
+        Other mechanisms of the same motion of the point with the same rotation of the crank
+        (Roberts).
     zeros : (float, float) or None
         Of a function: what the angles of the crank and the output of the mechanism have more than
         the given inputs and outputs.
@@ -339,16 +340,16 @@ class Design:
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values, angles in ``"deg"`` or ``"rad"``."""
-        turned = math.degrees if angle == "deg" else float
+        in_unit = math.degrees if angle == "deg" else float
         values = {
-            name: turned(value) if name.endswith(".angle") else value
+            name: in_unit(value) if name.endswith(".angle") else value
             for name, value in self.values.items()
         }
         least = self.transmission_min
         return {
             "error": self.error,
             "values": values,
-            "transmission_min": None if math.isnan(least) else turned(least),
+            "transmission_min": None if math.isnan(least) else in_unit(least),
             "defects": list(self.defects),
             "order": self.order,
             "grashof": self.grashof,
@@ -434,15 +435,15 @@ def _unit(name: str, units: Any) -> str:
 
 #: Instants of the motion of which the transmission angle and conditions are taken.
 MOTION = 181
-#: A whole turn less rounding.
-TURN = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
+#: A whole revolution less rounding.
+REVOLUTION = 2.0 * math.pi - tol.SYNTHESIS_TURN_ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
 class Positions:
     """A design with the positions that it is to go through: a row of numbers, crank angles, the
-    direction in which the loop is closed at each; `fixed` where the turns between them are given;
-    `plane` is the angle of the axes of a plane that is guided to those of the carrier.
+    direction in which the loop is closed at each; `fixed` where the rotations between them are
+    given; `plane` is the angle of the axes of a plane that is guided to those of the carrier.
     """
 
     kind: Kind
@@ -473,7 +474,7 @@ class DesignMotion:
     `order`: bool
     `defects`: tuple of str
     `run`: At the points, where all were reached.
-    `motion`: Of the whole turn, or from the first point to the last.
+    `motion`: Of the whole revolution, or from the first point to the last.
     """
 
     system: System
@@ -509,17 +510,17 @@ def follow_design(positions: Positions, units: str) -> DesignMotion:
 
 
 def _crank_angles(positions: Positions) -> Any:
-    """Crank angles through all points, and whether they go one way within a turn."""
+    """Crank angles through all points, and whether they go one way within a revolution."""
     theta = positions.theta
     steps = np.diff(theta)
     if positions.fixed:
-        one_way = bool((steps > 0.0).all() or (steps < 0.0).all()) and abs(steps.sum()) < TURN
+        one_way = bool((steps > 0.0).all() or (steps < 0.0).all()) and abs(steps.sum()) < REVOLUTION
         yield theta, bool(one_way)
         return
     forward, backward = np.mod(steps, 2.0 * math.pi), -np.mod(-steps, 2.0 * math.pi)
-    for turns in sorted((forward, backward), key=lambda turns: abs(turns.sum())):
-        if abs(turns.sum()) < TURN:
-            yield theta[0] + np.concatenate([[0.0], np.cumsum(turns)]), True
+    for rotations in sorted((forward, backward), key=lambda rotations: abs(rotations.sum())):
+        if abs(rotations.sum()) < REVOLUTION:
+            yield theta[0] + np.concatenate([[0.0], np.cumsum(rotations)]), True
     shortest = np.mod(steps + math.pi, 2.0 * math.pi) - math.pi
     yield theta[0] + np.concatenate([[0.0], np.cumsum(shortest)]), False
 
@@ -543,7 +544,7 @@ def _points(there: np.ndarray) -> str:
 
 
 def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
-    if positions.kind.turns(positions.x):
+    if positions.kind.revolves(positions.x):
         angles = theta[0] + np.linspace(0.0, 2.0 * math.pi, MOTION)
     else:
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
@@ -574,7 +575,7 @@ class Candidate(Protocol):
         """Which links turn round, in words."""
         ...
 
-    def turns(self) -> bool:
+    def revolves(self) -> bool:
         """Whether the crank may turn round."""
         ...
 
@@ -640,7 +641,7 @@ class Judge:
         if any(self._alike(candidate.row, other) for other in self._seen):
             return
         self._seen.append(candidate.row)
-        if self.full_turn and not candidate.turns():
+        if self.full_turn and not candidate.revolves():
             self.refused["a crank that does not turn round"] += 1
             return
         design, why = self._design(candidate)

@@ -25,7 +25,7 @@ def carrier(
     """The link from A to B with its point P, at a rough direction.
 
     Its axes are at A, with x to B; or, where `plane` is a number, those of the plane that is
-    guided: at P, turned from them by that angle [rad].
+    guided: at P, rotated from them by that angle [rad].
 
     >>> carrier("coupler", 2.0, 1.0 + 1.0j, 0.0, None).points["P"]
     (1.0, 1.0)
@@ -81,8 +81,10 @@ class FourBar:
         while len(found) < count:
             r = np.exp(rng.uniform(np.log(LOW), np.log(HIGH), (4 * count, 3)))
             sides = np.sort(np.column_stack([np.ones(len(r)), r]), axis=1)
-            turns = sides[:, 1] + sides[:, 2] - sides[:, 0] - sides[:, 3] > MARGIN
-            found = np.vstack([found, r[turns & (r[:, 0] < np.minimum(1.0, r[:, 1:].min(axis=1)))]])
+            grashof = sides[:, 1] + sides[:, 2] - sides[:, 0] - sides[:, 3] > MARGIN
+            found = np.vstack(
+                [found, r[grashof & (r[:, 0] < np.minimum(1.0, r[:, 1:].min(axis=1)))]]
+            )
         found = found[:count]
         drag = found[::DRAG_LINKS].copy()  # ground and crank change places
         found[::DRAG_LINKS] = np.column_stack([np.ones(len(drag)), drag[:, 1:]]) / drag[:, :1]
@@ -161,7 +163,7 @@ class FourBar:
         )
         return machine
 
-    def turns(self, x: np.ndarray) -> bool:
+    def revolves(self, x: np.ndarray) -> bool:
         """Whether the crank turns round."""
         return inversion(*_sides(x)) in ("crank-rocker", "double crank")
 
@@ -330,7 +332,7 @@ class SliderCrank:
         )
         return machine
 
-    def turns(self, x: np.ndarray) -> bool:
+    def revolves(self, x: np.ndarray) -> bool:
         """Whether the crank turns round."""
         return bool(abs(x[4]) + abs(x[3]) < abs(x[5]))
 
@@ -441,7 +443,7 @@ class Kind(Protocol):
         """Description of the mechanism with these unknowns."""
         ...
 
-    def turns(self, x: np.ndarray) -> bool:
+    def revolves(self, x: np.ndarray) -> bool:
         """Whether the crank turns round."""
         ...
 
@@ -458,7 +460,7 @@ class Kind(Protocol):
         ...
 
     def cognate(self, x: np.ndarray, theta: np.ndarray, sign: float) -> tuple[Any, ...] | None:
-        """The mechanism that traces the same path with the same turn of its crank."""
+        """The mechanism that traces the same path with the same rotation of its crank."""
         ...
 
 

@@ -39,9 +39,9 @@ from mbody.synthesis.linkage_kinds import Kind
 # shape and every timing the three numbers are the solution of a linear least-squares problem
 # (variable projection: G. Golub, V. Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432).
 
-#: Positions of the crank in a turn at which curves are known to the search.
+#: Positions of the crank in a revolution at which curves are known to the search.
 INSTANTS = 180
-#: How much of a turn an open path without timing may take, in degrees.
+#: How much of a revolution an open path without timing may take, in degrees.
 SPANS = (20, 40, 60, 90, 120, 150, 180, 240, 300)
 #: Of phases of open paths every third is tried.
 STRIDE = 3
@@ -79,14 +79,14 @@ class PlacedCurve:
 
 
 def timings(
-    points: np.ndarray, timing: np.ndarray | None, closed: bool, turn: float = 2.0 * np.pi
+    points: np.ndarray, timing: np.ndarray | None, closed: bool, period: float = 2.0 * np.pi
 ) -> np.ndarray:
-    """Timings that are tried, as instants of a turn, (timings, points); they may exceed the turn,
+    """Timings that are tried, as instants of a revolution, (timings, points); they may exceed it,
     which may be another range of the driver.
     """
     count, whole = len(points), np.arange(INSTANTS)[:, None]
     if timing is not None:
-        return whole + np.rint(timing / turn * INSTANTS).astype(int)
+        return whole + np.rint(timing / period * INSTANTS).astype(int)
     chords = np.abs(np.diff(points, append=points[:1]))
     if not closed:
         chords = chords[:-1]
@@ -226,8 +226,8 @@ def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, free: b
     whole[:, kind.crank_number] += crank
     whole[:, kind.point_number] += carrier
     whole[:, kind.point_number + 1] += 1j * carrier
-    turned = 1j * x[kind.crank_number] * crank + 1j * arm * carrier * by_angle
-    whole = np.column_stack([whole, np.diag(turned) if free else turned])
+    rotated = 1j * x[kind.crank_number] * crank + 1j * arm * carrier * by_angle
+    whole = np.column_stack([whole, np.diag(rotated) if free else rotated])
     return np.vstack([whole.real, whole.imag])
 
 
@@ -261,9 +261,9 @@ class LinkageCandidate:
         """Which links turn round, in words."""
         return self.positions.kind.described(self.positions.x)
 
-    def turns(self) -> bool:
+    def revolves(self) -> bool:
         """Whether the crank turns round."""
-        return self.positions.kind.turns(self.positions.x)
+        return self.positions.kind.revolves(self.positions.x)
 
     def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """Drive the crank through the points; a crank that turns round does in any case."""
@@ -294,7 +294,9 @@ class LinkageCandidate:
         return float(self.positions.kind.transmission(found.motion).min())
 
     def cognate(self) -> LinkageCandidate | None:
-        """Roberts' cognate with the same turn of the crank, where it is wanted and there is one."""
+        """Roberts' cognate with the same rotation of the crank, where it is wanted and there is
+        one.
+        """
         at = self.positions
         other = at.kind.cognate(at.x, at.theta, at.signs[0]) if self.with_cognate else None
         if other is None:
@@ -416,8 +418,8 @@ def _function_candidate(one: FunctionDesign) -> LinkageCandidate:
     output = np.angle(closed) if angular else np.array(closed)
 
     def off(values: np.ndarray) -> np.ndarray:
-        turn = values - one.output
-        return np.abs(np.mod(turn + np.pi, 2.0 * np.pi) - np.pi if angular else turn)
+        difference = values - one.output
+        return np.abs(np.mod(difference + np.pi, 2.0 * np.pi) - np.pi if angular else difference)
 
     def measured(run: Any) -> np.ndarray:
         # the guide of the slider is the x axis, its crank turns about the origin
@@ -434,9 +436,9 @@ def _pose_candidate(one: GuidedDesign) -> LinkageCandidate:
     own = ((pin - one.where) / axes)[0], positions.x[5] * np.exp(-1j * (positions.plane or 0.0))
 
     def off(where: np.ndarray, angle: np.ndarray) -> np.ndarray:
-        turned = np.exp(1j * angle)
-        first = where + own[0] * turned - one.where - own[0] * axes
-        return np.maximum(np.abs(first), np.abs(first + own[1] * (turned - axes)))
+        rotation = np.exp(1j * angle)
+        first = where + own[0] * rotation - one.where - own[0] * axes
+        return np.maximum(np.abs(first), np.abs(first + own[1] * (rotation - axes)))
 
     def measured(run: Any) -> np.ndarray:
         place = run.measure(f"{name}.P.x") + 1j * run.measure(f"{name}.P.y")

@@ -79,9 +79,9 @@ class Demand:
     `timing` (points,): Values of the driver at the points: of a path their differences count.
     `fixed`: Whether the values themselves count.
     `closed`, `angular`: Whether the path is closed, and whether an output is an angle, of which
-      turns do not count.
+      revolutions do not count.
     `span`: Range of the driver that is searched.
-    `whole`: Whether that is a turn.
+    `whole`: Whether that is a revolution.
     `by`: Bounds by name.
     `point`: The numbers of `by` that are coordinates of the point on its body, x and y, or empty.
     `body`: That body.
@@ -176,15 +176,15 @@ def _placed(
     """The place of the point on its body that suits every timing best, within bounds: what is left
     of the distances, and the numbers of each timing.
     """
-    turned = (off[0] + 1j * off[1]) * np.exp(-1j * angle)  # in the axes of the body
-    shift = turned.mean(axis=-1)
+    rotated = (off[0] + 1j * off[1]) * np.exp(-1j * angle)  # in the axes of the body
+    shift = rotated.mean(axis=-1)
     rows = np.tile(x, (len(shift), 1))
     names = list(demand.by)
     for name, part in zip(demand.point, (shift.real, shift.imag), strict=True):
         k = names.index(name)
         rows[:, k] = np.clip(rows[:, k] + part, *demand.by[name])
     moved = [rows[:, names.index(name)] - x[names.index(name)] for name in demand.point]
-    left = turned - (moved[0] + 1j * moved[1])[:, None]
+    left = rotated - (moved[0] + 1j * moved[1])[:, None]
     return np.stack([left.real, left.imag]), rows
 
 
@@ -423,7 +423,7 @@ class _ModelCandidate:
     def misses(self) -> np.ndarray:
         return self.found.misses
 
-    def turns(self) -> bool:
+    def revolves(self) -> bool:
         """Whether the driver may turn round, which following it decides."""
         return self.demand.whole
 
@@ -451,17 +451,17 @@ class _ModelCandidate:
         return DesignMotion(system, theta, order, defects, run, motion)
 
     def _motion(self, system: System, theta: np.ndarray) -> tuple[Any, str]:
-        """The whole turn at the rate of the law where the driver turns round, else from the first
-        point to the last; and what stopped the turn.
+        """The whole revolution at the rate of the law where the driver turns round, else from the
+        first point to the last; and what stopped it.
         """
         stop = ""
         if self.demand.whole:
             try:
                 first = float(theta[0])
-                turn = first + np.linspace(0.0, 2.0 * math.pi, MOTION)
+                angles = first + np.linspace(0.0, 2.0 * math.pi, MOTION)
                 name = self.demand.driver
                 rate = float(kinematics(system).measure(f"{name}.rate")[0])
-                return kinetostatics(system, drive={name: (turn, rate)}), ""
+                return kinetostatics(system, drive={name: (angles, rate)}), ""
             except SolveError as error:
                 stop = str(error).partition(";")[0]
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)

@@ -186,11 +186,11 @@ def _quantity(
         return _beside_line(steps, owned, at, key)
     if owned.role == "load":
         if key == "angle" or owned.by_angle:
-            return _turned(steps, owned.by, owned.body, rate)
+            return _relative_angle(steps, owned.by, owned.body, rate)
         return _stretched(steps, owned, at, rate)
     if "angle" in owned.coordinates:
         i, j = owned.bodies
-        found = _turned(steps, i, j, rate)
+        found = _relative_angle(steps, i, j, rate)
         if rate:
             return found
         return found + steps.number(at.angle(owned, "j") - at.angle(owned, "i"))
@@ -201,7 +201,7 @@ def driven_coordinate(steps: StepList, driver: Any, at: Numbers, rate: bool = Fa
     """The coordinate of a driver, or its rate."""
     if isinstance(driver, AngleDriver):
         i, j = driver.bodies
-        return _turned(steps, i, j, rate)
+        return _relative_angle(steps, i, j, rate)
     if isinstance(driver, DistanceDriver):
         return _stretched(steps, driver, at, rate)
     return _travelled(steps, driver, at, rate)
@@ -286,19 +286,19 @@ def _beside_line(steps: StepList, load: Any, at: Numbers, key: str) -> Recorded:
     speed along the line, and the rate of j.
     """
     if key == "spin":
-        return _turned(steps, load.i.body, load.j.body, True)
+        return _relative_angle(steps, load.i.body, load.j.body, True)
     across = 0.0 if key == "speed" else 0.5 * np.pi
     return _travelled(steps, load, at, key != "height", across)
 
 
 def _travelled(
-    steps: StepList, element: Any, at: Numbers, rate: bool, turned: float = 0.0
+    steps: StepList, element: Any, at: Numbers, rate: bool, rotation: float = 0.0
 ) -> Recorded:
-    """Displacement of the place on j along the x axis of the marker on i, which may be `turned`
-    before [rad], or its rate.
+    """Displacement of the place on j along the x axis of the marker on i, which may have a
+    `rotation` before [rad], or its rate.
     """
     (dx, dy), (vx, vy) = _ends(steps, element, at)
-    angle, body = at.angle(element, "i") + turned, element.place("i").body
+    angle, body = at.angle(element, "i") + rotation, element.place("i").body
     ux, uy = _directed(steps, body, (np.cos(angle), np.sin(angle)))
     if not rate:
         return ux * dx + uy * dy
@@ -306,7 +306,7 @@ def _travelled(
     return ux * vx + uy * vy + w * (ux * dy - uy * dx)
 
 
-def _turned(steps: StepList, i: str, j: str, rate: bool) -> Recorded:
+def _relative_angle(steps: StepList, i: str, j: str, rate: bool) -> Recorded:
     """Angle of body j from body i, or its rate."""
     kind = "velocity" if rate else "position"
     return steps.read(kind, j, 2) - steps.read(kind, i, 2)
@@ -316,7 +316,7 @@ def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
     """Argument of the law of a spring or a damper: stretch or rate, angle or rate."""
     rate = not load.free
     found = (
-        _turned(steps, load.by, load.body, rate)
+        _relative_angle(steps, load.by, load.body, rate)
         if load.by_angle
         else _stretched(steps, load, at, rate)
     )
@@ -488,7 +488,7 @@ def along_motion(rate_of: Callable[[str], Derivative], accelerated: bool = False
         if kind == "position":
             return steps.read("velocity", *rest)
         if kind == "turn":
-            return _turning(steps, *rest) * steps.read("velocity", rest[0], 2)
+            return _pair_derivative(steps, *rest) * steps.read("velocity", rest[0], 2)
         if kind == "velocity" and accelerated:
             return steps.read("acceleration", *rest)
         return _of_time(steps, what, rate_of)
@@ -503,13 +503,13 @@ def by_coordinate(body: str, axis: int) -> Rule:
         if what == ("position", body, axis):
             return steps.number(1.0)
         if axis == 2 and what[:2] == ("turn", body):
-            return _turning(steps, *what[1:])
+            return _pair_derivative(steps, *what[1:])
         return None
 
     return rule
 
 
-def _turning(steps: StepList, body: str, part: int) -> Recorded:
+def _pair_derivative(steps: StepList, body: str, part: int) -> Recorded:
     """The derivative of a body's cos θ (part 0) or sin θ by θ."""
     if part:
         return steps.read("turn", body, 0)

@@ -119,7 +119,7 @@ class _Link:
         self.centre = float(at.x[instant]), float(at.y[instant])
 
     def found(self) -> LinkEquations:
-        turning = {driver.name for driver in self.machine.drivers if driver.angular}
+        angular = {driver.name for driver in self.machine.drivers if driver.angular}
         wrenches = free_body(self.run, self.body, self.k)
         touching = Counter(one.cause for one in wrenches if one.kind == "contact")
         counted: Counter[str] = Counter()
@@ -130,7 +130,7 @@ class _Link:
                 self._force(wrench, by_name=False, place=str(counted[wrench.cause]))
             elif wrench.kind == "joint":
                 self._joint(wrench)
-            elif wrench.kind == "driver" and wrench.cause in turning:
+            elif wrench.kind == "driver" and wrench.cause in angular:
                 self._torque(wrench, *self._named(wrench.cause))
             elif wrench.kind == "driver":
                 self._force(wrench, by_name=True)

@@ -41,8 +41,8 @@ DRAWS = 200
 STEPS = 10
 #: Positions are multiples of so many degrees.
 DEGREES = 5
-#: Instants of a turn at which a design must close.
-TURN = 73
+#: Instants of a revolution at which a design must close.
+REVOLUTION_INSTANTS = 73
 
 
 @dataclass(frozen=True)
@@ -142,8 +142,8 @@ def exercises(
 ) -> ExerciseSheet:
     """Draw designs with round numbers that can be built, and ask for their motion and forces.
 
-    A design is kept where its loops close, over the whole turn if the driver of the first design
-    makes one, and where no transmission angle is less than 30 deg.
+    A design is kept where its loops close, over the whole revolution if the driver of the first
+    design makes one, and where no transmission angle is less than 30 deg.
 
     Parameters
     ----------
@@ -180,24 +180,24 @@ def exercises(
     if not bounds:
         raise ModelError("exercises: nothing differs between them: give a parameter to vary")
     draw_from, first = random.Random(seed), make({})
-    turns, seen, found = _turns(first), set(), []
+    revolves, seen, found = _revolves(first), set(), []
     cycles: dict[tuple[str, ...], Solution | None] = {}
     for _ in range(DRAWS * count):
         values = {name: one.drawn(draw_from) for name, one in bounds.items()}
         degrees = DEGREES * draw_from.randrange(360 // DEGREES)
         own = tuple(values.values())
-        if (key := (*own, degrees) if turns else own) in seen:
+        if (key := (*own, degrees) if revolves else own) in seen:
             continue
         seen.add(key)
         if own not in cycles:
-            cycles[own] = _cycle(make(values), turns)
-        if (one := _built(cycles[own], values, degrees, turns)) is not None:
+            cycles[own] = _cycle(make(values), revolves)
+        if (one := _built(cycles[own], values, degrees, revolves)) is not None:
             found.append(one)
         if len(found) == count:
             return ExerciseSheet(tuple(found), _questions(first, found), _key(first, found))
     raise ModelError(
         f"exercises: of {len(seen)} drawn designs {len(found)} can be built"
-        f"{' and turned' if turns else ''} with a transmission angle of at least 30 deg, "
+        f"{' and turned' if revolves else ''} with a transmission angle of at least 30 deg, "
         f"{count} are wanted: vary within other bounds"
     )
 
@@ -259,22 +259,22 @@ def _step(span: float) -> float:
     )
 
 
-def _turns(machine: Mechanism) -> bool:
-    """Whether the driver of the first design makes whole turns."""
+def _revolves(machine: Mechanism) -> bool:
+    """Whether the driver of the first design makes whole revolutions."""
     if len(machine.drivers) != 1 or not machine.drivers[0].angular:
         return False
     try:
-        kinematics(machine, turn=True, instants=TURN)
+        kinematics(machine, turn=True, instants=REVOLUTION_INSTANTS)
     except (ModelError, SolveError):
         return False
     return True
 
 
-def _cycle(machine: Mechanism, turns: bool) -> Solution | None:
-    """The turn of a design, or its first instant, where it can be built."""
+def _cycle(machine: Mechanism, revolves: bool) -> Solution | None:
+    """The revolution of a design, or its first instant, where it can be built."""
     try:
-        if turns:
-            cycle = kinematics(machine, turn=True, instants=TURN)
+        if revolves:
+            cycle = kinematics(machine, turn=True, instants=REVOLUTION_INSTANTS)
         else:
             cycle = analyse_at(machine, "kinetostatics", machine.ask).take([0])
     except SolveError:
@@ -285,13 +285,13 @@ def _cycle(machine: Mechanism, turns: bool) -> Solution | None:
 
 
 def _built(
-    cycle: Solution | None, values: dict[str, str], degrees: int, turns: bool
+    cycle: Solution | None, values: dict[str, str], degrees: int, revolves: bool
 ) -> Exercise | None:
     """The exercise, where the design can be built."""
     if cycle is None:
         return None
     least = least_transmission(cycle)
-    if not turns:
+    if not revolves:
         return Exercise(values, "", cycle, least)
     machine = cycle.mechanism
     body = machine.drivers[0].bodies[1]

@@ -479,11 +479,11 @@ class _Walk:
             index = (*index, body)
         angle = float(np.arctan2(relative[1], relative[0]))
         vector = LoopVector(
-            "link", index, body, float(np.hypot(*relative)), angle, *self._turning(body)
+            "link", index, body, float(np.hypot(*relative)), angle, *self._angular_rates(body)
         )
         return (1 if forward else -1), vector
 
-    def _turning(self, body: str) -> tuple[float, float]:
+    def _angular_rates(self, body: str) -> tuple[float, float]:
         at = self.run.body(body)
         return float(at.omega[self.k]), float(at.alpha[self.k])
 
@@ -503,7 +503,7 @@ class _Walk:
         angle = float(self.run.body(body).angle[self.k] + self.run.system.numbers.angle(joint, "i"))
         u = np.array([np.cos(angle), np.sin(angle)])
         n = np.array([-u[1], u[0]])
-        omega, alpha = self._turning(body)
+        omega, alpha = self._angular_rates(body)
         s, across = float(u @ relative.d), float(n @ relative.d)
         yield LoopVector(
             "slide",
@@ -602,14 +602,14 @@ def vector_symbols(solution: Solution, vector: LoopVector, floor: float) -> Vect
     """The symbols of a vector with its numbers."""
     links = ["ground", *(body.name for body in solution.mechanism.bodies)]
     index, length = vector.index, solution.system.length
-    turns: tuple[str, ...] = index
+    link_index: tuple[str, ...] = index
     if vector.body:
-        turns = (str(links.index(vector.body) + 1),)
+        link_index = (str(links.index(vector.body) + 1),)
     # a body between the same joints as another one is told apart by its number
     if vector.kind == "link" and len(index) > 2:
-        index = (*index[:2], *turns)
+        index = (*index[:2], *link_index)
     letter = "s" if vector.kind == "slide" else "r"
-    turning = vector.body != "ground"
+    rotates = vector.body != "ground"
 
     def known(letter: str, index: tuple[str, ...], value: float, dots: int = 0) -> Symbol:
         return Symbol(letter, index, vanishing(value, floor), dots)
@@ -618,8 +618,8 @@ def vector_symbols(solution: Solution, vector: LoopVector, floor: float) -> Vect
     return VectorSymbols(
         r=Symbol(letter, index, vector.r),
         angle=Symbol("θ", index, vector.angle),
-        rate=known("ω", turns, vector.rate) if turning else None,
-        second=known("α", turns, vector.second) if turning else None,
+        rate=known("ω", link_index, vector.rate) if rotates else None,
+        second=known("α", link_index, vector.second) if rotates else None,
         r_rate=Symbol(letter, index, vanishing(vector.r_rate, rates), 1) if vector.varies else None,
         r_second=(
             Symbol(letter, index, vanishing(vector.r_second, rates), 2) if vector.varies else None
@@ -662,7 +662,7 @@ def _terms(sign: int, one: VectorSymbols, order: int, axis: int) -> list[Term]:
     """Parts of the derivative of that order of r e^{iθ} along x (0) or y (1)."""
     # along e^{iθ}, and along i e^{iθ}
     along = Factor(one.angle, ("cos", "sin")[axis])
-    across, turned = Factor(one.angle, ("sin", "cos")[axis]), (-1, 1)[axis]
+    across, across_sign = Factor(one.angle, ("sin", "cos")[axis]), (-1, 1)[axis]
     r, rate, second = one.r, one.rate, one.second
     if order == 0:
         return [Term(sign, [Factor(r), along])]
@@ -671,15 +671,15 @@ def _terms(sign: int, one: VectorSymbols, order: int, axis: int) -> list[Term]:
         if one.r_rate:
             found.append(Term(sign, [Factor(one.r_rate), along]))
         if rate:
-            found.append(Term(sign * turned, [Factor(r), Factor(rate), across]))
+            found.append(Term(sign * across_sign, [Factor(r), Factor(rate), across]))
         return found
     if one.r_second:
         found.append(Term(sign, [Factor(one.r_second), along]))
     if rate and second:
         if one.r_rate:
-            found.append(Term(sign * turned, [Factor(one.r_rate), Factor(rate), across], 2))
+            found.append(Term(sign * across_sign, [Factor(one.r_rate), Factor(rate), across], 2))
         found.append(Term(-sign, [Factor(r), Factor(rate, power=2), along]))
-        found.append(Term(sign * turned, [Factor(r), Factor(second), across]))
+        found.append(Term(sign * across_sign, [Factor(r), Factor(second), across]))
     return found
 
 

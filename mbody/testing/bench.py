@@ -411,10 +411,10 @@ class Bench:
 
     def other_world(self, rng: np.random.Generator) -> dict[str, Frame]:
         """Another place of the whole world; turned if the element does not know its axes."""
-        turned = "ground" not in _by_angle(self.element)
+        rotated = "ground" not in _by_angle(self.element)
         if self.element.role == "load" and len(mentioned(self.element)) < 2:
-            turned = bool(getattr(self.element, "follows", mentioned(self.element)))
-        return {"ground": _frame(rng, self.length, turned)}
+            rotated = bool(getattr(self.element, "follows", mentioned(self.element)))
+        return {"ground": _frame(rng, self.length, rotated)}
 
     def other_centres(self, rng: np.random.Generator) -> dict[str, Array]:
         """How far each mass centre moves, in the old link axes."""
@@ -440,12 +440,12 @@ class Bench:
     def carried(self, state: BenchState, axes: Frames, centres: Shifts | None = None) -> BenchState:
         """The state in the coordinates of the redrawn bench."""
         world = axes.get("ground", STILL)
-        turn = rotation(world[0])
+        matrix = rotation(world[0])
         q, v = state.q.reshape(-1, 3).copy(), state.v.reshape(-1, 3).copy()
         for n, body in enumerate(self.bodies):
             x, y = rotation(q[n, 2]) @ (centres or {}).get(body.name, np.zeros(2))
-            q[n, :2] = turn @ (q[n, :2] + (x, y)) + world[1:]
-            v[n, :2] = turn @ (v[n, :2] + v[n, 2] * np.array([-y, x]))
+            q[n, :2] = matrix @ (q[n, :2] + (x, y)) + world[1:]
+            v[n, :2] = matrix @ (v[n, :2] + v[n, 2] * np.array([-y, x]))
             q[n, 2] += world[0] - axes.get(body.name, STILL)[0]
         return BenchState(state.t, q.ravel(), v.ravel())
 
@@ -484,8 +484,8 @@ def _pair(rng: np.random.Generator, length: float) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _frame(rng: np.random.Generator, length: float, turned: bool) -> Frame:
-    return (float(rng.uniform(1.0, 5.0)) if turned else 0.0, *_pair(rng, length))
+def _frame(rng: np.random.Generator, length: float, rotated: bool) -> Frame:
+    return (float(rng.uniform(1.0, 5.0)) if rotated else 0.0, *_pair(rng, length))
 
 
 def _pair_of(point: Point) -> tuple[float, float]:
@@ -500,9 +500,9 @@ def _in_axes(frame: Frame, point: Point) -> tuple[float, float]:
 
 
 def _spread(angle: float, old: Any) -> SecondMoments:
-    """Second moments of a body in axes from which it looks turned by the angle."""
-    turn = rotation(angle)
-    moments = turn @ np.array([[old.xx, old.xy], [old.xy, old.yy]]) @ turn.T
+    """Second moments of a body in axes from which it looks rotated by the angle."""
+    matrix = rotation(angle)
+    moments = matrix @ np.array([[old.xx, old.xy], [old.xy, old.yy]]) @ matrix.T
     return SecondMoments(float(moments[0, 0]), float(moments[1, 1]), float(moments[0, 1]))
 
 

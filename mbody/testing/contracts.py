@@ -344,13 +344,13 @@ def _joint_in_moved_world(
     ledger: Ledger, bench: Bench, state: BenchState, moved: Bench, world: Frames
 ) -> None:
     """The whole world elsewhere: still closed, and the reactions have gone along."""
-    there, turn = bench.carried(state, world), world["ground"][0]
-    note = "" if turn else "moved, not turned: it measures angles from the world's x axis"
+    there, angle = bench.carried(state, world), world["ground"][0]
+    note = "" if angle else "moved, not turned: it measures angles from the world's x axis"
     gap = np.abs(moved.rows(there).phi) / bench.length
     text = "with the whole world moved, row {row} of Φ is no longer zero"
     ledger.require("world", gap, text, note)
     old, new = bench.reactions(state)[1], moved.reactions(there)[1]
-    off = new - np.column_stack([old[:, :2] @ rotation(turn).T, old[:, 2]])
+    off = new - np.column_stack([old[:, :2] @ rotation(angle).T, old[:, 2]])
     scale = np.array([bench.length, bench.length, 1.0])
     error = float(np.abs(off * scale).max() / max(TINY, np.abs(old * scale).max()))
     text = "with the whole world moved, its reaction does not go along"
@@ -449,9 +449,9 @@ def _load_in_moved_world(
     ledger: Ledger, bench: Bench, state: BenchState, forces: Array, moved: Bench, world: Frames
 ) -> None:
     """The whole world elsewhere: the forces have gone along."""
-    turn = world["ground"][0]
-    note = "" if turn else "moved, not turned: it has to do with the world's axes"
-    expected = np.column_stack([forces[:, :2] @ rotation(turn).T, forces[:, 2]])
+    angle = world["ground"][0]
+    note = "" if angle else "moved, not turned: it has to do with the world's axes"
+    expected = np.column_stack([forces[:, :2] @ rotation(angle).T, forces[:, 2]])
     error = _change(bench, expected, moved.forces(bench.carried(state, world)))
     text = "with the whole world moved, its forces do not go along"
     ledger.require("world", error, text, note)

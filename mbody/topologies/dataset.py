@@ -242,7 +242,7 @@ class _Growth:
         self.path[:, 0], self.path[:, 2] = self.joints[:, 0, None], self.joints[:, 2, None]
         crank = self.joints[:, 1] - self.joints[:, 0]
         angles = np.linspace(0.0, turn, ANGLES)
-        self.path[:, 1] = self.joints[:, 0, None] + _turned(crank[:, None], angles)
+        self.path[:, 1] = self.joints[:, 0, None] + _rotated(crank[:, None], angles)
         self.links[:, 0, :2] = 0, 1
 
     def arrays(self) -> dict[str, np.ndarray]:
@@ -304,10 +304,10 @@ class _Growth:
         def placed(rest: np.ndarray, x: np.ndarray, every: int) -> Placed:
             start, foot = self.path[rest, i[rest], ::every], self.path[rest, p[rest], ::every]
             along = self.path[rest, q[rest], ::every] - foot
-            turned = np.arctan2(along[..., 1], along[..., 0])
-            turned = turned - turned[:, :1]
-            angle = directions[rest, None] + turned
-            through = foot + _turned((x - self.joints[rest, p[rest]])[:, None], turned)
+            rotation = np.arctan2(along[..., 1], along[..., 0])
+            rotation = rotation - rotation[:, :1]
+            angle = directions[rest, None] + rotation
+            through = foot + _rotated((x - self.joints[rest, p[rest]])[:, None], rotation)
             u = np.stack([np.cos(angle), np.sin(angle)], axis=2)
             d = through - start
             length = ((x - self.joints[rest, i[rest]]) ** 2).sum(axis=1)[:, None]
@@ -382,7 +382,7 @@ class _Growth:
         self.alive[rest] = False
 
 
-def _turned(v: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def _rotated(v: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Vectors (…, 2) turned by angles."""
     c, s = np.cos(angles), np.sin(angles)
     return np.stack([c * v[..., 0] - s * v[..., 1], s * v[..., 0] + c * v[..., 1]], axis=-1)

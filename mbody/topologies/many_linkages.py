@@ -249,11 +249,11 @@ class _GroupContinuation:
         """
         L, size = self.system.layout, len(work.q)
         laws = L.law_par[L.primitive_signal[self.group.plan.drivers] // 3]
-        turn = float(np.abs(self.group.par[laws + 1, linkage]).max())
+        driver_range = float(np.abs(self.group.par[laws + 1, linkage]).max())
         fastest = np.abs(work.past[size : size + self.system.coordinates, 0]).max()
         if not stuck.done:
             return "its joints do not close where they are given"
-        if fastest > DEAD_CENTRE_RATE * turn:
+        if fastest > DEAD_CENTRE_RATE * driver_range:
             return f"dead centre: its {self._driver} cannot turn it further"
         if stuck.unsure:
             return "branches of its motion meet there, on which it goes on is not certain"

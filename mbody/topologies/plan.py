@@ -441,7 +441,7 @@ class TopologyPlan:
         `cg`, `masses` (linkages, links, 2), `directions` (linkages, slides), `motion` (linkages,
         drivers + 2).
 
-        The turn of each driver from τ = 0 to 1, the two parts of gravity.
+        The rotation of each driver from τ = 0 to 1, the two parts of gravity.
         """
         L, count = self.system.layout, len(joints)
         centre = _with_ground(cg)

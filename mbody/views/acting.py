@@ -279,7 +279,7 @@ def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) 
     wanted, gap = math.atan2(-n[1], -n[0]), half + 3.0 * sketch.unit
     middle = 0.5 * (own.head + own.mouth)
     with sketch.carried(fixed):
-        sketch.label(symbolic(load.name), middle, wanted, gap, turn=0.4, italic=True)
+        sketch.label(symbolic(load.name), middle, wanted, gap, rotation_cost=0.4, italic=True)
 
 
 def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
@@ -347,7 +347,9 @@ def force_arrow(
         free = pushes
         sketch.arrow(free, place - clear, color, name=f"force:{name}")
     wanted = heading(free - place)
-    sketch.label(text, free, wanted, 4.0 * sketch.unit, color=color, turn=1.5, name=f"label:{name}")
+    sketch.label(
+        text, free, wanted, 4.0 * sketch.unit, color=color, rotation_cost=1.5, name=f"label:{name}"
+    )
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
@@ -482,7 +484,9 @@ def _dashpot(sketch: Sketch, i: Array, j: Array, name: str, color: str, half: fl
 def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = INK) -> None:
     wanted = heading(j - i) + math.pi / 2.0
     gap = 7.0 * sketch.unit
-    sketch.label(symbolic(name), 0.5 * (i + j), wanted, gap, turn=0.2, italic=True, color=color)
+    sketch.label(
+        symbolic(name), 0.5 * (i + j), wanted, gap, rotation_cost=0.2, italic=True, color=color
+    )
 
 
 @load_symbol.register(Torque)
@@ -492,7 +496,7 @@ def _(load: Torque, sketch: Sketch) -> None:
     signs = _arrow_signs(sketch, f"{load.name}.torque", value)
     if not signs or (not value and not sketch.lasting):
         return
-    _turning(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", signs)
+    _torque_symbol(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", signs)
 
 
 def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
@@ -508,7 +512,7 @@ def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str,
     return [("" if whole else quantity, sign) for sign in found]
 
 
-def _turning(sketch: Sketch, load: Torque, text: str, signs: list[tuple[str, float]]) -> None:
+def _torque_symbol(sketch: Sketch, load: Torque, text: str, signs: list[tuple[str, float]]) -> None:
     centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
@@ -570,9 +574,9 @@ def _field(load: CentrifugalField, sketch: Sketch) -> None:
     look: dict[str, Any] = {"dashes": (0, (12, 3, 2, 3)), "weight": 0.4}
     sketch.line(ends, 0.9, LOAD, Z["path"], name=f"axis:{load.name}", **look)
     speed = float(load.spindle(pose.run).speed[pose.k])
-    turn = np.linspace(2.3, 6.6, 40)
-    turn = turn if speed >= 0.0 else math.pi - turn
-    ring = np.outer(np.cos(turn), across) + 0.32 * np.outer(np.sin(turn), u)
+    angles = np.linspace(2.3, 6.6, 40)
+    angles = angles if speed >= 0.0 else math.pi - angles
+    ring = np.outer(np.cos(angles), across) + 0.32 * np.outer(np.sin(angles), u)
     centre = ends[1] - 0.9 * half * u
     if speed:
         sketch.bent(centre + 1.3 * half * ring, LOAD, name=f"field:{load.name}")
@@ -641,7 +645,7 @@ def driver_symbol(driver: Driver, sketch: Sketch, text: str) -> None:
     wanted = heading(separation) + math.pi / 2.0
     gap = 7.0 * sketch.unit
     with sketch.carried(_carrier(sketch, driver)):
-        sketch.label(text, 0.5 * (i + j), wanted, gap, turn=0.2, color=DRIVER)
+        sketch.label(text, 0.5 * (i + j), wanted, gap, rotation_cost=0.2, color=DRIVER)
 
 
 def _shortest(sketch: Sketch, element: Any) -> float:
@@ -665,7 +669,7 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
             first, last = clear_arc(sketch, centre, radius, [*ahead, *behind])
             with sketch.where_sign(quantity, sign):
                 sketch.curved(centre, radius, first, last, DRIVER, name=f"driver:{driver.name}")
-        sketch.label(text, centre, 0.5 * (first + last), gap, turn=2.0, color=DRIVER)
+        sketch.label(text, centre, 0.5 * (first + last), gap, rotation_cost=2.0, color=DRIVER)
 
 
 @driver_symbol.register(CoordinateDriver)

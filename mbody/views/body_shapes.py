@@ -57,12 +57,14 @@ def travel(sketch: Sketch, joint: Prismatic | PinSlot) -> tuple[Array, Array]:
 
 # -- Outlines of cams: the curve that touches a roller, an edge or a flat face -----------------
 
-#: Places of a turn at which an outline has a corner: every two degrees.
+#: Places of a revolution at which an outline has a corner: every two degrees.
 CORNERS = 181
 
 
 def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
-    """ψ over a turn, with the radius of the pitch curve, or the support function, and its slope."""
+    """ψ over a revolution, with the radius of the pitch curve, or the support function, and its
+    slope.
+    """
     psi = np.linspace(0.0, math.tau, CORNERS)
     R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
     return psi, R, slope
@@ -71,9 +73,9 @@ def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
 def outline(joint: CamFollower, pose: Pose) -> Array:
     """Points (corners, 2) of the cam at this instant."""
     psi = np.linspace(0.0, math.tau, CORNERS)
-    numbers, turned = pose.system.numbers, pose.angle(joint.i.body)
+    numbers, rotation = pose.system.numbers, pose.angle(joint.i.body)
     x, y = (cam_contour(joint, numbers, psi) - numbers.place(joint, "i")).T
-    c, s = math.cos(turned), math.sin(turned)
+    c, s = math.cos(rotation), math.sin(rotation)
     return pose.place(joint, "i") + np.column_stack([c * x - s * y, s * x + c * y])
 
 
@@ -204,8 +206,8 @@ def _arc_drawn(shape: Disc | Ring, sketch: Sketch, body: str, name: str) -> bool
         return False
     key, numbers = name.rpartition(".")[2], sketch.pose.system.values
     centre, radius = _circle(sketch.pose, body, key, shape)
-    turned = 0.0 if body == "ground" else sketch.pose.angle(body)
-    first, last = (turned + float(numbers[f"{body}.{key}.{end}"]) for end in ("begin", "end"))
+    rotation = 0.0 if body == "ground" else sketch.pose.angle(body)
+    first, last = (rotation + float(numbers[f"{body}.{key}.{end}"]) for end in ("begin", "end"))
     points = list(arc(centre, radius, first, last))
     sketch.line(points, 2.4, INK, Z["link"] + 0.5, name=name)
     if body == "ground":
@@ -288,12 +290,12 @@ def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float,
     ends = [float((point - place) @ u) for point in every]
     low, high = min([0.0, *(e - widest for e in ends)]), max([0.0, *(e + widest for e in ends)])
     instants = slice(None) if sketch.lasting else slice(pose.k, pose.k + 1)
-    origin, turn = _carried(pose, carrier, instants)
+    origin, frame = _carried(pose, carrier, instants)
     for body in pose.mechanism.bodies:
         nodes = np.array(pose.nodes[body.name] or [pose.centre(body.name)]) @ (1.0, 1.0j)
-        centre, turned = _carried(pose, body.name, instants)
-        places = centre[:, None] + turned[:, None] * (nodes - complex(*pose.centre(body.name)))
-        seen = (places - origin[:, None]) / turn[:, None] + complex(*_centre(pose, carrier))
+        centre, rotation = _carried(pose, body.name, instants)
+        places = centre[:, None] + rotation[:, None] * (nodes - complex(*pose.centre(body.name)))
+        seen = (places - origin[:, None]) / frame[:, None] + complex(*_centre(pose, carrier))
         ahead = ((seen - complex(*place)) * complex(u[0], -u[1])).real
         radii = [
             _circle(pose, body.name, name, shape)[1]
@@ -306,15 +308,15 @@ def _along(sketch: Sketch, carrier: str, place: Array, u: Array) -> tuple[float,
 
 
 def _carried(pose: Pose, body: str, instants: slice) -> tuple[Array, Array]:
-    """The mass centre of a body in the complex plane, and how it has turned since the instant that
+    """The mass centre of a body in the complex plane, and how it has rotated since the instant that
     is drawn, as factors.
     """
     if body == "ground":
         count = len(pose.run.t[instants])
         return np.zeros(count, complex), np.ones(count, complex)
     own = pose.body(body)
-    turned = np.exp(1j * (own.angle[instants] - pose.angle(body)))
-    return own.x[instants] + 1j * own.y[instants], turned
+    rotation = np.exp(1j * (own.angle[instants] - pose.angle(body)))
+    return own.x[instants] + 1j * own.y[instants], rotation
 
 
 def _centre(pose: Pose, body: str) -> Array:

@@ -112,8 +112,8 @@ def draw(
         Whether the joint forces are drawn, as in the summary: F_ij on link j by link i.
     paths : sequence of str
         Points such as ``"coupler.P"`` whose paths are drawn: over the instants of the result; where
-        it has one only, over the times that the mechanism asks for, or a whole turn; of a free
-        motion over that of its `simulation`.
+        it has one only, over the times that the mechanism asks for, or a whole revolution; of a
+        free motion over that of its `simulation`.
     only : sequence of str
         The bodies that are drawn, with the joints, drivers and loads between them and the ground;
         by default all.

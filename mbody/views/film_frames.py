@@ -91,13 +91,13 @@ def places(run: Solution, count: int) -> Array:
     itself is left out, as it is the first of the next round.
     """
     whole = len(run) - 1
-    turned = all(
+    closes = all(
         abs(np.exp(1j * run[b.name].angle[-1]) - np.exp(1j * run[b.name].angle[0])) < DRAWN_RETURNS
         and abs(run[b.name].x[-1] - run[b.name].x[0]) < DRAWN_RETURNS * run.system.length
         and abs(run[b.name].y[-1] - run[b.name].y[0]) < DRAWN_RETURNS * run.system.length
         for b in run.mechanism.bodies
     )
-    parts = np.linspace(0.0, 1.0, count, endpoint=not turned)
+    parts = np.linspace(0.0, 1.0, count, endpoint=not closes)
     if float(run.t[-1] - run.t[0]) > 0.0 and bool(np.all(np.diff(run.t) >= 0.0)):
         t = run.t[0] + parts * (run.t[-1] - run.t[0])
         return np.asarray(np.interp(t, run.t, np.arange(float(len(run)))))
@@ -218,7 +218,7 @@ class FilmSet:
             axes = self.carried[0][label.carrier]
             place = label.carrier.shown(label.anchor, axes, frame)[0]
             outward = label.direction
-            if label.turns:
+            if label.rotates:
                 _, u, _ = (part[frame] for part in axes)
                 outward = np.array(
                     [u[0] * outward[0] - u[1] * outward[1], u[1] * outward[0] + u[0] * outward[1]]
@@ -339,8 +339,8 @@ class FilmSet:
 
 #: Text beside a picture, in pixels a point of the paper.
 TEXT = 1.35
-#: Turns of a name about its point, the best first.
-TURNS = (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, math.pi)
+#: Rotations of a name about its point, the best first.
+ROTATIONS = (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, math.pi)
 #: Costs: of a point of an arrow or a pin, of one of an outline, of another name as a whole, of
 #: another place than in the frame before, of a name that is cut off.
 ON_ARROW, ON_EDGE, ON_NAME, JUMP, CUT = 0.45, 0.15, 12.0, 0.5, 3.0
@@ -388,10 +388,10 @@ def film_names(film: FilmSet) -> list[FilmName]:
     forces = [named(one.text, one.color, False) for one in arrows]
     for frame in range(count if names or forces else 0):
         shown = list(film.labels(frame))
-        crowd = _Crowd(film, frame, [anchor for label, anchor, _ in shown if not label.turns])
+        crowd = _Crowd(film, frame, [anchor for label, anchor, _ in shown if not label.rotates])
         for name, (label, anchor, outward) in zip(names, shown, strict=True):
             gap = label.gap * film.scale + 1.5 * film.point
-            crowd.put(name, frame, _spots(anchor, outward, label.turns, gap, name.half))
+            crowd.put(name, frame, _spots(anchor, outward, label.rotates, gap, name.half))
         for name, one in zip(forces, arrows, strict=True):
             place, vector = film.pixels(one.place[frame]), one.vector[frame]
             if np.hypot(*vector) > 2.5 and np.isfinite(place + vector).all():
@@ -399,13 +399,13 @@ def film_names(film: FilmSet) -> list[FilmName]:
     return [*names, *forces]
 
 
-def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) -> Array:
+def _spots(anchor: Array, outward: Array, rotates: bool, gap: float, half: Array) -> Array:
     """Places (n, 3) of a name: x, y and cost, the best first."""
     found: list[tuple[float, float, float]] = []
     if not outward.any():
         moves = ((0.0, 0.0), (0.0, 2.2), (0.0, -2.2), (1.4, 0.0), (-1.4, 0.0))
         return np.array([(*(anchor + half * move), 0.5 * any(move)) for move in moves])
-    if turns:
+    if rotates:
         along = np.array([outward[1], -outward[0]])
         distance, slide = gap + float(half @ np.abs(outward)), 2.0 * float(half @ np.abs(along))
         for side in (1.0, -1.0):
@@ -415,13 +415,13 @@ def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) 
         return np.array(found)
     first = math.atan2(outward[1], outward[0])
     for far in (0.0, 13.0):
-        for turn in TURNS:
-            u = direction(first + turn)
+        for rotation in ROTATIONS:
+            u = direction(first + rotation)
             distance = (
                 gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
             )
             x, y = anchor + distance * u
-            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (far > 0.0)))
+            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (far > 0.0)))
     return np.array(found)
 
 
@@ -811,14 +811,14 @@ def _carried(film: FilmSet, axes: tuple[Array, Array, Array], order: list[int], 
     # angles go on without jumps, so that nothing turns back between two frames
     angles = -np.degrees(np.unwrap(np.arctan2(axes[1][order, 1], axes[1][order, 0])))
     if np.ptp(origin, axis=0).max() < DRAWN_RETURNS and np.ptp(angles) < DRAWN_RETURNS:
-        (x, y), turn = origin[0], angles[0]
-        return f'<g transform="translate({x:.2f} {y:.2f})"><g transform="rotate({turn:.3f})">'
+        (x, y), rotation = origin[0], angles[0]
+        return f'<g transform="translate({x:.2f} {y:.2f})"><g transform="rotate({rotation:.3f})">'
     moves = ";".join(f"{x:.2f} {y:.2f}" for x, y in origin.tolist())
-    turns = ";".join(f"{a:.3f}" for a in angles.tolist())
+    rotations = ";".join(f"{a:.3f}" for a in angles.tolist())
     transform = '<animateTransform attributeName="transform"'
     return (
         f'<g>{transform} type="translate" values="{moves}" {timing}/>'
-        f'<g>{transform} type="rotate" values="{turns}" {timing}/>'
+        f'<g>{transform} type="rotate" values="{rotations}" {timing}/>'
     )
 
 

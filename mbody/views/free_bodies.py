@@ -49,11 +49,11 @@ def in_order(forces: Sequence[Acting]) -> list[Acting]:
         return []
     first = heading(vectors[0])
 
-    def turn(force: Acting) -> float:
-        # what differs by rounding from the first direction is not a turn away
+    def rotation(force: Acting) -> float:
+        # what differs by rounding from the first direction is not a rotation away
         return round((heading(force.force) - first) % math.tau, 9) % round(math.tau, 9)
 
-    return sorted(forces, key=turn)
+    return sorted(forces, key=rotation)
 
 
 def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> float:
@@ -156,8 +156,8 @@ def closing_words(free: FreeBody, gap: float) -> list[str]:
     # a force through G has no moment: its distance says how large rounding may be
     parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
     force = f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force"
-    turning = f"{abs(math.fsum(moments)) / max(max(parts), TINY):.1e}"
-    said = f"ΣM about G = {rounded_number(float(turning))} of the greatest moment"
+    moment_share = f"{abs(math.fsum(moments)) / max(max(parts), TINY):.1e}"
+    said = f"ΣM about G = {rounded_number(float(moment_share))} of the greatest moment"
     through = max(parts) <= DRAWN_NONE * greatest * free.solution.system.length
     return [force, "ΣM about G = 0: all forces pass through G" if through else said]
 
@@ -332,7 +332,7 @@ def _diagram(
     away = _lines_of_action(sketch, member, size)
     for one in acting:
         if one.force is None:
-            _turning(sketch, one, body)
+            _torque_arrow(sketch, one, body)
     for place, names in sketch.pins:
         if names:
             sketch.label(", ".join(names), place, -0.75, sketch.size("pin") + 2.0 * sketch.unit)
@@ -387,22 +387,22 @@ def _passes(tail: Array, tip: Array, place: Array, near: float) -> bool:
     return float(np.hypot(*(tail + part * shaft - place))) < near
 
 
-def _turning(sketch: Sketch, one: Acting, body: str) -> None:
+def _torque_arrow(sketch: Sketch, one: Acting, body: str) -> None:
     """The arc of a torque, dashed of d'Alembert's."""
     radius = 0.9 * free_radius(sketch, one.place)
     wanted = outward_from(sketch, one.place, body)
-    turning = math.copysign(1.0, one.torque)
+    torque_sign = math.copysign(1.0, one.torque)
     choices = [
-        (wanted + a, wanted + a + 2.6 * turning)
+        (wanted + a, wanted + a + 2.6 * torque_sign)
         for a in (sign * n * math.pi / 12.0 for n in range(1, 12) for sign in (1.0, -1.0))
     ]
     first, last = clear_arc(sketch, one.place, radius, choices)
     if one.dashed:
-        line = arc(one.place, radius, first, last - 0.28 * turning)
+        line = arc(one.place, radius, first, last - 0.28 * torque_sign)
         dashes: Any = (0, (4.0, 2.2))
         sketch.line(line, 1.6, one.color, Z["arrow"], name=f"torque:{one.gid}", dashes=dashes)
         tip = one.place + radius * direction(last)
-        u = direction(last - 0.14 * turning + 0.5 * math.pi * turning)
+        u = direction(last - 0.14 * torque_sign + 0.5 * math.pi * torque_sign)
         n, head = np.array([-u[1], u[0]]), 7.0 * sketch.unit
         corners = [tip, tip - head * u + 0.38 * head * n, tip - head * u - 0.38 * head * n]
         sketch.shape(corners, one.color, one.color, 0.4, Z["arrow"] + 0.1)
@@ -484,22 +484,22 @@ def _table(
     axes, units = _axes(figure), pose.mechanism.units
     rows = []
     for one in acting:
-        size, turn = one.value(units)
+        size, torque = one.value(units)
         where = _application_point(one, pose)
         if one.force is not None and float(np.hypot(*one.force)) < least:
             where += " (not drawn)"
-        rows.append((one.text, size, turn, one.color, where))
+        rows.append((one.text, size, torque, one.color, where))
     if not rows:
         rows = [("no forces", "", "", SOFT, "")]
     columns = [max(extent(row[k], SIZE["text"])[0] for row in rows) for k in (0, 1, 2, 4)]
     starts = np.cumsum([0.0, columns[0] + 12.0, columns[1] + 8.0, columns[2] + 10.0])
     y = 0.0
-    for text, size, turn, color, at in rows:
+    for text, size, torque, color, at in rows:
         y -= LINE
         put = {"size": SIZE["text"], "va": "baseline"}
         axes.text(0.0, y, drawable(text), color=color, **put)
         axes.text(starts[1] + columns[1], y, drawable(size), color=INK, ha="right", **put)
-        axes.text(starts[2] + columns[2], y, turn, color=INK, ha="right", **put)
+        axes.text(starts[2] + columns[2], y, torque, color=INK, ha="right", **put)
         axes.text(starts[3], y, at, color=SOFT, style="italic", **put)
     wide = starts[3] + columns[3]
     y -= 0.4 * LINE

@@ -110,11 +110,11 @@ def _brought(
 ) -> tuple[Array, Array]:
     """Place and normal of an instant, by their places in the carrier, at another instant."""
 
-    def turned(vector: Array, by: Array) -> Array:
+    def rotated(vector: Array, by: Array) -> Array:
         along, across = vector @ u[k], vector @ np.array([-u[k][1], u[k][0]])
         return np.asarray(along * by + across * np.array([-by[1], by[0]]))
 
-    return origin[to] + turned(one.place[k] - origin[k], u[to]), turned(one.normal[k], u[to])
+    return origin[to] + rotated(one.place[k] - origin[k], u[to]), rotated(one.normal[k], u[to])
 
 
 def _many(run: Solution) -> bool:

@@ -130,7 +130,7 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
     wanted = angle + math.pi / 2.0
     gap = 0.75 * sketch.size("block")
     with sketch.carried(sliding):
-        sketch.label(symbolic(joint.name), place, wanted, gap, turn=0.3, italic=True)
+        sketch.label(symbolic(joint.name), place, wanted, gap, rotation_cost=0.3, italic=True)
 
 
 def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> Array:
@@ -222,7 +222,7 @@ def _(joint: CamFollower, sketch: Sketch) -> None:
         _follower(joint, sketch, place, centre)
         across = math.atan2(*(contact - centre)[::-1]) - math.pi / 2.0
         gap = max(pose.number(joint, "roller"), sketch.size("pin")) + 3.0 * sketch.unit
-        sketch.label(symbolic(joint.name), contact, across, gap, turn=0.3, italic=True)
+        sketch.label(symbolic(joint.name), contact, across, gap, rotation_cost=0.3, italic=True)
 
 
 def _follower(joint: CamFollower, sketch: Sketch, place: Array, centre: Array) -> None:
@@ -271,7 +271,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
     # of the contact, which moves on both bodies, the centre of the wheel is what stays near
     with sketch.carried(placed(pose.site(joint, "j"), joint.i.body)):
         sketch.label(
-            symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, turn=0.3, italic=True
+            symbolic(joint.name), contact, wanted, 4.0 * sketch.unit, rotation_cost=0.3, italic=True
         )
 
 
@@ -280,8 +280,8 @@ def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Arr
     pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), TINY)
     body = pose.run[joint.i.body]
     offset = np.column_stack(reaction_point(pose.run, joint)) - np.column_stack([body.x, body.y])
-    turned = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
-    c, s = np.cos(turned), np.sin(turned)
+    rotation = pose.run[joint.i.body].angle - pose.angle(joint.i.body)
+    c, s = np.cos(rotation), np.sin(rotation)
     along = (c * offset[:, 0] + s * offset[:, 1]) * u[0] + (
         c * offset[:, 1] - s * offset[:, 0]
     ) * u[1]
@@ -352,12 +352,12 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
     look: dict[str, Any]
     ends = _ropes(sketch, coupling)
     wheels = pulleys(coupling, sketch.pose)
-    turning = {n: coupling.parts[n].bodies[1] for n in wheels}
-    hubs = [sketch.pose.fixed(turning[n], centre) for n, (centre, _) in wheels.items()]
+    wheel_bodies = {n: coupling.parts[n].bodies[1] for n in wheels}
+    hubs = [sketch.pose.fixed(wheel_bodies[n], centre) for n, (centre, _) in wheels.items()]
     for n, (centre, radius) in wheels.items():
         if radius > sketch.size("pin"):
             name = f"pulley:{coupling.name}.{n}"
-            with sketch.carried(on(turning[n])):
+            with sketch.carried(on(wheel_bodies[n])):
                 sketch.disc(centre, radius, WHEEL, INK, 1.1, Z["wheel"], name=name, weight=0.5)
     named = f"belt:{coupling.name}"
     centres = [centre for centre, _ in wheels.values()]
@@ -382,7 +382,7 @@ def coupling_symbol(coupling: Coupling, sketch: Sketch) -> None:
         look = {"italic": True, "name": f"coupling:{coupling.name}"}
         body = next(name for term in coupling.parts for name in term.bodies if name != "ground")
         with sketch.carried(on(body)):
-            sketch.label(symbolic(coupling.name), middle, wanted, gap, turn=0.3, **look)
+            sketch.label(symbolic(coupling.name), middle, wanted, gap, rotation_cost=0.3, **look)
 
 
 def _ropes(sketch: Sketch, coupling: Coupling) -> list[Array]:

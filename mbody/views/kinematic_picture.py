@@ -203,11 +203,11 @@ def sketch_scale(
 
 def _driven(pose: Pose, driver: Driver) -> str:
     """The name of a driver with its effort."""
-    turns, floor = driver.angular, force_floor(pose.run)
+    angular, floor = driver.angular, force_floor(pose.run)
     effort = float(pose.run.effort(driver.name)[pose.k])
-    if abs(effort) <= floor * (pose.system.length if turns else 1.0):
+    if abs(effort) <= floor * (pose.system.length if angular else 1.0):
         effort = 0.0
-    unit = pose.mechanism.units.of("torque" if turns else "force")
+    unit = pose.mechanism.units.of("torque" if angular else "force")
     book = force_names(pose.mechanism)[driver.name][0]
     # where several share a pair of links their own names follow: once is enough
     between = "" if "," in book else f": {symbolic(book)}"
@@ -412,7 +412,7 @@ class CentreSelection:
             )
             gap = (1.0 if kept else 0.7) * sketch.size("pin") + 3.0 * sketch.unit
             label = sketch.label(
-                text, place, wanted, gap, turn=0.6, color=POLE, name=f"label:{gid}"
+                text, place, wanted, gap, rotation_cost=0.6, color=POLE, name=f"label:{gid}"
             )
             label.italic = False
 
@@ -555,8 +555,8 @@ def mark_centrodes(sketch: Sketch, whole: Solution, body: str, corners: Array) -
     """The fixed and the moving centrode of a body over a motion, as far as the picture reaches."""
     pose = sketch.pose
     found = centrodes(whole, body)
-    turned = np.exp(1j * pose.angle(body))
-    moving = complex(*pose.centre(body)) + turned * (found.moving_x + 1j * found.moving_y)
+    rotation = np.exp(1j * pose.angle(body))
+    moving = complex(*pose.centre(body)) + rotation * (found.moving_x + 1j * found.moving_y)
     fixed = found.fixed_x + 1j * found.fixed_y
     for name, curve, color in (("fixed", fixed, POLE), ("moving", moving, LOAD)):
         line = _within(np.column_stack([curve.real, curve.imag]), corners)
@@ -819,8 +819,8 @@ def _components(sketch: Sketch, corners: list[Image], scale: float, pose: Pose, 
     if first is second:
         return
     # difference of places from that of accelerations: a = (iα − ω²) r
-    turning = complex(-w * w, alpha)
-    r = complex(*(second.at - first.at)) / turning if turning else 0j
+    rotation = complex(-w * w, alpha)
+    r = complex(*(second.at - first.at)) / rotation if rotation else 0j
     normal, across = -w * w * r, 1j * alpha * r
     if min(abs(normal), abs(across)) * scale < SHORT:
         return

@@ -93,10 +93,10 @@ def _outlined(path: Any) -> tuple[float, float, float]:
         second_difference == 0.0, np.inf, second_difference
     )  # where the curve turns back, by axis
     t = np.clip(t, 0.0, 1.0)
-    turned = (1.0 - t) ** 2 * a + 2.0 * t * (1.0 - t) * b + t**2 * c
+    extrema = (1.0 - t) ** 2 * a + 2.0 * t * (1.0 - t) * b + t**2 * c
     on_line = codes != path.CLOSEPOLY
     on_line[control] = False
-    all_points = np.concatenate([points[on_line], turned])
+    all_points = np.concatenate([points[on_line], extrema])
     width, height = np.ptp(all_points, axis=0).tolist()
     return width, height, float(all_points[:, 1].min())
 
@@ -144,7 +144,7 @@ def together(names: Sequence[str]) -> str:
 
 
 def beside(
-    anchor: Any, size: tuple[float, float], gap: float, wanted: float, turn: float = 1.0
+    anchor: Any, size: tuple[float, float], gap: float, wanted: float, rotation_cost: float = 1.0
 ) -> list[tuple[float, float, float]]:
     """Places around a point at the distance `gap`, best in the direction `wanted` [rad]."""
     found = []
@@ -157,7 +157,7 @@ def beside(
                 0.5 * size[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
             )
             x, y = np.asarray(anchor) + distance * u
-            cost = turn * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
+            cost = rotation_cost * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
             found.append((float(x), float(y), cost))
     return found
 

@@ -117,12 +117,12 @@ def link_label(sketch: Sketch, body: str) -> None:
     if len(nodes) < 2:
         place = nodes[0] if nodes else sketch.pose.centre(body)
         gap = 0.9 * sketch.size("block")
-        wanted, turn = -math.pi / 2.0, 0.3
+        wanted, rotation_cost = -math.pi / 2.0, 0.3
         for joint in sketch.pose.joints:
             if isinstance(joint, CamFollower) and joint.j.body == body:
                 # on the cam it would be that of the cam
-                wanted, turn = heading(place - sketch.pose.place(joint, "i")), 1.5
-        sketch.label(body, place, wanted, gap, turn=turn, name=named)
+                wanted, rotation_cost = heading(place - sketch.pose.place(joint, "i")), 1.5
+        sketch.label(body, place, wanted, gap, rotation_cost=rotation_cost, name=named)
         return
     label = Label(body, [], name=named)
     width, height = (sketch.unit * part for part in Places.measured(label))

@@ -188,7 +188,7 @@ def _place_data(place: Place, bodies: Sequence[str]) -> list[float]:
 
 def _carrier(one: Carrier, bodies: Sequence[str]) -> dict[str, Any]:
     if one.end is None:
-        return {"s": _place_data(one.start, bodies), "t": bodies.index(one.turn)}
+        return {"s": _place_data(one.start, bodies), "t": bodies.index(one.rotates_with)}
     stretched: dict[str, Any] = {"x": 1} if one.stretches else {}
     return {"s": _place_data(one.start, bodies), "e": _place_data(one.end, bodies), **stretched}
 
@@ -225,7 +225,7 @@ def _label(one: Any, carriers: dict[Carrier, int]) -> dict[str, Any]:
         "e": ROLES.get(one.color, "ink"),
         "i": one.italic or one.text.startswith("$"),
     }
-    return found | ({"turns": 1} if one.turns else {})
+    return found | ({"turns": 1} if one.rotates else {})
 
 
 def _sign_histories(scene: Scene) -> dict[str, Any]:
@@ -336,8 +336,8 @@ def _known_paths(run: Solution, paths: Sequence[str] | None) -> Sequence[str]:
 
 def _driven(run: Solution, driver: Any) -> dict[str, list[float]]:
     value, rate, change = run.driven(driver.name)
-    turn = math.degrees(1.0) if driver.angular else 1.0
-    plain = {"value": value * turn, "rate": rate, "acceleration": change}
+    factor = math.degrees(1.0) if driver.angular else 1.0
+    plain = {"value": value * factor, "rate": rate, "acceleration": change}
     return {key: numbers(np.asarray(own, dtype=float).tolist()) for key, own in plain.items()}
 
 

@@ -67,7 +67,7 @@ class Abscissa:
     values: Array
     label: str
     name: str = ""
-    turns: bool = False
+    angular: bool = False
 
 
 def plot(
@@ -311,7 +311,7 @@ def _figure(
     every = every[np.isfinite(every) & ((every > 0.0) | ("x" not in log))]
     if np.ptp(every) > 0.0:
         axes.set_xlim(float(every.min()), float(every.max()))
-    if abscissa.turns and "x" not in log:
+    if abscissa.angular and "x" not in log:
         from matplotlib.ticker import MultipleLocator
 
         span = float(np.ptp(x))

@@ -45,7 +45,7 @@ def polar(run: Solution, *joints: str) -> Figure:
     'polar'
     """
     names = _checked(run, joints)
-    driver = _turning(run)
+    driver = _angle_driver(run)
     angle = run.driven(driver.name)[0]
     with styled():
         figure = blank()
@@ -86,8 +86,8 @@ def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
     'along x of crank [N]'
     """
     names = _checked(run, joints)
-    turn = run[axes].angle
-    c, s = np.cos(turn), np.sin(turn)
+    rotation = run[axes].angle
+    c, s = np.cos(rotation), np.sin(rotation)
     book = force_names(run.mechanism)
     curves = []
     for name in names:
@@ -122,7 +122,7 @@ def _checked(run: Solution, joints: Sequence[str]) -> list[str]:
     return names
 
 
-def _turning(run: Solution) -> AngleDriver:
+def _angle_driver(run: Solution) -> AngleDriver:
     """The driver over whose angle a polar diagram is."""
     for driver in run.mechanism.drivers:
         if isinstance(driver, AngleDriver) and np.ptp(run.driven(driver.name)[0]) > 0.0:

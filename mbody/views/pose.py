@@ -36,7 +36,7 @@ class Carrier:
     """Axes that shapes are kept in.
 
     `start`: Origin of the axes.
-    `turn`: The body whose angle the axes have; "" where they point from `start` to `end`.
+    `rotates_with`: The body whose angle the axes have; "" where they point from `start` to `end`.
     `end`: Of what reaches from one place to another.
     `stretches`: Whether the shapes become longer with the distance, as a spring: a point has then
       three numbers, the part of the distance, and how far along and across the line from there.
@@ -44,7 +44,7 @@ class Carrier:
     """
 
     start: Place = ("ground", 0.0, 0.0)
-    turn: str = "ground"
+    rotates_with: str = "ground"
     end: Place | None = None
     stretches: bool = False
     lead: float = 0.0
@@ -72,7 +72,7 @@ class Carrier:
         """Origin (instants, 2), direction (instants, 2) and length (instants,) of the axes."""
         origin = moved(run, self.start)
         if self.end is None:
-            angle = run[self.turn].angle
+            angle = run[self.rotates_with].angle
             return origin, np.column_stack([np.cos(angle), np.sin(angle)]), np.ones(len(run))
         separation = moved(run, self.end) - origin
         length = np.hypot(*separation.T)
@@ -87,9 +87,9 @@ def on(body: str) -> Carrier:
     return Carrier((body, 0.0, 0.0), body)
 
 
-def placed(place: Place, turn: str = "ground") -> Carrier:
+def placed(place: Place, rotates_with: str = "ground") -> Carrier:
     """Axes at a place of one body with the angle of another."""
-    return Carrier(place, turn)
+    return Carrier(place, rotates_with)
 
 
 def between(start: Place, end: Place, *, stretches: bool = True, lead: float = 0.0) -> Carrier:

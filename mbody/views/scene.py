@@ -51,7 +51,7 @@ def named(sketch: SceneSketch, shapes: Sequence[KeptShape]) -> list[KeptLabel]:
     lines = _obstacles(run, shapes, instants, 0.35 * SIZE["text"] * sketch.unit)
     occupied: list[tuple[Array, Array]] = []
     for label in labels:
-        _turn(label, sketch, lines, occupied, instants)
+        _rotate_label(label, sketch, lines, occupied, instants)
     for body in run.mechanism.bodies:
         labels.append(_of_link(sketch, body.name, lines, occupied, instants))
     return labels
@@ -130,14 +130,14 @@ def _cost(
     return total
 
 
-def _turn(
+def _rotate_label(
     label: KeptLabel,
     sketch: SceneSketch,
     lines: Array,
     occupied: list[tuple[Array, Array]],
     instants: Sequence[int],
 ) -> None:
-    """Turn a name about its place to where it covers least."""
+    """Rotate a name about its place to where it covers least."""
     axes = label.carrier.axes(sketch.pose.run)
     anchors = np.array([label.carrier.shown(label.anchor, axes, k)[0] for k in instants])
     half = _extent(sketch, label.text)
@@ -175,7 +175,7 @@ def _of_link(
         gap = 0.9 * sketch.size("block")
         outward = direction(-0.5 * math.pi)
         label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
-        _turn(label, sketch, lines, occupied, instants)
+        _rotate_label(label, sketch, lines, occupied, instants)
         return label
     corners = carrier.kept(hull(nodes, tol.DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
     axes = carrier.axes(pose.run)
@@ -201,7 +201,7 @@ def _of_link(
             best, chosen, at = round(whole, 6), option, np.array(middles)
     occupied.append((at, half))
     return KeptLabel(
-        body, carrier, chosen[0][None], chosen[1], gap, "link", f"link:{body}", INK, turns=True
+        body, carrier, chosen[0][None], chosen[1], gap, "link", f"link:{body}", INK, rotates=True
     )
 
 

@@ -85,8 +85,8 @@ def rounded(points: Sequence[Any], radius: float) -> Array:
     parts = []
     for n, corner in enumerate(corners):
         start, end = normals[n - 1], normals[n]
-        turn = (end - start) % (2.0 * math.pi)
-        parts.append(arc(corner, radius, start, start + turn))
+        sweep = (end - start) % (2.0 * math.pi)
+        parts.append(arc(corner, radius, start, start + sweep))
     return np.concatenate(parts)
 
 
@@ -122,7 +122,7 @@ def hatching(start: Any, end: Any, depth: float, gap: float) -> list[Array]:
     ]
 
 
-def zigzag(start: Any, end: Any, width: float, lead: float, turns: int = 7) -> Array:
+def zigzag(start: Any, end: Any, width: float, lead: float, coils: int = 7) -> Array:
     """A spring between two points, straight for `lead` at both ends, `width` to each side."""
     start, end = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     length = math.hypot(*(end - start))
@@ -131,15 +131,17 @@ def zigzag(start: Any, end: Any, width: float, lead: float, turns: int = 7) -> A
     u = (end - start) / length
     n = np.array([-u[1], u[0]])
     lead = min(lead, 0.3 * length)
-    places = lead + (length - 2.0 * lead) * (np.arange(2 * turns) + 0.5) / (2 * turns)
-    sides = np.where(np.arange(2 * turns) % 2, -width, width)
+    places = lead + (length - 2.0 * lead) * (np.arange(2 * coils) + 0.5) / (2 * coils)
+    sides = np.where(np.arange(2 * coils) % 2, -width, width)
     teeth = start + places[:, None] * u + sides[:, None] * n
     return np.vstack([start, start + lead * u, teeth, end - lead * u, end])
 
 
-def spiral(centre: Any, inner: float, outer: float, start: float, turns: float = 2.25) -> Array:
+def spiral(
+    centre: Any, inner: float, outer: float, start: float, revolutions: float = 2.25
+) -> Array:
     """A torsion spring: a spiral from the inner radius to the outer one."""
     part = np.linspace(0.0, 1.0, 60)
-    angles = start + 2.0 * math.pi * turns * part
+    angles = start + 2.0 * math.pi * revolutions * part
     radius = inner + (outer - inner) * part
     return np.asarray(centre) + (radius * np.array([np.cos(angles), np.sin(angles)])).T

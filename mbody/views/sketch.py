@@ -414,12 +414,19 @@ class Sketch:
     # -- labels -------------------------------------------------------------------------------
 
     def label(
-        self, text: str, anchor: Any, wanted: float, gap: float, *, turn: float = 1.0, **look: Any
+        self,
+        text: str,
+        anchor: Any,
+        wanted: float,
+        gap: float,
+        *,
+        rotation_cost: float = 1.0,
+        **look: Any,
     ) -> Label:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
         width, height = (self.unit * part for part in Places.measured(made))
-        made.spots = beside(anchor, (width, height), gap, wanted, turn)
+        made.spots = beside(anchor, (width, height), gap, wanted, rotation_cost)
         self.labels.append(made)
         return made
 
@@ -491,7 +498,7 @@ class KeptLabel:
     of: str
     color: str
     italic: bool = False
-    turns: bool = False
+    rotates: bool = False
 
 
 @dataclass
@@ -544,7 +551,14 @@ class SceneSketch(Sketch):
         self.pinned: list[tuple[Array, list[str], Carrier]] = []
 
     def label(
-        self, text: str, anchor: Any, wanted: float, gap: float, *, turn: float = 1.0, **look: Any
+        self,
+        text: str,
+        anchor: Any,
+        wanted: float,
+        gap: float,
+        *,
+        rotation_cost: float = 1.0,
+        **look: Any,
     ) -> Label:
         """A name at a place that moves; its number, which would change, is left out."""
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)

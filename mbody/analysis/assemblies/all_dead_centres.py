@@ -129,9 +129,9 @@ class DeadCentres(Inherited):
 
     def data(self, angle: str = "deg") -> list[dict[str, Any]]:
         """Plain values, ready for JSON; angles in `angle`."""
-        turn = short_degrees if angle == "deg" and self.angular else float
+        in_unit = short_degrees if angle == "deg" and self.angular else float
         return [
-            {"driver": one.driver, "value": turn(one.value), "bodies": list(one.bodies)}
+            {"driver": one.driver, "value": in_unit(one.value), "bodies": list(one.bodies)}
             for one in self.positions
         ]
 
@@ -255,7 +255,7 @@ def _all_of_length(system: System, driver: Driver) -> DeadCentres:
         names = tuple(linkage.names[b] for b in group.bodies)
         for x, made in searched.found:
             value = float(x[made.rows.angles + made.free])
-            if value > 0.0 or not rod:  # a rod turned round by half a turn has a negative length
+            if value > 0.0 or not rod:  # a rod rotated by half a revolution has a negative length
                 positions.append(SingularPosition(driver.name, value, names))
     closes = True
     if not positions and not reason:
@@ -359,26 +359,26 @@ def _patches(
     earlier |= {
         v for n, v in enumerate(made.names) if n >= len(whole.angles) and _early(made, v, groups)
     }
-    turning = [
+    rotating = [
         d for d in range(len(rows.angle_index)) if made.names[rows.angle_index[d]] not in earlier
     ]
     last = set(groups[-1].pairs)
     slides = [m for p, m in made.slide_of.items() if p in last]
-    driven = [m for m, d in enumerate(rows.along) if d in turning and m != made.free]
-    rod = _free_rod(linkage, made, turning)
+    driven = [m for m, d in enumerate(rows.along) if d in rotating and m != made.free]
+    rod = _free_rod(linkage, made, rotating)
     if driven and rod >= 0:
         raise NotCovered("a slide turns with its guide, in the group of the driver")
     if driven:
-        if len(turning) > 1 or slides != driven or len(driven) > 1:
+        if len(rotating) > 1 or slides != driven or len(driven) > 1:
             raise NotCovered("a slide turns with its guide, in a group of several links or slides")
-        yield made, *_turning_slide(rows, turning[0], driven[0])
+        yield made, *_rotating_slide(rows, rotating[0], driven[0])
         return
     columns = [
         rows.scale * 1j * rows.Q[:, made.free] if d == rod else rows.ratio[d] * 1j * rows.P[:, d]
-        for d in turning
+        for d in rotating
     ]
     columns += [rows.scale * rows.Q[:, m] for m in slides]
-    along = [*turning, *(rows.along[m] for m in slides)]
+    along = [*rotating, *(rows.along[m] for m in slides)]
     kept = np.flatnonzero(np.abs(np.array(columns)).max(axis=0) > 0.0)
     if all(d < 0 for d in along):
         constant = np.array(columns).real
@@ -415,7 +415,7 @@ def _patch(
     return made, displacement_bound
 
 
-def _turning_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray]:
+def _rotating_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarray]:
     """The one patch of a slide that turns with the only link of the group: its direction alone
     cannot close, so that the link's component of n is 1. The loop bounds that of the slide.
     """
@@ -445,12 +445,12 @@ def _early(made: GroupRows, v: int, groups: list[Group]) -> bool:
     return not any(made.linkage.variable[made.linkage.pairs[p].rod] == v for p in rods if p in last)
 
 
-def _free_rod(linkage: Linkage, made: GroupRows, turning: list[int]) -> int:
+def _free_rod(linkage: Linkage, made: GroupRows, rotating: list[int]) -> int:
     """The direction of the rod whose length is the driver's value, where it turns with the last
     group; -1 for others.
     """
     d = made.rows.along[made.free] if made.free >= 0 else -1
-    if d not in turning:
+    if d not in rotating:
         return -1
     (pair,) = (one for one in linkage.pairs if one.free)
     if pair.kind != "rod":

@@ -131,7 +131,7 @@ class AssemblyModes(Inherited):
     boxes : int
         How many boxes the search examined.
     meshed : frozenset of int
-        Indices of bodies that gears or couplings turn: their angles count up to turns of the teeth.
+        Indices of bodies that gears or couplings turn: their angles count up to rotations by teeth.
     """
 
     mechanism: Mechanism = field(repr=False)
@@ -177,7 +177,7 @@ class AssemblyModes(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""
-        turn = short_degrees if angle == "deg" else float
+        in_unit = short_degrees if angle == "deg" else float
         angular = {d.name: d.angular for d in self.mechanism.drivers}
         head = heading(
             self.mechanism.name, "assemblies", unit_symbols(self.mechanism.units, angle), self
@@ -191,13 +191,13 @@ class AssemblyModes(Inherited):
                 "branch": None,
                 "residual": mode.residual,
                 "bodies": {
-                    name: {"x": x, "y": y, "angle": turn(float(a))}
+                    name: {"x": x, "y": y, "angle": in_unit(float(a))}
                     for name, (x, y, a) in mode.items()
                 },
             }
             for mode in self.modes
         ]
-        at = {name: turn(float(v)) if angular[name] else v for name, v in self.at.items()}
+        at = {name: in_unit(float(v)) if angular[name] else v for name, v in self.at.items()}
         return head | {
             "at": at,
             "count": len(self),
@@ -334,7 +334,9 @@ def modes_by_random_starts(system: System, driver_values: dict[str, float], t: f
 def same_pose(
     system: System, one: np.ndarray, other: np.ndarray, meshed: Collection[int] = ()
 ) -> bool:
-    """Whether two poses are one, whole turns aside; angles of `meshed` bodies do not count."""
+    """Whether two poses are one, whole revolutions aside; angles of `meshed` bodies do not
+    count.
+    """
     n = system.coordinates
     apart = (one - other)[:n] / system.coordinate_units
     apart[2::3] = np.remainder(apart[2::3] + np.pi, 2.0 * np.pi) - np.pi
@@ -389,9 +391,9 @@ def assembly_modes(
     Notes
     -----
     Assur groups are solved one after the other, each mode of one beginning the next; a mode is
-    counted up to whole turns, and up to the teeth in which wheels mesh. Displacements are bounded
-    by the loops; where the guides of several turn and may become parallel they are searched to four
-    times the size of the loops, which a note says.
+    counted up to whole revolutions, and up to the teeth in which wheels mesh. Displacements are
+    bounded by the loops; where the guides of several turn and may become parallel they are searched
+    to four times the size of the loops, which a note says.
     Cost: some 10 ms for a four-bar, 30 ms for a six-bar, below a second for four loops.
 
     Source: S. M. Rump, *Verification methods*, Acta Numerica 19 (2010); A. Sljoka, O. Shai,
@@ -496,9 +498,9 @@ class _GroupSearch:
         angles = rows.rows.angles
         spread = np.ptp(np.unwrap(np.sort(middle[:, :angles], axis=0), axis=0), axis=0)
         if width >= tol.BOX_WIDTH_NARROW / 100.0:
-            turning = {rows.names[k] for k in np.flatnonzero(spread > tol.BOX_FAMILY_SPREAD)}
+            rotating = {rows.names[k] for k in np.flatnonzero(spread > tol.BOX_FAMILY_SPREAD)}
             bodies = tuple(
-                names[b] for b in rows.group.bodies if self.linkage.variable[b] in turning
+                names[b] for b in rows.group.bodies if self.linkage.variable[b] in rotating
             )
             bodies = bodies or group
             reason = (

@@ -43,7 +43,7 @@ from mbody.core.tolerances import (
 # NumPy does not round outwards; each range is widened by `BOX_WIDENING_ROUNDING` of its size
 # instead, which is some thousand times the rounding of what is added up.
 
-TURN = 2.0 * np.pi
+REVOLUTION = 2.0 * np.pi
 
 
 def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -54,25 +54,25 @@ def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndar
     """
     a, b = np.cos(low), np.cos(high)
     least, greatest = np.minimum(a, b), np.maximum(a, b)
-    greatest = np.where(np.floor(high / TURN) > np.floor(low / TURN), 1.0, greatest)
-    behind, ahead = (low - np.pi) / TURN, (high - np.pi) / TURN
+    greatest = np.where(np.floor(high / REVOLUTION) > np.floor(low / REVOLUTION), 1.0, greatest)
+    behind, ahead = (low - np.pi) / REVOLUTION, (high - np.pi) / REVOLUTION
     least = np.where(np.floor(ahead) > np.floor(behind), -1.0, least)
     return least - BOX_WIDENING_ROUNDING, greatest + BOX_WIDENING_ROUNDING
 
 
 def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
-    """The least angle t ≥ start whose size, taken within half a turn, is between near and far,
-    0 ≤ near ≤ far ≤ π.
+    """The least angle t ≥ start whose size, taken within half a revolution, is between near and
+    far, 0 ≤ near ≤ far ≤ π.
 
     >>> float(first_within(np.array(0.1), np.array(0.5), np.array(1.0)))
     0.5
     """
-    turns = TURN * np.floor((start + np.pi) / TURN)
-    t = start - turns
-    beyond = np.where(t <= far, t, TURN - far)
+    revolutions = REVOLUTION * np.floor((start + np.pi) / REVOLUTION)
+    t = start - revolutions
+    beyond = np.where(t <= far, t, REVOLUTION - far)
     inside = np.where(t < near, near, beyond)
     behind = np.where(t <= -near, t, inside)
-    return np.asarray(np.where(t < -far, -far, behind) + turns)
+    return np.asarray(np.where(t < -far, -far, behind) + revolutions)
 
 
 def products(
@@ -152,7 +152,7 @@ def _by_equations(
 # form, and the range of each of its terms over a box is exact, so that preconditioning
 # overestimates nothing but the sum.
 
-#: Denominators of gear ratios up to which all turns of the wheels are searched.
+#: Denominators of gear ratios up to which all revolutions of the wheels are searched.
 TEETH = 400
 
 Box = tuple[np.ndarray, np.ndarray]
@@ -162,7 +162,7 @@ class LoopRows:
     """The rows of one group as arrays, and their ranges over boxes (boxes, unknowns).
 
     `angles`, `slides`: Unknowns: angles first.
-    `turns` (angles,): How many turns of each angle are searched.
+    `revolutions` (angles,): How many revolutions of each angle are searched.
     `scale`: Size of the rows [length].
     `displacement_bound` (slides,): Displacements that are searched.
     `bounded`: Whether no position lies beyond them.
@@ -191,9 +191,9 @@ class LoopRows:
                 self.Q[:, m] = self.Q[:, m].conj()
         self.B = np.concatenate([rest.real, rest.imag])
         self.angles, self.slides = 1 + max(angle_index, default=-1), slides.shape[1]
-        self.turns = np.ones(self.angles)
+        self.revolutions = np.ones(self.angles)
         for v, parts in self._ratios().items():
-            self.turns[v] = lcm(*(part.denominator for part in parts))
+            self.revolutions[v] = lcm(*(part.denominator for part in parts))
         self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
         self.displacement_bound, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
 
@@ -242,9 +242,9 @@ class LoopRows:
         J[:, :, self.angles :] = (self.Q * t[:, None, :]).real
         for m, d in enumerate(self.along):
             if d >= 0:
-                turning = (1j * self.Q[:, m] * t[:, None, m]).real
+                rotated = (1j * self.Q[:, m] * t[:, None, m]).real
                 s = x[:, None, self.angles + m]
-                J[:, :, self.angle_index[d]] += self.ratio[d] * s * turning
+                J[:, :, self.angle_index[d]] += self.ratio[d] * s * rotated
         return J
 
     def _arguments(self, box: Box) -> Box:
@@ -275,8 +275,8 @@ class LoopRows:
             q, column = Y @ self.Q[:, m], self.angles + m
             low[:, :, column], high[:, :, column] = self._slide_cosines(q, m, arguments)
             if d >= 0:
-                turning = self._slide_cosines(1j * q, m, arguments)
-                own = products(turning, (box[0][:, None, column], box[1][:, None, column]))
+                rotated = self._slide_cosines(1j * q, m, arguments)
+                own = products(rotated, (box[0][:, None, column], box[1][:, None, column]))
                 low[:, :, self.angle_index[d]] += self.ratio[d] * own[0]
                 high[:, :, self.angle_index[d]] += self.ratio[d] * own[1]
         return low, high
@@ -551,7 +551,7 @@ class BoxRoots:
 
 
 def all_roots(rows: LoopRows, most: int, displacement_bound: np.ndarray | None = None) -> BoxRoots:
-    """All real roots, angles within their turns, displacements up to `displacement_bound`
+    """All real roots, angles within their revolutions, displacements up to `displacement_bound`
     (slides,), by default those of the rows; after `most` boxes the rest is left open.
     """
     return _BoxSearch(rows, most, displacement_bound).run()
@@ -580,7 +580,7 @@ class _BoxSearch:
             only = self._linear()
             if only is not None:
                 return BoxRoots(only, np.empty((0, n)), np.empty((0, n)), 1)
-        half = np.concatenate([np.pi * rows.turns, self.displacement_bound])[None]
+        half = np.concatenate([np.pi * rows.revolutions, self.displacement_bound])[None]
         lo, hi, count, spent = -half, half.copy(), 0, False
         while len(lo):
             count += len(lo)
@@ -665,8 +665,8 @@ class _BoxSearch:
     def _keep(self, root: np.ndarray) -> None:
         angles = self.rows.angles
         away = self.points - root
-        turn = 2.0 * np.pi * self.rows.turns
-        away[:, :angles] -= turn * np.round(away[:, :angles] / turn)
+        period = 2.0 * np.pi * self.rows.revolutions
+        away[:, :angles] -= period * np.round(away[:, :angles] / period)
         if not len(away) or (np.abs(away) * self.weight).max(1).min() > BOX_ROOTS_SAME:
             self.points = np.concatenate([self.points, root[None]])
 

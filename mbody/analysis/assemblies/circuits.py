@@ -131,11 +131,11 @@ class JointCurve:
                 continue
             assert new is not None and s is not None
             rate = float(self._rows(q)[1][self.row] @ t)
-            turning = rate * float(self._rows(new)[1][self.row] @ s) < 0.0
+            reverses = rate * float(self._rows(new)[1][self.row] @ s) < 0.0
             there = self.value(new)
             parts = [(q, new, x, there)]
-            if turning:
-                middle = self._turning(q, t, step, rate)
+            if reverses:
+                middle = self._turning_point(q, t, step, rate)
                 end = self.value(middle)
                 found.dead_centres.append(end)
                 found.low, found.high = min(found.low, end), max(found.high, end)
@@ -168,9 +168,9 @@ class JointCurve:
         """The value of a mode where a position has it but for rounding, so that it is not passed
         once more at the start.
         """
-        turns = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
+        whole = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
         return (
-            value + turns if abs(x - value - turns) < tol.LOOP_CLOSURE_CORRECTION * self.unit else x
+            value + whole if abs(x - value - whole) < tol.LOOP_CLOSURE_CORRECTION * self.unit else x
         )
 
     @staticmethod
@@ -209,7 +209,7 @@ class JointCurve:
                 break
         return np.asarray(q * self.system.coordinate_units)
 
-    def _turning(self, q: np.ndarray, t: np.ndarray, step: float, rate: float) -> np.ndarray:
+    def _turning_point(self, q: np.ndarray, t: np.ndarray, step: float, rate: float) -> np.ndarray:
         """The position between two at which the driver's value turns back."""
         low, high, middle = 0.0, step, q
         for _ in range(HALVINGS):
@@ -225,7 +225,7 @@ class JointCurve:
         return middle
 
 
-TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 
 
 @dataclass(frozen=True)
@@ -306,12 +306,12 @@ class Circuits(Inherited):
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The modes as data with circuits and dead centres, ready for JSON."""
         angular = self.mechanism[self.driver].angular  # type: ignore[attr-defined]  # a driver
-        turn = short_degrees if angular and angle == "deg" else float
+        in_unit = short_degrees if angular and angle == "deg" else float
         found = self.modes.data(angle)
         for mode in found["modes"]:
             mode["circuit"], mode["branch"] = self.of(mode["number"])
         dead = [
-            {"driver": self.driver, "value": turn(value), "circuit": one.number}
+            {"driver": self.driver, "value": in_unit(value), "circuit": one.number}
             for one in self.circuits
             for value in one.dead_centres
         ]
@@ -320,7 +320,7 @@ class Circuits(Inherited):
                 "number": one.number,
                 "modes": list(one.modes),
                 "full_turn": one.full_turn,
-                "range": one.range and [turn(value) for value in one.range],
+                "range": one.range and [in_unit(value) for value in one.range],
             }
             for one in self.circuits
         ]
@@ -446,7 +446,7 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     def settled(x: float) -> float:
         near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]
         best = min(near, key=lambda value: _apart(dead, x, value), default=x)
-        return x + math.remainder(best - x, TURN) if dead.angular else best
+        return x + math.remainder(best - x, REVOLUTION) if dead.angular else best
 
     walk.dead_centres = [settled(x) for x in walk.dead_centres]
     if walk.dead_centres:
@@ -454,7 +454,7 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
 
 
 def _apart(dead: DeadCentres, a: float, b: float) -> float:
-    return abs(math.remainder(a - b, TURN) if dead.angular else a - b)
+    return abs(math.remainder(a - b, REVOLUTION) if dead.angular else a - b)
 
 
 def _same(dead: DeadCentres, part: float) -> float:
@@ -470,10 +470,10 @@ def _between(dead: DeadCentres | None, value: float) -> list[float]:
         return _between_lengths(dead.values.tolist(), value)
     if len(dead.values) < 2:
         return []
-    ends = [*dead.values.tolist(), float(dead.values[0]) + TURN]
+    ends = [*dead.values.tolist(), float(dead.values[0]) + REVOLUTION]
     found = []
     for low, high in pairwise(ends):
-        here = low + (value - low) % TURN
+        here = low + (value - low) % REVOLUTION
         if not low < here < high:
             found.append(0.5 * (low + high))
     return found

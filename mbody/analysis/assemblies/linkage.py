@@ -65,7 +65,7 @@ class Linkage:
     `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
       where it is known.
     `ratio`, `offset`: ρ, and the rest [rad].
-    `meshed`: Directions that gears or couplings turn: their angles count up to turns of the teeth.
+    `meshed`: Directions that gears or couplings turn: their angles count up to rotations by teeth.
 
     Raises
     ------
@@ -160,7 +160,7 @@ class Linkage:
             for name, sign in ((part.i, -1.0), (part.j, 1.0)):
                 k = self.index[name]
                 factors[k] = factors.get(k, 0.0) + sign * p[1 + 7 * n]
-        self._relate(factors, p[0], element, turns=True)
+        self._relate(factors, p[0], element, modulo=True)
         self.meshed |= set(factors) - {self.bodies}
 
     def _mesh(self, wheels: Any, primitive: ConstraintPrimitive, points: _CoincidentPlaces) -> None:
@@ -171,23 +171,23 @@ class Linkage:
         rods = [one for one in self.pairs if one.kind == "rod" and (one.i, one.j) == (i, j)]
         rods = [one for one in rods if abs(one.arm_i - arms[0]) + abs(one.arm_j - arms[1]) == 0.0]
         if rods:
-            carrier, turned = rods[0].rod, 0.0
+            carrier, rotation = rods[0].rod, 0.0
         else:
             line = points.line((i, arms[0]), (j, arms[1]))
             if line is None:
                 raise NotCovered(f"no body carries both centres of '{wheels.name}'")
-            carrier, turned = line
+            carrier, rotation = line
         factors, direction = self._forms[carrier]
-        if not factors:  # the direction is known: within half a turn of the phase, as in closing
-            turned = p[6] + math.remainder(turned + direction - p[6], 2.0 * math.pi) - direction
+        if not factors:  # a known direction: within half a revolution of the phase, as in closing
+            rotation = p[6] + math.remainder(rotation + direction - p[6], 2.0 * math.pi) - direction
         row = {carrier: -1.0}
         for body, factor in ((i, p[4]), (j, p[5])):
             row[body] = row.get(body, 0.0) + factor
-        self._relate(row, turned - p[6], wheels, turns=True)
+        self._relate(row, rotation - p[6], wheels, modulo=True)
         self.meshed |= {i, j} - {self.bodies}
 
     def _relate(
-        self, factors: dict[int, float], value: float, element: Any, turns: bool = False
+        self, factors: dict[int, float], value: float, element: Any, modulo: bool = False
     ) -> None:
         """Solve Σ factor · direction = value for one of the unknowns that it has."""
         row: dict[int, float] = {}
@@ -198,9 +198,9 @@ class Linkage:
                 row[v] = row.get(v, 0.0) + factor * c
         row = {v: c for v, c in row.items() if abs(c) > BOX_FACTOR_NONE}
         if not row:
-            if abs(math.remainder(value, 2.0 * math.pi)) > DIRECTION_SAME and not turns:
+            if abs(math.remainder(value, 2.0 * math.pi)) > DIRECTION_SAME and not modulo:
                 raise NotCovered(f"'{element.name}' contradicts angles that others impose")
-            if turns:
+            if modulo:
                 raise NotCovered(f"'{element.name}' repeats angles that others impose")
             return
         pivot = min(row, key=lambda v: (abs(abs(row[v]) - 1.0), -v))
@@ -236,8 +236,8 @@ class Linkage:
         found = np.zeros((len(states), 3 * self.bodies + 3))
         for row, (angles, places) in zip(found, states, strict=True):
             for b in range(self.bodies):
-                turn = math.remainder(self.angle(b, angles), 2.0 * math.pi)
-                row[3 * b : 3 * b + 3] = places[b].real, places[b].imag, turn
+                rotation = math.remainder(self.angle(b, angles), 2.0 * math.pi)
+                row[3 * b : 3 * b + 3] = places[b].real, places[b].imag, rotation
         return found
 
 
@@ -340,20 +340,20 @@ def _pattern(
     """Names of the unknowns, and of every row its pair and the unknowns in it."""
     angles = sorted({v for v in linkage.variable if v not in (-1, known)})
     names = [(axis, b) for b in range(linkage.bodies) for axis in "xy"]
-    names += [("angle", v) for v in angles if _turns(linkage, v)]
+    names += [("angle", v) for v in angles if _bodies_of(linkage, v)]
     column = {name: k for k, name in enumerate(names)}
     rows = []
     for p, pair in enumerate(linkage.pairs):
         ends = [b for b in (pair.i, pair.j) if b < linkage.bodies]
-        turning = {linkage.variable[b] for b in ends} - {-1, known}
-        angular = [column["angle", v] for v in sorted(turning)]
+        rotating = {linkage.variable[b] for b in ends} - {-1, known}
+        angular = [column["angle", v] for v in sorted(rotating)]
         for axes in ("x", "y") if pair.kind == "pin" else ("xy",):
             places = [column[axis, b] for b in ends for axis in axes]
             rows.append((p, [*places, *angular]))
     return names, rows
 
 
-def _turns(linkage: Linkage, v: int) -> list[int]:
+def _bodies_of(linkage: Linkage, v: int) -> list[int]:
     """Bodies that turn with an unknown angle; a rod's own direction is no unknown of the count."""
     return [b for b in range(linkage.bodies) if linkage.variable[b] == v]
 

@@ -169,9 +169,9 @@ class JointFriction:
         if self.kind == "guide" and self.first > 0.0:
             tilt = 0.5 * mu * slip_sign * self.second
             moment, arm = y + tilt * x, 2.0 * mu / self.first
-            ends, turn = arm * np.abs(moment) > size, arm * np.sign(moment)
+            ends, by_moment = arm * np.abs(moment) > size, arm * np.sign(moment)
             size = np.where(ends, arm * np.abs(moment), size)
-            by_x, by_y = np.where(ends, turn * tilt, by_x), np.where(ends, turn, by_y)
+            by_x, by_y = np.where(ends, by_moment * tilt, by_x), np.where(ends, by_moment, by_y)
         return size, by_x, by_y
 
 

@@ -158,8 +158,8 @@ def _points_outwards(about: list[_EdgeEnd]) -> bool:
         for two in about:
             if one.end == 1 and two.end == 0:
                 (ax, ay), (bx, by) = one.direction, two.direction
-                turn = ax * by - ay * bx
-                if turn > DIRECTION_SAME or (turn > -DIRECTION_SAME and ax * bx + ay * by > 0.0):
+                cross = ax * by - ay * bx
+                if cross > DIRECTION_SAME or (cross > -DIRECTION_SAME and ax * bx + ay * by > 0.0):
                     return False
     return True
 
@@ -479,9 +479,9 @@ class Unilateral:
                     if candidate.edge
                     else math.nan
                 )
-                turned = math.pi if arc.ahead == -1.0 else 0.0
+                flip = math.pi if arc.ahead == -1.0 else 0.0
                 own = self.bodies[n][int(arc.second)]
-                numbers = (*arms, turned, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
+                numbers = (*arms, flip, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
                 found.append((n, *self.bodies[n], own, *numbers))
         table = np.array(found, dtype=float).reshape(-1, 13)
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
@@ -490,7 +490,7 @@ class Unilateral:
         """Of every arc its contact point, how far (…, arcs) this is round it from its beginning,
         and as far from its middle either way before it is nearer the other way, and its length.
         """
-        which, bodies, (ax, ay, bx, by, turned, fixed, begin, half, radius) = (
+        which, bodies, (ax, ay, bx, by, flip, fixed, begin, half, radius) = (
             *self._arcs[:2],
             self._arcs[2].T,
         )
@@ -498,7 +498,7 @@ class Unilateral:
         (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in (i, j))
         dx = xj + np.cos(tj) * bx - np.sin(tj) * by - xi - np.cos(ti) * ax + np.sin(ti) * ay
         dy = yj + np.sin(tj) * bx + np.cos(tj) * by - yi - np.sin(ti) * ax - np.cos(ti) * ay
-        direction = np.where(np.isnan(fixed), np.arctan2(dy, dx) + turned, ti + fixed)
+        direction = np.where(np.isnan(fixed), np.arctan2(dy, dx) + flip, ti + fixed)
         off = direction - q[..., 3 * own + 2] - begin - half + math.pi
         off = np.remainder(off, math.tau) - math.pi
         return which, radius * (half + off), 2.0 * radius * half
@@ -525,7 +525,7 @@ class Unilateral:
         primitives = [int(L.active_set[t.normal]) for t in self.contact_points]
         return [(int(L.primitive_i[e]), int(L.primitive_j[e])) for e in primitives]
 
-    def turned_from(self, work: Work) -> Array:
+    def phase_offsets(self, work: Work) -> Array:
         """The angle between the direction of the line of centres and ψ of the row along each
         contact point of two circles, (points,); zero of others. See `mbody.model.joints.slipping`.
         """
@@ -567,7 +567,7 @@ class Unilateral:
         ]
         return [int(L.primitive_par[int(L.active_set[t.tangent])]) + 6 for t in circles]
 
-    def turn_phase(self, work: Work, n: int, angle: float) -> None:
+    def shift_phase(self, work: Work, n: int, angle: float) -> None:
         """Add to ψ of the row along contact point n, of two circles."""
         e = int(self.layout.active_set[self.contact_points[n].tangent])
         work.par[int(self.layout.primitive_par[e]) + 6, 0] += angle

@@ -41,7 +41,7 @@ from mbody.system.system import System
 #: Distance along a length, in model lengths, after which it is said to have no end.
 FAR = 1e3
 #: Places on a path at which it is examined: a prime, so that none is where branches meet, a whole
-#: part of a turn away from the start.
+#: part of a revolution away from the start.
 STATIONS = 61
 #: Rows up to which the end is found by dense matrices; beyond, the path's own end is given.
 LARGEST = 300
@@ -137,7 +137,7 @@ class _Curve:
         if stopped is None:
             return None
         sign = math.copysign(1.0, change)
-        found = self._turning(places[-1], sign)
+        found = self._turning_point(places[-1], sign)
         if found is None:
             found = self._extrapolated(stopped, sign)
         return stopped if found is None else found
@@ -227,7 +227,7 @@ class _Curve:
             along = -along
         return float(G[self.row] @ along), along
 
-    def _turning(self, q: np.ndarray, sign: float) -> float | None:
+    def _turning_point(self, q: np.ndarray, sign: float) -> float | None:
         """x at the turning point near q; None where none is found."""
         here = self._closed(q)
         found = None if here is None else self._slope(here, None)
@@ -307,7 +307,7 @@ class DriverRange(Inherited):
         Where the driver was [rad] or [length].
     low, high : float
         The dead centres on both sides [rad] or [length]; infinite where there is none: an angle
-        can then make whole turns.
+        can then make whole revolutions.
     unit : str
         Of lengths; empty for angles.
     status, doubts, notes
@@ -327,7 +327,7 @@ class DriverRange(Inherited):
 
     @property
     def unlimited(self) -> bool:
-        """Whether it meets no dead centre: an angle makes whole turns."""
+        """Whether it meets no dead centre: an angle makes whole revolutions."""
         return math.isinf(self.low) and math.isinf(self.high)
 
     def __str__(self) -> str:

@@ -47,8 +47,8 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     """The sentence of a free motion whose accelerations nothing determines; else None.
 
     A body without mass that is free, or one without inertia about its mass centre that is free to
-    turn, and that loads turn: here, or where it is turned and turns a little. What nothing turns is
-    left alone, as a ball that is a point.
+    turn, and that loads turn: here, or where it is rotated and turns a little. What nothing turns
+    is left alone, as a ball that is a point.
     """
     bodies = system.mechanism.bodies
     own = system.mass[: system.coordinates, 0].reshape(-1, 3)
@@ -199,9 +199,9 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
         distance = system.length * far.max()
         parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
-    if (turned := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
-        angle = np.degrees(turned.max())
-        parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
+    if (rotation := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
+        angle = np.degrees(rotation.max())
+        parts.append(f"'{names[int(rotation.argmax())]}' was turned by {angle:.3g} deg")
     if np.abs(changed).max() > tol.START_CHANGE_REPORTED * velocity_scale:
         b, k = divmod(int(np.abs(changed).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))

@@ -182,8 +182,8 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
         return False
     n = system.coordinates
     off = (q[:n] - found.work.q[:n, 0]).reshape(-1, 3)
-    turned = np.abs(np.exp(1j * off[:, 2]) - 1.0).max()
-    return bool(max(np.abs(off[:, :2]).max() / system.length, turned) < tol.POSITION_SAME)
+    rotation = np.abs(np.exp(1j * off[:, 2]) - 1.0).max()
+    return bool(max(np.abs(off[:, :2]).max() / system.length, rotation) < tol.POSITION_SAME)
 
 
 def _follow(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) -> Solution:
@@ -577,13 +577,13 @@ class RequestedInstants:
 
     `options`: Arguments of the analysis; not used where `ask` is given.
     `ask`: Instants or None
-    `turning`: The driver whose turn it is; empty where none turns.
+    `revolving`: The driver whose turn it is; empty where none turns.
     """
 
     analysis: str
     options: Mapping[str, Any]
     ask: Instants | None
-    turning: str
+    revolving: str
 
     def analysed(self, system: System) -> Solution:
         """The result of a system."""

@@ -445,8 +445,8 @@ class Runner:
 
     def position_norm(self, start: ClosedPosition, grid: TimeGrid) -> float:
         """Greatest coordinate in model lengths and radians, to which rounding is relative."""
-        turned = np.abs(grid.s).max() if grid.mode == BY_DRIVER else 0.0
-        return float(1.0 + max(self.system.extent(start.work.q[:, 0]), turned))
+        driver_range = np.abs(grid.s).max() if grid.mode == BY_DRIVER else 0.0
+        return float(1.0 + max(self.system.extent(start.work.q[:, 0]), driver_range))
 
     def scalar(
         self,

@@ -63,7 +63,7 @@ def memory() -> float:
 #: Most turns that are made at one request.
 MOST = 1000
 #: Instants of a whole turn, both ends included, unless the caller says how many.
-TURN = 361
+REVOLUTION_INSTANTS = 361
 
 #: Laws that need not have a value everywhere.
 LIMITED = (Expression, Table)
@@ -135,7 +135,7 @@ def time_grid(
     if turns is not None and turn is None:
         raise ModelError("turns goes with turn, which says whose they are: turn=True, turns=2")
     if turn is not None:
-        grid = _turn(system, turn, instants, 1 if turns is None else turns)
+        grid = _revolution_grid(system, turn, instants, 1 if turns is None else turns)
     elif drive:
         grid = _grid_of_values(system, 0.0 if t is None else t, drive)
     else:
@@ -331,7 +331,9 @@ def _check_still(system: System, driver: Driver) -> None:
         )
 
 
-def _turn(system: System, turn: str | bool, instants: int | None, turns: int) -> TimeGrid:
+def _revolution_grid(
+    system: System, turn: str | bool, instants: int | None, turns: int
+) -> TimeGrid:
     drivers = system.independent_drivers
     if turn is True:
         if len(drivers) != 1:
@@ -361,7 +363,7 @@ def _turn(system: System, turn: str | bool, instants: int | None, turns: int) ->
         raise ModelError(f"turns must be a whole number from 1 to {MOST}, not {turns!r}")
     turns = operator.index(turns)
     if instants is None:
-        instants = (TURN - 1) * turns + 1
+        instants = (REVOLUTION_INSTANTS - 1) * turns + 1
     if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
         raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
     instants = operator.index(instants)

@@ -175,7 +175,7 @@ class ForcePath:
     @property
     def turns(self) -> bool:
         """Whether the output is an angle."""
-        return self.phases[0].turns
+        return self.phases[0].rotates
 
     def _candidates(self) -> dict[str, tuple[str, ...]]:
         """The bodies of the joints of the output body, and of contacts that are ever closed."""
@@ -271,7 +271,7 @@ class _Phase:
         self.rows_of = {
             one.name: self._rows(self.system.primitives_of[one.name]) for one in self.elements
         }
-        self.turns = not point and not self._keeps_direction()
+        self.rotates = not point and not self._keeps_direction()
         #: Whether contacts decide how many motions are left.
         self.decided = phase.system is not run.system or bool(phase.open)
         self._carriers: dict[str, list[_Carrier]] = {}
@@ -366,9 +366,9 @@ class _Phase:
 
     def _velocity(self, along: Array, arm: Array) -> Array:
         """Velocity of a place of the output body, by the model length."""
-        x, y, turn = along[self.first : self.first + 3]
+        x, y, rotation = along[self.first : self.first + 3]
         a = arm / self.system.length
-        return np.array([x - turn * a[1], y + turn * a[0]])
+        return np.array([x - rotation * a[1], y + rotation * a[0]])
 
     def _output(self, k: int, along: Array) -> tuple[Array, float, Array]:
         """Arm of the loaded point, rate of the output and its direction."""
@@ -386,7 +386,7 @@ class _Phase:
     def _load(self, k: int, along: Array) -> Array:
         """A unit load on the output, as coordinates have it without units."""
         Q = np.zeros(self.n)
-        if self.turns:
+        if self.rotates:
             Q[self.first + 2] = 1.0
             return Q
         arm, _, u = self._output(k, along)
@@ -440,16 +440,16 @@ class _Phase:
                 angle = math.asin(min(1.0, abs(float(F @ v)) / (size * float(np.hypot(*v)))))
         x = float(G[self.row] @ along) * self.unit
         y = float(along[self.first + 2])
-        if not self.turns:  # along a path: of no direction
+        if not self.rotates:  # along a path: of no direction
             x, y = abs(x), self._output(k, along)[1] * self.system.length
         y = y if abs(y) > RATE_NONE_COORDINATE * self.system.length else 0.0
         ratio = (
             y / x if abs(x) > RATE_NONE_COORDINATE * self.unit else math.copysign(math.inf, x * y)
         )
         advantage = x / y if y else math.copysign(math.inf, x * y)
-        scale = self.system.length if self.turns else 1.0
+        scale = self.system.length if self.rotates else 1.0
         index = most / (abs(load) * scale) if abs(load) > RATE_NONE_COORDINATE * most else math.inf
-        if not y and not self.turns:  # the load has no direction
+        if not y and not self.rotates:  # the load has no direction
             index = math.nan
         return Transferred(by, angle, ratio, advantage, index)
 
@@ -536,13 +536,13 @@ class Transmission(Inherited):
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Everything as plain values, ready for JSON; what is infinite or undefined is null."""
-        turn = np.degrees if angle == "deg" else np.asarray
-        own = turn if self.angular else np.asarray
+        in_unit = np.degrees if angle == "deg" else np.asarray
+        own = in_unit if self.angular else np.asarray
         head = heading(
             self.mechanism.name, "transmission", unit_symbols(self.mechanism.units, angle), self
         )
         least = self.least and {
-            "value": float(turn(self.least.value)),
+            "value": float(in_unit(self.least.value)),
             "driver": float(own(self.least.driver)),
             "t": self.least.t,
         }
@@ -552,8 +552,8 @@ class Transmission(Inherited):
             "joint": self.joint,
             "t": self.t.tolist(),
             "driver_value": own(self.driver_value).tolist(),
-            "transmission_angle": _plain(turn(self.angle)),
-            "pressure_angle": _plain(turn(self.pressure_angle)),
+            "transmission_angle": _plain(in_unit(self.angle)),
+            "pressure_angle": _plain(in_unit(self.pressure_angle)),
             "velocity_ratio": _plain(self.velocity_ratio),
             "mechanical_advantage": _plain(self.mechanical_advantage),
             "joint_force_index": _plain(self.joint_force_index),

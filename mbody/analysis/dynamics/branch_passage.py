@@ -414,10 +414,10 @@ class _Choice:
         )
 
     def _several(self, count: int, a: Array) -> Doubt:
-        turning = np.abs(a.reshape(-1, 3)).max(axis=1)
+        speeds = np.abs(a.reshape(-1, 3)).max(axis=1)
         bodies = self.system.mechanism.bodies
         names = [
-            bodies[n].name for n in np.flatnonzero(turning > tol.RATE_NONE_MOTION * turning.max())
+            bodies[n].name for n in np.flatnonzero(speeds > tol.RATE_NONE_MOTION * speeds.max())
         ]
         return Doubt(
             "singular",

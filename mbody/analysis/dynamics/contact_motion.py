@@ -331,7 +331,7 @@ class ModalIntegration(JumpIntegration):
         self.modes, self.pairs = list(modes), list(pairs)
         self.load()
         found = uni.read(work)
-        off = uni.turned_from(work)
+        off = uni.phase_offsets(work)
         for n, (point, mode) in enumerate(zip(uni.contact_points, modes, strict=True)):
             if mode == "open":
                 continue
@@ -371,7 +371,7 @@ class ModalIntegration(JumpIntegration):
     def _anchor(self, n: int, point: ContactPoint, rows: Rows, off: Array) -> None:
         """Sticking begins where the contact point is."""
         if point.candidate.solid == "circle":
-            self.uni.turn_phase(self.work, n, float(off[n]))
+            self.uni.shift_phase(self.work, n, float(off[n]))
         else:
             self.work.anchor[point.tangent, 0] = rows.value[point.tangent]
 

@@ -27,7 +27,7 @@ STEPS, RUN_AWAY = 120, 1e3
 class Node:
     """A place of the walk.
 
-    `place`: Angles go on over whole turns.
+    `place`: Angles go on over whole revolutions.
     `along` (coordinates,): Unit tangent in the direction of the walk.
     `residual`, `slope`: g and dg/ds.
     `side`: Sign of the determinant of the independent rows and the tangent: it changes where
@@ -47,7 +47,7 @@ class Walk:
 
     `nodes`: In order; the first is the start.
     `smooth`: Of each interval between neighbours: false where it has a corner.
-    `closed`: Whether it came back to its beginning, whole turns left out.
+    `closed`: Whether it came back to its beginning, whole revolutions left out.
     `end`: Why it ended before: "far" away, at its "longest", after too many steps ("long"), where a
       load has "no value", or where no step goes on ("stuck"); empty where it closed.
     `crossings`, `corners`: Where branches meet that it went through, and where a distance in the
@@ -144,7 +144,7 @@ class MotionCurve:
         return float(arclengths[near] + (own - displacements[near]) @ walk.nodes[near].along)
 
     def passes(self, walk: Walk, place: Place) -> bool:
-        """Whether a walk goes through a place, whole turns left out."""
+        """Whether a walk goes through a place, whole revolutions left out."""
         for one, other in zip(walk.nodes[:-1], walk.nodes[1:], strict=True):
             chord = (other.place.q - one.place.q) / self.scale
             to = (place.q - one.place.q) / self.scale
@@ -161,12 +161,13 @@ class MotionCurve:
         return False
 
     def balanced_beyond(self, walk: Walk) -> bool:
-        """Whether positions whole turns beyond a closed walk, and beyond half a turn before it, may
-        rest: where loads differ between turns they change by as much with every turn.
+        """Whether positions whole revolutions beyond a closed walk, and beyond half a revolution
+        before it, may rest: where loads differ between revolutions they change by as much with
+        every revolution.
         """
-        turns = walk.nodes[-1].place.q - walk.nodes[0].place.q
+        revolutions = walk.nodes[-1].place.q - walk.nodes[0].place.q
         residuals = np.array([node.residual for node in walk.nodes])
-        forces = [self.manifold.force(node.place.q + turns) for node in walk.nodes]
+        forces = [self.manifold.force(node.place.q + revolutions) for node in walk.nodes]
         pairs = zip(walk.nodes, forces, strict=True)
         more = np.array([float(force @ node.along) for node, force in pairs]) - residuals
         arclengths = self.arclengths(walk)
@@ -220,9 +221,9 @@ class MotionCurve:
 
     def _closing(self, first: Place, here: Node, there: Node, sign: float) -> Node | None:
         """The node at which the walk is at its beginning again, if that lies in this step."""
-        turns = np.zeros(len(first.q))
-        turns[2::3] = 2.0 * np.pi * np.round((here.place.q - first.q)[2::3] / (2.0 * np.pi))
-        target = first.q + turns
+        revolutions = np.zeros(len(first.q))
+        revolutions[2::3] = 2.0 * np.pi * np.round((here.place.q - first.q)[2::3] / (2.0 * np.pi))
+        target = first.q + revolutions
         chord = (there.place.q - here.place.q) / self.scale
         size = float(np.linalg.norm(chord))
         to = (target - here.place.q) / self.scale
@@ -268,8 +269,8 @@ class MotionCurve:
         after = manifold.rows(beyond)[1].reshape(before.shape)
         dots = (before * after).sum(axis=2)
         sizes = np.linalg.norm(before, axis=2) * np.linalg.norm(after, axis=2)
-        turned = np.argwhere((dots < -0.5 * sizes) & (sizes > 0.0))
-        for body in dict.fromkeys(int(b) for _, b in turned):
+        reversed_rows = np.argwhere((dots < -0.5 * sizes) & (sizes > 0.0))
+        for body in dict.fromkeys(int(b) for _, b in reversed_rows):
             fixed = np.zeros(len(corner.along))
             fixed[3 * body : 3 * body + 3] = fastest[3 * body : 3 * body + 3]
             size = float(fixed @ fixed)
@@ -428,7 +429,7 @@ class _CurveIsolation:
         """Length of the chord."""
         return float(np.linalg.norm((other.place.q - one.place.q) / self.curve.scale))
 
-    def turns_round(self, one: Node, other: Node) -> bool:
+    def rotates_far(self, one: Node, other: Node) -> bool:
         """Whether a load along a line turns by a right angle or more between two nodes."""
         n = self.system.coordinates
         here, there = (np.append(node.place.q[:n], np.zeros(3)) for node in (one, other))
@@ -453,7 +454,7 @@ class _CurveIsolation:
     def divide(self, one: Node, other: Node, error: float) -> None:
         """Find the zeros after `one` and up to `other`; error is that of the cubic."""
         cubic = self.cubic(one, other)
-        if not self.turns_round(one, other):
+        if not self.rotates_far(one, other):
             if np.abs(cubic).max() <= 10.0 * self.zero:
                 self._small(one, other)
                 return
@@ -486,7 +487,7 @@ class _CurveIsolation:
 
     def _certain(self, cubic: Array, ends: tuple[float, float], error: float) -> int:
         """How many zeros the residual force has, 0 or 1; −1 where that is not certain."""
-        x = np.sort(np.append(X, _turning(cubic)))
+        x = np.sort(np.append(X, _extrema(cubic)))
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
         p[0], p[-1] = ends
@@ -553,7 +554,7 @@ class _CurveIsolation:
             self._root(one, other)
             return
         nodes = [one, other]
-        for x in _turning(self.cubic(one, other)):
+        for x in _extrema(self.cubic(one, other)):
             node = between(self.curve, one, other, float(x))
             nodes += [node] if node is not None else []
         # of a residual force that touches zero the place where it is least
@@ -567,7 +568,7 @@ class _CurveIsolation:
             self.found.rests.append(best)
 
 
-def _turning(cubic: Array) -> Array:
+def _extrema(cubic: Array) -> Array:
     """Where a cubic is greatest or least within its interval."""
     a, b, c = 3.0 * cubic[3], cubic[2], cubic[1]  # a x² + 2 b x + c = 0
     square = b * b - a * c

@@ -269,16 +269,16 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         name = f"{load.name}.{load.quadratic_in}"
         speed = abs(float(system.values[name]))
         used = speed or 1.0
-        still, turning = (
+        still, rotating = (
             manifold.other(system.with_values({name: value})) for value in (0.0, used)
         )
-        one, other = still.place(rest.place.q), turning.place(rest.place.q)
+        one, other = still.place(rest.place.q), rotating.place(rest.place.q)
         if one is None or other is None or len(one.motions) != len(rest.place.motions):
             continue
-        top = max(rest.top, turning.largest(rest.place.q))
+        top = max(rest.top, rotating.largest(rest.place.q))
         if max(one.size, other.size) > 10.0 * tol.EQUILIBRIUM_BALANCED * top:
             continue
-        before, field = still.stiffness(one), turning.stiffness(other)
+        before, field = still.stiffness(one), rotating.stiffness(other)
         if np.linalg.matrix_rank(before) < len(before):
             continue  # the field alone keeps it there
         roots = np.linalg.eigvals(np.linalg.solve(before, before - field))

@@ -467,8 +467,8 @@ def _aligned(place: Place, near: Place, J: Array) -> Array:
     basis of its own.
     """
     u, _, vt = np.linalg.svd(place.motions @ near.motions.T)
-    turn = u @ vt
-    return np.column_stack([turn @ J[:, :-1] @ turn.T, turn @ J[:, -1]])
+    rotation = u @ vt
+    return np.column_stack([rotation @ J[:, :-1] @ rotation.T, rotation @ J[:, -1]])
 
 
 History = TypeVar("History", BodyHistory, PointHistory, Reaction)
@@ -723,7 +723,7 @@ class _Tracer:
     def __init__(self, follower: Follower, t: float, points: int) -> None:
         self.follower, self.t, self.points = follower, t, points
         self.path: list[Point] = []
-        self.turned: list[Point] = []
+        self.folds: list[Point] = []
         self.crossed: list[Point] = []
         self.kinds: list[str] = []
         self.notes: list[str] = []
@@ -813,9 +813,9 @@ class _Tracer:
             self._crossed(found.point, found.kind)
             return True
         if here.direction[-1] * there.direction[-1] < 0.0:
-            turned = self.follower.between(here, there, lambda point: float(point.direction[-1]))
-            self.path.append(turned)
-            self.turned.append(turned)
+            fold = self.follower.between(here, there, lambda point: float(point.direction[-1]))
+            self.path.append(fold)
+            self.folds.append(fold)
             return True
         one, other = here.stiffnesses, there.stiffnesses
         alike = len(one) == len(other)
@@ -841,7 +841,7 @@ class _Tracer:
             rest = Rest(point.place, point.stiffness, manifold.largest(point.place.q), row=False)
             words.append(stability_of(rest, manifold.mass(point.place.motions))[0])
         # at a fold or a crossing the least stiffness is zero but for the last digits
-        for point in (*self.turned, *self.crossed):
+        for point in (*self.folds, *self.crossed):
             words[path.index(point)] = "neutral"
         system = follower.system.with_values({follower.parameter: values})
         solution = _statics(system, [point.place.q for point in path], self.t)
@@ -851,7 +851,7 @@ class _Tracer:
             arclength=np.array([point.arc for point in path]),
             unit=_unit(follower.system, follower.parameter),
             stability=tuple(words),
-            folds=tuple(path.index(point) for point in self.turned),
+            folds=tuple(path.index(point) for point in self.folds),
             crossings=tuple(path.index(point) for point in self.crossed),
             kinds=tuple(self.kinds),
             solution=solution,

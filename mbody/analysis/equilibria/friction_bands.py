@@ -196,14 +196,14 @@ def bands_of(
         last = bands.pop()
         nodes = walks[0].nodes
         back = nodes[0].place.q - nodes[-1].place.q
-        begun = [_turned_back(node, back) for node in last.inside]
-        first = None if last.first is None else _turned_back(last.first, back)
+        begun = [_revolutions_before(node, back) for node in last.inside]
+        first = None if last.first is None else _revolutions_before(last.first, back)
         bands[0] = Band(first, bands[0].last, (*begun, *bands[0].inside))
     return [band for band in bands if not _is_point(band, curve.scale)]
 
 
-def _turned_back(node: Node, back: Array) -> Node:
-    """The node whole turns before."""
+def _revolutions_before(node: Node, back: Array) -> Node:
+    """The node whole revolutions before."""
     return replace(node, place=replace(node.place, q=node.place.q + back))
 
 
@@ -261,7 +261,7 @@ class _Located:
         nodes, smooth = list(walks[0].nodes), list(walks[0].smooth)
         for walk in walks[1:]:
             # the way back, in the direction of the way on
-            back = [self._turned(node) for node in reversed(walk.nodes[1:])]
+            back = [self._reversed(node) for node in reversed(walk.nodes[1:])]
             nodes, smooth = [*back, *nodes], [*reversed(walk.smooth), *smooth]
         for n, (one, other) in enumerate(itertools.pairwise(nodes)):
             yield one, self.reserve(one.place, one.along), smooth[n]
@@ -274,7 +274,7 @@ class _Located:
         last = nodes[-1]
         yield last, self.reserve(last.place, last.along), False
 
-    def _turned(self, node: Node) -> Node:
+    def _reversed(self, node: Node) -> Node:
         return Node(node.place, -node.along, -node.residual, node.slope, node.side)
 
     def refined(self, samples: list[Sample]) -> Iterator[Sample]:

@@ -53,7 +53,7 @@ class LoadEnds:
         self.bodies = np.array(bodies, dtype=np.int64).reshape(2, -1)
         self.arms = np.array(arms, dtype=float).reshape(2, -1, 2) / self.length
 
-    def _turned(self, q: Array) -> tuple[Array, Array]:
+    def _poses_and_arms(self, q: Array) -> tuple[Array, Array]:
         """Poses (…, 2, loads, 3) in model lengths, and arms in world axes (…, 2, loads, 2)."""
         pose = q.reshape(*q.shape[:-1], -1, 3)
         pose = np.concatenate([pose, np.zeros((*q.shape[:-1], 1, 3))], axis=-2)
@@ -65,18 +65,18 @@ class LoadEnds:
 
     def vectors(self, q: Array) -> Array:
         """At positions (…, coordinates): (…, loads, 2)."""
-        pose, arms = self._turned(q)
+        pose, arms = self._poses_and_arms(q)
         places = pose[..., :2] + arms
         return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
 
     def slopes(self, q: Array, directions: Array) -> Array:
         """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
-        arms = self._turned(q)[1][..., None, :, :, :]
+        arms = self._poses_and_arms(q)[1][..., None, :, :, :]
         rates = directions.reshape(*directions.shape[:-1], -1, 3)
         still = np.zeros((*rates.shape[:-2], 1, 3))
         rates = np.concatenate([rates, still], axis=-2)[..., self.bodies, :]
-        turning = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
-        moved = rates[..., :2] + turning
+        rotational = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
+        moved = rates[..., :2] + rotational
         return np.moveaxis(moved[..., 1, :, :] - moved[..., 0, :, :], -3, -1)
 
 
@@ -109,8 +109,8 @@ class _Neighbours:
     `begin` (places + 1,): Which pairs each place is the first of.
     `seen` (pairs, 2)
     `chords` (pairs,)
-    `turns` (pairs, 2, 2): From the frame of the second to that of the first, turned as little as
-      possible.
+    `rotations` (pairs, 2, 2): From the frame of the second to that of the first, rotated as little
+      as possible.
     `level` (pairs,): Least cosine between both planes.
     """
 
@@ -119,7 +119,7 @@ class _Neighbours:
     begin: Array
     seen: Array
     chords: Array
-    turns: Array
+    rotations: Array
     level: Array
 
 
@@ -143,14 +143,14 @@ class Cover:
         return not (self.full or self.rim)
 
     def node(self, place: Place, frame: Array, radius: float) -> CoverNode:
-        """A place of the cover, its frame turned as little as possible from one nearby."""
+        """A place of the cover, its frame rotated as little as possible from one nearby."""
         u, _, vt = np.linalg.svd(frame @ place.motions.T)
-        turn = u @ vt
+        rotation = u @ vt
         name = self.name(place.q)
-        return CoverNode(place, turn @ place.motions, radius, turn @ place.residual, name)
+        return CoverNode(place, rotation @ place.motions, radius, rotation @ place.residual, name)
 
     def name(self, q: Array) -> Array:
-        """Positions (…, coordinates) by numbers that whole turns leave alone."""
+        """Positions (…, coordinates) by numbers that whole revolutions leave alone."""
         pose = (q / self.scale).reshape(*q.shape[:-1], -1, 3)
         parts = [pose[..., 0], pose[..., 1], np.cos(pose[..., 2]), np.sin(pose[..., 2])]
         return np.concatenate(parts, axis=-1)
@@ -197,11 +197,11 @@ class Cover:
     def _ring(self, around: list[CoverNode]) -> list[CoverNode]:
         """Add the places around some; those of them from which the surface goes on."""
         angles = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
-        turns = np.column_stack([np.cos(angles), np.sin(angles)])
+        unit_vectors = np.column_stack([np.cos(angles), np.sin(angles)])
         directions = [
             (node, direction / np.abs(direction).max())
             for node in around
-            for direction in turns @ node.frame
+            for direction in unit_vectors @ node.frame
         ]
         left = [
             (node, direction, min(2.0 * node.radius, tol.SURFACE_SPACING))
@@ -293,7 +293,7 @@ class Cover:
         return False
 
     def distinguishes_revolutions(self) -> bool:
-        """Whether a whole turn of some body changes the loads, as of a torsion spring."""
+        """Whether a whole revolution of some body changes the loads, as of a torsion spring."""
         first = self.nodes[0].place
         top = self.manifold.scale_of(first)
         for body in range(len(first.q) // 3):
@@ -307,7 +307,7 @@ class Cover:
         return False
 
     def seen(self, node: CoverNode, q: Array) -> Array:
-        """Positions (…, coordinates) in the tangent plane of a place, whole turns left out:
+        """Positions (…, coordinates) in the tangent plane of a place, whole revolutions left out:
         (…, 2).
         """
         return np.asarray(without_whole_revolutions((q - node.place.q) / self.scale) @ node.frame.T)
@@ -364,10 +364,10 @@ class Cover:
         if not own.size:
             return found
         first, y = beside.first, beside.seen
-        turned = np.einsum("nab,nb->na", beside.turns, residuals[beside.second])
+        rotated = np.einsum("nab,nb->na", beside.rotations, residuals[beside.second])
         linear = residuals[first] - np.einsum("nab,nb->na", stiffness[first], y)
         lengths = np.linalg.norm(y, axis=1)
-        parts = np.linalg.norm(turned - linear, axis=1) / lengths**2
+        parts = np.linalg.norm(rotated - linear, axis=1) / lengths**2
         bounds = beside.begin[:-1]
         kept = np.diff(beside.begin) > 0
         second_derivative, longest = np.zeros(len(kept)), np.zeros(len(kept))
@@ -381,7 +381,7 @@ class Cover:
 
 
 def without_whole_revolutions(displacement: Array) -> Array:
-    """Differences of positions (…, coordinates) without units, whole turns left out."""
+    """Differences of positions (…, coordinates) without units, whole revolutions left out."""
     displacement = displacement.copy()
     displacement[..., 2::3] = np.remainder(displacement[..., 2::3] + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(displacement)
@@ -512,7 +512,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
 
 
 def _apart(cover: Cover, one: Array, other: Array) -> float:
-    """How far two positions are from each other, whole turns left out."""
+    """How far two positions are from each other, whole revolutions left out."""
     return float(np.abs(cover.name(one) - cover.name(other)).max())
 
 
@@ -700,9 +700,9 @@ class PolarChart(TangentChart):
         """Relative motion of the ends of loads in cells (cells, loads); loads whose ends coincide
         in the centre rotate with the angle only.
         """
-        turned = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
+        relative = np.linalg.norm(np.diff(ends, axis=2), axis=-1)[:, :, 0]
         lengths = np.linalg.norm(ends, axis=-1)
-        part = (turned / np.maximum(lengths.min(axis=2), tol.TINY)).max(axis=1)
+        part = (relative / np.maximum(lengths.min(axis=2), tol.TINY)).max(axis=1)
         return np.where(self.own, part * lengths.min(axis=(1, 2)), moved)
 
 

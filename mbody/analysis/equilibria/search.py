@@ -114,7 +114,7 @@ class RestSearch:
       balances, where no number of rest positions is certain, and beside which stable and unstable
       ones do not alternate.
     `ends`: Why and where a walk along a single free motion ended that does not close; "wound" where
-      further turns may have rest positions too.
+      further revolutions may have rest positions too.
     `walks`: Along single free motions.
     """
 
@@ -291,7 +291,7 @@ class RestSearch:
             self._try(here)
 
     def _met_behind(self, curve: MotionCurve, walks: Sequence[Walk]) -> bool:
-        """Whether two walks that were given up meet each other, whole turns left out, so that
+        """Whether two walks that were given up meet each other, whole revolutions left out, so that
         together they have all of a closed curve: as of a wheel that rolls round in a ring.
         """
         if [walk.end for walk in walks] != ["long", "long"]:
@@ -301,9 +301,9 @@ class RestSearch:
         if not curve.passes(onward, last):
             return False
         near = min(onward.nodes, key=lambda node: self.manifold.apart(node.place.q, last.q))
-        turns = np.zeros(len(last.q))
-        turns[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
-        there = self.manifold.place(last.q + turns)
+        revolutions = np.zeros(len(last.q))
+        revolutions[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
+        there = self.manifold.place(last.q + revolutions)
         if there is None:
             return False
         alike = float(np.abs(there.force - last.force).max())
@@ -445,8 +445,8 @@ class RestSearch:
 
     def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
         """Keep a rest position that is new among `known`, by default all that are found, and not
-        another one after whole turns; of places that do not rest the one with the least residual
-        force.
+        another one after whole revolutions; of places that do not rest the one with the least
+        residual force.
         """
         top = self.manifold.scale_of(here)
         if here.size > tol.EQUILIBRIUM_BALANCED * top or self._is_away(here):
@@ -455,8 +455,8 @@ class RestSearch:
                 self.least, self._ratio = here, ratio
             return
         for other in self.found:
-            turned = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
-            if not (known is None or turned or any(other is one for one in known)):
+            revolved = np.abs(other.place.q - here.q)[2::3].max(initial=0.0) > np.pi
+            if not (known is None or revolved or any(other is one for one in known)):
                 continue  # the walk distinguishes neighbours along it
             alike = np.abs(other.place.force - here.force).max() <= tol.EQUILIBRIA_ALIKE * top
             if alike and self.manifold.apart(other.place.q, here.q) < tol.POSITION_SAME_LOOSE:

@@ -233,7 +233,7 @@ class ChartCells:
     `inward`: The number of a load, among those that are sharp, that drives to its nonsmooth line
       from both sides of a quarter in which the residual force along the nonsmooth line has a zero;
       −1 of none.
-    `turning` (cells, 4, loads): Loads whose direction is not known between the corners.
+    `rotating` (cells, 4, loads): Loads whose direction is not known between the corners.
     """
 
     def __init__(
@@ -252,7 +252,7 @@ class ChartCells:
             np.repeat(second_difference, 4, axis=0) for second_difference in second_differences
         ]
         self._ends(charts, numbers, shape)
-        clear = ~self.turning.any(axis=-1)
+        clear = ~self.rotating.any(axis=-1)
         gaps = _separated(flat, every).max(axis=1).reshape(shape)
         self.empty = clear & (gaps > 0.0)
         self.inward = np.full(shape, -1)
@@ -265,7 +265,7 @@ class ChartCells:
         grid = self.samples.ends[numbers]  # (cells, 3, 3, loads, 2)
         loads = grid.shape[3]
         ends = _quarters(grid)
-        self.turning = np.zeros((*shape, loads), dtype=bool)
+        self.rotating = np.zeros((*shape, loads), dtype=bool)
         self.crossed = np.zeros((*shape, loads), dtype=bool)
         if not (loads and len(grid)):
             return
@@ -274,7 +274,7 @@ class ChartCells:
         for n, chart in enumerate(charts):
             moved[n] = chart.is_small_rotation(ends[n], moved[n])
         lengths = np.linalg.norm(ends, axis=-1)
-        self.turning = moved > lengths.min(axis=(2, 3))
+        self.rotating = moved > lengths.min(axis=(2, 3))
         for load in np.flatnonzero(self.creased):
             d = ends[..., load, :].reshape(*shape, 4, 2)
             long = lengths[..., load].reshape(*shape, 4)
@@ -292,8 +292,8 @@ class ChartCells:
             ]
             least = signed.min(axis=-1) - 0.25 * tol.SURFACE_ERROR_SURE * (bent[0] + bent[1])
             beside = on_line & (least > 0.0)
-            self.turning[..., load] &= ~beside
-            self.crossed[..., load] = on_line & ~beside & self.turning[..., load]
+            self.rotating[..., load] &= ~beside
+            self.crossed[..., load] = on_line & ~beside & self.rotating[..., load]
 
     def _linear(
         self, corners: Array, second_differences: Sequence[Array], shape: tuple[int, ...]
@@ -313,9 +313,9 @@ class ChartCells:
             error = tol.SURFACE_ERROR_SURE * np.linalg.norm(
                 np.einsum("nkx,nyx->nky", second_difference, B), axis=2
             ).max(axis=1)
-            turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
+            deviation = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
             errors.append(error)
-            off.append(np.linalg.norm(turned, axis=2).max(axis=1) + error)
+            off.append(np.linalg.norm(deviation, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
         single = good & (differs <= tol.CELL_ONE_ZERO)
         part = np.full((count, 2), 0.5)
@@ -338,29 +338,29 @@ class ChartCells:
         together.
         """
         along = self.samples.load_ends.along
-        sets = self.turning[which[:, 0], which[:, 1]]
+        sets = self.rotating[which[:, 0], which[:, 1]]
         for own in np.unique(sets, axis=0):
-            turning = np.flatnonzero(own)
-            if along[turning].all():
-                self._beside(numbers, which[(sets == own).all(axis=1)], turning)
+            rotating = np.flatnonzero(own)
+            if along[rotating].all():
+                self._beside(numbers, which[(sets == own).all(axis=1)], rotating)
 
-    def _beside(self, numbers: Array, which: Array, turning: Array) -> None:
+    def _beside(self, numbers: Array, which: Array, rotating: Array) -> None:
         """Decides quarters of cells, (quarters, 2), in which some loads rotate fast."""
         samples = self.samples
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
-        rest = samples.residual[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
+        rest = samples.residual[nine] - samples.own[nine][:, :, :, rotating].sum(axis=3)
         error = _error(_second_differences(rest))
-        corners = samples.residual[four] - samples.own[four][:, :, turning].sum(axis=2)
+        corners = samples.residual[four] - samples.own[four][:, :, rotating].sum(axis=2)
         part = corners @ UNIT_CIRCLE.T
-        force = samples.force[nine.reshape(-1, 9)][:, :, turning]
+        force = samples.force[nine.reshape(-1, 9)][:, :, rotating]
         spread = np.ptp(force, axis=1)
         # what a load may give in each direction: F |slopes · w|
-        slopes = samples.slopes[four][:, :, turning]
+        slopes = samples.slopes[four][:, :, rotating]
         sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
         most = (force.max(axis=1) + tol.SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
-        for k, load in enumerate(turning):
+        for k, load in enumerate(rotating):
             ends = samples.ends[four][:, :, load]
             long = np.linalg.norm(ends, axis=2)
             off = long > tol.SURFACE_ENDS_NONSMOOTH
@@ -804,8 +804,8 @@ class _SurfaceIsolation:
         angles = [float(n) for n in np.arange(CIRCLE + 1) * (FINEST / CIRCLE)]
         residuals = list(self.on_circle(chart, angles))
         for _ in range(HALVINGS):
-            turns = _turns(np.array(residuals))
-            wide = np.flatnonzero(~(np.abs(turns) < tol.JUMP_ANGLE)).tolist()
+            rotations = _rotations(np.array(residuals))
+            wide = np.flatnonzero(~(np.abs(rotations) < tol.JUMP_ANGLE)).tolist()
             if not wide:
                 break
             middles = [0.5 * (angles[n] + angles[n + 1]) for n in wide]
@@ -813,7 +813,7 @@ class _SurfaceIsolation:
             for n, angle, residual in reversed(list(zip(wide, middles, new, strict=True))):
                 angles.insert(n + 1, angle)
                 residuals.insert(n + 1, residual)
-        whole = float(_turns(np.array(residuals)).sum())
+        whole = float(_rotations(np.array(residuals)).sum())
         if not np.isfinite(whole):
             return
         self.found.index += round(whole / (2.0 * np.pi))
@@ -829,7 +829,7 @@ class _SurfaceIsolation:
         return self.samples.residual[numbers]
 
 
-def _turns(residuals: Array) -> Array:
+def _rotations(residuals: Array) -> Array:
     """Angles between neighbouring residual forces (places, 2) of a circle: (places − 1,)."""
     a, b = residuals[:-1], residuals[1:]
     return np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))

@@ -74,8 +74,8 @@ def leading(system: System, motions: Sequence[FreeMotion], directions: Array) ->
     parts = np.zeros_like(directions)
     for n, motion in enumerate(motions):
         first = 3 * system.bodies[motion.leader]
-        turns = motion.turns
-        own = slice(first + 2, first + 3) if turns else slice(first, first + 2)
+        rotates = motion.turns
+        own = slice(first + 2, first + 3) if rotates else slice(first, first + 2)
         parts[n, own] = directions[n, own]
     return np.asarray(np.linalg.solve(parts @ directions.T, parts))
 
@@ -163,8 +163,8 @@ def _worded(
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
         own = rates[system.bodies[leader]]
-        turns = abs(row[3 * system.bodies[leader] + 2]) >= RATE_NONE_MOTION
-        unit = own[2] if turns else np.hypot(own[0], own[1])
+        rotates = abs(row[3 * system.bodies[leader] + 2]) >= RATE_NONE_MOTION
+        unit = own[2] if rotates else np.hypot(own[0], own[1])
         found.append(_Words(system, q, neighbours, rates / unit, leader).motion())
     return tuple(found)
 
@@ -272,19 +272,19 @@ class _Words:
         first = system.bodies[leader]
         order = np.flatnonzero(moving)
         order = np.concatenate([order[order == first], order[order != first]])
-        turns = np.abs(rates[order, 2]) > self.small
-        self.order, self.turning, self.gliding = order, order[turns], order[~turns]
+        rotates = np.abs(rates[order, 2]) > self.small
+        self.order, self.rotating, self.gliding = order, order[rotates], order[~rotates]
         self.guided = guided
         self.units = system.mechanism.units
 
     def motion(self) -> FreeMotion:
-        """The sentence: what turns, then what moves without turning; the leader first."""
-        parts = [self._turning(self._named(self.turning))] if len(self.turning) else []
+        """The sentence: what turns, then what moves without rotation; the leader first."""
+        parts = [self._rotates(self._named(self.rotating))] if len(self.rotating) else []
         together = self._together()
         glides = [self._glides(bodies) for bodies in together[:NAMED]]
         if len(together) > NAMED:
             glides.append(f"{len(together) - NAMED} groups more move without turning")
-        leads = len(self.turning) > 0 and self.names[self.turning[0]] == self.leader
+        leads = len(self.rotating) > 0 and self.names[self.rotating[0]] == self.leader
         parts = [*parts, *glides] if leads else [*glides, *parts]
         values = zip(*self.rates[self.order].T.tolist(), strict=True)
         rates = dict(zip(self._named(self.order), values, strict=True))
@@ -306,7 +306,7 @@ class _Words:
             left, velocity, guided = left[~alike], velocity[~alike], guided[~alike]
         return found
 
-    def _turning(self, names: list[str]) -> str:
+    def _rotates(self, names: list[str]) -> str:
         """Such as "crank turns about O2, rocker follows (crank 1 : rocker -0.2 rad/s)"."""
         ratios = [f"{name} {_number(self._rate(name)[2])}" for name in names[:NAMED]]
         shown = " : ".join(ratios) + (" …" if len(names) > NAMED else "")

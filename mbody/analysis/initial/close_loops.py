@@ -414,28 +414,28 @@ def close_loops(
     work = start.work
     if rates is not None and not isinstance(rates, Mapping):
         raise ModelError(f'rates must be a dict such as {{"crank": 2.0}}, not {rates!r}')
-    turning: dict[str, float] = {}
+    omegas: dict[str, float] = {}
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        turning[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
+        omegas[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
         if too_large(system):
-            work.v[3 * system.bodies[name] + 2] = turning[name]
+            work.v[3 * system.bodies[name] + 2] = omegas[name]
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = request.given[0, n, 1]
     project(system.runtime(), work, start.regularization)
     raise_user_error(system)
-    here = _singular(system, start, float(request.t[0]), turning)
+    here = _singular(system, start, float(request.t[0]), omegas)
     if here is None:
         _check_velocities(system, work)
-        notes = [*start.notes, *_turned(system, work, turning)]
+        notes = [*start.notes, *_rotate_bodies(system, work, omegas)]
         v = work.v[: system.coordinates, 0] / system.coordinate_units
-        said = np.zeros((len(turning), len(v)))
-        said[range(len(turning)), [3 * system.bodies[name] + 2 for name in turning]] = 1.0
+        said = np.zeros((len(omegas), len(v)))
+        said[range(len(omegas)), [3 * system.bodies[name] + 2 for name in omegas]] = 1.0
         notes += unspecified_rates(system, work, v, said)
     else:
-        prescribed = [Prescribed(name, "omega", rate) for name, rate in turning.items()]
+        prescribed = [Prescribed(name, "omega", rate) for name, rate in omegas.items()]
         q = work.q[: system.coordinates, 0].copy()
         v, more = branch_rates(system, here, float(request.t[0]), q, prescribed)
         work.v[: len(v), 0] = v
@@ -455,11 +455,11 @@ def close_loops(
 
 
 def _singular(
-    system: System, start: ClosedPosition, t: float, turning: Mapping[str, float]
+    system: System, start: ClosedPosition, t: float, omegas: Mapping[str, float]
 ) -> Singular | None:
     """The singular position that a start is at, where velocities depend on its branches."""
     work = start.work
-    moving = any(turning.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
+    moving = any(omegas.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
     if not moving or not (start.regularization or start.ratio < tol.PIVOT_SUSPECT):
         return None
     own = system.work()
@@ -467,8 +467,8 @@ def _singular(
     return singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
 
 
-def _turned(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
-    """Add the free motion that turns bodies as they should; sentences where it cannot."""
+def _rotate_bodies(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
+    """Add the free motion that rotates bodies as they should; sentences where it cannot."""
     if not rates:
         return []
     columns = [3 * system.bodies[name] + 2 for name in rates]

@@ -442,8 +442,8 @@ class BatchStart:
 
     `simulation`: What prescribes it; None where guesses do.
     `guess`, `rates`: As of `close_loops`; rates are taken design by design.
-    `places`, `turning`: With drivers that fix what has a place, and with those that drive what has
-      a rate.
+    `places`, `rate_system`: With drivers that fix what has a place, and with those that drive what
+      has a rate.
     `alike`: Whether all designs begin from the same guess.
     """
 
@@ -451,7 +451,7 @@ class BatchStart:
     guess: Guesses | None
     rates: Mapping[str, Number] | None
     places: System
-    turning: System
+    rate_system: System
     alike: bool
 
 
@@ -466,11 +466,13 @@ def batch_start(
         first = close_loops(system, guess=guess, rates=rates)
         return BatchStart(None, guess, rates, system, system, alike), first
     first = initial_state_of(system, own)
-    places = turning = with_start_drivers(system, start_drivers(system, own, rates=False, poses={}))
+    places = rate_system = with_start_drivers(
+        system, start_drivers(system, own, rates=False, poses={})
+    )
     moving = start_drivers(system, own, rates=True, poses=link_poses(first))
     if moving:
-        turning = with_start_drivers(system, moving)
-    return BatchStart(own, None, None, places, turning, alike), first
+        rate_system = with_start_drivers(system, moving)
+    return BatchStart(own, None, None, places, rate_system, alike), first
 
 
 def initial_states(
@@ -485,12 +487,14 @@ def initial_states(
     poses = _first_poses(start, places, first)
     # at or near a singular position the branch has to be looked at: one by one
     good = close_batch(places, 0.0, first, poses, rounding(places, poses), tol.PIVOT_SINGULAR)
-    turning, rates = places, still
-    if start.turning is not start.places:
-        turning = start.turning.with_values(values)
-        _, rates = _driver_values(start, system, turning, rates=True)
+    rate_system, rates = places, still
+    if start.rate_system is not start.places:
+        rate_system = start.rate_system.with_values(values)
+        _, rates = _driver_values(start, system, rate_system, rates=True)
     velocities, off = np.empty((designs, n3)), np.empty(designs)
-    project_designs(turning.layout, turning.work(), turning.par, poses, rates, velocities, off)
+    project_designs(
+        rate_system.layout, rate_system.work(), rate_system.par, poses, rates, velocities, off
+    )
     return poses[:, :n3], velocities, good & (off <= tol.VELOCITIES_AGREE)
 
 

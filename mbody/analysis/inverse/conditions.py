@@ -201,7 +201,7 @@ def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
 
 
 def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
-    """Whether an unknown has a bound, or is the angle of a driver, the same after a turn."""
+    """Whether an unknown has a bound, or is the angle of a driver, the same after a revolution."""
     if unknown.low is not None or unknown.high is not None:
         return True
     name, dimension = resolve_number(mechanism, unknown.name)

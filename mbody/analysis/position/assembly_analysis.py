@@ -417,9 +417,9 @@ def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) 
     """The sentence for a driver that asks more than the links give; `off` (drivers,)."""
     n = int(off.argmax())
     driver, row = system.drivers[n], system.layout.driver_row[n]
-    turns, units = driver.angular, system.mechanism.units
+    angular, units = driver.angular, system.mechanism.units
     requested, distance = float(work.signal[row, 0]), float(off[n])
-    if turns:
+    if angular:
         wanted, near = angle_text(requested), angle_text(float(f"{distance:.3g}"))
     else:
         wanted = f"{requested:.6g} {units.length}"
@@ -609,7 +609,7 @@ def _guessed(
     values: Mapping[str, float],
     shaken: np.random.Generator | None = None,
 ) -> np.ndarray:
-    """A first pose by the guesses, each body turned as rows between angles have it."""
+    """A first pose by the guesses, each body rotated as rows between angles have it."""
     pose = placed(system, guess, values, shaken)
     by_rows(system, pose, values, system.numbers)
     return pose
@@ -824,11 +824,11 @@ def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -
 
 def _fastest(system: System, motions: np.ndarray) -> str:
     """Body that turns most in the free motions, or moves most where none turns."""
-    turning = np.abs(motions[:, 2::3]).max(axis=0)
-    if turning.max() < tol.RATE_NONE_TURNING:
-        turning = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
+    rates = np.abs(motions[:, 2::3]).max(axis=0)
+    if rates.max() < tol.RATE_NONE_TURNING:
+        rates = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
     # the first of those nearly as fast as the fastest: usually the crank
-    fast = np.flatnonzero(turning > 0.5 * turning.max())
+    fast = np.flatnonzero(rates > 0.5 * rates.max())
     return system.mechanism.bodies[int(fast[0])].name
 
 

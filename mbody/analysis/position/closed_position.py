@@ -22,26 +22,26 @@ if TYPE_CHECKING:
     from mbody.system.rank import Rank
 
 
-# -- Whole turns of a first position: a guess chooses a branch, and not how often a body has
-#    turned ------------------------------------------------------------------------------------
+# -- Whole revolutions of a first position: a guess chooses a branch, and not how often a body has
+#    rotated ------------------------------------------------------------------------------------
 #
-# An angle and the same angle a turn further are one direction, and a guess means a direction. Rows
-# that count whole turns (gears, racks, couplings, slides, drivers of an angle) and torsion springs
-# tell them apart, so these decide: rows before the loops are closed, springs at the closed
-# position, where each is taken within half a turn of its free angle. Whatever a driver or an exact
-# start says is kept as it is said.
+# An angle and the same angle a revolution further are one direction, and a guess means a direction.
+# Rows that count whole revolutions (gears, racks, couplings, slides, drivers of an angle) and
+# torsion springs tell them apart, so these decide: rows before the loops are closed, springs at the
+# closed position, where each is taken within half a revolution of its free angle. Whatever a driver
+# or an exact start says is kept as it is said.
 #
-# The row of two wheels that mesh, n(ψ)·d = 0, is zero half a turn of ψ further as well, where other
-# teeth meet and the multiplier has the other sign. A wheel that only turns about its centre is
-# turned to where ψ points from one centre to the other, before the loops are closed and again at
-# the closed position: guesses of places may lie on the other side of where ψ is half a turn from
-# its phase, and steps near a singular position may be large.
+# The row of two wheels that mesh, n(ψ)·d = 0, is zero half a revolution of ψ further as well, where
+# other teeth meet and the multiplier has the other sign. A wheel that only turns about its centre
+# is turned to where ψ points from one centre to the other, before the loops are closed and again at
+# the closed position: guesses of places may lie on the other side of where ψ is half a revolution
+# from its phase, and steps near a singular position may be large.
 
-TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 
 
 class _RotatingGroups:
-    """Bodies that only turn together where a whole turn is counted."""
+    """Bodies that only turn together where a whole revolution is counted."""
 
     def __init__(self, names: list[str]) -> None:
         self.members = {name: {name} for name in names}
@@ -52,7 +52,7 @@ class _RotatingGroups:
             self.members[name] = whole
 
     def free(self, name: str) -> bool:
-        """Whether nothing says how often that body has turned."""
+        """Whether nothing says how often that body has rotated."""
         return "ground" not in self.members[name]
 
 
@@ -79,8 +79,8 @@ class _Pose:
 def by_rows(
     system: System, pose: np.ndarray, driver_values: Mapping[str, float], at: Numbers
 ) -> None:
-    """Give the bodies of a guessed pose (coordinates + 3,) the whole turns, in place, that come
-    nearest to what rows between angles ask; `driver_values` by the name of the driver.
+    """Give the bodies of a guessed pose (coordinates + 3,) the whole revolutions, in place, that
+    come nearest to what rows between angles ask; `driver_values` by the name of the driver.
     """
     groups, read = _groups(system), _Pose(system, pose, driver_values, at)
     for element in _counting(system, groups):
@@ -94,7 +94,7 @@ def by_rows(
 def other_teeth(
     system: System, pose: np.ndarray, driver_values: Mapping[str, float], at: Numbers
 ) -> bool:
-    """Turn the wheels of a closed pose, in place, at which other teeth meet than the phase means;
+    """Rotate the wheels of a closed pose, in place, at which other teeth meet than the phase means;
     returns whether there were such.
     """
     if not any(joint.meshes for joint in system.mechanism.joints):
@@ -107,23 +107,25 @@ def other_teeth(
 
 
 def by_springs(system: System, poses: np.ndarray) -> None:
-    """Take every torsion spring of closed poses (designs, coordinates + 3) within half a turn of
-    its free angle, in place, where nothing else says how often its bodies have turned.
+    """Take every torsion spring of closed poses (designs, coordinates + 3) within half a revolution
+    of its free angle, in place, where nothing else says how often its bodies have rotated.
     """
     for groups, spring in _springs(system):
         twist = _twist(system, spring, poses)
-        turns = np.round(twist / TURN)
+        revolutions = np.round(twist / REVOLUTION)
         if groups.free(spring.body):
-            _turn(system, groups, poses, spring.body, -TURN * turns)
+            _rotate_group(system, groups, poses, spring.body, -REVOLUTION * revolutions)
         else:
-            _turn(system, groups, poses, spring.by, TURN * turns)
+            _rotate_group(system, groups, poses, spring.by, REVOLUTION * revolutions)
 
 
 def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, float]) -> list[str]:
     """A sentence for each torsion spring whose turn the position does not tell for sure."""
     found = []
-    turned = [
-        d.name for d in system.drivers if d.angular and abs(driver_values.get(d.name, 0.0)) > TURN
+    beyond_revolution = [
+        d.name
+        for d in system.drivers
+        if d.angular and abs(driver_values.get(d.name, 0.0)) > REVOLUTION
     ]
     for _, spring in _springs(system):
         twist = float(_twist(system, spring, pose[None])[0])
@@ -133,10 +135,11 @@ def ambiguous(system: System, pose: np.ndarray, driver_values: Mapping[str, floa
                 "rad: whether it is wound up one way or the other is not certain; say the angle "
                 "in simulate's start, or choose another free angle"
             )
-        elif turned:
+        elif beyond_revolution:
             found.append(
                 f"torsion spring '{spring.name}' is taken within half a turn of its free angle, "
-                f"at a twist of {math.degrees(twist):.6g} deg, though '{turned[0]}' has turned by "
+                f"at a twist of {math.degrees(twist):.6g} deg, though '{beyond_revolution[0]}' has "
+                "turned by "
                 "more than a turn before: begin at t = 0 to have the turns counted"
             )
     return found
@@ -147,8 +150,8 @@ def _groups(system: System) -> _RotatingGroups:
 
 
 def _counting(system: System, groups: _RotatingGroups) -> Iterator[Constraint]:
-    """Elements whose rows count turns, those that bind two bodies to one angle first; each joins
-    its bodies once it has been looked at.
+    """Elements whose rows count revolutions, those that bind two bodies to one angle first; each
+    joins its bodies once it has been looked at.
     """
     machine = system.mechanism
     joints = sorted(machine.joints, key=lambda joint: not joint.parallel)
@@ -159,7 +162,7 @@ def _counting(system: System, groups: _RotatingGroups) -> Iterator[Constraint]:
 
 
 def _springs(system: System) -> Iterator[tuple[_RotatingGroups, Any]]:
-    """Torsion springs between bodies of which nothing says how often they have turned, each with
+    """Torsion springs between bodies of which nothing says how often they have rotated, each with
     the groups as the springs before it leave them.
     """
     springs: list[Any] = [load for load in system.mechanism.loads if load.by_angle and load.free]
@@ -182,36 +185,36 @@ def _twist(system: System, spring: Any, poses: np.ndarray) -> np.ndarray:
     return twist
 
 
-def _turn(
+def _rotate_group(
     system: System, groups: _RotatingGroups, poses: np.ndarray, name: str, angle: Any
 ) -> None:
-    """Turn a whole group by angles (designs,) [rad]."""
+    """Rotate a whole group by angles (designs,) [rad]."""
     for body in groups.members[name]:
         poses[:, 3 * system.bodies[body] + 2] += angle
 
 
 def _nearest(system: System, groups: _RotatingGroups, pose: np.ndarray, row: TurnRow) -> None:
-    """Turn the last free group of a row so that least is left of it."""
+    """Rotate the last free group of a row so that least is left of it."""
     for name in reversed(row.factors):
         if groups.free(name):
             own = [c for body, c in row.factors.items() if body in groups.members[name]]
             factor = float(sum(own))
             if abs(factor) > tol.FACTOR_CANCELS * sum(abs(float(c)) for c in own):
-                turns = np.round(float(row.left) / (TURN * factor))
-                _turn(system, groups, pose[None], name, -TURN * turns)
+                revolutions = np.round(float(row.left) / (REVOLUTION * factor))
+                _rotate_group(system, groups, pose[None], name, -REVOLUTION * revolutions)
             return
 
 
 def _mesh(system: System, groups: _RotatingGroups, read: _Pose, pair: Constraint) -> None:
-    """Turn the last free wheel of a pair whose ψ is nearer to the opposite direction."""
+    """Rotate the last free wheel of a pair whose ψ is nearer to the opposite direction."""
     row = pair.turn_row(read.at, read)
-    if row is None or abs(float(row.left)) <= 0.25 * TURN:
+    if row is None or abs(float(row.left)) <= 0.25 * REVOLUTION:
         return
     for name in reversed(row.factors):
         whole = groups.members[name]
         factor = float(sum(c for body, c in row.factors.items() if body in whole))
         if factor and groups.free(name) and all(_is_wheel(system, read.at, one) for one in whole):
-            _turn(system, groups, read.pose[None], name, -float(row.left) / factor)
+            _rotate_group(system, groups, read.pose[None], name, -float(row.left) / factor)
             return
 
 
@@ -441,8 +444,8 @@ def place(system: System, q: np.ndarray, element: Element, side: str) -> np.ndar
 def direction(system: System, q: np.ndarray, element: Element, side: str) -> float:
     """Angle [rad] of the marker's x axis at the end `side` of an element, from the world's."""
     marker: Marker = getattr(element, side)
-    turned = q[3 * system.bodies[marker.body] + 2]
-    return float(turned + system.numbers.angle(element, side))
+    rotation = q[3 * system.bodies[marker.body] + 2]
+    return float(rotation + system.numbers.angle(element, side))
 
 
 # -- Distances that become zero: there a row of Φ_q, a unit vector along the distance, has none

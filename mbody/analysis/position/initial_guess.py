@@ -221,9 +221,9 @@ class _Placing:
     def _along(self, guide: Joint, name: str) -> tuple[float, float]:
         """Direction in which the body goes on its guide."""
         placed, own = ("i", "j") if guide.j.body == name else ("j", "i")
-        turn = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
+        rotation = self.poses[getattr(guide, placed).body][2] + float(self.at.angle(guide, placed))
         sign = 1.0 if own == "j" else -1.0
-        return sign * math.cos(turn), sign * math.sin(turn)
+        return sign * math.cos(rotation), sign * math.sin(rotation)
 
     def _local(self, joint: Joint, field: str) -> tuple[float, float]:
         """Place of a joint's end in link axes."""
@@ -290,7 +290,7 @@ def nearest_to_guesses(
     again = None
     if best or not np.array_equal(start[:, 0], first):
         again = close(_unwound(system, found[best], names)[:, None])
-        start = found[best][:, None]  # whole turns may matter
+        start = found[best][:, None]  # whole revolutions may matter
     result = again or close(start) or result
     _say_others(system, result, names, found, off, off[best])
     return result
@@ -340,7 +340,7 @@ def _off(system: System, base: System, guess: Guesses, first: Array, q: Array) -
 
 
 def _unwound(system: System, q: Array, names: tuple[str, ...]) -> Array:
-    """A position with bodies without a guess at the turn nearest to an angle of 0."""
+    """A position with bodies without a guess at the revolution nearest to an angle of 0."""
     q = q.copy()
     for name in names:
         angle = 3 * system.bodies[name] + 2

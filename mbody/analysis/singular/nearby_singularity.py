@@ -233,9 +233,9 @@ def _known(met: Sequence[MetPosition], x: Array, radius: float) -> MetPosition |
     """A singular position within the radius about x that was met before."""
     angles = np.tile([False, False, True], len(x) // 3)
     for one in met:
-        turns = 2.0 * np.pi * np.round((x - one.x) / (2.0 * np.pi)) * angles
-        if np.linalg.norm(one.x + turns - x) < radius:
-            return MetPosition(one.x + turns, one.U, one.left)
+        revolutions = 2.0 * np.pi * np.round((x - one.x) / (2.0 * np.pi)) * angles
+        if np.linalg.norm(one.x + revolutions - x) < radius:
+            return MetPosition(one.x + revolutions, one.U, one.left)
     return None
 
 
@@ -285,12 +285,13 @@ def _singular(
         if n > 2 and worst > 0.7 * last:
             return None
         if flat is None or worst > 0.2 * last:
-            turned = [
+            curvatures = [
                 _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
                 for d in tol.DIFFERENCE_STEP_NEARBY * vt[kept:]
             ]
             flat = _inverse(
-                np.array(turned).reshape(len(turned), -1) / (2.0 * tol.DIFFERENCE_STEP_NEARBY)
+                np.array(curvatures).reshape(len(curvatures), -1)
+                / (2.0 * tol.DIFFERENCE_STEP_NEARBY)
             )
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())

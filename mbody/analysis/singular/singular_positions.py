@@ -672,7 +672,7 @@ def nearest(here: Singular, y: Array) -> Array | None:
 # -- Values that a start prescribes: coordinates of bodies and rates, as equations in q and v --
 
 #: Keys of coordinates and rates by the row that both share: ∂(x, y, θ)/∂q = ∂(vx, vy, ω)/∂v.
-X, Y, TURN = ("x", "vx"), ("y", "vy"), ("angle", "omega")
+X, Y, ROTATION = ("x", "vx"), ("y", "vy"), ("angle", "omega")
 
 
 @dataclass(frozen=True)
@@ -693,7 +693,7 @@ class Prescribed:
 
     def unit(self, system: System) -> float:
         """The model length, or one of angles: what values are divided by for `row`."""
-        return 1.0 if self.key in TURN else system.length
+        return 1.0 if self.key in ROTATION else system.length
 
     def row(self, system: System, q: Array) -> Array:
         """Derivative by coordinates without units of length, (coordinates,), at a position q.
@@ -703,7 +703,7 @@ class Prescribed:
         """
         first = 3 * system.bodies[self.body]
         row = np.zeros(system.coordinates)
-        if self.key in TURN:
+        if self.key in ROTATION:
             row[first + 2] = 1.0
             return row
         x, y = self._arm(system, q)
@@ -714,7 +714,7 @@ class Prescribed:
     def at(self, system: System, q: Array) -> float:
         """The coordinate at a position q, by its unit."""
         first = 3 * system.bodies[self.body]
-        if self.key in TURN:
+        if self.key in ROTATION:
             return float(q[first + 2])
         k = int(self.key in Y)
         return float(q[first + k] - self._arm(system, q)[k]) / system.length
@@ -730,7 +730,7 @@ class Prescribed:
         """Unit in which the value is written: angles in degrees, all else in the model's units."""
         units = system.mechanism.units
         names = {"angle": "deg", "x": units.length, "y": units.length}
-        rate = "angular velocity" if self.key in TURN else "velocity"
+        rate = "angular velocity" if self.key in ROTATION else "velocity"
         return names.get(self.key) or units.of(rate)
 
     def with_value(self, system: System, value: float) -> str:

@@ -249,16 +249,16 @@ def _motion(made: Exported, run: Solution, times: np.ndarray, counts: list[int])
                 mujoco.mj_step(model, data)
             if (count - n) * h <= WINDOW * whole or n == count - 1:
                 forces.add()
-            # a body may turn by more than half a turn between two instants
-            angles = _turned(data.xmat[ids], angles)
+            # a body may turn by more than half a revolution between two instants
+            angles = _nearest_angles(data.xmat[ids], angles)
         mujoco.mj_forward(model, data)
-        angles = _turned(data.xmat[ids], angles)
+        angles = _nearest_angles(data.xmat[ids], angles)
         places.append(np.column_stack([data.xipos[ids][:, :2] / scale.length, angles]))
         modes.append(forces.modes())
     return Stepped(np.array(places), {name: [one[name] for one in modes] for name in modes[0]})
 
 
-def _turned(axes: np.ndarray, before: np.ndarray) -> np.ndarray:
+def _nearest_angles(axes: np.ndarray, before: np.ndarray) -> np.ndarray:
     """Angles of bodies by their axes, nearest to those before."""
     heading = np.arctan2(axes[:, 3], axes[:, 0])
     return np.asarray(before + np.remainder(heading - before + np.pi, 2.0 * np.pi) - np.pi)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
-from mbody.engines.load_forces import turning
+from mbody.engines.load_forces import torque_pair
 from mbody.engines.mjcf import Exported, safe
 from mbody.engines.mujoco.motion import Replay
 from mbody.engines.spanning_tree import Branch
@@ -174,29 +174,29 @@ def _closures(
             found.add(f"{name}.effort", "torque", ours, part[0] / scale.torque)
             for term in element.parts:
                 base, body = term.bodies
-                replay.apply(turning(base, body, float(term.factor * part[0])))
+                replay.apply(torque_pair(base, body, float(term.factor * part[0])))
         if kind in (AngleCoupling, Gear):
             continue
         if kind is Revolute:
-            push, turn = -part[:2] if element.i.body != "ground" else part[:2], 0.0
+            push, torque = -part[:2] if element.i.body != "ground" else part[:2], 0.0
         elif kind is Distance:
             i, j = replay.end(element, "i"), replay.end(element, "j")
-            push, turn = part[0] * (j - i) / np.hypot(*(j - i)), 0.0
+            push, torque = part[0] * (j - i) / np.hypot(*(j - i)), 0.0
         else:
-            first, other, at, push, turn = replay.weld(n, part)
+            first, other, at, push, torque = replay.weld(n, part)
             if kind is not Fixed:
-                replay.add_force(first, at, push, turn)
-                replay.add_force(other, at, -push, -turn)
+                replay.add_force(first, at, push, torque)
+                replay.add_force(other, at, -push, -torque)
                 continue
-            push, turn = -push, -turn
+            push, torque = -push, -torque
         j = replay.end(element, "j")
         for body, sign in ((element.i.body, -1.0), (element.j.body, 1.0)):
-            replay.add_force(replay.bodies[body], j, sign * push, sign * turn)
+            replay.add_force(replay.bodies[body], j, sign * push, sign * torque)
         reaction = replay.run.reaction(name)
         both = (reaction.fx[step], reaction.fy[step])
         found.add(f"{name}.force", "force", both, push / scale.force)
         if kind is Fixed:
-            found.add(f"{name}.torque", "torque", reaction.torque[step], turn / scale.torque)
+            found.add(f"{name}.torque", "torque", reaction.torque[step], torque / scale.torque)
 
 
 def _hung(made: Exported) -> list[tuple[str, Branch]]:

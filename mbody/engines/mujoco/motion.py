@@ -103,8 +103,8 @@ class Replay:
         b, unit = self.bodies[body], self.made.scale.length
         if body == "ground":
             return np.array([x, y]) * unit
-        turn = self.data.xmat[b].reshape(3, 3)[:2, :2]
-        return np.asarray(self.data.xipos[b][:2] + turn @ (np.array([x, y]) * unit))
+        rotation = self.data.xmat[b].reshape(3, 3)[:2, :2]
+        return np.asarray(self.data.xipos[b][:2] + rotation @ (np.array([x, y]) * unit))
 
     def end(self, element: Any, side: str) -> Array:
         """The world place [m] of an end of an element."""
@@ -113,8 +113,8 @@ class Replay:
 
     def direction(self, body: str, angle: float) -> Array:
         """A direction on a body, in the world."""
-        turn = self.data.xmat[self.bodies[body]].reshape(3, 3)[:2, :2]
-        return np.asarray(turn @ [np.cos(angle), np.sin(angle)])
+        rotation = self.data.xmat[self.bodies[body]].reshape(3, 3)[:2, :2]
+        return np.asarray(rotation @ [np.cos(angle), np.sin(angle)])
 
     def forces(self, element: Any, value: float) -> list[PointForce]:
         """Forces of an element on its bodies, where its force or torque [SI] is `value`."""
@@ -158,8 +158,8 @@ class Replay:
     def add_force(self, b: int, at: Array, force: Array, torque: float) -> None:
         """Apply a force at a place of the world and a torque to body b of MuJoCo."""
         arm = at - self.data.xipos[b][:2]
-        turn = torque + arm[0] * force[1] - arm[1] * force[0]
-        self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, turn]
+        moment = torque + arm[0] * force[1] - arm[1] * force[0]
+        self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, moment]
 
     def find_joint_forces(self) -> None:
         """Compute the forces of the tree's joints in MuJoCo, from the applied wrenches."""
@@ -176,13 +176,13 @@ class Replay:
         model, data, mj = self.model, self.data, self.mj
         sites = model.eq_obj1id[n], model.eq_obj2id[n]
         one, other = (int(model.site_bodyid[site]) for site in sites)
-        turns = []
+        angular = []
         for site in sites:
             jacobian = np.zeros((3, model.nv))
             mj.mj_jacSite(model, data, None, jacobian, site)
-            turns.append(jacobian[2])
+            angular.append(jacobian[2])
         # MuJoCo's row is a part of the difference of the angles, at present half of it
-        apart = turns[0] - turns[1]
+        apart = angular[0] - angular[1]
         row = self.rows()[data.efc_id == n][5]
         square = float(apart @ apart)
         share = float(row @ apart) / square if square else 0.0
@@ -360,7 +360,7 @@ class _ReportedLoads:
         for n, b in enumerate(self.bodies):
             self.mj.mj_jacBodyCom(model, data, along, about, b)
             q[n, :2] = data.xipos[b][:2] / scale.length
-            # an angle is the sum of the hinges that turn the body: whole turns count
+            # an angle is the sum of the hinges that turn the body: whole revolutions count
             q[n, 2] = self.angles[n] + about[2] @ data.qpos
             v[n, :2] = along[:2] @ data.qvel * scale.time / scale.length
             v[n, 2] = about[2] @ data.qvel * scale.time
@@ -594,8 +594,8 @@ def _integrated(made: Exported, run: Solution, count: Array) -> dict[str, Array]
                 mujoco.mj_step(model, data, int(count[n - 1]))
         mujoco.mj_forward(model, data)
         place = data.xipos[bodies][:, :2] / scale.length
-        turn = data.xmat[bodies].reshape(-1, 9)
-        heading = np.arctan2(turn[:, 3], turn[:, 0])
+        axes = data.xmat[bodies].reshape(-1, 9)
+        heading = np.arctan2(axes[:, 3], axes[:, 0])
         angles = angles + np.remainder(heading - angles + np.pi, 2.0 * np.pi) - np.pi
         table[n, :-1] = np.column_stack([place, angles]).reshape(-1)
         table[n, -1] = data.energy[1] / scale.torque

@@ -63,10 +63,10 @@ def pull_of_strands(
         arm = side * joint.radius_j * mx, side * joint.radius_j * my
         tx, ty = xi + joint.radius_i * mx - xj - arm[0], yi + joint.radius_i * my - yj - arm[1]
         length = math.hypot(tx, ty)
-        turning = (arm[0] * ty - arm[1] * tx) / length
+        moment_arm = (arm[0] * ty - arm[1] * tx) / length
         # pulley j is driven on where the rim of i is faster
-        pull = mean + half * math.copysign(1.0, turning * side)
-        total += pull * np.array([tx / length, ty / length, turning])
+        pull = mean + half * math.copysign(1.0, moment_arm * side)
+        total += pull * np.array([tx / length, ty / length, moment_arm])
     return float(total[0]), float(total[1]), float(total[2])
 
 
@@ -302,8 +302,8 @@ class DenseFriction:
             # on the lower rail a contact pushes up, on the upper one down: friction at half the
             # height turns the slider as far as it pushes
             half, sides = 0.5 * joint.length, 0.5 * (joint.height or 0.0)
-            turn = sum(sides * mu * -slip_sign * force for force in own)
-            said = [one + two - press, half * (one - two) + turn - torque]
+            moment = sum(sides * mu * -slip_sign * force for force in own)
+            said = [one + two - press, half * (one - two) + moment - torque]
             friction = -slip_sign * mu * (size(one) + size(two))
         elif isinstance(joint, CamFollower):
             (friction,) = own

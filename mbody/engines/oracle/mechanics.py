@@ -176,9 +176,9 @@ class Geometry:
                     body = self.body(there.body)
                     angle = body.guess.angle
                     if angle is None:
-                        turns = isinstance(joint, Fixed | Prismatic)
+                        keeps_angle = isinstance(joint, Fixed | Prismatic)
                         base = self.pose(q, here.body)[2] + here.angle - there.angle
-                        angle = base if turns else 0.0
+                        angle = base if keeps_angle else 0.0
                     self._set(q, body, angle, 0.0, 0.0)
                     k = 3 * self.index[body.name]
                     gap = np.subtract(self.place(q, here), self.place(q, there))
@@ -298,7 +298,7 @@ def law_at(law: Law, t: Any) -> Any:
 
 
 def law_around(law: Law, angle: Any) -> Any:
-    """A law of one turn at angles that are floats, complex arrays or jets."""
+    """A law of one revolution at angles that are floats, complex arrays or jets."""
     law = law_by_formula(law)
     if isinstance(angle, Jet):
         return angle.through(*law.derivatives(angle.f % (2.0 * math.pi)))
@@ -320,7 +320,7 @@ def _direction(dx: Any, dy: Any) -> Any:
 
 
 def _nearest(arc: Any, radius: float) -> Any:
-    """An arc about a circle of that radius without whole turns."""
+    """An arc about a circle of that radius without whole revolutions."""
     round_ = 2.0 * math.pi * radius
     return arc - round_ * np.round(_real(arc) / round_)
 
@@ -349,19 +349,19 @@ class Constraints(Geometry):
         if isinstance(e, Revolute):
             return [xj - xi, yj - yi]
         direction = self._angle(q, e.i.body) + e.i.angle
-        turn = self._angle(q, e.j.body) + e.j.angle - direction
+        rotation = self._angle(q, e.j.body) + e.j.angle - direction
         if isinstance(e, Fixed):
-            return [xj - xi, yj - yi, turn]
+            return [xj - xi, yj - yi, rotation]
         if isinstance(e, Prismatic):
-            return [np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi), turn]
+            return [np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi), rotation]
         along = np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
         across = np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi)
         if isinstance(e, PinSlot):
             return [across]
         if isinstance(e, RackPinion):
-            return [along + e.radius * turn - e.offset]
+            return [along + e.radius * rotation - e.offset]
         if isinstance(e, Rolling) and e.on_radius is None:
-            return [across - e.radius, along + e.radius * turn - e.offset]
+            return [across - e.radius, along + e.radius * rotation - e.offset]
         if isinstance(e, CamFollower):
             # the profile in polar coordinates of the cam's axes, opposite to its direction of
             # rotation
@@ -372,9 +372,9 @@ class Constraints(Geometry):
                 apart = np.sqrt(along * along + across * across)
                 return [apart - beyond - law_around(e.profile, sign * polar)]
             # the distance of the face's line from the centre is the support function of the cam
-            face = direction + turn
+            face = direction + rotation
             support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
-            return [support - beyond - law_around(e.profile, sign * (turn + 0.5 * math.pi))]
+            return [support - beyond - law_around(e.profile, sign * (rotation + 0.5 * math.pi))]
         if isinstance(e, Gear | Rolling):
             ri, rj = self.signed_radii(e)
             # rolling: equal arcs on both wheels
@@ -390,7 +390,7 @@ class Constraints(Geometry):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - self._law(e, q, t)]
         if isinstance(e, CoordinateDriver):
             return [along - self._law(e, q, t)]
-        return list(e.equations((xi, yi, direction), (xj, yj, direction + turn)))
+        return list(e.equations((xi, yi, direction), (xj, yj, direction + rotation)))
 
     def _law(self, driver: Any, q: Any, t: Any) -> Any:
         """Prescribed value of a driver, at q and t that are floats, complex numbers or jets."""

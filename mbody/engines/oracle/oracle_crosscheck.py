@@ -313,10 +313,10 @@ class _OracleCheck:
         if orders > 1:
             # what turns moves points of its links, though centres may stand still, and the reverse
             length = self.system.length
-            for moves, turns in (("velocity", "turning"), ("acceleration", "turned")):
-                linear, angular = comparison.top(moves), comparison.top(turns)
+            for moves, rotates in (("velocity", "turning"), ("acceleration", "turned")):
+                linear, angular = comparison.top(moves), comparison.top(rotates)
                 comparison.size(moves, length * angular)
-                comparison.size(turns, linear / length)
+                comparison.size(rotates, linear / length)
         for joint in self.system.mechanism.joints:
             self._reaction(joint.name, found, instants)
         machine = self.system.mechanism

@@ -249,7 +249,7 @@ class _PinocchioCheck:
                 comparison.add(
                     "path", f"{name}.{key} over time", getattr(run[name], key)[:count], theirs
                 )
-            theirs = np.array([pose[name].turns for pose in poses])
+            theirs = np.array([pose[name].unwrapped_angle for pose in poses])
             comparison.add("path angle", f"{name}.angle over time", run[name].angle[:count], theirs)
         if integrated.why:
             self.notes.append(
@@ -313,9 +313,9 @@ class _PinocchioCheck:
             self.reasons[kind] = "rounding of loads, times the condition of masses and loops"
 
 
-def _nearest(turns: Array) -> Array:
-    """Angles without whole turns."""
-    return np.array([math.remainder(turn, 2.0 * math.pi) for turn in turns])
+def _nearest(angles: Array) -> Array:
+    """Angles without whole revolutions."""
+    return np.array([math.remainder(angle, 2.0 * math.pi) for angle in angles])
 
 
 def _top(found: list[tuple[Instant, Forces]], good: list[int]) -> float:

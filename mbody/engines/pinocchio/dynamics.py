@@ -40,8 +40,8 @@ def placement(at: MarkerFrame) -> Any:
     import pinocchio as pin
 
     c, s = math.cos(at.angle), math.sin(at.angle)
-    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return pin.SE3(turn, np.array([at.x, at.y, 0.0]))
+    rotation = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return pin.SE3(rotation, np.array([at.x, at.y, 0.0]))
 
 
 class PinocchioModel:
@@ -74,7 +74,7 @@ class PinocchioModel:
         self.columns = np.array(columns, dtype=np.int64)
         joints = sorted(self.model.joints.tolist()[1:], key=lambda joint: joint.idx_v)
         #: Whether a coordinate is an angle.
-        self.turns = np.array([joint.shortname() == "JointModelRZ" for joint in joints], bool)
+        self.revolute = np.array([joint.shortname() == "JointModelRZ" for joint in joints], bool)
         self.frames = {
             name: self.model.addFrame(pin.Frame(f"on {name}", *place, pin.FrameType.OP_FRAME))
             for name, place in self.placed.items()
@@ -143,17 +143,17 @@ class PinocchioModel:
 class BodyKinematics(BodyState):
     """One body as Pinocchio has it: position, rates, accelerations (3,), Jacobian (3, n).
 
-    `turns` is the angle with whole turns, as the coordinates of the joints add up.
+    `unwrapped_angle` is the angle with whole revolutions, as the coordinates of the joints add up.
     """
 
-    turns: float
+    unwrapped_angle: float
     acceleration: Array
     jacobian: Array
 
     @property
     def whole_angle(self) -> float:
-        """The angle with whole turns."""
-        return self.turns
+        """The angle with whole revolutions."""
+        return self.unwrapped_angle
 
     def acceleration_at(self, arm: Array) -> Array:
         """Acceleration (2,) of the body's point at an arm in world axes."""
@@ -177,11 +177,11 @@ class Instant:
         pin.forwardKinematics(model, data, q, rates, a)
         pin.computeJointJacobians(model, data, q)
         pin.updateFramePlacements(model, data)
-        turns = self._turns()
-        self.bodies = {name: self._pose(n, turns[name]) for name, n in twin.frames.items()}
+        unwrapped = self._unwrapped_angles()
+        self.bodies = {name: self._pose(n, unwrapped[name]) for name, n in twin.frames.items()}
 
-    def _turns(self) -> dict[str, float]:
-        """Angles of the bodies with whole turns: the sum of the joint angles."""
+    def _unwrapped_angles(self) -> dict[str, float]:
+        """Angles of the bodies with whole revolutions: the sum of the joint angles."""
         angles, model = {"ground": 0.0}, self.twin.model
         for branch in self.twin.tree.branches:
             angle = angles[branch.parent] + branch.on_parent.angle - branch.on_body.angle
@@ -190,19 +190,19 @@ class Instant:
             angles[branch.body] = angle
         return angles
 
-    def _pose(self, frame: int, turns: float) -> BodyKinematics:
+    def _pose(self, frame: int, unwrapped: float) -> BodyKinematics:
         pin, model, data = self.twin.pin, self.twin.model, self.twin.data
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
         placed = data.oMf[frame]
         velocity = pin.getFrameVelocity(model, data, frame, axes).vector
         acceleration = pin.getFrameClassicalAcceleration(model, data, frame, axes).vector
         whole = pin.getFrameJacobian(model, data, frame, axes).reshape(6, model.nv)
-        turn = placed.rotation
+        rotation = placed.rotation
         return BodyKinematics(
             placed.translation[:2].copy(),
-            math.atan2(turn[1, 0], turn[0, 0]),
+            math.atan2(rotation[1, 0], rotation[0, 0]),
             velocity[[0, 1, 5]],
-            turns,
+            unwrapped,
             acceleration[[0, 1, 5]],
             whole[[0, 1, 5]],
         )
@@ -217,8 +217,10 @@ class Instant:
             forces.append(pin.Force.Zero())
         for name, (fx, fy, torque) in wrenches.items():
             joint, place = twin.placed[name]
-            turn = twin.data.oMi[joint].rotation
-            local = pin.Force(turn.T @ np.array([fx, fy, 0.0]), turn.T @ np.array([0, 0, torque]))
+            rotation = twin.data.oMi[joint].rotation
+            local = pin.Force(
+                rotation.T @ np.array([fx, fy, 0.0]), rotation.T @ np.array([0, 0, torque])
+            )
             centre = pin.SE3(np.eye(3), place.translation)
             forces[joint] = forces[joint] + centre.act(local)
         return np.array(pin.rnea(twin.model, twin.data, self.q, self.v, self.a, forces))
@@ -229,9 +231,9 @@ class Instant:
         """
         joint = self.twin.joint_of[body]
         placed, force = self.twin.data.oMi[joint], self.twin.data.f[joint]
-        turn = placed.rotation
-        fx, fy, _ = turn @ force.linear
-        torque = (turn @ force.angular)[2]
+        rotation = placed.rotation
+        fx, fy, _ = rotation @ force.linear
+        torque = (rotation @ force.angular)[2]
         ax, ay = placed.translation[:2] - at
         return np.array([fx, fy, torque + ax * fy - ay * fx])
 
@@ -370,7 +372,7 @@ class Inverse:
         flat = [row for some in rows.values() for row in some]
         needed = now.inverse(acting)
         # forces and torques are scaled by the model length
-        scale = np.where(twin.turns[twin.columns], 1.0 / system.length, 1.0)
+        scale = np.where(twin.revolute[twin.columns], 1.0 / system.length, 1.0)
         unit = np.array([system.length if row.torque else 1.0 for row in flat])
         C = np.zeros((len(scale), len(flat)))
         for n, row in enumerate(flat):
@@ -502,7 +504,7 @@ class Forward:
                 self.datas.append(self.models[-1].createData())
         self.proximal = pin.ProximalSettings(*PROXIMAL)
         pin.initConstraintDynamics(self.twin.model, self.twin.data, self.models, self.datas)
-        self.scale = np.where(self.twin.turns, 1.0, self.system.length)
+        self.scale = np.where(self.twin.revolute, 1.0, self.system.length)
 
     def _loop(self, joint: Any) -> Any:
         """A cut joint as Pinocchio's own constraint."""

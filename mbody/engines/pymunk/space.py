@@ -401,13 +401,15 @@ class Space:
             case TorsionSpring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
                 rest = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
-                self._spring(self._turning(load), rest, k, 0.0)
+                self._spring(self._rotation_constraint(load), rest, k, 0.0)
             case TorsionDamper(law=None):
-                self._spring(self._turning(load), 0.0, 0.0, float(at[f"{name}.coefficient"]))
+                self._spring(
+                    self._rotation_constraint(load), 0.0, 0.0, float(at[f"{name}.coefficient"])
+                )
             case _:
                 self.over = (*self.over, n)
 
-    def _turning(self, load: Any) -> ImpulseConstraint:
+    def _rotation_constraint(self, load: Any) -> ImpulseConstraint:
         i, j = (self.system.bodies[body] for body in load.bodies)
         return ImpulseConstraint(load.name, "turn", None, i, j)
 

@@ -178,10 +178,11 @@ def entered_in(
     info: ValidationInfo,
     *,
     curves: bool = False,
-    turns: bool | None = None,
+    is_angle: bool | None = None,
 ) -> float | Formula:
-    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`, `turns`
-    whether it is an angle, where that is known: to compare dimensions takes longer than all else.
+    """One number of a file: a float, or a formula where it is text; `curves` as of `parse`,
+    `is_angle` whether it is an angle, where that is known: to compare dimensions takes longer than
+    all else.
     """
     angle, refused = info.context.angle, info.context.refused
     if len(refused) >= ENOUGH:
@@ -202,8 +203,8 @@ def entered_in(
     refused.pop()
     if angle != "deg" or not isinstance(result, float):
         return result
-    turns = dimension == ANGLE if turns is None else turns
-    return math.radians(result) if turns else result
+    is_angle = dimension == ANGLE if is_angle is None else is_angle
+    return math.radians(result) if is_angle else result
 
 
 def _json_number(what: str) -> WithJsonSchema:
@@ -213,10 +214,10 @@ def _json_number(what: str) -> WithJsonSchema:
 @functools.cache
 def number(dimension: Dimension | None, law_of: Dimension | None = None) -> Any:
     """A number of that dimension: plain, or text with units and parameters."""
-    turns = dimension == ANGLE
+    is_angle = dimension == ANGLE
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        result = entered_in(value, dimension, info, curves=law_of is not None, turns=turns)
+        result = entered_in(value, dimension, info, curves=law_of is not None, is_angle=is_angle)
         if isinstance(result, Formula) and result.variable and law_of is None:
             raise ModelError(f"is {brief(result.text)}, but only a law may change with time")
         return result

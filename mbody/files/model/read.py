@@ -340,7 +340,7 @@ def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
     fields = _set(entry)
     if isinstance(fields["unknowns"], dict):
         fields["unknowns"] = [
-            Unknown(name, **_turned(mechanism, name, _set(one), angle))
+            Unknown(name, **_in_radians(mechanism, name, _set(one), angle))
             for name, one in fields["unknowns"].items()
         ]
     at = fields.get("at", {}).items()
@@ -348,7 +348,9 @@ def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
     return Question(**fields)
 
 
-def _turned(mechanism: Mechanism, name: str, options: dict[str, Any], angle: str) -> dict[str, Any]:
+def _in_radians(
+    mechanism: Mechanism, name: str, options: dict[str, Any], angle: str
+) -> dict[str, Any]:
     """Options with plain degrees as radians, where the unknown is an angle."""
     from mbody.model.numbers import resolve_number
 
