@@ -152,8 +152,10 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
 
     z = np.zeros(2 * count)
     for _ in range(PASSES):
-        slopes = jacobian(z)
-        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=tol.SINGULAR_VALUE_ZERO)[0]
+        derivatives = jacobian(z)
+        new = np.linalg.lstsq(
+            derivatives, derivatives @ z - left(z), rcond=tol.SINGULAR_VALUE_ZERO
+        )[0]
         done = np.abs(new - z).max(initial=0.0) <= tol.LEAST_SQUARES_ENDS * np.abs(new).max(
             initial=0.0
         )

@@ -107,8 +107,8 @@ class Jet:
 
     def arctan(self) -> Jet:
         """arctan f."""
-        slope = 1.0 / (1.0 + self.f**2)
-        return self.through(math.atan(self.f), slope, -2.0 * self.f * slope**2)
+        derivative = 1.0 / (1.0 + self.f**2)
+        return self.through(math.atan(self.f), derivative, -2.0 * self.f * derivative**2)
 
     def exp(self) -> Jet:
         """e to the f."""

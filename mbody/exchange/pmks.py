@@ -219,9 +219,9 @@ def _from_table(one: Mapping[str, Any], label: str) -> _LineJoint:
         raise refusal(f"the joint {label}", "it has no Links")
     x, y = (number_of(one.get(key), element, key) for key in ("X", "Y"))
     angle = one.get("Angle")
-    sloped = angle not in (None, "NaN", "")
-    slope = number_of(angle, element, "Angle") if sloped else 0.0
-    return _joint(label, links, str(one.get("TypeOfJoint")), (x, y), slope)
+    inclined = angle not in (None, "NaN", "")
+    inclination = number_of(angle, element, "Angle") if inclined else 0.0
+    return _joint(label, links, str(one.get("TypeOfJoint")), (x, y), inclination)
 
 
 def _joint(label: str, links: list[str], kind: str, at: Place, angle: float) -> _LineJoint:

@@ -2,7 +2,7 @@
 
 `Residuals` are a function of an array of trials (trials, unknowns) that gives (rest, size), each
 (trials, rows): the residual of every row and how large its terms are; NaN where a trial fails. They
-know their slopes at a place.
+know their Jacobian at a place.
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ class SingularEquations(Exception):
 
 @dataclass(frozen=True)
 class Affine:
-    """rows(u) = rest + slope (u − base), with the size of the terms of each row."""
+    """rows(u) = rest + jacobian (u − base), with the size of the terms of each row."""
 
     base: Array
     rest: Array
-    slope: Array
+    jacobian: Array
     size: Array
 
     def __call__(self, u: Array) -> Array:
         """Residual of every row at u: (rows,)."""
-        return self.rest + self.slope @ (u - self.base)
+        return self.rest + self.jacobian @ (u - self.base)
 
     def solve(self, rows: Sequence[int]) -> Array:
         """The unknowns that make as many rows zero."""
         chosen = list(rows)
         size = np.maximum(self.size[chosen], tol.TINY)
-        slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
-        u, s, vt = np.linalg.svd(slope)
+        jacobian, rest = self.jacobian[chosen] / size[:, None], self.rest[chosen] / size
+        u, s, vt = np.linalg.svd(jacobian)
         if s[-1] <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY):
             small = s <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY)
             raise SingularEquations(
                 vt[-1], bool(np.abs(u[:, small].T @ rest).max() < tol.ROW_HOLDS)
             )
-        step: Array = np.linalg.solve(slope, -rest)
+        step: Array = np.linalg.solve(jacobian, -rest)
         return self.base + step
 
 
@@ -79,17 +79,17 @@ def affine(rows: Residuals, start: Array) -> Affine | None:
     rest, size = rows(probes)
     if not np.isfinite(rest).all():
         return None
-    slope = (rest[1 : n + 1] - rest[0]).T
-    guessed = rest[0] + (probes - start) @ slope.T
-    terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(slope).T
+    jacobian = (rest[1 : n + 1] - rest[0]).T
+    guessed = rest[0] + (probes - start) @ jacobian.T
+    terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(jacobian).T
     if (np.abs(rest - guessed) > tol.ROW_HOLDS * terms).any():
         return None
-    whole = size[: n + 1].max(axis=0) + np.abs(slope).sum(axis=1)
-    return Affine(start, rest[0], slope, whole)
+    whole = size[: n + 1].max(axis=0) + np.abs(jacobian).sum(axis=1)
+    return Affine(start, rest[0], jacobian, whole)
 
 
 def differences(rows: Residuals, u: Array) -> Affine | None:
-    """All rows about a place with their slopes by differences, of what has no exact derivatives;
+    """All rows about a place with their Jacobian by differences, of what has no exact derivatives;
     None where they have no values.
     """
     h = tol.DIFFERENCE_STEP_UNKNOWNS * np.maximum(1.0, np.abs(u))
@@ -102,9 +102,9 @@ def differences(rows: Residuals, u: Array) -> Affine | None:
         rest, size = rows(np.vstack([u, u + np.diag(h)]))
         if not np.isfinite(rest).all():
             return None
-    slope = ((rest[1:] - rest[0]) / h[:, None]).T
+    jacobian = ((rest[1:] - rest[0]) / h[:, None]).T
     return Affine(
-        u, rest[0], slope, np.maximum(size[0], np.abs(slope) @ np.maximum(1.0, np.abs(u)))
+        u, rest[0], jacobian, np.maximum(size[0], np.abs(jacobian) @ np.maximum(1.0, np.abs(u)))
     )
 
 
@@ -117,14 +117,14 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         here = rows.about(u)
         if here is None:
             return None
-        slope, terms = here.slope, here.size[index] + tol.TINY
+        jacobian, terms = here.jacobian, here.size[index] + tol.TINY
         left = float(np.abs(here.rest[index] / terms).max())
         if best is None or left < best[0]:
             best = (left, here)
         if left < tol.ROW_REST_ROUNDING or (left < tol.ROW_HOLDS and left >= 0.5 * before):
             break
         before = left
-        step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -here.rest[index] / terms)
+        step, *_ = np.linalg.lstsq(jacobian[index] / terms[:, None], -here.rest[index] / terms)
         longest = float(np.abs(step / np.maximum(1.0, np.abs(u))).max())
         step *= min(1.0, 2.0 / longest) if longest > 0.0 else 1.0
         for _ in range(12):

@@ -267,18 +267,18 @@ class Solver:
         for rows in self._actives(len(bounded.rest)):
             with contextlib.suppress(SingularEquations):
                 u = bounded.solve(rows)
-                corners.append((Affine(u, bounded(u), bounded.slope, bounded.size), rows))
+                corners.append((Affine(u, bounded(u), bounded.jacobian, bounded.size), rows))
         best, rows = self._best(corners)
         return [self._refined(straight, best.base, rows)]
 
     def _with_bounds(self, straight: Affine) -> Affine:
         """The linearized rows with one more for each bound of an unknown, before the objective."""
-        rest, slope, size = [], [], []
+        rest, jacobian, size = [], [], []
         for n, one in enumerate(self.wanted):
             for bound, sign in zip(one.bounds, (1.0, -1.0), strict=True):
                 if math.isfinite(bound):
                     rest.append(sign * (straight.base[n] - bound))
-                    slope.append(sign * np.eye(len(self.wanted))[n])
+                    jacobian.append(sign * np.eye(len(self.wanted))[n])
                     size.append(max(abs(bound), 1.0))
         if not rest:
             return straight
@@ -286,7 +286,7 @@ class Solver:
         return Affine(
             straight.base,
             np.insert(straight.rest, [last] * len(rest), rest),
-            np.insert(straight.slope, [last] * len(rest), slope, axis=0),
+            np.insert(straight.jacobian, [last] * len(rest), jacobian, axis=0),
             np.insert(straight.size, [last] * len(rest), size),
         )
 
@@ -322,9 +322,9 @@ class Solver:
             rest, _ = self.rows(u[None])
             if not np.isfinite(rest).all():
                 break
-            here = Affine(u, rest[0], straight.slope, straight.size)
+            here = Affine(u, rest[0], straight.jacobian, straight.size)
             u = self._with_bounds(here).solve(rows)
-        return Affine(u, straight(u), straight.slope, straight.size)
+        return Affine(u, straight(u), straight.jacobian, straight.size)
 
     def _curved(self) -> list[Affine]:
         """Of other questions: all that Newton's method finds from several starts, or the best."""
@@ -347,14 +347,14 @@ class Solver:
             rest, size = self.rows(us[:, None])
             return rest * signs, size
 
-        def slopes(u: float) -> tuple[Array, Array]:
+        def derivatives(u: float) -> tuple[Array, Array]:
             here = self.rows.about(np.array([u]))
             if here is None:
                 return np.full(len(signs), np.nan), np.full(len(signs), np.nan)
-            return here.rest * signs, here.slope[:, 0] * signs
+            return here.rest * signs, here.jacobian[:, 0] * signs
 
         try:
-            best = extremum(one, values, slopes, self._noise())
+            best = extremum(one, values, derivatives, self._noise())
         except Unbounded as error:
             raise SolveError(self.refusals.endless(error.u, error.edge)) from None
         where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
@@ -453,7 +453,7 @@ class Solver:
         if not found:
             raise SolveError(self.refusals.no_root(start))
         if len(found) > 1 and not all(
-            any(place.slope[k].any() for place in found) for k in rows
+            any(place.jacobian[k].any() for place in found) for k in rows
         ):  # a condition that holds everywhere
             raise self.refusals.undetermined(SingularEquations(np.ones(len(start)), True))
         return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
@@ -481,8 +481,8 @@ class Solver:
     def _best(self, corners: list[Corner]) -> Corner:
         """The corner where the objective is greatest or least among those that are allowed.
 
-        There the slope of the objective is a sum of those of the binding rows, each with the sign
-        that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
+        There the derivative of the objective is a sum of those of the binding rows, each with the
+        sign that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
         """
         sign = 1.0 if self.question.greatest else -1.0
         first = len(self.equations)
@@ -495,7 +495,7 @@ class Solver:
                 nearest = min(nearest, (-float(margins[worst]), worst))
                 continue
             allowed = True
-            pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
+            pulls, *_ = np.linalg.lstsq(place.jacobian[list(rows)].T, sign * place.jacobian[-1])
             if (pulls[first:] > tol.ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
                 continue
             if best is None or sign * place.rest[-1] > best[0]:

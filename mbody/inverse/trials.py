@@ -465,20 +465,20 @@ class ConditionRows:
         return self.trials.rows(self.relations, self.objective, us)
 
     def about(self, u: Array) -> Affine | None:
-        """Values and slopes at a place; None where the trial fails."""
+        """Values and derivatives at a place; None where the trial fails."""
         run = self.trials.reached(u)
         if run is None:
             return None
-        slope = self._slopes(run)
-        if slope is None or not np.isfinite(slope).all():
+        jacobian = self._jacobian(run)
+        if jacobian is None or not np.isfinite(jacobian).all():
             return differences(self, u)
         rest, size = self.trials.measured(run, self.relations, self.objective)
         if not np.isfinite(rest).all():
             return None
-        terms = np.abs(slope) @ np.maximum(1.0, np.abs(u))
-        return Affine(u, rest, slope, np.maximum(size, terms))
+        terms = np.abs(jacobian) @ np.maximum(1.0, np.abs(u))
+        return Affine(u, rest, jacobian, np.maximum(size, terms))
 
-    def _slopes(self, run: Solution) -> Array | None:
+    def _jacobian(self, run: Solution) -> Array | None:
         """Derivatives of all rows by the unknowns, (rows, unknowns); None where there are none."""
         names, differences = self.trials.numbers
         instants = DrivenInstants(run, names)
@@ -487,18 +487,19 @@ class ConditionRows:
             if instants.unclosed or instants.without_derivative(_FIRST, whole.record).any():
                 return None
             rows = [
-                self._slope(whole, one.right, len(names)) - self._slope(whole, one.left, len(names))
+                self._derivative(whole, one.right, len(names))
+                - self._derivative(whole, one.left, len(names))
                 for one in self.relations
             ]
             last = np.zeros(len(names))
             if self.objective:
-                last = self._slope(whole, self.objective, len(names))
+                last = self._derivative(whole, self.objective, len(names))
         except (TypeError, ModelError, SolveError):  # as of users' compiled functions
             return None
         return np.asarray(np.vstack([*rows, last]) @ differences)
 
     @staticmethod
-    def _slope(whole: object, text: str, count: int) -> Array:
+    def _derivative(whole: object, text: str, count: int) -> Array:
         history, _, _ = evaluate_measure(whole, Measure(text))  # type: ignore[arg-type]
         if not isinstance(history, DualNumber):
             return np.zeros(count)

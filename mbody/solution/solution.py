@@ -136,7 +136,7 @@ class Restart:
     settings : IntegrationSettings
         How the motion was integrated.
     scale, y, slope : arrays (2·coordinates + auxiliary states,)
-        Sizes of the coordinates, the state, its slope.
+        Sizes of the coordinates, the state, its derivative.
     powers, gained : arrays (causes,)
         Powers there, and the work done since the last instant of the result (before it: negative).
     state : array

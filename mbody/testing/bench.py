@@ -189,13 +189,13 @@ class Ledger:
         size: Array,
         unit: float,
     ) -> None:
-        """Compare `found` (rows,) with the slope of the function at 0; both are `unit` times what
-        the sentence shows, and errors are parts of `size` (rows,).
+        """Compare `found` (rows,) with the derivative of the function at 0; both are `unit` times
+        what the sentence shows, and errors are parts of `size` (rows,).
         """
         least = np.full(len(found), np.inf)
         best = np.zeros(len(found))
         for step in STEPS:
-            expected = slope(function, step)
+            expected = derivative(function, step)
             error = np.abs(found - expected) / np.maximum(size, TINY)
             best = np.where(error < least, expected, best)
             least = np.fmin(least, error)
@@ -216,7 +216,7 @@ class Ledger:
         return Report(self.name, self.states, self.tolerance, tuple(checks))
 
 
-def slope(function: Callable[[float], Array], step: float) -> Array:
+def derivative(function: Callable[[float], Array], step: float) -> Array:
     """df/ds at s = 0 by central differences of sixth order."""
     ahead = [function(n * step) for n in (1, 2, 3)]
     back = [function(-n * step) for n in (1, 2, 3)]

@@ -28,10 +28,10 @@ from mbody.testing.bench import (
     Shifts,
     about_origin,
     check_value,
+    derivative,
     make_bench,
     mentioned,
     rotation,
-    slope,
     with_ground,
 )
 
@@ -477,7 +477,7 @@ def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> N
                 there: Array = bench.forces(BenchState(t, q + s * move, v))[:-1].ravel() * unit
                 return there
 
-            lines.append(slope(shifted, step))
+            lines.append(derivative(shifted, step))
         return np.array(lines)
 
     found = [work(step) for step in STEPS]

@@ -62,10 +62,12 @@ CORNERS = 181
 
 
 def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
-    """ψ over a turn, with the radius of the pitch curve, or the support function, and its slope."""
+    """ψ over a turn, with the radius of the pitch curve, or the support function, and its
+    derivative.
+    """
     psi = np.linspace(0.0, math.tau, CORNERS)
-    R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
-    return psi, R, slope
+    R, derivative, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
+    return psi, R, derivative
 
 
 def outline(joint: CamFollower, pose: Pose) -> Array:

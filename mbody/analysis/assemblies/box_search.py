@@ -260,7 +260,7 @@ class LoopRows:
         low, high = cosine_range(arguments[0][:, None, d] + shift, arguments[1][:, None, d] + shift)
         return size * low, size * high
 
-    def slopes(self, Y: np.ndarray, box: Box) -> Box:
+    def derivatives(self, Y: np.ndarray, box: Box) -> Box:
         """Ranges of Y ∂f/∂x over boxes: (boxes, n, unknowns), Y (boxes, n, rows)."""
         arguments = self._arguments(box)
         P = 1j * (Y @ self.P)
@@ -355,8 +355,8 @@ class LoopRows:
         hi[:, column] = np.minimum(hi[:, column], greatest)
 
     def krawczyk(self, Y: np.ndarray, middle: np.ndarray, box: Box) -> Box:
-        """Krawczyk's operator about `middle`, with the ranges of the slopes over the boxes."""
-        low, high = self.slopes(Y, box)
+        """Krawczyk's operator about `middle`, with the ranges of the derivatives over the boxes."""
+        low, high = self.derivatives(Y, box)
         one = np.eye(self.unknowns)[None]
         step = np.einsum("bij,bj->bi", Y, self.values(middle))
         away = (box[0] - middle)[:, None, :], (box[1] - middle)[:, None, :]

@@ -341,11 +341,11 @@ class Tangent:
 
 def cone(count: int, normal: int, friction: float, sliding: float = 0.0) -> Tangent:
     """The tangent of a contact among `count` forces: μ N both ways."""
-    slope = np.zeros(count)
-    slope[normal] = friction
+    derivative = np.zeros(count)
+    derivative[normal] = friction
 
     def limits(forces: Array) -> tuple[Array, Array, Array, Array]:
-        most, by = forces @ slope, np.broadcast_to(slope, forces.shape)
+        most, by = forces @ derivative, np.broadcast_to(derivative, forces.shape)
         return most, most, by, by
 
     return Tangent(limits, sliding, normal)

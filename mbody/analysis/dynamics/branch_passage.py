@@ -681,7 +681,7 @@ class _SingularStart:
         return None
 
     def _evaluate(self, t: float, q: Array, v: Array, z: Array) -> bool:
-        """Slope, powers and record at a state, projected; whether the loops close there."""
+        """Derivative, powers and record at a state, projected; whether the loops close there."""
         n = self.system.coordinates
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = q, v, z
         self.stepping.state[TIME] = t

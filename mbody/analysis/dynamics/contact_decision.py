@@ -511,9 +511,9 @@ class SharedFriction:
             law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
             at = system.layout.primitive_node[primitive] == law.node
             x, y = self._pressing(motion, record, law.node)
-            _, *slopes = law.size(x, y, SLIP_SIGNS[mode])
+            _, *derivatives = law.size(x, y, SLIP_SIGNS[mode])
             for r in np.flatnonzero(at):
-                change = -SLIP_SIGNS[mode] * slopes[int(number[r])] * system.row_units[r]
+                change = -SLIP_SIGNS[mode] * derivatives[int(number[r])] * system.row_units[r]
                 of_joints[:, r] += change * rows.block[pair.tangent] * units
         for k in self.normals:
             point, mode = uni.contact_points[k], motion.modes[k]

@@ -3,7 +3,8 @@ there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
 residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too:
-t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its
+derivative.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Node:
 
     `place`: Angles go on over whole turns.
     `along` (coordinates,): Unit tangent in the direction of the walk.
-    `residual`, `slope`: g and dg/ds.
+    `residual`, `derivative`: g and dg/ds.
     `side`: Sign of the determinant of the independent rows and the tangent: it changes where
       another branch is crossed, and there alone.
     """
@@ -37,7 +38,7 @@ class Node:
     place: Place
     along: Array
     residual: float
-    slope: float
+    derivative: float
     side: float
 
 
@@ -76,16 +77,16 @@ class MotionCurve:
         """
         found = along @ place.motions.T @ place.motions
         along = found / np.linalg.norm(found)
-        slope = float(along @ self.manifold.change(place, along))
+        derivative = float(along @ self.manifold.change(place, along))
         side = float(np.linalg.slogdet(np.vstack([place.rows[self.rows], along]))[0])
-        return Node(place, along, float(place.force @ along), slope, side)
+        return Node(place, along, float(place.force @ along), derivative, side)
 
     def walk(self, sign: float, longest: float = np.inf) -> Walk:
         """From the start on in the direction of the tangent, or against it, no further than
         `reach`.
         """
         first = self.start
-        here = Node(first.place, sign * first.along, sign * first.residual, first.slope, 0.0)
+        here = Node(first.place, sign * first.along, sign * first.residual, first.derivative, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
         length, curvature, arclength = tol.WALK_STEP, np.zeros(len(here.along)), 0.0
@@ -333,17 +334,17 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
 
 # -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
 #
-# Between two nodes the residual force is the cubic through both values and slopes, within an error
-# that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative
-# is taken from how far the cubics of neighbours differ, then, interval by interval, from what the
-# cubic misses in the middle. An interval is divided until the cubic, taken with its error, can have
-# one number of zeros only; and where a load along a line, as a spring, turns round, for its ends
-# may meet there and its force jump.
+# Between two nodes the residual force is the cubic through both values and derivatives, within an
+# error that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The
+# derivative is taken from how far the cubics of neighbours differ, then, interval by interval, from
+# what the cubic misses in the middle. An interval is divided until the cubic, taken with its error,
+# can have one number of zeros only; and where a load along a line, as a spring, turns round, for
+# its ends may meet there and its force jump.
 
 #: Places of an interval at which the cubic is compared with its error.
 X = np.linspace(0.0, 1.0, 33)
-#: An error of one in the middle is 16 x²(1−x)² beside it, and its slope 12 at most.
-BAND, BAND_SLOPE = 16.0, 12.0
+#: An error of one in the middle is 16 x²(1−x)² beside it, and its derivative 12 at most.
+BAND, BAND_DERIVATIVE = 16.0, 12.0
 #: Nodes that divisions of one walk add at most.
 MOST = 3000
 
@@ -373,13 +374,18 @@ def roots_of(curve: MotionCurve, walk: Walk, start: bool = False) -> Roots:
 
 
 def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
-    """Zeros beside which one must be missing: along a smooth residual force its slope changes sign
-    from each to the next, and all round a closed walk.
+    """Zeros beside which one must be missing: along a smooth residual force its derivative changes
+    sign from each to the next, and all round a closed walk.
 
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
-    flat = tol.WALK_SLOPE_FLAT * max((abs(node.slope) for node in walk.nodes), default=0.0)
-    if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
+    flat = tol.WALK_SLOPE_FLAT * max((abs(node.derivative) for node in walk.nodes), default=0.0)
+    if (
+        roots.jumps
+        or roots.lifts
+        or walk.corners
+        or any(abs(r.derivative) <= flat for r in roots.rests)
+    ):
         return []
     rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
     pairs = list(itertools.pairwise(rests))
@@ -388,7 +394,7 @@ def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
     )
     if walk.closed and whole and rests:
         pairs.append((rests[-1], rests[0]))
-    return [one for one, other in pairs if one.slope * other.slope > 0.0]
+    return [one for one, other in pairs if one.derivative * other.derivative > 0.0]
 
 
 class _CurveIsolation:
@@ -447,7 +453,7 @@ class _CurveIsolation:
         size = float(np.linalg.norm(chord))
         direction = chord / size
         a, b = one.residual, other.residual
-        da, db = (size * node.slope / float(node.along @ direction) for node in (one, other))
+        da, db = (size * node.derivative / float(node.along @ direction) for node in (one, other))
         return np.array([a, da, 3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db])
 
     def divide(self, one: Node, other: Node, error: float) -> None:
@@ -490,9 +496,9 @@ class _CurveIsolation:
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
         p[0], p[-1] = ends
-        slope = powers[:, :3] @ (cubic[1:] * [1.0, 2.0, 3.0])
+        derivative = powers[:, :3] @ (cubic[1:] * [1.0, 2.0, 3.0])
         open_ = np.abs(p) <= error * BAND * (x * (1.0 - x)) ** 2 + self.zero
-        steep = np.abs(slope) > BAND_SLOPE * error
+        steep = np.abs(derivative) > BAND_DERIVATIVE * error
         # the zero lies between places: both sides of a change of sign belong to it
         signs = np.sign(p)
         changed = signs[1:] * signs[:-1] <= 0.0
@@ -503,7 +509,7 @@ class _CurveIsolation:
             return 0
         index = np.flatnonzero(near)
         one_run = index[-1] - index[0] + 1 == len(index)
-        same = (np.sign(slope[index]) == np.sign(slope[index[0]])).all()
+        same = (np.sign(derivative[index]) == np.sign(derivative[index[0]])).all()
         if not (one_run and same and steep[index].all()):
             return -1
         return int(p[0] * p[-1] < 0.0 or p[-1] == 0.0)
@@ -541,7 +547,7 @@ class _CurveIsolation:
                     low = node
                 else:
                     high = node
-        steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
+        steep = max(abs(low.derivative), abs(high.derivative)) * self.size(low, high)
         if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
@@ -557,7 +563,7 @@ class _CurveIsolation:
             node = between(self.curve, one, other, float(x))
             nodes += [node] if node is not None else []
         # of a residual force that touches zero the place where it is least
-        best = min(nodes, key=lambda node: abs(node.slope))
+        best = min(nodes, key=lambda node: abs(node.derivative))
         if abs(best.residual) > 100.0 * self.zero or (best is one and one.residual == 0.0):
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
@@ -587,7 +593,7 @@ def _zero(cubic: Array) -> float:
         if value == 0.0 or high - low < tol.WALK_ZERO_BRACKET:
             break
         low, high = (x, high) if value * a > 0.0 else (low, x)
-        slope = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
-        step = x - value / slope if slope else low
+        derivative = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
+        step = x - value / derivative if derivative else low
         x = step if low < step < high else 0.5 * (low + high)
     return float(min(max(x, tol.WALK_ZERO_INSIDE), 1.0 - tol.WALK_ZERO_INSIDE))

@@ -445,7 +445,7 @@ def equilibrium(
     Notes
     -----
     A single free motion is walked all round, or both ways as far as it goes. Between neighbouring
-    places the residual force is a cubic, by its values and slopes, within an error that is
+    places the residual force is a cubic, by its values and derivatives, within an error that is
     measured; steps are divided until each has a certain number of zeros, so that all positions on
     the curve of the start are found, stable or not. Where distances in the constraints pass zero,
     as of a weight that is drawn through its pulley, the walk turns over with them. The surface of

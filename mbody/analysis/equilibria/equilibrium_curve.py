@@ -93,7 +93,7 @@ class Follower:
             self._manifolds[value] = self.first.other(changed)
         return self._manifolds[value]
 
-    def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
+    def derivatives(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
         """c = dq/dp on the constraints (coordinates,), and the change g of the residual force
         (free,); by differences of fourth order where `fine` asks for all digits.
         """
@@ -138,7 +138,7 @@ class Follower:
     def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
         """A rest position with the direction of the curve there, onward from the one before."""
         K = self.manifold(value).stiffness(here)
-        parameter_motion, change = self.slopes(here, value)
+        parameter_motion, change = self.derivatives(here, value)
         size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
@@ -164,7 +164,7 @@ class Follower:
             if place is None or len(place.motions) != len(here.place.motions):
                 return None
             K = manifold.stiffness(place)
-            parameter_motion, change = self.slopes(place, value)
+            parameter_motion, change = self.derivatives(place, value)
             displacement = (place.q - here.place.q) / self.scale
             off = step - displacement @ here.direction[:-1]
             off -= (value - here.value) * float(here.direction[-1])
@@ -372,10 +372,13 @@ def _multiple(
     # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
     beside = tol.BRANCH_POINT_LOOK / length
     near = at(part - beside), at(part + beside)
-    slope = float(sides.deriv()(part))
-    if near[0] is None or near[1] is None or not slope:
+    derivative = float(sides.deriv()(part))
+    if near[0] is None or near[1] is None or not derivative:
         return None
-    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * tol.BRANCH_POINT_LOOK**2
+    gap = (
+        abs((near[1][0] - near[0][0]) / (2.0 * beside * derivative) - 1.0)
+        * tol.BRANCH_POINT_LOOK**2
+    )
     fit = np.polynomial.chebyshev.chebfit(
         parameters, np.array([row for _, row in rows]), len(parameters) - 1
     )
@@ -458,7 +461,7 @@ def _moved(
 def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:
     """How the position follows the number, and J (free, free + 1) in the motions of the place."""
     K = follower.manifold(value).stiffness(place)
-    parameter_motion, change = follower.slopes(place, value, fine=True)
+    parameter_motion, change = follower.derivatives(place, value, fine=True)
     return parameter_motion, np.column_stack([-K, change])
 
 

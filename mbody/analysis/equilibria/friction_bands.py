@@ -275,7 +275,7 @@ class _Located:
         yield last, self.reserve(last.place, last.along), False
 
     def _turned(self, node: Node) -> Node:
-        return Node(node.place, -node.along, -node.residual, node.slope, node.side)
+        return Node(node.place, -node.along, -node.residual, node.derivative, node.side)
 
     def refined(self, samples: list[Sample]) -> Iterator[Sample]:
         """The samples, and between them where the reserve comes nearest to zero without having

@@ -69,7 +69,7 @@ class LoadEnds:
         places = pose[..., :2] + arms
         return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
 
-    def slopes(self, q: Array, directions: Array) -> Array:
+    def derivatives(self, q: Array, directions: Array) -> Array:
         """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
         arms = self._turned(q)[1][..., None, :, :, :]
         rates = directions.reshape(*directions.shape[:-1], -1, 3)
@@ -505,7 +505,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
     q = np.array([node.place.q for node in cover.nodes])
     frames = np.array([node.frame for node in cover.nodes])
     radius = np.array([[node.radius] for node in cover.nodes])
-    sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
+    sizes = np.linalg.norm(ends.derivatives(q, frames), axis=(-2, -1))
     return np.asarray(
         np.linalg.norm(ends.vectors(q), axis=-1) <= tol.CHART_FURTHER * radius * sizes + radius**2
     )
@@ -537,7 +537,7 @@ def _met(
     met, on_line = list[tuple[CoverNode, Array]](), True
     left = np.arange(len(beside))
     for _ in range(ITERATIONS):
-        J = ends.slopes(q[left], directions[left])[:, n]
+        J = ends.derivatives(q[left], directions[left])[:, n]
         there = np.linalg.norm(d[left], axis=1) < tol.SURFACE_END_MET
         for k, own in zip(left[there].tolist(), J[there], strict=True):
             sizes = np.linalg.svd(own, compute_uv=False)
@@ -753,8 +753,8 @@ class SurfaceSamples:
         What these loads are of it.
     ends : array (samples, loads, 2)
         From one end of each to the other.
-    slopes : array (samples, loads, 2, 2)
-        A load that pulls along its line drives by −F u·slopes, u the direction of its ends.
+    derivatives : array (samples, loads, 2, 2)
+        A load that pulls along its line drives by −F u·derivatives, u the direction of its ends.
     force : array (samples, loads)
         F.
     """
@@ -768,7 +768,7 @@ class SurfaceSamples:
             "residual": (2,),
             "own": (loads, 2),
             "ends": (loads, 2),
-            "slopes": (loads, 2, 2),
+            "derivatives": (loads, 2, 2),
             "force": (loads,),
         }
         self._samples = {name: np.empty((256, *shape)) for name, shape in self._shapes.items()}
@@ -799,7 +799,7 @@ class SurfaceSamples:
         if self.load_ends.loads:
             new["own"][good] = residuals[:, self.load_ends.numbers]
             new["ends"][good] = self.load_ends.vectors(q)
-            new["slopes"][good] = self.load_ends.slopes(q, directions) @ S[:, None]
+            new["derivatives"][good] = self.load_ends.derivatives(q, directions) @ S[:, None]
             own = loads[:, self.load_ends.numbers]
             every = np.arange(len(self.load_ends.loads))
             new["force"][good] = np.hypot(

@@ -244,7 +244,7 @@ class RestSearch:
     def _walk(self, here: Place) -> None:
         """All rest positions along a single free motion: both ways from a place, or all round."""
         curve = MotionCurve(self.manifold, here)
-        if max(abs(curve.start.residual), abs(curve.start.slope)) == 0.0:
+        if max(abs(curve.start.residual), abs(curve.start.derivative)) == 0.0:
             self._keep(here)
             return
         onward = curve.walk(1.0)

@@ -301,19 +301,19 @@ class ChartCells:
         """Where the mean Jacobian matrix J shows one zero at most: J⁻¹ ∂G/∂y near the identity."""
         count = len(corners)
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
-        J = np.stack([mean_slope.mean(axis=1) for mean_slope in along], axis=-1)
+        J = np.stack([mean_derivative.mean(axis=1) for mean_derivative in along], axis=-1)
         top = np.abs(J).max(axis=(1, 2))
         good = np.abs(np.linalg.det(J)) > tol.CELL_DETERMINANT_NONE * top**2
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
-        for mean_slope, second_difference, unit in zip(
+        for mean_derivative, second_difference, unit in zip(
             along, second_differences, np.eye(2), strict=True
         ):
             error = tol.SURFACE_ERROR_SURE * np.linalg.norm(
                 np.einsum("nkx,nyx->nky", second_difference, B), axis=2
             ).max(axis=1)
-            turned = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
+            turned = np.einsum("nkx,nyx->nky", mean_derivative, B) - unit
             errors.append(error)
             off.append(np.linalg.norm(turned, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
@@ -355,9 +355,9 @@ class ChartCells:
         part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, turning]
         spread = np.ptp(force, axis=1)
-        # what a load may give in each direction: F |slopes · w|
-        slopes = samples.slopes[four][:, :, turning]
-        sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
+        # what a load may give in each direction: F |derivatives · w|
+        derivatives = samples.derivatives[four][:, :, turning]
+        sizes = np.linalg.norm(derivatives @ UNIT_CIRCLE.T, axis=3).max(axis=1)
         most = (force.max(axis=1) + tol.SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
         for k, load in enumerate(turning):
@@ -375,10 +375,10 @@ class ChartCells:
             outweighs &= (given - others > 0.0).any(axis=1)
             empty |= outweighs
             u = ends / np.maximum(long, tol.TINY)[:, :, None]
-            pull = np.einsum("nka,nkax,nkx->nk", u, slopes[:, :, k], own)
+            pull = np.einsum("nka,nkax,nkx->nk", u, derivatives[:, :, k], own)
             inward = outweighs & ((pull < 0.0) | ~off).all(axis=1)
             for n in np.flatnonzero(inward):
-                across = slopes[n, :, k].mean(axis=0).T @ line[n]
+                across = derivatives[n, :, k].mean(axis=0).T @ line[n]
                 if _meets(signed[n], corners[n], across):
                     self.inward[tuple(which[n])] = load
         self.empty[which[empty, 0], which[empty, 1]] = True

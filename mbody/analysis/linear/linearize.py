@@ -249,11 +249,13 @@ class Moving:
                 np.zeros(len(self.own)),
             )
             offset[n] = step
-            slope = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
+            derivative = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
             # where what it changes is small beside the rest, a longer step is more exact
             offset[n] = (
-                max(step, min(tol.DIFFERENCE_STEP_FOURTH_ORDER * size / slope, FARTHEST * step))
-                if slope
+                max(
+                    step, min(tol.DIFFERENCE_STEP_FOURTH_ORDER * size / derivative, FARTHEST * step)
+                )
+                if derivative
                 else step
             )
             near = function(self.own + offset) - function(self.own - offset)

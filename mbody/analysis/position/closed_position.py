@@ -383,7 +383,7 @@ class _Stages:
         """Where the paths end, (designs, coordinates + 3), and how far they come, (designs,)."""
         count = len(self.values)
         poses, progress, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
-        slope = np.zeros_like(poses)
+        derivative = np.zeros_like(poses)
         # of the first stage nothing foretells where it leads
         begun = np.zeros(count, dtype=bool)
         active = np.arange(count)
@@ -392,8 +392,8 @@ class _Stages:
             step = (to - progress[active])[:, None]
             found, closes = self._closed(active, to, poses[active])
             moved = found - poses[active]
-            bent = self.system.extent(moved - step * slope[active])
-            straight = self.system.extent(moved) + self.system.extent(step * slope[active])
+            bent = self.system.extent(moved - step * derivative[active])
+            straight = self.system.extent(moved) + self.system.extent(step * derivative[active])
             kept = closes & (self.system.extent(moved) <= tol.BRANCH_LEAP)
             kept &= (
                 ~begun[active]
@@ -401,7 +401,7 @@ class _Stages:
                 | (straight <= tol.STAGE_STRAIGHT)
             )
             on = active[kept]
-            poses[on], slope[on], begun[on] = found[kept], (moved / step)[kept], True
+            poses[on], derivative[on], begun[on] = found[kept], (moved / step)[kept], True
             progress[on] = to[kept]
             stage[on] *= 2.0
             stage[active[~kept]] *= 0.5

@@ -418,16 +418,16 @@ class DenseFriction:
         z = self.start() if start is None else np.array(start, float)
         scale, last = float(np.abs(self.right).max(initial=0.0)) or 1.0, np.inf
         for _ in range(most):
-            f, slope = self.slope(z)
+            f, jacobian = self.jacobian(z)
             try:
-                step = np.linalg.solve(slope, f)
+                step = np.linalg.solve(jacobian, f)
             except np.linalg.LinAlgError:
                 return None
             z = z - step
             if not np.isfinite(z).all():
                 return None
             size = np.abs(step).max(initial=0.0)
-            terms = np.abs(slope) @ np.abs(z)
+            terms = np.abs(jacobian) @ np.abs(z)
             if size <= tol.ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
                 return self._forces(z)
             if (
@@ -446,7 +446,7 @@ class DenseFriction:
         )[0]
         return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
 
-    def slope(self, z: Array) -> tuple[Array, Array]:
+    def jacobian(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
         found = self.residual(z[:, None] + 1j * tol.COMPLEX_STEP * np.eye(len(z), len(z) + 1))
         return found[:, -1].real, found[:, :-1].imag / tol.COMPLEX_STEP
@@ -493,17 +493,17 @@ class DenseFriction:
             both = np.concatenate([here, stepped.reshape(count, -1)], axis=1)
             values = self.residual(both)
             f = values[:, : len(running)].real.T
-            slopes = (
+            jacobians = (
                 values[:, len(running) :].imag.reshape(count, len(running), count)
                 / tol.COMPLEX_STEP
             )
-            slopes = slopes.transpose(1, 0, 2)
-            good = np.isfinite(slopes).all(axis=(1, 2))
-            good[good] = np.linalg.slogdet(slopes[good])[0] != 0.0
-            running, f, slopes = running[good], f[good], slopes[good]
+            jacobians = jacobians.transpose(1, 0, 2)
+            good = np.isfinite(jacobians).all(axis=(1, 2))
+            good[good] = np.linalg.slogdet(jacobians[good])[0] != 0.0
+            running, f, jacobians = running[good], f[good], jacobians[good]
             if not len(running):
                 break
-            steps = np.linalg.solve(slopes, f[:, :, None])[:, :, 0].T
+            steps = np.linalg.solve(jacobians, f[:, :, None])[:, :, 0].T
             z[:, running] -= steps
             sizes = np.maximum(scale, np.abs(z[:, running]).max(axis=0))
             done = np.abs(steps).max(axis=0) <= tol.ORACLE_NEWTON_LEFT * sizes
