@@ -367,7 +367,7 @@ class GuardDuals:
             return None
         (ax, ay), (ux, uy), length = candidate.edge
         (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
-        jx, jy = candidate.arm
+        jx, jy = candidate.position
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
         py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
         x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay

@@ -500,8 +500,11 @@ class FollowerPath:
         if self.along:
             rate, second = self.along * self.first, self.along * self.second
         else:
-            arm = self.place - self.pivot
-            rate, second = 1j * arm * self.first, 1j * arm * self.second - arm * self.first**2
+            relative = self.place - self.pivot
+            rate, second = (
+                1j * relative * self.first,
+                1j * relative * self.second - relative * self.first**2,
+            )
         return rate - 1j * self.place, second - 2j * rate - self.place
 
     def _support(self) -> tuple[Array, Array, Array]:
@@ -739,8 +742,8 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
             return 0j
         first = 3 * system.bodies[body]
         x, y, turn = along[first : first + 3]
-        arm = (place - complex(*q[first : first + 2])) / system.length
-        return complex(x, y) + 1j * turn * arm
+        relative = (place - complex(*q[first : first + 2])) / system.length
+        return complex(x, y) + 1j * turn * relative
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
     return found if abs(found) > tol.RATE_NONE_COORDINATE else 0j

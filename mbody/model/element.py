@@ -722,8 +722,8 @@ class WithOwnPhysics:
     """Mixin of elements between two points whose ``physics(i, j, p, t)`` the user gives."""
 
     def parameters(self: Any, at: Numbers) -> list[Any]:
-        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
-        and the directions of both markers [rad].
+        """Numbers handed to `physics` as `p`; by default both body-fixed positions, from the mass
+        centres [length], and the directions of both markers [rad].
         """
         return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
 

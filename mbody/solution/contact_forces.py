@@ -91,7 +91,7 @@ def contact_wrench(
         x, y, turning = (forces(e, k) for k in (2, 3, 4))
         second = i if candidate.swapped else j
         at = solution[second]
-        px, py = _arm_of_torque(contact, solution, at)
+        px, py = _point_of_torque(contact, solution, at)
         sign = 1.0 if second == body else -1.0
         fx, fy = fx + sign * x, fy + sign * y
         dx, dy = at.x + px - own.x, at.y + py - own.y
@@ -129,7 +129,7 @@ def _sum_of(solution: Any, group: Any) -> list[Array]:
     return total
 
 
-def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
+def _point_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
     """From the mass centre of the second body of a row to where its torque is taken: the mass
     centre, of a rope its end.
     """

@@ -134,8 +134,8 @@ def _history(
     candidate = candidates[n]
     own: tuple[str, str] = contact.bodies  # type: ignore[assignment]  # a contact has two
     first, second = own[::-1] if candidate.swapped else own
-    arm = float(candidate.arm[0]), float(candidate.arm[1])
-    tip: Place = (second, *arm)
+    position = float(candidate.position[0]), float(candidate.position[1])
+    tip: Place = (second, *position)
     if candidate.edge is None:
         place, normal, gap, along, axes = _round(run, candidate, first, tip)
     else:

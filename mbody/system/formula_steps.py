@@ -2,7 +2,7 @@
 
 A `StepList` records what is computed, each number once. Its steps name bodies, inputs and own
 states; the assembler puts rows in the place of names. Numbers of the description that a formula
-takes (its constants, arms of points) become parameters.
+takes (its constants, body-fixed positions of points) become parameters.
 """
 
 from __future__ import annotations
@@ -240,16 +240,16 @@ def _of_body(steps: StepList, body: str, point: str, key: str, at: Numbers) -> R
     cx, cy = at.point(f"{body}.cg")
     at_origin = point == ORIGIN and not at.has_point(marker)
     x, y = (0.0, 0.0) if at_origin else at.point(marker)
-    arm = x - cx, y - cy
-    place, velocity = _moving(steps, body, arm)
+    position = x - cx, y - cy
+    place, velocity = _moving(steps, body, position)
     return velocity[axis] if key.startswith("v") else place[axis]
 
 
 def _moving(
-    steps: StepList, body: str, arm: tuple[Any, Any]
+    steps: StepList, body: str, position: tuple[Any, Any]
 ) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
-    """World place and velocity of what is at `arm` from the mass centre of a body."""
-    px, py = _directed(steps, body, arm)
+    """World place and velocity of what is at `position` from the mass centre of a body."""
+    px, py = _directed(steps, body, position)
     x, y = (steps.read("position", body, axis) for axis in (0, 1))
     vx, vy, w = (steps.read("velocity", body, axis) for axis in (0, 1, 2))
     return (x + px, y + py), (vx - w * py, vy + w * px)

@@ -362,11 +362,11 @@ class Bench:
         parts = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
         blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 0]
         on_i = -np.einsum("erc,er->ec", blocks, parts[:, :2])
-        arm: tuple[Any, Any] = (0.0, 0.0)
+        position: tuple[Any, Any] = (0.0, 0.0)
         if "j" in self.element.places():
-            arm = self.system.numbers.arm(self.element, "j")
+            position = self.system.numbers.arm(self.element, "j")
         pose = with_ground(state.q)[L.primitive_j]
-        place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
+        place = pose[:, :2] + np.array([rotation(angle) @ position for angle in pose[:, 2]])
         return parts[:, :2], parts[:, 2:], on_i, place
 
     def forces(self, state: BenchState) -> Array:

@@ -161,9 +161,9 @@ class _FreeBodies:
         site = self.pose.site(load, field)
         place, own = moved(self.run, site), self.run[body]
         fx, fy, torque = parts
-        arm = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
-        left = torque - arm
-        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(arm) + np.abs(torque)), left, 0.0)
+        moment = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
+        left = torque - moment
+        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(moment) + np.abs(torque)), left, 0.0)
         named = isinstance(load, Force) and isinstance(load.at.point, str)
         where = f"at {load.at.point}" if named else load.name
         at = self._anchored_site(site, f"{load.name}.{field}")

@@ -87,8 +87,8 @@ def products(
 
 # -- Bounds of slider displacements in closed loops, for all angles ----------------------------
 #
-# In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other arms are never longer than Σ|P| + |B|. One
-# displacement in a loop is no greater than that; several in known directions follow from linear
+# In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other vectors are never longer than Σ|P| + |B|.
+# One displacement in a loop is no greater than that; several in known directions follow from linear
 # equations with such right-hand sides. Where directions of several turn, they may become parallel
 # and displacements have no bound.
 
@@ -105,37 +105,37 @@ def slide_bounds(
 
     Examples
     --------
-    A slide along x and another along y close an arm of 2:
+    A slide along x and another along y close a vector of 2:
 
     >>> P, Q, B = np.array([[2.0 + 0j]]), np.array([[1.0, 1j]]), np.array([0j])
     >>> slide_bounds(P, Q, B, [-1, -1], 2.0)[0].round(6).tolist()
     [2.0, 2.0]
     """
-    arms = np.abs(loops).sum(axis=1) + np.abs(rest)
+    sizes = np.abs(loops).sum(axis=1) + np.abs(rest)
     size = np.abs(slides)
     found = np.full(slides.shape[1], np.nan)
     going_on = True
     while going_on:
         going_on = False
-        for n in range(len(arms)):
+        for n in range(len(sizes)):
             left = np.flatnonzero((size[n] > 0.0) & np.isnan(found))
             if len(left) == 1:
                 others = float(np.nansum(size[n] * np.where(np.isnan(found), 0.0, found)))
-                found[left[0]] = (arms[n] + others) / size[n, left[0]]
+                found[left[0]] = (sizes[n] + others) / size[n, left[0]]
                 going_on = True
     left = np.flatnonzero(np.isnan(found))
     if len(left) and all(along[m] < 0 for m in left):
-        found[left] = _by_equations(arms, slides, found, left)
+        found[left] = _by_equations(sizes, slides, found, left)
     proven = bool(np.isfinite(found).all())
     displacement_bound = np.where(np.isfinite(found), found, DISPLACEMENT_SEARCHED * scale)
     return BOX_WIDER * np.maximum(displacement_bound, BOX_SIZE_LEAST * scale), proven
 
 
 def _by_equations(
-    arms: np.ndarray, slides: np.ndarray, found: np.ndarray, left: np.ndarray
+    sizes: np.ndarray, slides: np.ndarray, found: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
     """Bounds of slides in known directions; NaN where these are parallel."""
-    others = arms + np.abs(slides) @ np.nan_to_num(found)
+    others = sizes + np.abs(slides) @ np.nan_to_num(found)
     A = np.concatenate([slides[:, left].real, slides[:, left].imag])
     if np.linalg.matrix_rank(A, tol=SINGULAR_VALUE_PARALLEL) < len(left):
         return np.full(len(left), np.nan)
@@ -434,8 +434,8 @@ class GroupRows:
     def _edge(self, p: int) -> _Edge:
         pair = self.linkage.pairs[p]
         edge = _Edge(pair.i, pair.j, {}, {})
-        self._add(edge, pair.j, pair.arm_j)
-        self._add(edge, pair.i, -pair.arm_i)
+        self._add(edge, pair.j, pair.position_j)
+        self._add(edge, pair.i, -pair.position_i)
         if pair.free:
             along = pair.rod if pair.kind == "rod" else pair.i
             direction, factor = self._unit(along)

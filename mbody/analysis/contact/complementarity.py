@@ -161,16 +161,16 @@ class JointFriction:
             # what helps itself in one direction, as a band brake does, has more in that one
             return max(0.0, self.given * (1.0 + self.second * slip_sign)) + zero, zero, zero
         if self.kind == "pin":
-            arm, whole = mu * self.first / math.sqrt(1.0 + mu * mu), np.hypot(x, y)
-            per = np.where(whole > 0.0, arm / np.where(whole > 0.0, whole, 1.0), 0.0)
-            return arm * whole, per * x, per * y
+            radius, whole = mu * self.first / math.sqrt(1.0 + mu * mu), np.hypot(x, y)
+            per = np.where(whole > 0.0, radius / np.where(whole > 0.0, whole, 1.0), 0.0)
+            return radius * whole, per * x, per * y
         uneven = self.second * slip_sign if self.kind == "couple" else 0.0
         size, by_x, by_y = mu * np.abs(x) + uneven * x, mu * np.sign(x) + uneven, zero
         if self.kind == "guide" and self.first > 0.0:
             tilt = 0.5 * mu * slip_sign * self.second
-            moment, arm = y + tilt * x, 2.0 * mu / self.first
-            ends, turn = arm * np.abs(moment) > size, arm * np.sign(moment)
-            size = np.where(ends, arm * np.abs(moment), size)
+            moment, factor = y + tilt * x, 2.0 * mu / self.first
+            ends, turn = factor * np.abs(moment) > size, factor * np.sign(moment)
+            size = np.where(ends, factor * np.abs(moment), size)
             by_x, by_y = np.where(ends, turn * tilt, by_x), np.where(ends, turn, by_y)
         return size, by_x, by_y
 

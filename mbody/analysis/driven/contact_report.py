@@ -319,7 +319,7 @@ def _distance_past(found: Solution, contact: OneSided, candidate: ContactCandida
     first, second = _bodies(contact, candidate)
     (ax, ay), (ux, uy), length = candidate.edge
     i, j = found[first], found[second]
-    jx, jy = (column(part) for part in candidate.arm)
+    jx, jy = (column(part) for part in candidate.position)
     c, s = np.cos(j.angle), np.sin(j.angle)
     px, py = j.x + c * jx - s * jy - i.x, j.y + s * jx + c * jy - i.y
     c, s = np.cos(i.angle), np.sin(i.angle)

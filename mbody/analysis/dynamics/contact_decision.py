@@ -302,7 +302,7 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
     machine = uni.system.mechanism
     j = uni.bodies[found.contact_point][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
-    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.arm)
+    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.position)
     place = (
         float(x + np.cos(angle) * ax - np.sin(angle) * ay),
         float(y + np.sin(angle) * ax + np.cos(angle) * ay),

@@ -49,33 +49,35 @@ class LoadEnds:
         ends = [(load, side) for side in "ij" for load in loads]
         # the ground is the last body and has no coordinates
         bodies = [system.bodies[load.place(side).body] for load, side in ends]
-        arms = [system.numbers.arm(load, side) for load, side in ends]
+        body_fixed = [system.numbers.arm(load, side) for load, side in ends]
         self.bodies = np.array(bodies, dtype=np.int64).reshape(2, -1)
-        self.arms = np.array(arms, dtype=float).reshape(2, -1, 2) / self.length
+        self.body_fixed = np.array(body_fixed, dtype=float).reshape(2, -1, 2) / self.length
 
     def _turned(self, q: Array) -> tuple[Array, Array]:
-        """Poses (…, 2, loads, 3) in model lengths, and arms in world axes (…, 2, loads, 2)."""
+        """Poses (…, 2, loads, 3) in model lengths, and positions from mass centres in world
+        axes (…, 2, loads, 2).
+        """
         pose = q.reshape(*q.shape[:-1], -1, 3)
         pose = np.concatenate([pose, np.zeros((*q.shape[:-1], 1, 3))], axis=-2)
         pose = pose[..., self.bodies, :]
         pose[..., :2] /= self.length
         c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-        x, y = self.arms[..., 0], self.arms[..., 1]
+        x, y = self.body_fixed[..., 0], self.body_fixed[..., 1]
         return pose, np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
     def vectors(self, q: Array) -> Array:
         """At positions (…, coordinates): (…, loads, 2)."""
-        pose, arms = self._turned(q)
-        places = pose[..., :2] + arms
+        pose, relative = self._turned(q)
+        places = pose[..., :2] + relative
         return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
 
     def derivatives(self, q: Array, directions: Array) -> Array:
         """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
-        arms = self._turned(q)[1][..., None, :, :, :]
+        relative = self._turned(q)[1][..., None, :, :, :]
         rates = directions.reshape(*directions.shape[:-1], -1, 3)
         still = np.zeros((*rates.shape[:-2], 1, 3))
         rates = np.concatenate([rates, still], axis=-2)[..., self.bodies, :]
-        turning = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
+        turning = np.stack([-relative[..., 1], relative[..., 0]], axis=-1) * rates[..., 2:]
         moved = rates[..., :2] + turning
         return np.moveaxis(moved[..., 1, :, :] - moved[..., 0, :, :], -3, -1)
 

@@ -217,14 +217,14 @@ def _mesh(system: System, groups: _RotatingGroups, read: _Pose, pair: Constraint
 
 def _is_wheel(system: System, at: Numbers, body: str) -> bool:
     """Whether joints hold a body at one place only, about which it may turn in any position."""
-    arms = []
+    positions = []
     for joint in system.mechanism.joints:
         if body in joint.bodies and joint.rows:
             if not joint.lets_turn(body):
                 return False
             side = "ij"[joint.bodies.index(body)]
-            arms.append([float(part) for part in at.arm(joint, side)])
-    return bool(np.ptp(arms, axis=0).max() <= tol.POINT_SAME * system.length)
+            positions.append([float(part) for part in at.arm(joint, side)])
+    return bool(np.ptp(positions, axis=0).max() <= tol.POINT_SAME * system.length)
 
 
 @dataclass

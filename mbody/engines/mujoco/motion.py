@@ -157,8 +157,8 @@ class Replay:
 
     def add_force(self, b: int, at: Array, force: Array, torque: float) -> None:
         """Apply a force at a place of the world and a torque to body b of MuJoCo."""
-        arm = at - self.data.xipos[b][:2]
-        turn = torque + arm[0] * force[1] - arm[1] * force[0]
+        relative = at - self.data.xipos[b][:2]
+        turn = torque + relative[0] * force[1] - relative[1] * force[0]
         self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, turn]
 
     def find_joint_forces(self) -> None:

@@ -216,9 +216,9 @@ class OracleContacts:
         return np.asarray(found.imag / tol.COMPLEX_STEP)
 
     def length(self) -> float:
-        """A length of the places: the greatest radius, or arm."""
-        arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.candidates]
-        return max([*arms, *(s.second_size for s in self.candidates)]) or 1.0
+        """A length of the places: the greatest radius, or distance from a mass centre."""
+        lengths = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.candidates]
+        return max([*lengths, *(s.second_size for s in self.candidates)]) or 1.0
 
 
 # -- Guards of contact modes for SciPy's integrators -------------------------------------------

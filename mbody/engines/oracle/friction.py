@@ -60,10 +60,13 @@ def pull_of_strands(
         # the normal of pulley i where the strand leaves it, and that of pulley j up to its sign
         mx = math.sin(lean) * ux - n * math.cos(lean) * uy
         my = math.sin(lean) * uy + n * math.cos(lean) * ux
-        arm = side * joint.radius_j * mx, side * joint.radius_j * my
-        tx, ty = xi + joint.radius_i * mx - xj - arm[0], yi + joint.radius_i * my - yj - arm[1]
+        radius = side * joint.radius_j * mx, side * joint.radius_j * my
+        tx, ty = (
+            xi + joint.radius_i * mx - xj - radius[0],
+            yi + joint.radius_i * my - yj - radius[1],
+        )
         length = math.hypot(tx, ty)
-        turning = (arm[0] * ty - arm[1] * tx) / length
+        turning = (radius[0] * ty - radius[1] * tx) / length
         # pulley j is driven on where the rim of i is faster
         pull = mean + half * math.copysign(1.0, turning * side)
         total += pull * np.array([tx / length, ty / length, turning])
@@ -131,7 +134,7 @@ class DenseFriction:
         self.g = reference.phi_q_all(q, t)
         self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
         self._places: dict[str, tuple[Any, Any]] = {}
-        self._arms: dict[str, float] = {}
+        self._moment_arms: dict[str, float] = {}
         self.joints = [joint for joint in reference.mechanism.joints if has_friction(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         velocity_scale = float(np.abs(self.v).max(initial=0.0))
@@ -309,9 +312,9 @@ class DenseFriction:
             (friction,) = own
             said = [friction + slip_sign * mu * size(press)]
             if joint.pin_radius is not None:
-                arm = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
+                radius = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
                 whole = np.sqrt(press * press + friction * friction)
-                said = [friction * joint.roller + slip_sign * arm * whole]
+                said = [friction * joint.roller + slip_sign * radius * whole]
         else:
             friction = -slip_sign * mu * size(press)
         return ((friction + viscous) * ux, (friction + viscous) * uy, 0.0), said
@@ -338,9 +341,9 @@ class DenseFriction:
             else:
                 said = [whole]
         elif joint.friction is not None:
-            arm = self._mean_arm(joint)
+            moment_arm = self._mean_moment_arm(joint)
             mu = joint.friction * self.part
-            torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * arm
+            torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * moment_arm
         apart: Any = 0.0
         if joint.pressure_angle is not None:
             apart = math.tan(joint.pressure_angle) * size(force)
@@ -372,11 +375,11 @@ class DenseFriction:
         x, y = place[0] - about[0], place[1] - about[1]
         return float(x * direction[1] - y * direction[0])
 
-    def _mean_arm(self, joint: Any) -> float:
+    def _mean_moment_arm(self, joint: Any) -> float:
         """Mean moment arm of a joint's friction, computed once."""
-        if joint.name not in self._arms:
-            self._arms[joint.name] = self._mean_of(joint)
-        return self._arms[joint.name]
+        if joint.name not in self._moment_arms:
+            self._moment_arms[joint.name] = self._mean_of(joint)
+        return self._moment_arms[joint.name]
 
     @staticmethod
     def _mean_of(joint: Any) -> float:
