@@ -2,7 +2,7 @@
 
 Text with units is evaluated by Python's own parser with the units of pint. Masses, places and laws
 follow from the numbers by the formulas of this file. So an error in mbody's units, formulas,
-positions, masses or law kernels does not enter the engines that should find it. The rest (laws with
+positions, masses or law kernels does not enter the engines that should find it. All else (laws with
 tables, Python functions, formulas that Python reads differently) is taken from the system.
 """
 

@@ -583,11 +583,11 @@ class _Row:
     def rows(self, at: _Place) -> AimRows:
         """Its value and its derivatives."""
         k = [self.index]
-        return AimRows(at.rows.rest[k], at.rows.jacobian[k], np.array([0])).times(self.sign)
+        return AimRows(at.rows.residuals[k], at.rows.jacobian[k], np.array([0])).times(self.sign)
 
     def margin(self, at: _Place) -> float:
         """By how much it holds."""
-        value = float(at.rows.rest[self.index])
+        value = float(at.rows.residuals[self.index])
         return -abs(value) if self.equal else value
 
 
@@ -603,9 +603,9 @@ class _Hill:
         self.low, self.high = self._box(self.start, SEVERAL_UNKNOWNS_REACHES[-1])
         bounds = np.array([one.bounds for one in wanted])
         self.given = bounds == np.stack([self.low, self.high], axis=1)
-        rest, size = rows(self.start[None])
+        residuals, size = rows(self.start[None])
         self.scale = np.where(np.isfinite(size[0]) & (size[0] > 0.0), size[0], 1.0)
-        last = rest.shape[1] - 1
+        last = residuals.shape[1] - 1
         self.aim = _Row(last, -sign)
         self.limits = [_Row(k, equal=k < equations) for k in range(last)]
 
@@ -646,16 +646,16 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return None
-        part = here.rest[:-1] / np.maximum(here.size[:-1], tol.TINY)
+        part = here.residuals[:-1] / np.maximum(here.size[:-1], tol.TINY)
         part[: self.equations] = -np.abs(part[: self.equations])
-        return self.sign * float(here.rest[-1]), -min(float(part.min(initial=0.0)), 0.0)
+        return self.sign * float(here.residuals[-1]), -min(float(part.min(initial=0.0)), 0.0)
 
     def refined(self, u: Array) -> Array:
         """Unknowns at which the conditions, and those that bind, are met to rounding."""
         here = self.rows.about(u)
         if here is None:
             return u
-        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], tol.TINY)
+        part = np.abs(here.residuals[:-1]) / np.maximum(here.size[:-1], tol.TINY)
         bind = [
             k for k in range(len(part)) if k < self.equations or part[k] < tol.EXTREMUM_VALUES_SAME
         ]

@@ -393,8 +393,8 @@ class Trials:
         """right − left of every relation, then the objective, and the size of their terms, of one
         trial: (relations + 1,) each.
         """
-        rest, size = self._residuals(run, relations, objective, 1)
-        return rest[0], size[0]
+        residuals, size = self._residuals(run, relations, objective, 1)
+        return residuals[0], size[0]
 
     def reached(self, u: Array) -> Solution | None:
         """The analysis with one set of values on the branch of the start; None where there is
@@ -411,13 +411,13 @@ class Trials:
     def _residuals(
         self, run: Solution, relations: list[Relation], objective: str, count: int
     ) -> tuple[Array, Array]:
-        rest, size = np.zeros((2, count, len(relations) + 1))
+        residuals, size = np.zeros((2, count, len(relations) + 1))
         for n, one in enumerate(relations):
-            rest[:, n], size[:, n] = one(run)
+            residuals[:, n], size[:, n] = one(run)
         if objective:
-            rest[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
-            size[:, -1] = np.abs(rest[:, -1])
-        return rest, size
+            residuals[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
+            size[:, -1] = np.abs(residuals[:, -1])
+        return residuals, size
 
     @functools.cached_property
     def numbers(self) -> tuple[list[str], Array]:
@@ -472,11 +472,11 @@ class ConditionRows:
         jacobian = self._jacobian(run)
         if jacobian is None or not np.isfinite(jacobian).all():
             return differences(self, u)
-        rest, size = self.trials.measured(run, self.relations, self.objective)
-        if not np.isfinite(rest).all():
+        residuals, size = self.trials.measured(run, self.relations, self.objective)
+        if not np.isfinite(residuals).all():
             return None
         terms = np.abs(jacobian) @ np.maximum(1.0, np.abs(u))
-        return Affine(u, rest, jacobian, np.maximum(size, terms))
+        return Affine(u, residuals, jacobian, np.maximum(size, terms))
 
     def _jacobian(self, run: Solution) -> Array | None:
         """Derivatives of all rows by the unknowns, (rows, unknowns); None where there are none."""

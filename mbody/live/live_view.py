@@ -470,12 +470,12 @@ class _Follower(Anchors):
     def _placed(self, shown: KeptShape, rows: list[tuple[int, int, float]]) -> dict[str, Any]:
         """Rows with what lies between the place of the anchors and the point."""
         found: list[Any] = []
-        rest = iter(rows)
+        remaining = iter(rows)
         for point in shown.points:
             if not np.isfinite(point).all():
                 found.append(None)
                 continue
-            a, b, part = next(rest)
+            a, b, part = next(remaining)
             one, two = self.anchors[a].shown, self.anchors[b].shown
             x, y = point - (one + part * (two - one))
             found.append([a, b, part, float(x), float(y)])
@@ -499,11 +499,11 @@ class _Follower(Anchors):
             grown = float(self.other_system.values[name]) - value
             for n in self._anchors_on(body) if value and grown else ():
                 away = base.points[finite] - self.anchors[n].base
-                rest = moved[finite] - self.anchors[n].moved
-                if self._equal(rest, grown / value * away):
+                relative = moved[finite] - self.anchors[n].moved
+                if self._equal(relative, grown / value * away):
                     return {"at": n, "by": target}
                 size = np.maximum(np.hypot(*away.T), TINY)[:, None]
-                if not base.look.name and np.abs(rest - grown * away / size).max() <= (
+                if not base.look.name and np.abs(relative - grown * away / size).max() <= (
                     LEAN * abs(grown)
                 ):
                     return {"at": n, "out": target}
@@ -607,7 +607,7 @@ class _Follower(Anchors):
             "inputs": list(self.changeable.rules),
             "slots": program.slots.tolist(),
             "operations": [
-                [OPERATIONS[code], *rest] for code, *rest in program.operations.tolist()
+                [OPERATIONS[code], *operands] for code, *operands in program.operations.tolist()
             ],
             "targets": program.targets.tolist(),
             "numbers": count,

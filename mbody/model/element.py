@@ -632,9 +632,9 @@ def resolved(
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
     made = dataclasses.replace(with_laws, **parts)
-    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
-    fixed = set().union(*(formula.names for formula in rest.values()))
-    formulas |= rest
+    others = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
+    fixed = set().union(*(formula.names for formula in others.values()))
+    formulas |= others
     return made, formulas, fixed
 
 

@@ -97,9 +97,9 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
     found, _ = nnls(np.array(left).T, right, maxiter=100 * (len(left) + 10))
     weights, parts = found[: len(top)], found[len(top) :]
     pull = weights @ derivatives
-    rest = pull - (np.array(columns).T @ parts if columns else 0.0)
+    residual = pull - (np.array(columns).T @ parts if columns else 0.0)
     greatest = max(float(np.abs(derivatives).max(initial=0.0)), tol.OPTIMUM_FLAT)
-    return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
+    return _joined(about, parts, program), float(np.abs(residual).max(initial=0.0)) / greatest
 
 
 def _joined(
@@ -196,7 +196,7 @@ def optimum_of(
     """The result of searches; of two `aims` with their front."""
     at, program, ranges = ended.best.at, ended.program, search.ranges
     run = at.run
-    found, rest = binding(program, at)
+    found, residual = binding(program, at)
     unit = measured(run, aim.column.measure)[2]
     active = tuple(_active(one, program, at, search, unit) for one in found)
     notes = list(ended.notes)
@@ -205,9 +205,9 @@ def optimum_of(
             f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
             "starts may find a better one"
         )
-    if rest > tol.OPTIMUM_OPEN and ended.status == "completed":
+    if residual > tol.OPTIMUM_OPEN and ended.status == "completed":
         notes.append(
-            f"the search ended where the objective still falls by {rest:.1%} of its steepest "
+            f"the search ended where the objective still falls by {residual:.1%} of its steepest "
             "slope: it is near a place without derivatives, or stopped early"
         )
     goals = list(aims) or [aim]

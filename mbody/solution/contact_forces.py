@@ -296,10 +296,10 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
     return output
 
 
-def resting_pairs(solution: Result) -> Array:
-    """Which pairs rest, and may hold by friction, at which instants: (instants, pairs) of bool, or
-    (designs, instants, pairs). The force of a pair at rest is none but its damping: where no force
-    is small nothing rests, and no rate is looked at.
+def sticking_pairs(solution: Result) -> Array:
+    """Which pairs do not slide, and may hold by friction, at which instants: (instants, pairs) of
+    bool, or (designs, instants, pairs). The force of a pair at rest is none but its damping: where
+    no force is small all slide, and no rate is looked at.
     """
     system = solution.system
     pairs = friction_pairs(system)
@@ -320,10 +320,10 @@ def resting_pairs(solution: Result) -> Array:
             )
     if near is None:
         return found
-    every, rest = (one if solution.record.batch else one[None] for one in (near, found))
+    every, sticking = (one if solution.record.batch else one[None] for one in (near, found))
     for design, own in enumerate(every):
         instants = np.flatnonzero(own.any(axis=1))
         if instants.size:
             slip_signs = rates_at(solution, design, instants)[:, :, 2]
-            rest[design, instants] = (slip_signs == 0.0) & np.array(holds, dtype=bool)
+            sticking[design, instants] = (slip_signs == 0.0) & np.array(holds, dtype=bool)
     return found

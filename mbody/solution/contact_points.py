@@ -122,9 +122,9 @@ def _instant(one: ContactPointHistory, k: int) -> ContactPointHistory:
     arrays = {
         key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
     }
-    rest = ("contact", "i", "j", "friction", "static", "axes", "round")
+    fields = ("contact", "i", "j", "friction", "static", "axes", "round")
     return ContactPointHistory(
-        **arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest}
+        **arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in fields}
     )
 
 

@@ -331,15 +331,15 @@ def _first(loop: _Loop) -> Cognate:
 def _four_bar_cognates(loop: _Loop, law: tuple[str, Any]) -> Iterator[Cognate]:
     """Those about the first and the third pivot, and about the third and the second."""
     (o1, o2), (a, b, c) = loop.pivots, loop.vectors
-    ratio, rest = loop.ratio, 1.0 - loop.ratio
+    ratio, complement = loop.ratio, 1.0 - loop.ratio
     third = o1 + ratio * (o2 - o1)
     crank, coupler, rocker = loop.crank, loop.coupler, loop.rocker
     turning = {"crank": coupler, "coupler": crank, "rocker": rocker}
     plane = {"A": 0j, "B": ratio * a, "P": a}
     yield _four_bar_cognate(loop, law, (o1, third), loop.p, plane, ratio * c, turning, 2)
     turning = {"crank": crank, "coupler": rocker, "rocker": coupler}
-    plane = {"A": 0j, "B": -rest * c, "P": c - rest * c}
-    yield _four_bar_cognate(loop, law, (third, o2), rest * a, plane, loop.p - b, turning, 3)
+    plane = {"A": 0j, "B": -complement * c, "P": c - complement * c}
+    yield _four_bar_cognate(loop, law, (third, o2), complement * a, plane, loop.p - b, turning, 3)
 
 
 def _four_bar_cognate(

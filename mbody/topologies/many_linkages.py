@@ -107,12 +107,12 @@ class _GroupContinuation:
         if self.group.plan.pivots is None or len(self.tau) < 3:
             alone = everyone
         else:
-            rest = count % LANES
-            pieces = LANES // rest if 0 < rest <= LANES // 2 else 1
-            whole = everyone if pieces == 1 else everyone[: count - rest]
+            remainder = count % LANES
+            pieces = LANES // remainder if 0 < remainder <= LANES // 2 else 1
+            whole = everyone if pieces == 1 else everyone[: count - remainder]
             alone = self._pieces(whole, 1) if whole.size else whole
             if pieces > 1:
-                alone = np.append(alone, self._pieces(everyone[count - rest :], pieces))
+                alone = np.append(alone, self._pieces(everyone[count - remainder :], pieces))
         for linkage in alone.tolist():
             self._alone(linkage)
 
@@ -546,12 +546,12 @@ class _Work:
             self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
             self._lot(graph, lot[length > 0.0], order)
             return
-        rest = motion.speed[lot] == 0.0
-        if rest.any() and not rest.all():
-            self._lot(graph, lot[rest], order)
-            self._lot(graph, lot[~rest], order)
+        stationary = motion.speed[lot] == 0.0
+        if stationary.any() and not stationary.all():
+            self._lot(graph, lot[stationary], order)
+            self._lot(graph, lot[~stationary], order)
             return
-        at_rest = bool(rest.all())
+        at_rest = bool(stationary.all())
         with np.errstate(all="ignore"):
             group = self._group(graph, plan, lot, order, length, at_rest)
         fits = _sizes(group) <= MOST

@@ -113,16 +113,16 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
     row = np.frombuffer(table, dtype=np.int16).tolist()
     own = [row[places * n : places * (n + 1)] for n in range(bars)]
     links = tuple(tuple(k for k in one if k >= 0) for one in own)
-    rest = row[places * bars :]
+    tail = row[places * bars :]
     # joints that are not there are last
-    fixed = tuple(k for k in range(joints) if rest[k])
+    fixed = tuple(k for k in range(joints) if tail[k])
     own_slides = joints + drivers
-    pairs = zip(rest[own_slides : own_slides + slides], rest[own_slides + slides :], strict=True)
+    pairs = zip(tail[own_slides : own_slides + slides], tail[own_slides + slides :], strict=True)
     return Graph(
         1 + max(k for one in links for k in one),
         tuple(one for one in links if one),
         fixed,
-        tuple(link for link in rest[joints:own_slides] if link >= 0),
+        tuple(link for link in tail[joints:own_slides] if link >= 0),
         tuple((k, on) for k, on in pairs if k >= 0),
     )
 

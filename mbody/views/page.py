@@ -556,7 +556,7 @@ class Viewer:
         whole = self._contents
         title = html.escape(str(whole["data"]["model"]))
         module = "\n".join([module_text(), *self._modules])
-        rest = {key: value for key, value in whole.items() if key != "data"}
+        others = {key: value for key, value in whole.items() if key != "data"}
         return "\n".join(
             [
                 "<!doctype html>",
@@ -578,7 +578,7 @@ class Viewer:
                 "</main>",
                 f"<noscript>{title}: this page needs scripts, which it brings with it.</noscript>",
                 f'<script type="application/json" id="mbody-data">{_json(whole["data"])}</script>',
-                f'<script type="application/json" id="mbody-scene">{_json(rest)}</script>',
+                f'<script type="application/json" id="mbody-scene">{_json(others)}</script>',
                 f'<script type="module">\n{module}</script>',
                 "</body>",
                 "</html>",

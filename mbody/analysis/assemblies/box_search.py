@@ -97,11 +97,11 @@ DISPLACEMENT_SEARCHED = 4.0
 
 
 def slide_bounds(
-    loops: np.ndarray, slides: np.ndarray, rest: np.ndarray, along: list[int], scale: float
+    loops: np.ndarray, slides: np.ndarray, constant: np.ndarray, along: list[int], scale: float
 ) -> tuple[np.ndarray, bool]:
     """Greatest displacements (slides,), and whether they hold for all positions. P (loops,
-    directions), Q (loops, slides), `rest` (loops,), complex; `along`: the direction of each slide,
-    −1 where it is known.
+    directions), Q (loops, slides), `constant` (loops,), complex; `along`: the direction of each
+    slide, −1 where it is known.
 
     Examples
     --------
@@ -111,7 +111,7 @@ def slide_bounds(
     >>> slide_bounds(P, Q, B, [-1, -1], 2.0)[0].round(6).tolist()
     [2.0, 2.0]
     """
-    sizes = np.abs(loops).sum(axis=1) + np.abs(rest)
+    sizes = np.abs(loops).sum(axis=1) + np.abs(constant)
     size = np.abs(slides)
     found = np.full(slides.shape[1], np.nan)
     going_on = True
@@ -172,7 +172,7 @@ class LoopRows:
         self,
         loops: np.ndarray,
         slides: np.ndarray,
-        rest: np.ndarray,
+        constant: np.ndarray,
         angle_index: list[int],
         ratio: list[float],
         along: list[int],
@@ -189,13 +189,15 @@ class LoopRows:
         for m, d in enumerate(along):
             if d >= 0 and negative[d]:
                 self.Q[:, m] = self.Q[:, m].conj()
-        self.B = np.concatenate([rest.real, rest.imag])
+        self.B = np.concatenate([constant.real, constant.imag])
         self.angles, self.slides = 1 + max(angle_index, default=-1), slides.shape[1]
         self.turns = np.ones(self.angles)
         for v, parts in self._ratios().items():
             self.turns[v] = lcm(*(part.denominator for part in parts))
-        self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
-        self.displacement_bound, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
+        self.scale = float(np.abs(loops).sum() + np.abs(constant).sum()) or 1.0
+        self.displacement_bound, self.bounded = slide_bounds(
+            loops, slides, constant, along, self.scale
+        )
 
     def _ratios(self) -> dict[int, list[Fraction]]:
         found: dict[int, list[Fraction]] = {}
@@ -288,7 +290,7 @@ class LoopRows:
         """
         lo, hi = box
         arguments = self._arguments(box)
-        P, rest = Y @ self.P, Y @ self.B
+        P, constant = Y @ self.P, Y @ self.B
         size, shift = np.abs(P), np.angle(P)
         a, b = cosine_range(arguments[0][:, None] + shift, arguments[1][:, None] + shift)
         low, high = size * a, size * b
@@ -297,8 +299,8 @@ class LoopRows:
             products(c, (lo[:, None, self.angles + m], hi[:, None, self.angles + m]))
             for m, c in enumerate(cosines)
         ]
-        total = np.abs(low).sum(2) + np.abs(high).sum(2) + np.abs(rest)
-        least, greatest = low.sum(2) + rest, high.sum(2) + rest
+        total = np.abs(low).sum(2) + np.abs(high).sum(2) + np.abs(constant)
+        least, greatest = low.sum(2) + constant, high.sum(2) + constant
         for p in sliding:
             total += np.abs(p[0]) + np.abs(p[1])
             least, greatest = least + p[0], greatest + p[1]
@@ -552,7 +554,7 @@ class BoxRoots:
 
 def all_roots(rows: LoopRows, most: int, displacement_bound: np.ndarray | None = None) -> BoxRoots:
     """All real roots, angles within their turns, displacements up to `displacement_bound`
-    (slides,), by default those of the rows; after `most` boxes the rest is left open.
+    (slides,), by default those of the rows; after `most` boxes the others are left open.
     """
     return _BoxSearch(rows, most, displacement_bound).run()
 

@@ -64,7 +64,7 @@ class Linkage:
     `names`: Of the bodies, the ground last.
     `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
       where it is known.
-    `ratio`, `offset`: ρ, and the rest [rad].
+    `ratio`, `offset`: ρ, and the constant [rad].
     `meshed`: Directions that gears or couplings turn: their angles count up to turns of the teeth.
 
     Raises
@@ -196,8 +196,8 @@ class Linkage:
         """Solve Σ factor · direction = value for one of the unknowns that it has."""
         row: dict[int, float] = {}
         for k, factor in factors.items():
-            terms, rest = self._forms[k]
-            value -= factor * rest
+            terms, constant = self._forms[k]
+            value -= factor * constant
             for v, c in terms.items():
                 row[v] = row.get(v, 0.0) + factor * c
         row = {v: c for v, c in row.items() if abs(c) > BOX_FACTOR_NONE}
@@ -210,7 +210,7 @@ class Linkage:
         pivot = min(row, key=lambda v: (abs(abs(row[v]) - 1.0), -v))
         others = {v: -c / row[pivot] for v, c in row.items() if v != pivot}
         own = value / row[pivot]
-        for k, (terms, rest) in enumerate(self._forms):
+        for k, (terms, constant) in enumerate(self._forms):
             if pivot not in terms:
                 continue
             factor = terms[pivot]
@@ -218,17 +218,17 @@ class Linkage:
             for v, c in others.items():
                 new[v] = new.get(v, 0.0) + factor * c
             new = {v: c for v, c in new.items() if abs(c) > BOX_FACTOR_NONE}
-            self._forms[k] = new, rest + factor * own
+            self._forms[k] = new, constant + factor * own
 
     def _finish(self) -> None:
         self.variable, self.ratio, self.offset = [], [], []
-        for k, (terms, rest) in enumerate(self._forms):
+        for k, (terms, constant) in enumerate(self._forms):
             if len(terms) > 1:
                 raise NotCovered(f"the angle of '{self.names[k]}' is made of two unknown ones")
             v, ratio = next(iter(terms.items()), (-1, 0.0))
             self.variable.append(v)
             self.ratio.append(ratio)
-            self.offset.append(rest)
+            self.offset.append(constant)
 
     def angle(self, direction: int, angles: dict[int, float]) -> float:
         """A direction [rad] by the unknown angles."""

@@ -230,14 +230,14 @@ class RowHistories:
 
 
 def has_modes(system: System) -> bool:
-    """Whether something may open, or rest by friction, so that its modes are to be decided."""
+    """Whether something may open, or stick by friction, so that its modes are to be decided."""
     pairs, machine = range(len(system.layout.friction_kind)), system.mechanism
     acting = bool(machine.contacts) or any(contacts_of(joint) for joint in machine.joints)
     return acting or any(_may_stick(system, f) for f in pairs)
 
 
 def _may_stick(system: System, f: int) -> bool:
-    """Whether a friction pair can rest: not what damps alone, nor what has a sign that lasts."""
+    """Whether a friction pair can stick: not what damps alone, nor what has a sign that lasts."""
     L = system.layout
     if FRICTION_KINDS[int(L.friction_kind[f])] in LASTING:
         return False

@@ -2,8 +2,8 @@
 there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
-residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too:
-t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its
+residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from equilibria
+too: t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its
 derivative.
 """
 
@@ -353,14 +353,14 @@ MOST = 3000
 class Roots:
     """Equilibria, jumps and lift-offs found along a walk.
 
-    `rests`: Where the residual force is zero, in order.
+    `equilibria`: Where the residual force is zero, in order.
     `jumps`: Beside a place towards which loads drive from both sides, and which no position
       balances: a corner of the curve, or a jump of a load.
     `lifts`: The same where loads drive to both sides.
     `unsure`: Where no number of zeros is certain.
     """
 
-    rests: list[Node] = field(default_factory=list)
+    equilibria: list[Node] = field(default_factory=list)
     jumps: list[Node] = field(default_factory=list)
     lifts: list[Node] = field(default_factory=list)
     unsure: list[Node] = field(default_factory=list)
@@ -384,16 +384,16 @@ def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
         roots.jumps
         or roots.lifts
         or walk.corners
-        or any(abs(r.derivative) <= flat for r in roots.rests)
+        or any(abs(r.derivative) <= flat for r in roots.equilibria)
     ):
         return []
-    rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
-    pairs = list(itertools.pairwise(rests))
+    equilibria = sorted(roots.equilibria, key=lambda node: curve.arclength_of(node, walk))
+    pairs = list(itertools.pairwise(equilibria))
     whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= tol.WALK_CLOSED_RESIDUAL * max(
         abs(node.residual) for node in walk.nodes
     )
-    if walk.closed and whole and rests:
-        pairs.append((rests[-1], rests[0]))
+    if walk.closed and whole and equilibria:
+        pairs.append((equilibria[-1], equilibria[0]))
     return [one for one, other in pairs if one.derivative * other.derivative > 0.0]
 
 
@@ -409,7 +409,7 @@ class _CurveIsolation:
         self.zero = tol.FORCE_NONE_WALK * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].residual == 0.0:
-            self.found.rests.append(nodes[0])
+            self.found.equilibria.append(nodes[0])
         pairs = list(itertools.pairwise(nodes))
         sizes = [self.size(*pair) for pair in pairs]
         thirds = [6.0 * float(self.cubic(*pair)[3]) / self.size(*pair) ** 3 for pair in pairs]
@@ -517,7 +517,7 @@ class _CurveIsolation:
     def _root(self, one: Node, other: Node) -> None:
         """The zero between two nodes of different sign, or at the second of them."""
         if other.residual == 0.0:
-            self.found.rests.append(other)
+            self.found.equilibria.append(other)
             return
         low, high = one, other
         best = min((low, high), key=lambda node: abs(node.residual))
@@ -551,7 +551,7 @@ class _CurveIsolation:
         if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
-        self.found.rests.append(best)
+        self.found.equilibria.append(best)
 
     def _small(self, one: Node, other: Node) -> None:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
@@ -568,9 +568,10 @@ class _CurveIsolation:
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
         if not any(
-            apart(best.place.q, rest.place.q) < tol.POSITION_SAME_WALK for rest in self.found.rests
+            apart(best.place.q, known.place.q) < tol.POSITION_SAME_WALK
+            for known in self.found.equilibria
         ):
-            self.found.rests.append(best)
+            self.found.equilibria.append(best)
 
 
 def _turning(cubic: Array) -> Array:

@@ -426,7 +426,7 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
 # -- Points of a surface where the ends of a load coincide and its force has no direction ------
 #
 # A spring that keeps a force at zero length pulls one way on one side of such a point and the other
-# way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+# way beyond it. The potential energy has a cone there, and equilibria may lie close beside it.
 # Where the ends only come close, its direction turns as quickly as they pass: a grid shows that
 # only where its cells are shorter than the load.
 #

@@ -180,10 +180,10 @@ class SurfaceZeros:
 #
 # A cell is excluded where some direction separates zero from the residual force at its corners by
 # more than the error of linear interpolation, which second differences bound. Where the ends of a
-# load come close within a cell its direction is not known between the corners: there the rest of
-# the residual force must be separated from zero by more than the load may give in any direction. Of
-# a load whose ends meet in a curve that goes through the cell both sides are known: where it
-# outweighs the rest, there is no zero beside the curve.
+# load come close within a cell its direction is not known between the corners: there what is left
+# of the residual force must be separated from zero by more than the load may give in any direction.
+# Of a load whose ends meet in a curve that goes through the cell both sides are known: where it
+# outweighs the others, there is no zero beside the curve.
 
 #: Directions among which one that separates zero is sought.
 DIRECTIONS = 32
@@ -349,8 +349,8 @@ class ChartCells:
         samples = self.samples
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
-        rest = samples.residual[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
-        error = _error(_second_differences(rest))
+        remaining = samples.residual[nine] - samples.own[nine][:, :, :, turning].sum(axis=3)
+        error = _error(_second_differences(remaining))
         corners = samples.residual[four] - samples.own[four][:, :, turning].sum(axis=2)
         part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, turning]
@@ -384,11 +384,11 @@ class ChartCells:
         self.empty[which[empty, 0], which[empty, 1]] = True
 
 
-def _meets(signed: Array, rest: Array, across: Array) -> bool:
+def _meets(signed: Array, corners: Array, across: Array) -> bool:
     """Whether the residual force along a nonsmooth line, interpolated between four corners (4,) and
     (4, 2), has a zero on it within them, or beside them by a tenth.
     """
-    values = np.column_stack([signed, rest @ [-across[1], across[0]]])
+    values = np.column_stack([signed, corners @ [-across[1], across[0]]])
     a, b, c, d = values
     J = 0.5 * np.column_stack([c + d - a - b, b + d - a - c])
     top = np.abs(J).max(axis=1)
@@ -425,7 +425,7 @@ CIRCLE, HALVINGS = 16, 16
 class SurfaceRoots:
     """Equilibria and doubtful positions found on a surface.
 
-    `rests`: Where the residual force is zero.
+    `equilibria`: Where the residual force is zero.
     `jumps`: Beside a place towards which loads drive from all sides, and which no position
       balances.
     `unsure`: Where no number of zeros is certain.
@@ -433,7 +433,7 @@ class SurfaceRoots:
     `creased`: Whether loads jump in curves, along which zeros have no winding number.
     """
 
-    rests: list[Place] = field(default_factory=list)
+    equilibria: list[Place] = field(default_factory=list)
     jumps: list[Place] = field(default_factory=list)
     unsure: list[Place] = field(default_factory=list)
     index: int = 0
@@ -476,7 +476,7 @@ class _SurfaceIsolation:
         self.ends = LoadEnds(cover.manifold.system, met.sharp)
         self.samples = SurfaceSamples(cover, self.ends)
         self.isolate(open_)
-        self.found.rests = [zero.place for zero in self.zeros.every]
+        self.found.equilibria = [zero.place for zero in self.zeros.every]
 
     def isolate(self, open_: list[int]) -> None:
         """Find the zeros around some places of the cover."""

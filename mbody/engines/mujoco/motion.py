@@ -127,8 +127,8 @@ class Replay:
             kind = type(load)
             if kind in (Spring, Damper, TorsionSpring, TorsionDamper):
                 t = model.tendon(load.name).id
-                rest = model.tendon_lengthspring[t][0]
-                pull = model.tendon_stiffness[t] * (data.ten_length[t] - rest)
+                free_length = model.tendon_lengthspring[t][0]
+                pull = model.tendon_stiffness[t] * (data.ten_length[t] - free_length)
                 pull += model.tendon_damping[t] * data.ten_velocity[t]
                 sign = -1.0 if load.name in self.made.reversed else 1.0
                 found += self.forces(load, -sign * float(pull))

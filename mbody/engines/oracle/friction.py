@@ -233,12 +233,12 @@ class DenseFriction:
         or columns of them.
         """
         r = self.reference
-        lam, rest = z[: r.m], list(z[r.m :])
+        lam, remaining = z[: r.m], list(z[r.m :])
         balance = (self.right - (self.g[:, : 3 * r.n].T @ lam).T).T
         force = np.zeros((3 * r.n + 3, *z.shape[1:]), dtype=z.dtype)
         said: list[Any] = []
         for joint in self.joints:
-            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
             (fx, fy, torque), equations = self._contact(joint, lam, own)
             said += equations
             self._act(force, joint, fx, fy, torque)
@@ -456,9 +456,9 @@ class DenseFriction:
 
     def _forces(self, z: Array) -> DenseForces:
         r = self.reference
-        rest, wrench, losses = list(z[r.m :]), {}, {}
+        remaining, wrench, losses = list(z[r.m :]), {}, {}
         for joint in self.joints:
-            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
             fx, fy, torque = (float(np.real(x)) for x in self._contact(joint, z[: r.m], own)[0])
             wrench[joint.name] = np.array([fx, fy, torque])
             place = self._reaction_point(joint)

@@ -152,14 +152,14 @@ class SpringImpulse:
         return np.asarray(size * self.part.columns(pose)[0])
 
 
-def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
+def stretched(part: ImpulseConstraint, free_value: float, stiffness: float) -> SpringImpulse:
     """A spring of length or angle: its impulse on j is opposite to the extension."""
 
     def sign(pose: Array, vel: Array) -> float:
         if part.kind == "turn":
-            return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - rest)
+            return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - free_value)
         separation = place(pose, part.j, part.position_j) - place(pose, part.i, part.position_i)
-        return -stiffness * float(np.hypot(*separation) - rest)
+        return -stiffness * float(np.hypot(*separation) - free_value)
 
     return SpringImpulse(part, sign)
 
@@ -393,15 +393,17 @@ class Space:
                 pass  # by their laws, step by step
             case Spring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
-                rest = float(at[f"{name}.free_length"] - at[f"{name}.preload"] / k)
-                self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), rest, k, 0.0)
+                free_value = float(at[f"{name}.free_length"] - at[f"{name}.preload"] / k)
+                self._spring(
+                    ImpulseConstraint(name, "rod", None, **self._ends(load)), free_value, k, 0.0
+                )
             case Damper(law=None):
                 c = float(at[f"{name}.coefficient"])
                 self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), 0.0, 0.0, c)
             case TorsionSpring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
-                rest = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
-                self._spring(self._turning(load), rest, k, 0.0)
+                free_value = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
+                self._spring(self._turning(load), free_value, k, 0.0)
             case TorsionDamper(law=None):
                 self._spring(self._turning(load), 0.0, 0.0, float(at[f"{name}.coefficient"]))
             case _:
@@ -412,7 +414,7 @@ class Space:
         return ImpulseConstraint(load.name, "turn", None, i, j)
 
     def _spring(
-        self, part: ImpulseConstraint, rest: float, stiffness: float, damping: float
+        self, part: ImpulseConstraint, free_value: float, stiffness: float, damping: float
     ) -> None:
         light = {self.system.bodies[name] for name in self.lumped}
         if damping and light & {part.i, part.j}:
@@ -421,12 +423,12 @@ class Space:
         a, b = self.everything[part.i], self.everything[part.j]
         if part.kind == "rod":
             ends = (a, b, part.position_i, part.position_j)
-            part.native = self.pymunk.DampedSpring(*ends, rest, stiffness, damping)
+            part.native = self.pymunk.DampedSpring(*ends, free_value, stiffness, damping)
         else:
             # pymunk measures the angle of a from b
-            part.native = self.pymunk.DampedRotarySpring(a, b, -rest, stiffness, damping)
+            part.native = self.pymunk.DampedRotarySpring(a, b, -free_value, stiffness, damping)
         self.space.add(part.native)
-        self.springs.append(stretched(part, rest, stiffness) if stiffness else damped(part))
+        self.springs.append(stretched(part, free_value, stiffness) if stiffness else damped(part))
 
 
 def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
