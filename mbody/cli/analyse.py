@@ -1,4 +1,4 @@
-"""The commands that analyse a model: motion, forces, rest, modes, assemblies, cross-checks."""
+"""Commands that analyse a model: motion, forces, equilibria, modes, assemblies, cross-checks."""
 
 from __future__ import annotations
 
@@ -171,7 +171,7 @@ def _assemblies(mechanism: Mechanism) -> AssemblyModes | None:
 
 
 def equilibrium(args: Any) -> int:
-    """Rest positions of a model."""
+    """Equilibria of a model."""
     from mbody.analysis.equilibria.equilibrium import equilibrium as found
     from mbody.model.numbers import number_in
 
@@ -184,7 +184,7 @@ def equilibrium(args: Any) -> int:
 
 
 def modes(args: Any) -> int:
-    """Frequencies, damping and shapes of small motions about the rest positions of a model."""
+    """Frequencies, damping and shapes of small motions about the equilibria of a model."""
     from mbody.analysis.linear.modes import modes as found
     from mbody.model.numbers import number_in
 

@@ -87,10 +87,10 @@ def values_of(name: str, text: str) -> Any:
     from mbody.sweeps import Steps
 
     try:
-        low, sign, rest = text.partition(":")
+        low, sign, tail = text.partition(":")
         if not sign:
             return [read(part, None, "deg") for part in text.split(",")]
-        high, _, count = rest.partition(":")
+        high, _, count = tail.partition(":")
         if not (count.strip().isascii() and count.strip().isdigit()) or len(count) > 9:
             raise UsageError(
                 f"--vary takes LOW:HIGH:COUNT, or values with commas, not {text[:60]!r}"

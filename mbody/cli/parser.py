@@ -151,7 +151,7 @@ def add_analysis(command: argparse.ArgumentParser) -> None:
     command.add_argument("--analysis", metavar="NAME", default="kinetostatics", help=names)
 
 
-def add_resting(command: argparse.ArgumentParser) -> None:
+def add_statics(command: argparse.ArgumentParser) -> None:
     """Options of analyses at rest: model, released drivers, time."""
     add_model(command)
     command.add_argument(
@@ -720,10 +720,10 @@ class _Parser(argparse.ArgumentParser):
         """The arguments; of those that a command does not have the sentence names its help, and
         the option that is spelled most like one.
         """
-        found, rest = self.parse_known_args(args, namespace)
-        if rest:
+        found, unknown = self.parse_known_args(args, namespace)
+        if unknown:
             own = self.commands.get(found.command, self)
-            own.error(f"unrecognized arguments: {' '.join(rest)}{own.suggestion(rest)}")
+            own.error(f"unrecognized arguments: {' '.join(unknown)}{own.suggestion(unknown)}")
         return found
 
     def suggestion(self, words: Sequence[str]) -> str:
@@ -819,18 +819,18 @@ def parser() -> argparse.ArgumentParser:
     )
     add_model(check)
     add_json(check)
-    rest = command(
+    equilibrium = command(
         "equilibrium",
         "rest positions of what is free, and whether they are stable",
         "analyse.equilibrium",
     )
-    add_resting(rest)
-    add_angle(rest)
-    add_json(rest)
+    add_statics(equilibrium)
+    add_angle(equilibrium)
+    add_json(equilibrium)
     modes = command(
         "modes", "frequencies, damping and shapes of small motions about rest", "analyse.modes"
     )
-    add_resting(modes)
+    add_statics(modes)
     add_json(modes)
     cut_free = "free-body diagrams: every link alone with its forces"
     add_freebody(command("freebody", cut_free, "pictures.freebody"))

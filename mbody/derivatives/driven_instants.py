@@ -156,13 +156,15 @@ class DrivenInstants:
         moved = np.abs(np.asarray(found.output)[:, : system.coordinates, 1 : 1 + len(names)])
         most = np.maximum(moved.max(axis=(0, 1)), TINY)
         self.unclosed |= {
-            n for n, rest, m in zip(names, left, most, strict=True) if rest > TANGENTS_LEFT * m
+            n
+            for n, residual, m in zip(names, left, most, strict=True)
+            if residual > TANGENTS_LEFT * m
         }
 
 
-# -- Rest positions in dual numbers, by the implicit function theorem --------------------------
+# -- Equilibria in dual numbers, by the implicit function theorem ------------------------------
 #
-# A driver is put on the leader of every free motion; it rests where the efforts e of these drivers
+# A driver is put on the leader of every free motion; in equilibrium the efforts e of these drivers
 # vanish. Statics of the driven mechanism in dual numbers has ∂e/∂p by the numbers and, by the
 # values ξ of the drivers, the stiffness ∂e/∂ξ, so that
 #
@@ -171,15 +173,15 @@ class DrivenInstants:
 # and every quantity m of the position has dm/dp = ∂m/∂p + ∂m/∂ξ dξ/dp.
 
 
-class RestInstants:
-    """Derivatives of one rest position by some numbers."""
+class EquilibriumInstants:
+    """Derivatives of one equilibrium by some numbers."""
 
-    def __init__(self, rest: Equilibrium, names: Iterable[str]) -> None:
-        self.rest, self.names = rest, list(names)
+    def __init__(self, equilibrium: Equilibrium, names: Iterable[str]) -> None:
+        self.equilibrium, self.names = equilibrium, list(names)
         self.events: list[EventTime] = []
         self.notes: list[str] = []
-        run = rest.solution
-        self.driven, self.drivers = _driven(run.system, rest.motions, link_poses(run))
+        run = equilibrium.solution
+        self.driven, self.drivers = _driven(run.system, equilibrium.motions, link_poses(run))
         t = float(run.t[0])
         self.run = statics(self.driven, t=[t], guess=link_poses(run))
         by = [*self.names, *(f"{name}.law.value" for name in self.drivers)]
@@ -219,7 +221,7 @@ class RestInstants:
     def _units(self) -> np.ndarray:
         """Units of a stiffness in the leading coordinates: lengths by the model length."""
         length = self.driven.length
-        one = np.array([1.0 if motion.turns else length for motion in self.rest.motions])
+        one = np.array([1.0 if motion.turns else length for motion in self.equilibrium.motions])
         return np.asarray(1.0 / np.outer(one, one))
 
 

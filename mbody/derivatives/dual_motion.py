@@ -84,7 +84,7 @@ class DualInstant:
     """One instant in dual numbers.
 
     `t`: float
-    `y`, `slope`: The state, projected on the constraints, and its derivative.
+    `y`, `derivative`: The state, projected on the constraints, and its derivative.
     `record`: As of `mbody.kernels.motion_duals.keep_duals`.
     `value`, `rate`: Of the rows of the active set: Φ and its rate.
     `block`: Φ_q of these.
@@ -94,7 +94,7 @@ class DualInstant:
 
     t: float
     y: DualNumber
-    slope: DualNumber
+    derivative: DualNumber
     record: DualNumber
     value: DualNumber
     rate: DualNumber
@@ -186,7 +186,7 @@ class DualMotion:
         return DualInstant(
             t=float(free.t[0]),
             y=_dual(free.y[:-1, lanes]),
-            slope=_dual(free.K[0][:-1, lanes]),
+            derivative=_dual(free.K[0][:-1, lanes]),
             record=_dual(free.output[0][:, lanes]),
             value=_dual(uni.units[:, None] * work.phi[2 * nodes][:, lanes]),
             rate=_dual(rate),
@@ -267,8 +267,8 @@ class DualMotion:
         own = work.mass.reshape(-1, 3, LANES)[L.slot_body] * share[:, None, None]
         weights = work.weight[: 3 * L.slots].reshape(L.slots, 3, LANES)
         there = np.abs(own[:, :, 0] * weights[:, :, 0] - 1.0) < tol.TANGENT_WEIGHT_SAME
-        slopes = -own[:, :, width] * np.square(weights[:, :, :1])
-        weights[:, :, width] = np.where(there[:, :, None], slopes, 0.0)
+        derivatives = -own[:, :, width] * np.square(weights[:, :, :1])
+        weights[:, :, width] = np.where(there[:, :, None], derivatives, 0.0)
         for place, amount in self._layout(stretch)[1].items():
             work.formula[place, 0] = amount
         for name, amount in stretch.inputs.items():
@@ -367,7 +367,7 @@ class GuardDuals:
             return None
         (ax, ay), (ux, uy), length = candidate.edge
         (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
-        jx, jy = candidate.arm
+        jx, jy = candidate.position
         px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
         py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
         x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
@@ -496,7 +496,7 @@ class ChangeTimes:
 
     def ahead(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> DualInstant:
         """An instant with derivatives by time along the motion, its one direction."""
-        y = DualNumber(now.y.value, now.slope.value[:, None])
+        y = DualNumber(now.y.value, now.derivative.value[:, None])
         t = DualNumber(float(now.t), np.ones(1))
         return self.motion.at(stretch, t, y, tangents.none())
 
@@ -508,8 +508,8 @@ class ChangeTimes:
         g, rate = (self._measured(event.name, one, part) for one, part in ((now, 0), (ahead, 1)))
         row = np.full(width, np.nan)
         if isinstance(rate, DualNumber) and rate.tangents[0] != 0.0:
-            slopes = g.tangents if isinstance(g, DualNumber) else np.zeros(width)
-            row = -slopes / rate.tangents[0]
+            derivatives = g.tangents if isinstance(g, DualNumber) else np.zeros(width)
+            row = -derivatives / rate.tangents[0]
         row = np.where(self.lost.gone, np.nan, row)
         self.events.append(EventTime(event.name, "", event.t, row))
 

@@ -148,7 +148,7 @@ class PreparedGradient:
         if recorded is None or self._plain or not allowed:
             return self.system.with_values(given), None
         values = {**self.system.values, **given}
-        found, slopes = recorded.evaluated(values, self.names)
+        found, derivatives = recorded.evaluated(values, self.names)
         rows = len(self.system.par)
         system = replace(
             self.system,
@@ -157,7 +157,7 @@ class PreparedGradient:
             par=found[:rows, None],
             mass=found[rows:, None],
         )
-        return system, (slopes[:rows], slopes[rows:])
+        return system, (derivatives[:rows], derivatives[rows:])
 
     def _allowed(self, name: str, number: float) -> bool:
         """Whether a number is what its field requires; the sentence is that of `with_values`."""

@@ -306,7 +306,7 @@ class DualWalk:
         self.tangents, self.times, self.impacts = tangents, times, impacts
         self.inputs = inputs
         self.lost: LostNumbers = times.lost
-        self.slope_before = np.zeros(len(first.y))
+        self.derivative_before = np.zeros(len(first.y))
         #: Where the motion has come to.
         self.y = DualNumber(first.y, first.tangents)
 
@@ -399,12 +399,12 @@ class DualWalk:
                 y = self._struck(old, stretch, begun, y)
             now = motion.at(old.all_off(), begun, y, self.tangents)
             self.tangents = anchored(motion.uni, self.tangents, stretch, now)
-        slope = stretch.slope
+        derivative = stretch.derivative
         if not begun.tangents.any():
-            slope = np.zeros(len(y.value))
-        elif slope is None:
-            slope = motion.at(stretch, begun, y, self.tangents).slope.value
-        held = y.tangents - np.outer(slope, begun.tangents)
+            derivative = np.zeros(len(y.value))
+        elif derivative is None:
+            derivative = motion.at(stretch, begun, y, self.tangents).derivative.value
+        held = y.tangents - np.outer(derivative, begun.tangents)
         first = y.value if stretch.y is None else stretch.y
         y = DualNumber(first, held)
         if not len(stretch.on):
@@ -435,7 +435,7 @@ class DualWalk:
             return
         units = motion.scale[: len(after.value), None]
         jump = after.tangents - before.tangents
-        jump += np.outer(self.slope_before, begun.tangents)
+        jump += np.outer(self.derivative_before, begun.tangents)
         most = np.abs(after.tangents / units).max(axis=0, initial=0.0)
         size = np.abs(jump / units).max(axis=0, initial=0.0)
         why = "the motion begins where its modes change, which it does or does not by other numbers"
@@ -476,11 +476,11 @@ class DualWalk:
             t = self.inputs.when(stretch.end)
             if t.tangents.any():
                 now = motion.at(stretch, DualNumber(t.value, 0.0 * t.tangents), y, self.tangents)
-                self.slope_before = now.slope.value
+                self.derivative_before = now.derivative.value
                 y.tangents[:] = self._moved(y, now, t).tangents
             return t, None
         now = motion.at(stretch, t, y, self.tangents)
-        self.slope_before = now.slope.value
+        self.derivative_before = now.derivative.value
         if stretch.guard is None:
             row = self.times.events[-1].row
             moved = DualNumber(stretch.end, np.nan_to_num(row))
@@ -498,7 +498,7 @@ class DualWalk:
 
     def _moved(self, y: DualNumber, now: DualInstant, t: DualNumber) -> DualNumber:
         """A state at a held time as one that moves with a time."""
-        return DualNumber(y.value, y.tangents + np.outer(now.slope.value, t.tangents))
+        return DualNumber(y.value, y.tangents + np.outer(now.derivative.value, t.tangents))
 
     # -- jumps of formulas --------------------------------------------------------------------
 

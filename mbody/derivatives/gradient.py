@@ -17,7 +17,7 @@ from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.linear.modes import Mode, ModePlace, mode_place, modes, rates_at
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
-from mbody.derivatives.driven_instants import DrivenInstants, RestInstants
+from mbody.derivatives.driven_instants import DrivenInstants, EquilibriumInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
 from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
@@ -222,12 +222,12 @@ def _measured(
 #     (s² M + s C + K) du + (2 s M + C) u ds = −(s² M′ + s C′ + K′) u dp,   ūᵀ du = 0.
 #
 # M′, C′ and K′, and those of the motions T of coordinates with the leaders, are differences over
-# four places, at each of which the rest position is found once more. The amplitude of an angle, or
+# four places, at each of which the equilibrium is found once more. The amplitude of an angle, or
 # of x or y of a point, is a = T u, and a ratio a/b has the size |a/b| and the phase arg(a/b).
 #
 # F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 2.3 and 4.2.
 
-#: Newton steps to the rest position beside, at most.
+#: Newton steps to the equilibrium beside, at most.
 STEPS = 12
 #: What is measured of a mode, by number, and of the stiffness, by leaders.
 OF_MODE = re.compile(r"\s*(\w+)\s*\(\s*(\d+)\s*\)\s*")
@@ -255,10 +255,10 @@ class _ModalMeasure:
     places: tuple[ModePlace, ...] = ()
 
 
-def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
-    """Derivatives of measures of the modes at a rest position by numbers, names by those given."""
+def mode_gradient(balanced: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
+    """Derivatives of measures of the modes at an equilibrium by numbers, names by those given."""
     names = list(by.values())
-    beside = _BesideRest(rest, names)
+    beside = _PerturbedEquilibrium(balanced, names)
     linear = linearize(beside.instants.driven, at=beside.run, free=beside.drivers)
     (found,) = modes(beside.instants.driven, at=beside.run, free=beside.drivers)
     wanted = _wanted(measure, linear, len(found))
@@ -297,7 +297,7 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
         "M, C and K of small motions are differenced over four places: derivatives have some 8 "
         "figures"
     )
-    units = {given: unit_of(rest.solution.mechanism, name) for given, name in by.items()}
+    units = {given: unit_of(balanced.solution.mechanism, name) for given, name in by.items()}
     unit_by_name = {one.name: _unit(one, linear) for one in wanted}
     return Gradient(
         value={one.name: _value(one, linear, found) for one in wanted},
@@ -313,17 +313,17 @@ def mode_gradient(rest: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gra
     )
 
 
-class _BesideRest:
-    """The linear equations at one rest position, and at that of other numbers beside it."""
+class _PerturbedEquilibrium:
+    """The linear equations at one equilibrium, and at that of other numbers beside it."""
 
-    def __init__(self, rest: Equilibrium, names: Sequence[str]) -> None:
-        self.instants = RestInstants(rest, names)
+    def __init__(self, balanced: Equilibrium, names: Sequence[str]) -> None:
+        self.instants = EquilibriumInstants(balanced, names)
         self.drivers = self.instants.drivers
         self.laws = [f"{name}.law.value" for name in self.drivers]
         self.run = self.instants.run
-        self.poses = link_poses(rest.solution)
+        self.poses = link_poses(balanced.solution)
         driven = self.instants.driven
-        scales = [driven.length if motion.turns else 1.0 for motion in rest.motions]
+        scales = [driven.length if motion.turns else 1.0 for motion in balanced.motions]
         self.unit = driven.length / np.array(scales)
 
     def linear(self, numbers: Mapping[str, float]) -> Linearization | None:
@@ -513,8 +513,8 @@ def _unit(one: _ModalMeasure, linear: Linearization) -> str:
 
 #: The analysis of motions over time.
 MOTION = "simulate"
-#: That of rest positions.
-REST = "equilibrium"
+#: That of equilibria.
+EQUILIBRIUM = "equilibrium"
 #: That of small motions about them.
 SMALL = "modes"
 
@@ -546,7 +546,7 @@ def gradient(
         The instants: ``t``, ``drive``, ``turn``, ``instants``, ``guess`` as of the analysis, or
         ``at``, ``over`` as of `Instants`; by default those of the mechanism itself. Of "simulate"
         its own: ``until``, ``start``, ``rtol``, ``instants``, ``times`` and others; of
-        "equilibrium" ``position``, the number of the rest position, 0 by default, ``free``,
+        "equilibrium" ``position``, the number of the equilibrium, 0 by default, ``free``,
         ``starts`` and ``t``, as of "modes". Measures of "modes" are ``frequency(1)``,
         ``natural_frequency(1)``, ``hertz(1)``, ``damping_ratio(1)`` and ``decay_rate(1)`` of a mode
         of that position, slow ones first, ``ratio(1, rod.x, bar.angle)`` and ``phase(…)`` of two
@@ -576,7 +576,7 @@ def gradient(
     over time is integrated once more together with the variational equations, at the same rtol; its
     instants are held, and so is what ``start`` says. Where contacts, friction, events and jumps of
     formulas change it the saltation matrix is applied;
-    NaN and a note where that has no derivative. A rest position moves by the implicit function
+    NaN and a note where that has no derivative. An equilibrium moves by the implicit function
     theorem. Where the description prescribes the beginning,
     ``"start.crank.angle"`` and others are numbers too. The derivative of a greatest value is that
     at its instant (envelope theorem); where two instants share the greatest value a note says so.
@@ -599,11 +599,11 @@ def gradient(
         raise ModelError("gradient takes one design: choose one of the batch with design(n)")
     if analysis == MOTION:
         return _of_motion(system, measure, by, options)
-    if analysis == REST:
-        return _of_rest(system, measure, by, options)
+    if analysis == EQUILIBRIUM:
+        return _of_equilibrium(system, measure, by, options)
     if analysis == SMALL:
-        return mode_gradient(_rest(system, options), measure, checked_names(system, by))
-    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, REST, SMALL])
+        return mode_gradient(_equilibrium(system, options), measure, checked_names(system, by))
+    wanted = requested_instants(system, analysis, options, "gradient", [MOTION, EQUILIBRIUM, SMALL])
     checked_names(system, by)
     columns_of(system.mechanism, measure, "gradient")
     return gradient_at(wanted.analysed(system), measure, by, wanted.revolving)
@@ -641,21 +641,23 @@ def _of_motion(
     )
 
 
-def _of_rest(
+def _of_equilibrium(
     system: System,
     measure: Measures | None,
     by: Sequence[str] | str | None,
     options: Mapping[str, Any],
 ) -> Gradient:
-    """The gradient of a rest position."""
+    """The gradient of an equilibrium."""
     names = checked_names(system, by)
     columns = columns_of(system.mechanism, measure, "gradient")
-    rest = _rest(system, options)
-    return gradient_of(rest.solution, columns, names, instants=RestInstants(rest, names.values()))
+    balanced = _equilibrium(system, options)
+    return gradient_of(
+        balanced.solution, columns, names, instants=EquilibriumInstants(balanced, names.values())
+    )
 
 
-def _rest(system: System, options: Mapping[str, Any]) -> Equilibrium:
-    """One rest position, number `position` of them."""
+def _equilibrium(system: System, options: Mapping[str, Any]) -> Equilibrium:
+    """One equilibrium, number `position` of them."""
     found = equilibrium(system, **{name: x for name, x in options.items() if name != "position"})
     which = options.get("position", 0)
     if not isinstance(which, int) or not -len(found) <= which < len(found):
@@ -685,7 +687,7 @@ def gradient_of(
     columns: Iterable[MeasuredColumn],
     by: Mapping[str, str],
     revolving: str = "",
-    instants: DrivenInstants | MotionInstants | RestInstants | None = None,
+    instants: DrivenInstants | MotionInstants | EquilibriumInstants | None = None,
 ) -> Gradient:
     """Derivatives of the measures `columns` of a result by numbers, as `checked_names` has them;
     `instants`: by default those of a driven motion.

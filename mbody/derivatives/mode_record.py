@@ -257,7 +257,7 @@ class ModeStretch:
 
     `t`: When it begins.
     `strikes`: Impacts with which it begins, in their order.
-    `y`, `slope`: Its first state, after these, and the derivative there; None where the state
+    `y`, `derivative`: Its first state, after these, and the derivative there; None where the state
       before goes on.
     `on`, `anchor`, `phases`, `slip_sign`: Rows that are on, where sticking began, phases of the
       rows along two circles, directions of sliding.
@@ -278,7 +278,7 @@ class ModeStretch:
     t: float
     strikes: tuple[Strike, ...] = ()
     y: Array | None = None
-    slope: Array | None = None
+    derivative: Array | None = None
     on: Array = field(default_factory=lambda: np.zeros(0))
     anchor: Array = field(default_factory=lambda: np.zeros(0))
     phases: Array = field(default_factory=lambda: np.zeros(0))
@@ -345,7 +345,7 @@ def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretc
             t=t,
             strikes=(),
             y=None,
-            slope=None,
+            derivative=None,
             inputs=dict(found[k].inputs),
             lost="",
             crossed=place,
@@ -414,7 +414,7 @@ class ModeRecorder(JumpWatch, ContactIntegration):
                 t,
                 strikes=tuple(self.strikes),
                 y=self.y.copy(),
-                slope=self.K[0].copy(),
+                derivative=self.K[0].copy(),
                 on=self.on.copy(),
                 anchor=self.work.anchor[:count, 0].copy(),
                 phases=self.work.par[self.uni.phase_rows, 0].copy(),

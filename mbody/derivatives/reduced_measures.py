@@ -126,9 +126,9 @@ def derived(
         return Derived(choice.value, row, choice.unit, float(times[0]), tuple(notes))
     row = tangents
     if column.by == "mean":
-        row = mean_slope(values, tangents, part.t)
+        row = mean_derivative(values, tangents, part.t)
     elif column.by == "integral":
-        row = integral_slope(values, tangents, part.t) / part.mechanism.units.second
+        row = integral_derivative(values, tangents, part.t) / part.mechanism.units.second
     elif column.by == "span":
         low = choice.greatest
         row = tangents[0] - tangents[low]
@@ -137,14 +137,14 @@ def derived(
     elif column.by == "rms":
         square = np.square(values)
         size = float(np.sqrt(mean_over(square, times)))
-        half = mean_slope(0.5 * square, values[:, None] * tangents, part.t)
+        half = mean_derivative(0.5 * square, values[:, None] * tangents, part.t)
         row = half / size if size else 0.0 * tangents[0]
         if size == 0.0:
             notes.append(_at_zero(column))
     return Derived(choice.value, row, choice.unit, None, tuple(notes))
 
 
-def integral_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
+def integral_derivative(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
     """Derivatives of an integral by the trapezoidal rule: of the history (instants, numbers), and
     of the times t, a dual number where they move.
     """
@@ -155,7 +155,7 @@ def integral_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarr
     return row
 
 
-def mean_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
+def mean_derivative(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
     """Derivatives (numbers,) of a mean over the motion: of the history (instants,) with its
     tangents (instants, numbers), and of the times t, a dual number where they move.
 
@@ -166,7 +166,7 @@ def mean_slope(values: np.ndarray, tangents: np.ndarray, t: Any) -> np.ndarray:
         return np.asarray(mean_weights(times) @ tangents)
     whole, mean = times[-1] - times[0], mean_over(values, times)
     stretch = t.tangents[-1] - t.tangents[0]
-    return np.asarray((integral_slope(values, tangents, t) - mean * stretch) / whole)
+    return np.asarray((integral_derivative(values, tangents, t) - mean * stretch) / whole)
 
 
 def _at_corners(column: MeasuredColumn, found: set[str]) -> list[str]:

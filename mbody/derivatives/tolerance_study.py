@@ -274,7 +274,7 @@ def allocated(
                 f"{listed(names)})",
                 str(unknown[0]),
             )
-    slope = np.abs(row)
+    derivative = np.abs(row)
     counts = influential(system, list(names.values()), np.asarray(value), row)
     if not counts.any():
         raise ModelError(
@@ -282,11 +282,11 @@ def allocated(
         )
     ratio = np.array([_ratio(how) for how, _, _ in spreads.values()])
     loose, worst = np.full(len(costs), np.inf), np.full(len(costs), np.inf)
-    effect = slope[counts] * ratio[counts]
+    effect = derivative[counts] * ratio[counts]
     parts = np.cbrt(costs[counts] / effect**2)
     loose[counts] = parts * half / (SIGMAS * np.linalg.norm(effect * parts))
-    parts = np.sqrt(costs[counts] / slope[counts])
-    worst[counts] = parts * half / float(slope[counts] @ parts)
+    parts = np.sqrt(costs[counts] / derivative[counts])
+    worst[counts] = parts * half / float(derivative[counts] @ parts)
     return Allocation(
         low=band[0],
         high=band[1],
@@ -541,10 +541,10 @@ def tolerances(
     sigma = np.array([how.deviation_of(width) for how, _, width in spreads.values()])
     excess = np.array([how.excess for how, _, _ in spreads.values()])
 
-    def slopes(design: System) -> Gradient:
+    def derivatives(design: System) -> Gradient:
         return gradient(design, {name: measure}, by, analysis, **options)
 
-    found = slopes(centre)
+    found = derivatives(centre)
     value = found.value[name]
     if np.ndim(value):
         raise ModelError(
@@ -557,7 +557,7 @@ def tolerances(
     first = first_order(value, row, sigma)
     second = None
     try:
-        curvature = _curvature(centre, by, sigma, slopes)
+        curvature = _curvature(centre, by, sigma, derivatives)
         second = second_order(value, row, curvature, sigma, excess)
     except SolveError as error:
         notes.append(NO_SECOND + str(error))
@@ -624,7 +624,7 @@ def _refuse_below_zero(system: System, name: str, middle: float, half_range: flo
     )
 
 
-def _curvature(centre: System, by: list[str], sigma: np.ndarray, slopes: Any) -> np.ndarray:
+def _curvature(centre: System, by: list[str], sigma: np.ndarray, derivatives: Any) -> np.ndarray:
     """Second derivatives by differences of exact gradients, over the width of the scatter."""
     rows = np.zeros((len(by), len(by)))
     for k, (name, step) in enumerate(zip(by, sigma, strict=True)):
@@ -632,7 +632,7 @@ def _curvature(centre: System, by: list[str], sigma: np.ndarray, slopes: Any) ->
             continue
         here = float(centre.values[name])
         ahead, behind = (
-            slopes(centre.with_values({name: here + sign * step})).jacobian[0]
+            derivatives(centre.with_values({name: here + sign * step})).jacobian[0]
             for sign in (1.0, -1.0)
         )
         rows[k] = (ahead - behind) / (2.0 * step)

@@ -61,15 +61,15 @@ def cam_contour(
     >>> cam_contour(cam, system.numbers, np.linspace(0.0, 2.0 * np.pi, 5)).shape
     (5, 2)
     """
-    R, slope, _ = np.broadcast_arrays(*joint.radius(numbers, psi))
+    R, derivative, _ = np.broadcast_arrays(*joint.radius(numbers, psi))
     sign = -1.0 if joint.clockwise else 1.0
     ray = float(numbers.angle(joint, "i")) - sign * psi
     if pitch:
         along, across = R, np.zeros_like(R)
     elif joint.flat:
-        along, across = R, -sign * slope
+        along, across = R, -sign * derivative
     else:
-        roller, lean = float(numbers[f"{joint.name}.roller"]), np.arctan2(sign * slope, R)
+        roller, lean = float(numbers[f"{joint.name}.roller"]), np.arctan2(sign * derivative, R)
         along, across = R - roller * np.cos(lean), -roller * np.sin(lean)
     c, s = np.cos(ray), np.sin(ray)
     from_centre = np.column_stack([along * c - across * s, along * s + across * c])
@@ -430,8 +430,8 @@ class FollowerPath:
             p1 = self._pitch()[0]
             n, at = 1j * p1 / np.abs(p1), self.place
         else:
-            h, slope, _ = self._support()
-            at = h * n + slope * 1j * n
+            h, derivative, _ = self._support()
+            at = h * n + derivative * 1j * n
         direction = self.along if self.along else 1j * (at - self.pivot)
         with np.errstate(invalid="ignore", divide="ignore"):
             angle: Array = np.arccos(
@@ -500,8 +500,11 @@ class FollowerPath:
         if self.along:
             rate, second = self.along * self.first, self.along * self.second
         else:
-            arm = self.place - self.pivot
-            rate, second = 1j * arm * self.first, 1j * arm * self.second - arm * self.first**2
+            relative = self.place - self.pivot
+            rate, second = (
+                1j * relative * self.first,
+                1j * relative * self.second - relative * self.first**2,
+            )
         return rate - 1j * self.place, second - 2j * rate - self.place
 
     def _support(self) -> tuple[Array, Array, Array]:
@@ -647,7 +650,7 @@ def cam_analysis(
     hollow = None
     if (contour < 0.0).any():
         hollow = _least(np.where(contour < 0.0, -contour, np.inf), places)
-    R, slope, _ = np.broadcast_arrays(*cam.radius(numbers, places))
+    R, derivative, _ = np.broadcast_arrays(*cam.radius(numbers, places))
     roller = 0.0 if cam.flat else float(numbers[f"{cam.name}.roller"])
     base = float(R.min()) - roller
     kind = "flat face" if cam.flat else "roller" if roller else "knife edge"
@@ -687,7 +690,7 @@ def cam_analysis(
         needed=needed,
         uncut=uncut,
         limit=bound,
-        face=(float(slope.min()), float(slope.max())) if cam.flat else None,
+        face=(float(derivative.min()), float(derivative.max())) if cam.flat else None,
         run=run,
         **inherited(run, notes=notes),
     )
@@ -739,8 +742,8 @@ def _direction_of_motion(run: Solution, cam: CamFollower, k: int, place: complex
             return 0j
         first = 3 * system.bodies[body]
         x, y, rotation = along[first : first + 3]
-        arm = (place - complex(*q[first : first + 2])) / system.length
-        return complex(x, y) + 1j * rotation * arm
+        relative = (place - complex(*q[first : first + 2])) / system.length
+        return complex(x, y) + 1j * rotation * relative
 
     found = velocity(cam.j.body) - velocity(cam.i.body)
     return found if abs(found) > tol.RATE_NONE_COORDINATE else 0j

@@ -135,33 +135,37 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
     # as many rows as there are unknowns have the same sums of squares
     small = np.asarray(np.linalg.qr(np.column_stack([columns, present]), mode="r"))
     v, ux, uy = (small[:, k:-1:3] for k in range(3))
-    rest = small[:, -1]
+    constant = small[:, -1]
     count = len(radii)
 
     def left(z: Array) -> Array:
         """z: moments by radius, that is masses with a direction, (counterweights, 2) in a row."""
         x, y = z.reshape(count, 2).T
-        return np.asarray(rest + v @ np.hypot(x, y) + ux @ (radii * x) + uy @ (radii * y))
+        return np.asarray(constant + v @ np.hypot(x, y) + ux @ (radii * x) + uy @ (radii * y))
 
     def jacobian(z: Array) -> Array:
         x, y = z.reshape(count, 2).T
         size = np.hypot(x, y)
         size = np.where(size > 0.0, size, 1.0)
         parts = v * (x / size) + ux * radii, v * (y / size) + uy * radii
-        return np.stack(parts, axis=-1).reshape(len(rest), 2 * count)
+        return np.stack(parts, axis=-1).reshape(len(constant), 2 * count)
 
     z = np.zeros(2 * count)
     for _ in range(PASSES):
-        slopes = jacobian(z)
-        new = np.linalg.lstsq(slopes, slopes @ z - left(z), rcond=tol.SINGULAR_VALUE_ZERO)[0]
+        derivatives = jacobian(z)
+        new = np.linalg.lstsq(
+            derivatives, derivatives @ z - left(z), rcond=tol.SINGULAR_VALUE_ZERO
+        )[0]
         done = np.abs(new - z).max(initial=0.0) <= tol.LEAST_SQUARES_ENDS * np.abs(new).max(
             initial=0.0
         )
         z = new
         if done:
             break
-    if np.abs(left(z)).max(initial=0.0) > tol.SINGULAR_VALUE_ZERO * np.abs(rest).max(initial=0.0):
-        z = _least(left, jacobian, z, float(np.linalg.norm(rest)))
+    if np.abs(left(z)).max(initial=0.0) > tol.SINGULAR_VALUE_ZERO * np.abs(constant).max(
+        initial=0.0
+    ):
+        z = _least(left, jacobian, z, float(np.linalg.norm(constant)))
     return z.reshape(count, 2) * radii[:, None]
 
 

@@ -58,11 +58,11 @@ class LinkMass:
         cut = np.clip(s, 0.0, self.length)
         found = []
         polynomial = np.polynomial.Polynomial(self.density)
-        arm = np.polynomial.Polynomial([-self.place, 1.0])
+        distance = np.polynomial.Polynomial([-self.place, 1.0])
         for _ in range(3):
             whole = polynomial.integ()
             found.append(np.asarray(whole(cut) - whole(0.0)))
-            polynomial = polynomial * arm
+            polynomial = polynomial * distance
         return found[0], found[1], found[2]
 
 
@@ -183,7 +183,9 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
     for joint in run.mechanism.joints:
         for key, place in (("i", joint.i), ("j", joint.j)):
             if place.body == link.name:
-                x, y = (float(c + arm) for c, arm in zip(centre, at.arm(joint, key), strict=True))
+                x, y = (
+                    float(c + offset) for c, offset in zip(centre, at.arm(joint, key), strict=True)
+                )
                 names = [
                     name
                     for name in link.points
@@ -565,8 +567,8 @@ def internal_loads(
     before = np.where(after, place[..., None] <= cuts, place[..., None] < cuts)
     n = -np.einsum("tk,tks->ts", forces.axial, before)
     v = np.einsum("tk,tks->ts", forces.across, before)
-    arms = (cuts - place[..., None]) * before
-    m = np.einsum("tk,tks->ts", forces.across, arms) - np.einsum(
+    moment_arms = (cuts - place[..., None]) * before
+    m = np.einsum("tk,tks->ts", forces.across, moment_arms) - np.einsum(
         "tk,tks->ts", forces.couple, before
     )
     x, y, bent = _inertial_loads(run, body, bar, mass, forces.weight, cuts, after)

@@ -313,13 +313,13 @@ class _Load:
     """Torque and speed that a driver requires of its motor, over time."""
 
     def __init__(
-        self, run: Solution, name: str, inertia: float, efficiency: float, rest: float
+        self, run: Solution, name: str, inertia: float, efficiency: float, pause: float
     ) -> None:
         _, omega, alpha = (np.asarray(part, dtype=float) for part in run.driven(name))
         self.t, self.omega, self.alpha = run.t, omega, alpha
         self.effort = np.asarray(run.effort(name), dtype=float)
         self.own, self.efficiency = inertia, efficiency
-        self.whole = float(run.t[-1] - run.t[0]) + rest
+        self.whole = float(run.t[-1] - run.t[0]) + pause
         # kinetic energy at unit rate, twice: the inertia that the driver feels
         still = np.abs(omega) > RATE_NONE_MOTOR * np.abs(omega).max(initial=0.0)
         felt = 2.0 * link_energy(run)[still] / omega[still] ** 2

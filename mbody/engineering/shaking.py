@@ -486,11 +486,13 @@ class ShakingOrders(Inherited):
     def __str__(self) -> str:
         unit = self.run.mechanism.units
         floor = tol.FORCE_NONE * self.size
-        arm = floor * self.run.system.length
+        moment_floor = floor * self.run.system.length
         shown = [
             k
             for k in range(len(self.orders))
-            if self.force[k] > floor or self.moment[k] > arm or self.orders[k] in (1.0, 2.0)
+            if self.force[k] > floor
+            or self.moment[k] > moment_floor
+            or self.orders[k] in (1.0, 2.0)
         ]
         columns = [Column("ORDER", [f"{self.orders[k]:g}" for k in shown])]
         for title, values, least, dimension in (
@@ -498,12 +500,12 @@ class ShakingOrders(Inherited):
             ("fy", self.fy, floor, unit.force),
             ("with it", np.abs(self.forward), floor, unit.force),
             ("against it", np.abs(self.backward), floor, unit.force),
-            ("moment", self.moment, arm, unit.of("torque")),
+            ("moment", self.moment, moment_floor, unit.of("torque")),
         ):
             columns.append(Column(title, numbers(values[shown], least), dimension))
         force, moment = (
             part if part > least else 0.0
-            for part, least in zip(self.peak, (floor, arm), strict=True)
+            for part, least in zip(self.peak, (floor, moment_floor), strict=True)
         )
         peak = (
             f"greatest shaking force {number(force)} {unit.force}, moment {number(moment)} "

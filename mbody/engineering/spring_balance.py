@@ -392,11 +392,11 @@ def _reason(left: float, stiffness: dict[str, float], columns: Array, present: A
     head = f"springs {listed(stiffness)} leave {100.0 * left:.3g} % of the effort (rms)"
     pushing = [name for name, k in stiffness.items() if k == 0.0]
     free = np.linalg.lstsq(columns, -present, rcond=SINGULAR_VALUE_ZERO)[0]
-    rest = float(np.linalg.norm(present + columns @ free) / np.linalg.norm(present))
-    if pushing and rest < SPRING_PUSHED * left:
+    residual = float(np.linalg.norm(present + columns @ free) / np.linalg.norm(present))
+    if pushing and residual < SPRING_PUSHED * left:
         return (
             f"{head}: {listed(pushing)} would have to push, which would leave "
-            f"{100.0 * rest:.3g} %: other places may do it"
+            f"{100.0 * residual:.3g} %: other places may do it"
         )
     return f"{head}: other places or free lengths may leave less"
 

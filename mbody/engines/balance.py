@@ -98,7 +98,7 @@ class _Pair:
     def place(self, side: str, marker: Marker) -> tuple[Array, Array, Array]:
         """Place, velocity, acceleration (2, instants)."""
         one = self.run[marker.body]
-        x, y = self._arm(side)
+        x, y = self._body_fixed(side)
         c, s = np.cos(one.angle), np.sin(one.angle)
         r = np.array([c * x - s * y, s * x + c * y])
         across = np.array([-r[1], r[0]])
@@ -108,7 +108,7 @@ class _Pair:
             np.array([one.ax, one.ay]) + one.alpha * across - one.omega**2 * r,
         )
 
-    def _arm(self, side: str) -> tuple[float, float]:
+    def _body_fixed(self, side: str) -> tuple[float, float]:
         return self.at.arm(self.element, side)
 
     def beta(self, side: str) -> float:
@@ -226,7 +226,7 @@ class _TermPair(_Pair):
         term = coupling.parts[n]
         super().__init__(system, run, coupling, *term.ends)
 
-    def _arm(self, side: str) -> tuple[float, float]:
+    def _body_fixed(self, side: str) -> tuple[float, float]:
         return self.at.arm(self.element, f"{self.n}.{side}")
 
     def beta(self, side: str) -> float:
@@ -270,8 +270,8 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, BALANCE_EXPECTED)
     reasons = dict.fromkeys(comparison.kinds, why)
     if run.stepped is not None:
-        arms = comparison.top("force") / comparison.top("torque") * _passed_in_a_step(run)
-        expected["torque"] = BALANCE_EXPECTED + arms
+        ratio = comparison.top("force") / comparison.top("torque") * _passed_in_a_step(run)
+        expected["torque"] = BALANCE_EXPECTED + ratio
         reasons["torque"] = "contacts of a step act in its middle, bodies are at its end"
     rows = comparison.rows(expected, reasons)
     if taken:

@@ -1,9 +1,9 @@
 """The numbers of a system, read again independently for the engines that check it, with pint.
 
 Text with units is evaluated by Python's own parser with the units of pint. Masses, places and laws
-follow from the numbers by the formulas of this file. So an error in mbody's units, formulas, arms,
-masses or law kernels does not enter the engines that should find it. The rest (laws with tables,
-Python functions, formulas that Python reads differently) is taken from the system.
+follow from the numbers by the formulas of this file. So an error in mbody's units, formulas,
+positions, masses or law kernels does not enter the engines that should find it. All else (laws with
+tables, Python functions, formulas that Python reads differently) is taken from the system.
 """
 
 from __future__ import annotations
@@ -107,8 +107,8 @@ class Jet:
 
     def arctan(self) -> Jet:
         """arctan f."""
-        slope = 1.0 / (1.0 + self.f**2)
-        return self.through(math.atan(self.f), slope, -2.0 * self.f * slope**2)
+        derivative = 1.0 / (1.0 + self.f**2)
+        return self.through(math.atan(self.f), derivative, -2.0 * self.f * derivative**2)
 
     def exp(self) -> Jet:
         """e to the f."""

@@ -220,20 +220,20 @@ class BodyState:
         """The angle with whole revolutions."""
         return self.angle
 
-    def arm(self, at: MarkerFrame) -> Array:
+    def relative_position(self, at: MarkerFrame) -> Array:
         """From the mass centre to a place, world axes (2,)."""
         c, s = math.cos(self.angle), math.sin(self.angle)
         return np.array([c * at.x - s * at.y, s * at.x + c * at.y])
 
-    def velocity_at(self, arm: Array) -> Array:
-        """Velocity (2,) of the body's point at an arm in world axes."""
-        across = np.array([-arm[1], arm[0]])
+    def velocity_at(self, relative: Array) -> Array:
+        """Velocity (2,) of the body's point at a position from the mass centre in world axes."""
+        across = np.array([-relative[1], relative[0]])
         return np.asarray(self.velocity[:2] + self.velocity[2] * across)
 
     def wrench(self, force: Array, torque: float, at: Array) -> Array:
         """A force at a place of the world and a torque, about the mass centre (3,)."""
-        arm = at - self.place
-        return np.array([*force, torque + arm[0] * force[1] - arm[1] * force[0]])
+        relative = at - self.place
+        return np.array([*force, torque + relative[0] * force[1] - relative[1] * force[0]])
 
 
 @dataclass(frozen=True)
@@ -296,7 +296,7 @@ def geometry_of(
     """The functions `point` and `direction` of `applied_forces` from a `BodyState` by name."""
 
     def point(body: str, at: MarkerFrame) -> Array:
-        return np.asarray(bodies[body].place + bodies[body].arm(at))
+        return np.asarray(bodies[body].place + bodies[body].relative_position(at))
 
     def direction(body: str, angle: float) -> Array:
         angle += bodies[body].angle
@@ -347,12 +347,14 @@ def _deflection(system: System, load: Any, bodies: Any) -> tuple[float, float]:
         a, b = bodies[load.by], bodies[load.body]
         return b.whole_angle - a.whole_angle, b.velocity[2] - a.velocity[2]
     poses = [bodies[marker.body] for marker in (load.i, load.j)]
-    arms = [
-        pose.arm(marker_frame(system, load, side))
+    relative_positions = [
+        pose.relative_position(marker_frame(system, load, side))
         for pose, side in zip(poses, ("i", "j"), strict=True)
     ]
-    i, j = (pose.place + arm for pose, arm in zip(poses, arms, strict=True))
-    vi, vj = (pose.velocity_at(arm) for pose, arm in zip(poses, arms, strict=True))
+    i, j = (pose.place + relative for pose, relative in zip(poses, relative_positions, strict=True))
+    vi, vj = (
+        pose.velocity_at(relative) for pose, relative in zip(poses, relative_positions, strict=True)
+    )
     d = j - i
     length = math.hypot(*d)
     u = d / length if length else np.zeros(2)

@@ -589,23 +589,23 @@ class ElementWriter(ClosureWriter):
         if stiffness <= 0.0:
             self._no(load, f"its stiffness is {stiffness:g}, a tendon of MJCF needs a positive one")
             return
-        rest = -preload / stiffness
+        free_length = -preload / stiffness
         if angular:
             pose = self.document.pose
-            rest += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
+            free_length += float(at[f"{name}.free_angle"]) - (pose[load.body][2] - pose[load.by][2])
         else:
-            rest = (rest + float(at[f"{name}.free_length"])) * self.scale.length
+            free_length = (free_length + float(at[f"{name}.free_length"])) * self.scale.length
         # a negative rest length would mean that of the start: the angle gets the opposite sign
-        sign = -1.0 if angular and rest < 0.0 else 1.0
+        sign = -1.0 if angular and free_length < 0.0 else 1.0
         if sign < 0.0:
             self.reversed.add(name)
-        if rest < 0.0 and not angular:
+        if free_length < 0.0 and not angular:
             self._no(
                 load,
                 "its preload pulls at every length; a tendon of MJCF has no negative rest length",
             )
             return
-        given = {"stiffness": numbers(unit, stiffness), "springlength": numbers(sign, rest)}
+        given = {"stiffness": numbers(unit, stiffness), "springlength": numbers(sign, free_length)}
         self._tendon(load, angular, given, sign)
 
     def _tendon(self, load: Any, angular: bool, given: dict[str, str], sign: float) -> None:

@@ -320,13 +320,13 @@ class _PointPair:
 
     def __init__(self, i: str, j: str, at_i: MarkerFrame, at_j: MarkerFrame, bodies: Any) -> None:
         self.i, self.j, self.a, self.b = i, j, bodies[i], bodies[j]
-        self.near = self.a.place + self.a.arm(at_i)
-        self.place = self.b.place + self.b.arm(at_j)
+        self.near = self.a.place + self.a.relative_position(at_i)
+        self.place = self.b.place + self.b.relative_position(at_j)
         self.d = self.place - self.near
         # the point of body i that coincides with the place on j
-        arms = self.place - self.a.place, self.place - self.b.place
-        self.v = self.b.velocity_at(arms[1]) - self.a.velocity_at(arms[0])
-        aa, ab = self.a.acceleration_at(arms[0]), self.b.acceleration_at(arms[1])
+        relative = self.place - self.a.place, self.place - self.b.place
+        self.v = self.b.velocity_at(relative[1]) - self.a.velocity_at(relative[0])
+        aa, ab = self.a.acceleration_at(relative[0]), self.b.acceleration_at(relative[1])
         w = self.a.velocity[2]
         self.acceleration = ab - aa - 2.0 * w * np.array([-self.v[1], self.v[0]])
 

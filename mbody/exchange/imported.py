@@ -88,8 +88,8 @@ def letters(n: int) -> str:
     text = ""
     n += 1
     while n:
-        n, rest = divmod(n - 1, 26)
-        text = chr(65 + rest) + text
+        n, remainder = divmod(n - 1, 26)
+        text = chr(65 + remainder) + text
     return text
 
 

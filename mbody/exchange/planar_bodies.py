@@ -241,9 +241,11 @@ def _torsion(space: Spatial, body: int, joint: int) -> list[Element]:
         return found
     ends = {"body": space.names[body], "by": _parent(space, body)}
     if stiffness:
-        rest = float(model.qpos_spring[model.jnt_qposadr[joint]]) - _reference(space, joint)
-        rest *= space.plane.sign(space.data.xaxis[joint])
-        found.append(TorsionSpring(f"{name}_spring", **ends, stiffness=stiffness, free_angle=rest))
+        free_angle = float(model.qpos_spring[model.jnt_qposadr[joint]]) - _reference(space, joint)
+        free_angle *= space.plane.sign(space.data.xaxis[joint])
+        found.append(
+            TorsionSpring(f"{name}_spring", **ends, stiffness=stiffness, free_angle=free_angle)
+        )
     alone = model.body_jntnum[body] == 1
     if (damping := float(model.dof_damping[model.jnt_dofadr[joint]])) and not alone:
         found.append(TorsionDamper(f"{name}_damper", **ends, coefficient=damping))
@@ -410,7 +412,7 @@ class _Planar:
         g = plane.flat(model.opt.gravity)
         if any(g) and not model.opt.disableflags & self.mujoco.mjtDisableBit.mjDSBL_GRAVITY:
             made.add(Gravity("gravity" if "gravity" not in made else "weight", x=g[0], y=g[1]))
-        self._note_the_rest()
+        self._note_what_is_left_out()
         return Imported(made, self.form, tuple(self.notes))
 
     def name(self, kind: str, index: int) -> str:
@@ -508,7 +510,7 @@ class _Planar:
                     "takes its place",
                 )
 
-    def _note_the_rest(self) -> None:
+    def _note_what_is_left_out(self) -> None:
         """All that the file has and the model has not."""
         model, notes = self.model, self.notes
         for n in np.flatnonzero(model.jnt_type == FREE_JOINT):

@@ -197,14 +197,14 @@ def _from_line(line: str, number: int, label: str) -> _LineJoint:
         )
     element = f"the joint {label} ({', '.join(words[:place])})"
     x, y = (number_of(words[place + n], element, what) for n, what in ((1, "x"), (2, "y")))
-    rest = words[place + 3 :]
+    fields = words[place + 3 :]
     angle = 0.0
-    if rest and re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", rest[0], re.IGNORECASE):
-        angle = math.radians(number_of(rest.pop(0), element, "the angle"))
+    if fields and re.fullmatch(r"[-+]?[\d.]+(e[-+]?\d+)?", fields[0], re.IGNORECASE):
+        angle = math.radians(number_of(fields.pop(0), element, "the angle"))
     signs = (
-        [sign in "t+" for sign in rest[0]]
-        if rest and re.fullmatch("[tf+-]+", rest[0])
-        else [word.lower() == "true" for word in rest]
+        [sign in "t+" for sign in fields[0]]
+        if fields and re.fullmatch("[tf+-]+", fields[0])
+        else [word.lower() == "true" for word in fields]
     )
     joint = _joint(label, words[:place], words[place], (x, y), angle)
     joint.driven = len(signs) > 3 and signs[3]
@@ -219,9 +219,9 @@ def _from_table(one: Mapping[str, Any], label: str) -> _LineJoint:
         raise refusal(f"the joint {label}", "it has no Links")
     x, y = (number_of(one.get(key), element, key) for key in ("X", "Y"))
     angle = one.get("Angle")
-    sloped = angle not in (None, "NaN", "")
-    slope = number_of(angle, element, "Angle") if sloped else 0.0
-    return _joint(label, links, str(one.get("TypeOfJoint")), (x, y), slope)
+    inclined = angle not in (None, "NaN", "")
+    inclination = number_of(angle, element, "Angle") if inclined else 0.0
+    return _joint(label, links, str(one.get("TypeOfJoint")), (x, y), inclination)
 
 
 def _joint(label: str, links: list[str], kind: str, at: Place, angle: float) -> _LineJoint:

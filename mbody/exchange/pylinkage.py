@@ -198,10 +198,10 @@ def _driver(
     element = f"the driver {seen(one.get('id'))}"
     motor = joints.get(str(one.get("motor_joint")))
     members = [joints[str(ref)] for ref in one.get("joints") or ()]
-    arms = [joint for joint in members if joint is not motor and joint.type != "tracker"]
-    if motor is None or link == GROUND or not arms:
+    others = [joint for joint in members if joint is not motor and joint.type != "tracker"]
+    if motor is None or link == GROUND or not others:
         raise refusal(element, "it needs a motor_joint on the ground and a joint that it drives")
-    drawn = math.atan2(arms[0].at[1] - motor.at[1], arms[0].at[0] - motor.at[0])
+    drawn = math.atan2(others[0].at[1] - motor.at[1], others[0].at[0] - motor.at[0])
     speed = number_of(one.get("angular_velocity", SPEED), element, "angular_velocity")
 
     def angle_from_drawn(key: str, angle: Any) -> float:

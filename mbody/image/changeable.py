@@ -164,12 +164,12 @@ def _makers(system: System) -> Iterable[tuple[str, Callable[[Numbers], Any]]]:
     for constraint in system.mechanism.constraints:
         yield constraint.name, constraint.primitives
         if "j" in constraint.places():
-            yield constraint.name, functools.partial(_arm, constraint)
+            yield constraint.name, functools.partial(_position_on_j, constraint)
     for load in system.mechanism.loads:
         yield load.name, load.actions
 
 
-def _arm(element: Element, at: Numbers) -> Any:
+def _position_on_j(element: Element, at: Numbers) -> Any:
     """The place on j, where a reaction is reported."""
     return at.arm(element, "j")
 

@@ -26,7 +26,7 @@ Array = np.ndarray
 #: none. The last column is to be greatest where all others are not negative.
 Values = Callable[[Array], tuple[Array, Array]]
 #: Values and derivatives at one place, (columns,) each; NaN where there are none.
-Slopes = Callable[[float], tuple[Array, Array]]
+Derivatives = Callable[[float], tuple[Array, Array]]
 
 #: Samples of a range at first, places between that check them, and how many there may be in all.
 SAMPLES, CHECKS, MOST = 120, 41, 1500
@@ -65,7 +65,7 @@ class Profile:
     def __init__(
         self,
         values: Values,
-        slopes: Slopes,
+        derivatives: Derivatives,
         low: float,
         high: float,
         start: float,
@@ -74,7 +74,7 @@ class Profile:
         also: Sequence[float],
     ) -> None:
         self.noise = noise
-        self.values, self.slopes, self.low, self.high = values, slopes, low, high
+        self.values, self.derivatives, self.low, self.high = values, derivatives, low, high
         self.spacing = (high - low) / SAMPLES
         self.x = np.empty(0)
         self.y = self.size = np.empty((0, 0))
@@ -250,8 +250,8 @@ class Profile:
         k = int(np.searchsorted(self.x, x))
 
         def look(place: float) -> tuple[float, float]:
-            value, slope = self.slopes(place)
-            here = sign * float(value[column]), sign * float(slope[column])
+            value, derivative = self.derivatives(place)
+            here = sign * float(value[column]), sign * float(derivative[column])
             return here if math.isfinite(here[0] + here[1]) else (-math.inf, -1.0)
 
         top = summit(look, *self.x[k - 1 : k + 2].tolist())
@@ -343,20 +343,20 @@ class Profile:
 
 
 def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: float) -> float:
-    """The place of the greatest value between a and c, x being greater than both: where the slope
-    changes its sign, at a nonsmooth point as well (regula falsi, Illinois).
+    """The place of the greatest value between a and c, x being greater than both: where the
+    derivative changes its sign, at a nonsmooth point as well (regula falsi, Illinois).
     """
-    top, slope = look(x)
+    top, derivative = look(x)
     best = top, x
-    # the slope is positive at `low`; at `high` it is not, or the value is less than at `low`
-    low, high, bottom = (x, c, top) if slope > 0.0 else (a, x, -math.inf)
-    rising, falling = (slope, math.nan) if slope > 0.0 else (math.nan, slope)
+    # the derivative is positive at `low`; at `high` it is not, or the value is less than at `low`
+    low, high, bottom = (x, c, top) if derivative > 0.0 else (a, x, -math.inf)
+    rising, falling = (derivative, math.nan) if derivative > 0.0 else (math.nan, derivative)
     side = 0
     for _ in range(STEPS):
         if (
             high - low
             <= tol.EXTREMUM_BRACKET * (abs(low) + abs(high)) + tol.EXTREMUM_BRACKET_PART * (c - a)
-            or slope == 0.0
+            or derivative == 0.0
         ):
             break
         middle = (low * falling - high * rising) / (falling - rising)
@@ -364,14 +364,14 @@ def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: 
             middle = 0.5 * (low + high)
         if middle in (low, high):
             break
-        value, slope = look(middle)
+        value, derivative = look(middle)
         best = max(best, (value, middle))
-        if slope > 0.0 and value >= bottom:
+        if derivative > 0.0 and value >= bottom:
             falling = 0.5 * falling if side == 1 else falling
-            low, bottom, rising, side = middle, value, slope, 1
+            low, bottom, rising, side = middle, value, derivative, 1
         else:
             rising = 0.5 * rising if side == -1 else rising
-            high, falling, side = middle, slope if slope <= 0.0 else math.nan, -1
+            high, falling, side = middle, derivative if derivative <= 0.0 else math.nan, -1
     return best[1]
 
 
@@ -445,13 +445,13 @@ class _Range:
         """The parameter of a place."""
         return u if self.even else math.asinh(u - self.start)
 
-    def profile(self, values: Values, slopes: Slopes, noise: Array) -> Profile:
+    def profile(self, values: Values, derivatives: Derivatives, noise: Array) -> Profile:
         """The samples of a function of the unknown."""
         low, high = self.s(self.low), self.s(self.high)
         start, zero = self.s(self.start), self.s(0.0)
         return Profile(
             lambda s: values(self.u(s)),
-            lambda s: self._by_parameter(slopes, s),
+            lambda s: self._by_parameter(derivatives, s),
             low,
             high,
             start,
@@ -460,17 +460,19 @@ class _Range:
             also=(zero,),
         )
 
-    def _by_parameter(self, slopes: Slopes, s: float) -> tuple[Array, Array]:
+    def _by_parameter(self, derivatives: Derivatives, s: float) -> tuple[Array, Array]:
         """Values and derivatives by the parameter."""
-        value, slope = slopes(float(self.u(np.array([s]))[0]))
-        return value, slope if self.even else slope * math.cosh(s)
+        value, derivative = derivatives(float(self.u(np.array([s]))[0]))
+        return value, derivative if self.even else derivative * math.cosh(s)
 
 
-def extremum(one: SearchVariable, values: Values, slopes: Slopes, noise: Array) -> Extremum:
+def extremum(
+    one: SearchVariable, values: Values, derivatives: Derivatives, noise: Array
+) -> Extremum:
     """Where the last column is greatest while no other is negative. `noise` (columns,)."""
     for width in REVOLUTIONS if one.angle else WIDTHS:
         space = _Range(one, width)
-        profile = space.profile(values, slopes, noise)
+        profile = space.profile(values, derivatives, noise)
         best = profile.best(space.s(space.start))
         at_end = best is not None and best.outer and not space.given[best.outer > 0]
         if not at_end and (best is not None or all(space.given)):
@@ -580,13 +582,13 @@ class _Row:
     squared: bool = False
 
     def rows(self, at: _Place) -> AimRows:
-        """Its value and its slopes."""
+        """Its value and its derivatives."""
         k = [self.index]
-        return AimRows(at.rows.rest[k], at.rows.slope[k], np.array([0])).times(self.sign)
+        return AimRows(at.rows.residuals[k], at.rows.jacobian[k], np.array([0])).times(self.sign)
 
     def margin(self, at: _Place) -> float:
         """By how much it holds."""
-        value = float(at.rows.rest[self.index])
+        value = float(at.rows.residuals[self.index])
         return -abs(value) if self.equal else value
 
 
@@ -602,9 +604,9 @@ class _Hill:
         self.low, self.high = self._box(self.start, SEVERAL_UNKNOWNS_REACHES[-1])
         bounds = np.array([one.bounds for one in wanted])
         self.given = bounds == np.stack([self.low, self.high], axis=1)
-        rest, size = rows(self.start[None])
+        residuals, size = rows(self.start[None])
         self.scale = np.where(np.isfinite(size[0]) & (size[0] > 0.0), size[0], 1.0)
-        last = rest.shape[1] - 1
+        last = residuals.shape[1] - 1
         self.aim = _Row(last, -sign)
         self.limits = [_Row(k, equal=k < equations) for k in range(last)]
 
@@ -645,16 +647,16 @@ class _Hill:
         here = self.rows.about(u)
         if here is None:
             return None
-        part = here.rest[:-1] / np.maximum(here.size[:-1], tol.TINY)
+        part = here.residuals[:-1] / np.maximum(here.size[:-1], tol.TINY)
         part[: self.equations] = -np.abs(part[: self.equations])
-        return self.sign * float(here.rest[-1]), -min(float(part.min(initial=0.0)), 0.0)
+        return self.sign * float(here.residuals[-1]), -min(float(part.min(initial=0.0)), 0.0)
 
     def refined(self, u: Array) -> Array:
         """Unknowns at which the conditions, and those that bind, are met to rounding."""
         here = self.rows.about(u)
         if here is None:
             return u
-        part = np.abs(here.rest[:-1]) / np.maximum(here.size[:-1], tol.TINY)
+        part = np.abs(here.residuals[:-1]) / np.maximum(here.size[:-1], tol.TINY)
         bind = [
             k for k in range(len(part)) if k < self.equations or part[k] < tol.EXTREMUM_VALUES_SAME
         ]

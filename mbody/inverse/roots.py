@@ -1,8 +1,8 @@
 """Numbers that make rows zero: straight where rows are straight, by Newton's method where not.
 
-`Residuals` are a function of an array of trials (trials, unknowns) that gives (rest, size), each
-(trials, rows): the residual of every row and how large its terms are; NaN where a trial fails. They
-know their slopes at a place.
+`Residuals` are a function of an array of trials (trials, unknowns) that gives (residuals, size),
+each (trials, rows): the residual of every row and how large its terms are; NaN where a trial fails.
+They know their Jacobian at a place.
 """
 
 from __future__ import annotations
@@ -35,29 +35,29 @@ class SingularEquations(Exception):
 
 @dataclass(frozen=True)
 class Affine:
-    """rows(u) = rest + slope (u − base), with the size of the terms of each row."""
+    """rows(u) = residuals + jacobian (u − base), with the size of the terms of each row."""
 
     base: Array
-    rest: Array
-    slope: Array
+    residuals: Array
+    jacobian: Array
     size: Array
 
     def __call__(self, u: Array) -> Array:
         """Residual of every row at u: (rows,)."""
-        return self.rest + self.slope @ (u - self.base)
+        return self.residuals + self.jacobian @ (u - self.base)
 
     def solve(self, rows: Sequence[int]) -> Array:
         """The unknowns that make as many rows zero."""
         chosen = list(rows)
         size = np.maximum(self.size[chosen], tol.TINY)
-        slope, rest = self.slope[chosen] / size[:, None], self.rest[chosen] / size
-        u, s, vt = np.linalg.svd(slope)
+        jacobian, residuals = self.jacobian[chosen] / size[:, None], self.residuals[chosen] / size
+        u, s, vt = np.linalg.svd(jacobian)
         if s[-1] <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY):
             small = s <= tol.UNKNOWN_OPEN * max(float(s[0]), tol.TINY)
             raise SingularEquations(
-                vt[-1], bool(np.abs(u[:, small].T @ rest).max() < tol.ROW_HOLDS)
+                vt[-1], bool(np.abs(u[:, small].T @ residuals).max() < tol.ROW_HOLDS)
             )
-        step: Array = np.linalg.solve(slope, -rest)
+        step: Array = np.linalg.solve(jacobian, -residuals)
         return self.base + step
 
 
@@ -76,35 +76,38 @@ def affine(rows: Residuals, start: Array) -> Affine | None:
     n = len(start)
     odd = np.array([0.7 + 0.31 * k for k in range(n)]) * (-1.0) ** np.arange(n)
     probes = np.vstack([start, start + np.eye(n), start + odd, start - 900.0 * odd])
-    rest, size = rows(probes)
-    if not np.isfinite(rest).all():
+    residuals, size = rows(probes)
+    if not np.isfinite(residuals).all():
         return None
-    slope = (rest[1 : n + 1] - rest[0]).T
-    guessed = rest[0] + (probes - start) @ slope.T
-    terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(slope).T
-    if (np.abs(rest - guessed) > tol.ROW_HOLDS * terms).any():
+    jacobian = (residuals[1 : n + 1] - residuals[0]).T
+    guessed = residuals[0] + (probes - start) @ jacobian.T
+    terms = size.max(axis=0) + np.abs(probes - start) @ np.abs(jacobian).T
+    if (np.abs(residuals - guessed) > tol.ROW_HOLDS * terms).any():
         return None
-    whole = size[: n + 1].max(axis=0) + np.abs(slope).sum(axis=1)
-    return Affine(start, rest[0], slope, whole)
+    whole = size[: n + 1].max(axis=0) + np.abs(jacobian).sum(axis=1)
+    return Affine(start, residuals[0], jacobian, whole)
 
 
 def differences(rows: Residuals, u: Array) -> Affine | None:
-    """All rows about a place with their slopes by differences, of what has no exact derivatives;
+    """All rows about a place with their Jacobian by differences, of what has no exact derivatives;
     None where they have no values.
     """
     h = tol.DIFFERENCE_STEP_UNKNOWNS * np.maximum(1.0, np.abs(u))
-    rest, size = rows(np.vstack([u, u + np.diag(h)]))
-    if not np.isfinite(rest[0]).all():
+    residuals, size = rows(np.vstack([u, u + np.diag(h)]))
+    if not np.isfinite(residuals[0]).all():
         return None
-    lost = ~np.isfinite(rest[1:]).all(axis=1)
+    lost = ~np.isfinite(residuals[1:]).all(axis=1)
     if lost.any():  # at the edge of what can be analysed: look to the other side
         h = np.where(lost, -h, h)
-        rest, size = rows(np.vstack([u, u + np.diag(h)]))
-        if not np.isfinite(rest).all():
+        residuals, size = rows(np.vstack([u, u + np.diag(h)]))
+        if not np.isfinite(residuals).all():
             return None
-    slope = ((rest[1:] - rest[0]) / h[:, None]).T
+    jacobian = ((residuals[1:] - residuals[0]) / h[:, None]).T
     return Affine(
-        u, rest[0], slope, np.maximum(size[0], np.abs(slope) @ np.maximum(1.0, np.abs(u)))
+        u,
+        residuals[0],
+        jacobian,
+        np.maximum(size[0], np.abs(jacobian) @ np.maximum(1.0, np.abs(u))),
     )
 
 
@@ -117,14 +120,14 @@ def newton(rows: Residuals, chosen: Sequence[int], start: Array) -> Affine | Non
         here = rows.about(u)
         if here is None:
             return None
-        slope, terms = here.slope, here.size[index] + tol.TINY
-        left = float(np.abs(here.rest[index] / terms).max())
+        jacobian, terms = here.jacobian, here.size[index] + tol.TINY
+        left = float(np.abs(here.residuals[index] / terms).max())
         if best is None or left < best[0]:
             best = (left, here)
         if left < tol.ROW_REST_ROUNDING or (left < tol.ROW_HOLDS and left >= 0.5 * before):
             break
         before = left
-        step, *_ = np.linalg.lstsq(slope[index] / terms[:, None], -here.rest[index] / terms)
+        step, *_ = np.linalg.lstsq(jacobian[index] / terms[:, None], -here.residuals[index] / terms)
         longest = float(np.abs(step / np.maximum(1.0, np.abs(u))).max())
         step *= min(1.0, 2.0 / longest) if longest > 0.0 else 1.0
         for _ in range(12):
@@ -151,20 +154,22 @@ def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]
     The grid is walked from the start to both sides, no further than where trials begin to fail.
     """
     middle = int(np.searchsorted(grid, start))
-    rest = np.full(len(grid), np.nan)
+    residuals = np.full(len(grid), np.nan)
     for side in (np.arange(middle, len(grid)), np.arange(middle - 1, -1, -1)):
         for first in range(0, len(side), STRIDE):
             index = side[first : first + STRIDE]
-            rest[index] = rows(grid[index][:, None])[0][:, chosen]
-            if np.isnan(rest[index]).all():
+            residuals[index] = rows(grid[index][:, None])[0][:, chosen]
+            if np.isnan(residuals[index]).all():
                 break
     found: list[Array] = []
-    for k, here in enumerate(rest):
+    for k, here in enumerate(residuals):
         if here == 0.0:
             found.append(grid[k : k + 1])
-        elif k and here * rest[k - 1] < 0.0:
-            found.append(_bracketed(rows, chosen, (grid[k - 1], rest[k - 1]), (grid[k], here)))
-        elif 0 < k < len(grid) - 1 and abs(here) <= min(abs(rest[k - 1]), abs(rest[k + 1])):
+        elif k and here * residuals[k - 1] < 0.0:
+            found.append(_bracketed(rows, chosen, (grid[k - 1], residuals[k - 1]), (grid[k], here)))
+        elif 0 < k < len(grid) - 1 and abs(here) <= min(
+            abs(residuals[k - 1]), abs(residuals[k + 1])
+        ):
             found.append(grid[k : k + 1])
     return found
 

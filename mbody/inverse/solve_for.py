@@ -74,14 +74,14 @@ class Refusals:
         return self.sides[side].text if 0 <= side < len(self.sides) else "a bound of an unknown"
 
     def broken(
-        self, one: Relation, rest: float, values: dict[str, float], units: dict[str, str]
+        self, one: Relation, residual: float, values: dict[str, float], units: dict[str, str]
     ) -> str:
         """Why values that meet the conditions are no solution."""
         where = self.listing(values, units)
         return (
             f"'{one.text}' does not hold where the conditions do, at {where}: "
-            f"it is short by {self._short(one, rest)}; that limit is reached first: ask for what "
-            "is greatest within the side conditions"
+            f"it is short by {self._short(one, residual)}; that limit is reached first: ask for "
+            "what is greatest within the side conditions"
         )
 
     def worst(self, u: Array | None) -> tuple[str, str]:
@@ -89,10 +89,10 @@ class Refusals:
         first, last = len(self.equations), len(self.equations) + len(self.sides)
         if u is None or not self.sides:
             return "", ""
-        rest, size = self._rows(u)
-        worst = int(np.argmin(rest[0, first:last] / np.maximum(size[0, first:last], tol.TINY)))
+        residuals, size = self._rows(u)
+        worst = int(np.argmin(residuals[0, first:last] / np.maximum(size[0, first:last], tol.TINY)))
         one = self.sides[worst]
-        short = self._short(one, float(rest[0, first + worst]))
+        short = self._short(one, float(residuals[0, first + worst]))
         return one.text, f" by {short} at {self.listing(*self.values(u))}"
 
     def infeasible(self, text: str, where: str = "") -> str:
@@ -156,11 +156,11 @@ class Refusals:
 
     def no_root(self, start: Array) -> str:
         """Why no solution was found."""
-        rest, _ = self._rows(start)
+        residuals, _ = self._rows(start)
         names = listed(one.unknown.name for one in self.wanted)
         parts = [
             f"'{one.text}' is off by {abs(part):.4g}"
-            for one, part in zip(self.equations, rest[0], strict=False)
+            for one, part in zip(self.equations, residuals[0], strict=False)
             if np.isfinite(part)
         ]
         left = f" ({', '.join(parts)} at the start)" if parts else ""
@@ -183,10 +183,10 @@ class Refusals:
         more = f"; the last trial said: {said}" if said else ""
         return f"no value of {names} was found that can be analysed and meets the conditions{more}"
 
-    def _short(self, one: Relation, rest: float) -> str:
+    def _short(self, one: Relation, residual: float) -> str:
         """By how much a side condition is broken, with its unit."""
         unit = one.unit(self.mechanism)
-        value, unit = (math.degrees(rest), "deg") if unit == "rad" else (rest, unit)
+        value, unit = (math.degrees(residual), "deg") if unit == "rad" else (residual, unit)
         return f"{-value:.4g} {unit}".strip()
 
 
@@ -264,30 +264,30 @@ class Solver:
             return [place]
         bounded = self._with_bounds(straight)
         corners = []
-        for rows in self._actives(len(bounded.rest)):
+        for rows in self._actives(len(bounded.residuals)):
             with contextlib.suppress(SingularEquations):
                 u = bounded.solve(rows)
-                corners.append((Affine(u, bounded(u), bounded.slope, bounded.size), rows))
+                corners.append((Affine(u, bounded(u), bounded.jacobian, bounded.size), rows))
         best, rows = self._best(corners)
         return [self._refined(straight, best.base, rows)]
 
     def _with_bounds(self, straight: Affine) -> Affine:
         """The linearized rows with one more for each bound of an unknown, before the objective."""
-        rest, slope, size = [], [], []
+        residuals, jacobian, size = [], [], []
         for n, one in enumerate(self.wanted):
             for bound, sign in zip(one.bounds, (1.0, -1.0), strict=True):
                 if math.isfinite(bound):
-                    rest.append(sign * (straight.base[n] - bound))
-                    slope.append(sign * np.eye(len(self.wanted))[n])
+                    residuals.append(sign * (straight.base[n] - bound))
+                    jacobian.append(sign * np.eye(len(self.wanted))[n])
                     size.append(max(abs(bound), 1.0))
-        if not rest:
+        if not residuals:
             return straight
-        last = len(straight.rest) - 1
+        last = len(straight.residuals) - 1
         return Affine(
             straight.base,
-            np.insert(straight.rest, [last] * len(rest), rest),
-            np.insert(straight.slope, [last] * len(rest), slope, axis=0),
-            np.insert(straight.size, [last] * len(rest), size),
+            np.insert(straight.residuals, [last] * len(residuals), residuals),
+            np.insert(straight.jacobian, [last] * len(residuals), jacobian, axis=0),
+            np.insert(straight.size, [last] * len(residuals), size),
         )
 
     def _actives(self, count: int) -> list[tuple[int, ...]]:
@@ -319,12 +319,12 @@ class Solver:
     def _refined(self, straight: Affine, u: Array, rows: Sequence[int]) -> Affine:
         """The solution, corrected by what is left of the rows there."""
         for _ in range(2):
-            rest, _ = self.rows(u[None])
-            if not np.isfinite(rest).all():
+            residuals, _ = self.rows(u[None])
+            if not np.isfinite(residuals).all():
                 break
-            here = Affine(u, rest[0], straight.slope, straight.size)
+            here = Affine(u, residuals[0], straight.jacobian, straight.size)
             u = self._with_bounds(here).solve(rows)
-        return Affine(u, straight(u), straight.slope, straight.size)
+        return Affine(u, straight(u), straight.jacobian, straight.size)
 
     def _curved(self) -> list[Affine]:
         """Of other questions: all that Newton's method finds from several starts, or the best."""
@@ -333,8 +333,8 @@ class Solver:
         u = self._best_of_one() if len(self.wanted) == 1 else self._several()
         place = self.rows.about(u)
         if place is None:  # alone, as between two edges
-            rest, size = self.rows(u[None])
-            place = Affine(u, rest[0], np.zeros((rest.shape[1], len(u))), size[0])
+            residuals, size = self.rows(u[None])
+            place = Affine(u, residuals[0], np.zeros((residuals.shape[1], len(u))), size[0])
         return [place]
 
     def _best_of_one(self) -> Array:
@@ -344,17 +344,17 @@ class Solver:
         signs[-1] = 1.0 if self.question.greatest else -1.0
 
         def values(us: Array) -> tuple[Array, Array]:
-            rest, size = self.rows(us[:, None])
-            return rest * signs, size
+            residuals, size = self.rows(us[:, None])
+            return residuals * signs, size
 
-        def slopes(u: float) -> tuple[Array, Array]:
+        def derivatives(u: float) -> tuple[Array, Array]:
             here = self.rows.about(np.array([u]))
             if here is None:
                 return np.full(len(signs), np.nan), np.full(len(signs), np.nan)
-            return here.rest * signs, here.slope[:, 0] * signs
+            return here.residuals * signs, here.jacobian[:, 0] * signs
 
         try:
-            best = extremum(one, values, slopes, self._noise())
+            best = extremum(one, values, derivatives, self._noise())
         except Unbounded as error:
             raise SolveError(self.refusals.endless(error.u, error.edge)) from None
         where = f"{self.refusals.at(best.low)} to {self.refusals.at(best.high)}"
@@ -453,7 +453,7 @@ class Solver:
         if not found:
             raise SolveError(self.refusals.no_root(start))
         if len(found) > 1 and not all(
-            any(place.slope[k].any() for place in found) for k in rows
+            any(place.jacobian[k].any() for place in found) for k in rows
         ):  # a condition that holds everywhere
             raise self.refusals.undetermined(SingularEquations(np.ones(len(start)), True))
         return sorted(found, key=lambda place: float(np.abs(place.base - start).sum()))
@@ -463,9 +463,9 @@ class Solver:
         u = np.array([one.unwound(part) for one, part in zip(self.wanted, place.base, strict=True)])
         if (u == place.base).all():
             return place
-        rest, _ = self.rows(u[None])
+        residuals, _ = self.rows(u[None])
         index = list(rows)
-        same = (np.abs(rest[0][index]) <= tol.UNKNOWNS_SAME * place.size[index]).all()
+        same = (np.abs(residuals[0][index]) <= tol.UNKNOWNS_SAME * place.size[index]).all()
         return (newton(self.rows, rows, u) if same else None) or place
 
     def _is_new(self, u: Array, found: list[Affine]) -> bool:
@@ -481,25 +481,25 @@ class Solver:
     def _best(self, corners: list[Corner]) -> Corner:
         """The corner where the objective is greatest or least among those that are allowed.
 
-        There the slope of the objective is a sum of those of the binding rows, each with the sign
-        that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
+        There the derivative of the objective is a sum of those of the binding rows, each with the
+        sign that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
         """
         sign = 1.0 if self.question.greatest else -1.0
         first = len(self.equations)
         best: tuple[float, Affine, tuple[int, ...]] | None = None
         allowed, nearest = False, (math.inf, -1)
         for place, rows in corners:
-            margins = place.rest[first:-1] / np.maximum(place.size[first:-1], tol.TINY)
+            margins = place.residuals[first:-1] / np.maximum(place.size[first:-1], tol.TINY)
             worst = int(margins.argmin())
             if not margins[worst] >= -tol.ROW_HOLDS:
                 nearest = min(nearest, (-float(margins[worst]), worst))
                 continue
             allowed = True
-            pulls, *_ = np.linalg.lstsq(place.slope[list(rows)].T, sign * place.slope[-1])
+            pulls, *_ = np.linalg.lstsq(place.jacobian[list(rows)].T, sign * place.jacobian[-1])
             if (pulls[first:] > tol.ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
                 continue
-            if best is None or sign * place.rest[-1] > best[0]:
-                best = (sign * float(place.rest[-1]), place, rows)
+            if best is None or sign * place.residuals[-1] > best[0]:
+                best = (sign * float(place.residuals[-1]), place, rows)
         if best is None:
             none = not corners and not self.sides
             raise SolveError(
@@ -514,7 +514,7 @@ class Solver:
     def _answer_case(self, place: Affine) -> AnswerCase:
         """The solution at a place."""
         run = self.trials.run(place.base)
-        rest, _ = self.trials.measured(run, self.rows.relations, self.question.objective)
+        residuals, _ = self.trials.measured(run, self.rows.relations, self.question.objective)
         first, last = len(self.equations), len(self.equations) + len(self.sides)
         values, units = self.refusals.values(place.base)
         margins: dict[str, float] = {}
@@ -523,20 +523,20 @@ class Solver:
         if self.question.objective and self.sides:
             floor[first:] += self._noise()
         for n, one in enumerate(self.sides, start=first):
-            margins[one.text] = min(margins.get(one.text, math.inf), float(rest[n]))
-            if abs(rest[n]) <= floor[n]:
+            margins[one.text] = min(margins.get(one.text, math.inf), float(residuals[n]))
+            if abs(residuals[n]) <= floor[n]:
                 binding.append(one.text)
-            elif rest[n] < 0.0:
-                raise SolveError(self.refusals.broken(one, float(rest[n]), values, units))
+            elif residuals[n] < 0.0:
+                raise SolveError(self.refusals.broken(one, float(residuals[n]), values, units))
         return AnswerCase(
             unknowns=values,
             units=units,
-            conditions={one.text: float(rest[n]) for n, one in enumerate(self.equations)},
+            conditions={one.text: float(residuals[n]) for n, one in enumerate(self.equations)},
             side_conditions=margins,
             binding=tuple(dict.fromkeys(binding)),
-            objective=float(rest[last]) if self.question.objective else None,
+            objective=float(residuals[last]) if self.question.objective else None,
             residual=float(
-                np.max(np.abs(rest[:first]) / (place.size[:first] + tol.TINY), initial=0)
+                np.max(np.abs(residuals[:first]) / (place.size[:first] + tol.TINY), initial=0)
             ),
             run=run,
         )

@@ -394,8 +394,8 @@ class Trials:
         """right − left of every relation, then the objective, and the size of their terms, of one
         trial: (relations + 1,) each.
         """
-        rest, size = self._residuals(run, relations, objective, 1)
-        return rest[0], size[0]
+        residuals, size = self._residuals(run, relations, objective, 1)
+        return residuals[0], size[0]
 
     def reached(self, u: Array) -> Solution | None:
         """The analysis with one set of values on the branch of the start; None where there is
@@ -412,13 +412,13 @@ class Trials:
     def _residuals(
         self, run: Solution, relations: list[Relation], objective: str, count: int
     ) -> tuple[Array, Array]:
-        rest, size = np.zeros((2, count, len(relations) + 1))
+        residuals, size = np.zeros((2, count, len(relations) + 1))
         for n, one in enumerate(relations):
-            rest[:, n], size[:, n] = one(run)
+            residuals[:, n], size[:, n] = one(run)
         if objective:
-            rest[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
-            size[:, -1] = np.abs(rest[:, -1])
-        return rest, size
+            residuals[:, -1] = np.reshape(measured(run, objective)[0], (-1, len(run)))[:, -1]
+            size[:, -1] = np.abs(residuals[:, -1])
+        return residuals, size
 
     @functools.cached_property
     def numbers(self) -> tuple[list[str], Array]:
@@ -466,20 +466,20 @@ class ConditionRows:
         return self.trials.rows(self.relations, self.objective, us)
 
     def about(self, u: Array) -> Affine | None:
-        """Values and slopes at a place; None where the trial fails."""
+        """Values and derivatives at a place; None where the trial fails."""
         run = self.trials.reached(u)
         if run is None:
             return None
-        slope = self._slopes(run)
-        if slope is None or not np.isfinite(slope).all():
+        jacobian = self._jacobian(run)
+        if jacobian is None or not np.isfinite(jacobian).all():
             return differences(self, u)
-        rest, size = self.trials.measured(run, self.relations, self.objective)
-        if not np.isfinite(rest).all():
+        residuals, size = self.trials.measured(run, self.relations, self.objective)
+        if not np.isfinite(residuals).all():
             return None
-        terms = np.abs(slope) @ np.maximum(1.0, np.abs(u))
-        return Affine(u, rest, slope, np.maximum(size, terms))
+        terms = np.abs(jacobian) @ np.maximum(1.0, np.abs(u))
+        return Affine(u, residuals, jacobian, np.maximum(size, terms))
 
-    def _slopes(self, run: Solution) -> Array | None:
+    def _jacobian(self, run: Solution) -> Array | None:
         """Derivatives of all rows by the unknowns, (rows, unknowns); None where there are none."""
         names, differences = self.trials.numbers
         instants = DrivenInstants(run, names)
@@ -488,18 +488,19 @@ class ConditionRows:
             if instants.unclosed or instants.without_derivative(_FIRST, whole.record).any():
                 return None
             rows = [
-                self._slope(whole, one.right, len(names)) - self._slope(whole, one.left, len(names))
+                self._derivative(whole, one.right, len(names))
+                - self._derivative(whole, one.left, len(names))
                 for one in self.relations
             ]
             last = np.zeros(len(names))
             if self.objective:
-                last = self._slope(whole, self.objective, len(names))
+                last = self._derivative(whole, self.objective, len(names))
         except (TypeError, ModelError, SolveError):  # as of users' compiled functions
             return None
         return np.asarray(np.vstack([*rows, last]) @ differences)
 
     @staticmethod
-    def _slope(whole: object, text: str, count: int) -> Array:
+    def _derivative(whole: object, text: str, count: int) -> Array:
         history, _, _ = evaluate_measure(whole, Measure(text))  # type: ignore[arg-type]
         if not isinstance(history, DualNumber):
             return np.zeros(count)

@@ -176,7 +176,7 @@ class Anchors:
                 self._add(marker.body, made, plain, f"{element.name}.{side}")
         for body in (*machine.bodies, machine.ground):
             for point in body.points:
-                made, *plain = (_arm(one, body.name, point) for one in (self.traced, *sets))
+                made, *plain = (_body_fixed(one, body.name, point) for one in (self.traced, *sets))
                 self._add(body.name, made, plain, f"{body.name}.{point}")
             self._add(body.name, (0.0, 0.0), [(0.0, 0.0)] * 3, body.name)
         for joint in machine.joints:
@@ -261,7 +261,7 @@ class Anchors:
         )
 
 
-def _arm(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
+def _body_fixed(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
     """A named point from the mass centre of its body."""
     (x, y), (cx, cy) = numbers.point(f"{body}.{point}"), numbers.point(f"{body}.cg")
     return x - cx, y - cy
@@ -331,7 +331,9 @@ class _Follower(Anchors):
             "movers": [self._mover(one["n"]) for one in self.data["movers"]],
             "forces": [self._force(one["of"], one.get("load")) for one in self.data["forces"]],
             "guides": self.guides,
-            "places": {one.key: n for n, one in enumerate(self.anchors) if self._is_arm(one.key)},
+            "places": {
+                one.key: n for n, one in enumerate(self.anchors) if self._is_body_fixed(one.key)
+            },
             "points": {one.key: n for n, one in enumerate(self.anchors) if self._is_point(one.key)},
         }
         return ShapePlaces(self._program(rules), rules, unmoved)
@@ -468,12 +470,12 @@ class _Follower(Anchors):
     def _placed(self, shown: KeptShape, rows: list[tuple[int, int, float]]) -> dict[str, Any]:
         """Rows with what lies between the place of the anchors and the point."""
         found: list[Any] = []
-        rest = iter(rows)
+        remaining = iter(rows)
         for point in shown.points:
             if not np.isfinite(point).all():
                 found.append(None)
                 continue
-            a, b, part = next(rest)
+            a, b, part = next(remaining)
             one, two = self.anchors[a].shown, self.anchors[b].shown
             x, y = point - (one + part * (two - one))
             found.append([a, b, part, float(x), float(y)])
@@ -497,11 +499,11 @@ class _Follower(Anchors):
             grown = float(self.other_system.values[name]) - value
             for n in self._anchors_on(body) if value and grown else ():
                 away = base.points[finite] - self.anchors[n].base
-                rest = moved[finite] - self.anchors[n].moved
-                if self._equal(rest, grown / value * away):
+                relative = moved[finite] - self.anchors[n].moved
+                if self._equal(relative, grown / value * away):
                     return {"at": n, "by": target}
                 size = np.maximum(np.hypot(*away.T), TINY)[:, None]
-                if not base.look.name and np.abs(rest - grown * away / size).max() <= (
+                if not base.look.name and np.abs(relative - grown * away / size).max() <= (
                     LEAN * abs(grown)
                 ):
                     return {"at": n, "out": target}
@@ -537,7 +539,7 @@ class _Follower(Anchors):
             return "loose"
         return {"nodes": own, "half": half}
 
-    def _is_arm(self, key: str) -> bool:
+    def _is_body_fixed(self, key: str) -> bool:
         machine = self.system.mechanism
         owners = {one.name for one in (*machine.loads, *machine.drivers)}
         return key.partition(".")[0] in owners and ":" not in key
@@ -605,7 +607,7 @@ class _Follower(Anchors):
             "inputs": list(self.changeable.rules),
             "slots": program.slots.tolist(),
             "operations": [
-                [OPERATIONS[code], *rest] for code, *rest in program.operations.tolist()
+                [OPERATIONS[code], *operands] for code, *operands in program.operations.tolist()
             ],
             "targets": program.targets.tolist(),
             "numbers": count,

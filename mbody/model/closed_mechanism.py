@@ -64,8 +64,8 @@ def _with_single_contacts(machine: Mechanism) -> Mechanism:
     if not machine.groups:
         return machine
     gone = {group.name for group in machine.groups}
-    rest = [one for one in machine if one.name not in gone]
-    kept = machine.closed_with(rest, _without(machine, gone)).copied()
+    remaining = [one for one in machine if one.name not in gone]
+    kept = machine.closed_with(remaining, _without(machine, gone)).copied()
     for group in machine.groups:
         own = machine.described_group(group.name)
         kept.add(*own.contacts((*machine.bodies, machine.ground)))
@@ -75,8 +75,8 @@ def _with_single_contacts(machine: Mechanism) -> Mechanism:
 def without_contacts(machine: Mechanism) -> Mechanism:
     """The mechanism without contacts, ropes and groups of contacts, closed to additions."""
     gone = {one.name for one in (*machine.contacts, *machine.groups)}
-    rest = [one for one in machine if one.name not in gone]
-    return machine.closed_with(rest, _without(machine, gone))
+    remaining = [one for one in machine if one.name not in gone]
+    return machine.closed_with(remaining, _without(machine, gone))
 
 
 def with_others(machine: Mechanism, gone: set[str], others: Iterable[Element]) -> Mechanism:

@@ -52,7 +52,7 @@ def rolling_from(
     n(ψ) and the line of centres.
     """
     parameters = list(row.parameters)
-    (ix, iy), (jx, jy) = _arm_end(row, 0, at, poses), _arm_end(row, 1, at, poses)
+    (ix, iy), (jx, jy) = _row_end(row, 0, at, poses), _row_end(row, 1, at, poses)
     rotation_i, rotation_j = poses[row.i][2], poses[row.j][2]
     dx, dy = jx - ix, jy - iy
     if row.kind == "rack":
@@ -66,10 +66,10 @@ def rolling_from(
     return replace(row, parameters=parameters, active_set=False)
 
 
-def _arm_end(
+def _row_end(
     row: ConstraintPrimitive, side: int, at: Numbers, poses: Mapping[str, Pose]
 ) -> tuple[Any, Any]:
-    """Where the arm of the row on one of its bodies ends, in axes of the ground."""
+    """Where the row is fixed on one of its bodies, in axes of the ground."""
     body = (row.i, row.j)[side]
     x, y, angle = poses[body]
     (cx, cy), c, s = at.point(f"{body}.cg"), np.cos(angle), np.sin(angle)
@@ -111,8 +111,8 @@ class Arc:
     radius : float
         Positive.
     ahead : float or None
-        Where it touches from its centre: along (1) or against (−1) the direction from the first arm
-        to the second; None where it touches an edge.
+        Where it touches from its centre: along (1) or against (−1) the direction from the first
+        position to the second; None where it touches an edge.
     """
 
     second: bool
@@ -139,7 +139,7 @@ class ContactCandidate:
     edge : tuple or None
         (x, y) of the beginning of an edge from the mass centre of the rows' first body, its
         direction (x, y), and its length: where it may touch.
-    arm : pair
+    position : pair
         The point or centre from the mass centre of the rows' second body.
     round : bool
         Whether a circle is in it, which can roll.
@@ -157,7 +157,7 @@ class ContactCandidate:
     sign: float
     swapped: bool
     edge: tuple[Any, ...] | None
-    arm: tuple[Any, Any]
+    position: tuple[Any, Any]
     round: bool
     solid: str
     edge_radius: Any = 0.0
@@ -169,11 +169,11 @@ class ContactCandidate:
         return bool(self.arcs) or (self.edge is not None and bool(np.isfinite(self.edge[2])))
 
     @classmethod
-    def taut(cls, bodies: tuple[str, str], arms: list[Any], length: Any) -> ContactCandidate:
+    def taut(cls, bodies: tuple[str, str], positions: list[Any], length: Any) -> ContactCandidate:
         """That of a rope."""
         law = Signal(Constant(0.0), [length])
-        row = ConstraintPrimitive("clearance", *bodies, "l", arms, law, active_set=True)
-        return cls(row, None, -1.0, False, None, (arms[2], arms[3]), False, "rope")
+        row = ConstraintPrimitive("clearance", *bodies, "l", positions, law, active_set=True)
+        return cls(row, None, -1.0, False, None, (positions[2], positions[3]), False, "rope")
 
     @classmethod
     def row(
@@ -227,7 +227,7 @@ def _body(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _arm(at: Numbers, name: str, point: str) -> tuple[Any, Any]:
+def _body_fixed(at: Numbers, name: str, point: str) -> tuple[Any, Any]:
     """A named point from the mass centre of its body, in link axes; `name` of the shape."""
     body = _body(name)
     (x, y), (cx, cy) = at.point(f"{body}.{point}"), at.point(f"{body}.cg")
@@ -238,13 +238,13 @@ def _circle(at: Numbers, one: Round) -> tuple[tuple[Any, Any], Any]:
     """Centre from the mass centre, and radius, of a circle or a corner."""
     name, shape = one
     if isinstance(shape, Vertex):
-        return _arm(at, name, shape.point), 0.0
+        return _body_fixed(at, name, shape.point), 0.0
     if isinstance(shape, ArcEnd):
         (x, y), radius = _circle(at, (name, shape.arc))
         angle = at[f"{name}.end" if shape.last else f"{name}.begin"]
         return (x + radius * np.cos(angle), y + radius * np.sin(angle)), 0.0
     centre = shape.disc if isinstance(shape, Disc) else shape.ring
-    return _arm(at, name, centre), at[f"{name}.radius"]
+    return _body_fixed(at, name, centre), at[f"{name}.radius"]
 
 
 def _arcs(at: Numbers, one: Round, second: bool, ahead: float | None) -> tuple[Arc, ...]:
@@ -261,9 +261,9 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
     name, shape = side
     if isinstance(shape, Line):
         angle = at[f"{name}.angle"]
-        return _arm(at, name, shape.point), (np.cos(angle), np.sin(angle)), np.inf
+        return _body_fixed(at, name, shape.point), (np.cos(angle), np.sin(angle)), np.inf
     names = shape.segment if isinstance(shape, Segment) else shape.polygon  # type: ignore[union-attr]
-    corners = [_arm(at, name, point) for point in names]
+    corners = [_body_fixed(at, name, point) for point in names]
     a, b = corners[number], corners[(number + 1) % len(corners)]
     if isinstance(shape, Polygon):
         # its inside is on the left of a polygon that goes round counter-clockwise
@@ -283,32 +283,34 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
 def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> ContactCandidate:
     """A circle or corner on a straight edge."""
     (ix, iy), (ux, uy), length = _edge(at, edged, edge)
-    arm, radius = _circle(at, one)
+    position, radius = _circle(at, one)
     bodies = _body(edged[0]), _body(one[0])
-    shifted = [ix - radius * uy, iy + radius * ux, *arm, -uy, ux]
+    shifted = [ix - radius * uy, iy + radius * ux, *position, -uy, ux]
     normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, active_set=True)
     rolls = not isinstance(one[1], CORNERS)
-    along = [ix, iy, *arm, ux, uy, *([radius] if rolls else [])]
+    along = [ix, iy, *position, ux, uy, *([radius] if rolls else [])]
     kind = "rack" if rolls else "coordinate"
     tangent = ConstraintPrimitive(kind, *bodies, "l", along, active_set=True)
     solid = type(edged[1]).__name__.lower()
     begin = (ix, iy), (ux, uy), length
     arcs = _arcs(at, one, True, None)
-    return ContactCandidate(normal, tangent, 1.0, swapped, begin, arm, rolls, solid, radius, arcs)
+    return ContactCandidate(
+        normal, tangent, 1.0, swapped, begin, position, rolls, solid, radius, arcs
+    )
 
 
 def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
     """Two circles, one of which may be a corner or a ring."""
-    (arm_i, ri), (arm_j, rj) = _circle(at, i), _circle(at, j)
+    (position_i, ri), (position_j, rj) = _circle(at, i), _circle(at, j)
     inside = isinstance(i[1], Ring) or isinstance(j[1], Ring)
     if isinstance(i[1], Ring):
         rj = -rj
     elif isinstance(j[1], Ring):
         ri = -ri
-    apart, bodies, arms = ri + rj, (_body(i[0]), _body(j[0])), [*arm_i, *arm_j]
+    apart, bodies, positions = ri + rj, (_body(i[0]), _body(j[0])), [*position_i, *position_j]
     law = Signal(Constant(0.0), [apart])
-    normal = ConstraintPrimitive("clearance", *bodies, "l", arms, law, active_set=True)
-    parameters = [*arms, ri / apart, rj / apart, 0.0]
+    normal = ConstraintPrimitive("clearance", *bodies, "l", positions, law, active_set=True)
+    parameters = [*positions, ri / apart, rj / apart, 0.0]
     tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, active_set=True)
     sign = -1.0 if inside else 1.0
     # within a ring both touch on the side that the centre of the inner one is on
@@ -318,7 +320,7 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
     # what goes through an arc, which is thin, to its other side
     edge_radius = np.abs(rj if arcs[0].second is False else ri) if len(arcs) == 1 else 0.0
     return ContactCandidate(
-        normal, tangent, sign, False, None, arm_j, True, "circle", edge_radius, arcs
+        normal, tangent, sign, False, None, position_j, True, "circle", edge_radius, arcs
     )
 
 
@@ -750,8 +752,8 @@ class Rope(OneSided):
 
     def every_candidate(self, at: Numbers) -> list[ContactCandidate]:
         """The one distance."""
-        arms = [*at.arm(self, "i"), *at.arm(self, "j")]
-        return [ContactCandidate.taut(self.bodies, arms, at[f"{self.name}.length"])]
+        positions = [*at.arm(self, "i"), *at.arm(self, "j")]
+        return [ContactCandidate.taut(self.bodies, positions, at[f"{self.name}.length"])]
 
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem

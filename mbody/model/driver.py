@@ -115,8 +115,8 @@ class AngleDriver(Driver):
     @property
     def coordinate(self) -> str:
         """Words such as "angle of arm from crank", or "angle of arm" of one from the ground."""
-        rest = "" if self.relative_to == "ground" else f" from {self.relative_to}"
-        return f"angle of {self.body}{rest}"
+        suffix = "" if self.relative_to == "ground" else f" from {self.relative_to}"
+        return f"angle of {self.body}{suffix}"
 
     def turn_row(self, at: Numbers, pose: PoseReader) -> TurnRow | None:
         """The driven angle, where its value is known."""
@@ -239,8 +239,8 @@ class CoordinateDriver(Driver):
     @property
     def coordinate(self) -> str:
         """Words such as "displacement of ram from base", without "from" of one from the ground."""
-        rest = "" if self.i.body == "ground" else f" from {self.i}"
-        return f"displacement of {self.j}{rest}"
+        suffix = "" if self.i.body == "ground" else f" from {self.i}"
+        return f"displacement of {self.j}{suffix}"
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """Φ = u_i · d − f."""

@@ -632,9 +632,9 @@ def resolved(
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
     made = dataclasses.replace(with_laws, **parts)
-    rest = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
-    fixed = set().union(*(formula.names for formula in rest.values()))
-    formulas |= rest
+    others = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
+    fixed = set().union(*(formula.names for formula in others.values()))
+    formulas |= others
     return made, formulas, fixed
 
 
@@ -722,8 +722,8 @@ class WithOwnPhysics:
     """Mixin of elements between two points whose ``physics(i, j, p, t)`` the user gives."""
 
     def parameters(self: Any, at: Numbers) -> list[Any]:
-        """Numbers handed to `physics` as `p`; by default both arms, from the mass centres [length],
-        and the directions of both markers [rad].
+        """Numbers handed to `physics` as `p`; by default both body-fixed positions, from the mass
+        centres [length], and the directions of both markers [rad].
         """
         return [*at.arm(self, "i"), *at.arm(self, "j"), at.angle(self, "i"), at.angle(self, "j")]
 

@@ -98,7 +98,9 @@ class JointLimit(JointContact):
         return {}
 
     def places(self) -> dict[str, Marker]:
-        """None: its force is reported at the mass centre, and its rows have no arm of their own."""
+        """None: its force is reported at the mass centre, and its rows have no position of
+        their own.
+        """
         return {}
 
     def refuse(self, at: Numbers, unit: str) -> None:

@@ -48,8 +48,8 @@ def of_each(found: Mapping[str, str], whole: str) -> list[str]:
     """
     if len(found) <= EACH:
         return list(found.values())
-    does, _, rest = whole.partition(":")
-    return [f"{len(found)} bodies {does} ({listed(found)}){':' if rest else ''}{rest}"]
+    does, _, tail = whole.partition(":")
+    return [f"{len(found)} bodies {does} ({listed(found)}){':' if tail else ''}{tail}"]
 
 
 def _tables(mechanism: Mechanism) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbody.core.dual_number import DualNumber
 from mbody.core.tolerances import TINY
-from mbody.derivatives.reduced_measures import integral_slope, mean_slope
+from mbody.derivatives.reduced_measures import integral_derivative, mean_derivative
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure, check_times, mean_over
@@ -27,66 +27,70 @@ class AimRows:
     """Numbers with derivatives.
 
     `values` (rows,)
-    `slopes` (rows, numbers)
+    `derivatives` (rows, numbers)
     `instants` (rows,): Which instant each is of; -1 where all count.
     """
 
     values: np.ndarray
-    slopes: np.ndarray
+    derivatives: np.ndarray
     instants: np.ndarray
 
     def times(self, factor: float) -> AimRows:
         """All multiplied by a number."""
-        return AimRows(factor * self.values, factor * self.slopes, self.instants)
+        return AimRows(factor * self.values, factor * self.derivatives, self.instants)
 
     def minus(self, other: AimRows) -> AimRows:
         """The difference, of rows or of all with the one row of the other."""
         of_self = len(self.values) >= len(other.values)
         return AimRows(
             self.values - other.values,
-            self.slopes - other.slopes,
+            self.derivatives - other.derivatives,
             self.instants if of_self else other.instants,
         )
 
 
 def _rows(column: MeasuredColumn, at: Evaluation, every: bool) -> AimRows:
     """A quantity in one row, or in a row an instant (two of ± where it is a peak)."""
-    value, slope = at.history(column.measure)
+    value, derivative = at.history(column.measure)
     count = np.arange(len(value))
-    if not column.by and (value == value[0]).all() and (slope == slope[0]).all():
-        return AimRows(value[:1], slope[:1], np.array([-1]))  # the same at all instants
+    if not column.by and (value == value[0]).all() and (derivative == derivative[0]).all():
+        return AimRows(value[:1], derivative[:1], np.array([-1]))  # the same at all instants
     if every and (not column.by or column.by in (*GREATEST, *SMALLEST)):
-        rows = AimRows(value, slope, count)
+        rows = AimRows(value, derivative, count)
         if column.by != "peak":
             return rows
         both = np.concatenate
-        return AimRows(both([value, -value]), both([slope, -slope]), both([count, count]))
+        return AimRows(both([value, -value]), both([derivative, -derivative]), both([count, count]))
     if column.by in (*GREATEST, *SMALLEST):
         size = {"peak": np.abs(value), "max": value, "min": -value}[column.by]
         k = int(size.argmax())
         sign = -1.0 if column.by == "peak" and value[k] < 0.0 else 1.0
-        return AimRows(sign * value[[k]], sign * slope[[k]], count[[k]])
+        return AimRows(sign * value[[k]], sign * derivative[[k]], count[[k]])
     if column.by in ("first", "last", "at"):
         k = {"first": 0, "last": -1, "at": column.instant}[column.by]
-        return AimRows(value[[k]], slope[[k]], count[[k]])
+        return AimRows(value[[k]], derivative[[k]], count[[k]])
     if column.by == "rms":
         square, t = np.square(value), _times(at)
         root = float(np.sqrt(mean_over(square, t.value)))
-        slope_of_root = mean_slope(0.5 * square, value[:, None] * slope, t) / max(root, TINY)
-        return AimRows(np.array([root]), slope_of_root[None], np.array([-1]))
+        derivative_of_root = mean_derivative(0.5 * square, value[:, None] * derivative, t) / max(
+            root, TINY
+        )
+        return AimRows(np.array([root]), derivative_of_root[None], np.array([-1]))
     if column.by == "span":
         high, low = int(value.argmax()), int(value.argmin())
-        return AimRows(value[[high]] - value[low], slope[[high]] - slope[low], np.array([-1]))
+        return AimRows(
+            value[[high]] - value[low], derivative[[high]] - derivative[low], np.array([-1])
+        )
     if column.by == "integral":
         t = _times(at)
         check_times(column.by, t.value)
-        row = integral_slope(value, slope, t)
+        row = integral_derivative(value, derivative, t)
         return AimRows(np.trapezoid(value, t.value, axis=0)[None], row[None], np.array([-1]))
     if column.by == "mean":
         t = _times(at)
-        row = mean_slope(value, slope, t)
+        row = mean_derivative(value, derivative, t)
         return AimRows(mean_over(value, t.value)[None], row[None], np.array([-1]))
-    return AimRows(value, slope, count)
+    return AimRows(value, derivative, count)
 
 
 def _times(at: Evaluation) -> DualNumber:

@@ -64,12 +64,12 @@ class Evaluation:
                 "quantity, or vary the numbers by sweep"
             ) from None
         if isinstance(history, DualNumber):
-            value, slope = history.value, history.tangents
+            value, derivative = history.value, history.tangents
         else:
-            value, slope = np.asarray(history, dtype=float), np.zeros(numbers)
+            value, derivative = np.asarray(history, dtype=float), np.zeros(numbers)
         return (
             np.array(np.broadcast_to(value, (count,))),
-            np.array(np.broadcast_to(slope, (count, numbers))),
+            np.array(np.broadcast_to(derivative, (count, numbers))),
         )
 
     def mobility(self) -> tuple[float, np.ndarray, int]:
@@ -91,9 +91,9 @@ class Evaluation:
         k, j = np.unravel_index(int(part.argmax()), part.shape)
         d = int(np.abs(speeds[k]).argmax())
         top = max(float(part[k, j]), TINY)
-        slope = record.tangents[k, n + j] / rates[k, j] / system.coordinate_units[j]
-        slope = slope - record.tangents[k, first + 1 + 3 * d] / (speeds[k, d] * units[d])
-        return top**-2.0, -2.0 * top**-2.0 * slope, int(k)
+        derivative = record.tangents[k, n + j] / rates[k, j] / system.coordinate_units[j]
+        derivative = derivative - record.tangents[k, first + 1 + 3 * d] / (speeds[k, d] * units[d])
+        return top**-2.0, -2.0 * top**-2.0 * derivative, int(k)
 
 
 class Evaluator:

@@ -362,11 +362,12 @@ class MultiStart:
 
         def moves(rows: list[tuple[np.ndarray, np.ndarray]]) -> bool:
             return any(
-                influential(system, names, value, slope).any() and (np.abs(slope) * ranges).any()
-                for value, slope in rows
+                influential(system, names, value, derivative).any()
+                and (np.abs(derivative) * ranges).any()
+                for value, derivative in rows
             )
 
-        own = [(rows.values, rows.slopes) for rows in (aim.rows(at) for at in points)]
+        own = [(rows.values, rows.derivatives) for rows in (aim.rows(at) for at in points)]
         if not moves(own):
             given = ", ".join(f"'{name}'" for name in self.ranges.given)
             raise ModelError(
@@ -376,7 +377,9 @@ class MultiStart:
         return [
             _unchanged(limit)
             for limit in limits
-            if not moves([(rows.values, rows.slopes) for rows in (limit.rows(at) for at in points)])
+            if not moves(
+                [(rows.values, rows.derivatives) for rows in (limit.rows(at) for at in points)]
+            )
         ]
 
     def _unreachable(self, count: int) -> SolveError:

@@ -92,7 +92,7 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     n = len(at.u)
     near = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
     near |= at.limits <= at.limits.min(initial=np.inf)
-    own, slopes = at.limits[near], at.by_limits[near]
+    own, derivatives = at.limits[near], at.by_limits[near]
     top = at.aims + np.abs(at.by_aims).sum(axis=1) * box
     high = top >= at.aims.max() - np.abs(at.by_aims[at.aims.argmax()]).sum() * box
     aims, by_aims = at.aims[high], at.by_aims[high]
@@ -103,7 +103,12 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
         [by_aims, -np.ones((len(aims), 1)), np.zeros((len(aims), 1 + 2 * free))]
     )
     below = np.column_stack(
-        [-slopes, np.zeros((len(own), 1)), -np.ones((len(own), 1)), np.zeros((len(own), 2 * free))]
+        [
+            -derivatives,
+            np.zeros((len(own), 1)),
+            -np.ones((len(own), 1)),
+            np.zeros((len(own), 2 * free)),
+        ]
     )
     equal = np.column_stack([at.by_equal, np.zeros((free, 2)), np.eye(free), -np.eye(free)])
     bounds = [(max(-box, -u), min(box, 1.0 - u)) for u in at.u]
@@ -286,28 +291,28 @@ class Program:
         own: dict[bool, list[AimRows]] = {True: [], False: []}
         for limit, size in zip(self.limits, self.sizes, strict=True):
             own[limit.equal].append(limit.rows(at).times(1.0 / size))
-        least, slope, k = at.mobility()
+        least, derivative, k = at.mobility()
         margin = np.log(least / max(self.mobile, tol.TINY))
         own[False].append(
-            AimRows(np.array([margin]), slope[None] / max(least, tol.TINY), np.array([k]))
+            AimRows(np.array([margin]), derivative[None] / max(least, tol.TINY), np.array([k]))
         )
         empty = np.zeros((0, len(u)))
         values = {
             kind: np.concatenate([np.zeros(0), *(r.values for r in rows)])
             for kind, rows in own.items()
         }
-        slopes = {
-            kind: np.vstack([empty, *(r.slopes * self.width for r in rows)])
+        derivatives = {
+            kind: np.vstack([empty, *(r.derivatives * self.width for r in rows)])
             for kind, rows in own.items()
         }
         return Linearized(
             u=u,
             aims=aims.values,
-            by_aims=aims.slopes * self.width,
+            by_aims=aims.derivatives * self.width,
             limits=values[False],
-            by_limits=slopes[False],
+            by_limits=derivatives[False],
             equal=values[True],
-            by_equal=slopes[True],
+            by_equal=derivatives[True],
         )
 
     def _result(self, at: Any) -> SearchResult:
@@ -335,22 +340,22 @@ class Program:
             own = float(self.aim.rows(at).values[0]) / size
             return (own * own if squared else own) + (0.0 if good else WALL)
 
-        def slope(y: np.ndarray) -> np.ndarray:
+        def derivative(y: np.ndarray) -> np.ndarray:
             if each:
                 return np.eye(n + 1)[n]
             at, _ = design(y)
             rows = self.aim.rows(at)
             factor = 2.0 * rows.values[0] / size if squared else 1.0
-            return np.asarray(factor * rows.slopes[0] * self.width / size)
+            return np.asarray(factor * rows.derivatives[0] * self.width / size)
 
         def rows(y: np.ndarray) -> np.ndarray:
             at, good = design(y)
             found = chosen.values(at, y[n] if each else None)
             return found if good else found - WALL
 
-        def slopes(y: np.ndarray) -> np.ndarray:
+        def derivatives(y: np.ndarray) -> np.ndarray:
             at, _ = design(y)
-            return chosen.slopes(at, each)
+            return chosen.derivatives(at, each)
 
         first = (start.x - self.low) / self.width
         bounds: list[tuple[float | None, float | None]] = [(0.0, 1.0)] * n
@@ -362,7 +367,7 @@ class Program:
             {
                 "type": kind,
                 "fun": lambda y, own=own: rows(y)[own],
-                "jac": lambda y, own=own: slopes(y)[own],
+                "jac": lambda y, own=own: derivatives(y)[own],
             }
             for kind, own in (("eq", equal), ("ineq", ~equal))
             if own.any()
@@ -371,7 +376,7 @@ class Program:
             found = minimize(
                 value,
                 first,
-                jac=slope,
+                jac=derivative,
                 bounds=bounds,
                 constraints=conditions,
                 method="SLSQP",
@@ -436,11 +441,13 @@ class _Chosen:
         own = at.mobility()[0]
         return np.concatenate([*found, [np.log(own / max(self.program.mobile, tol.TINY))]])
 
-    def slopes(self, at: Any, with_z: bool) -> np.ndarray:
+    def derivatives(self, at: Any, with_z: bool) -> np.ndarray:
         """Their derivatives by the numbers, each as a part of its range, and by z."""
-        found = [rows.slopes[own] for rows, own in zip(self._all(at), self.picked, strict=True)]
-        own, slope, _ = at.mobility()
-        whole = np.vstack([*found, slope[None] / max(own, tol.TINY)]) * self.program.width
+        found = [
+            rows.derivatives[own] for rows, own in zip(self._all(at), self.picked, strict=True)
+        ]
+        own, derivative, _ = at.mobility()
+        whole = np.vstack([*found, derivative[None] / max(own, tol.TINY)]) * self.program.width
         if not with_z:
             return whole
         by_z = np.zeros(len(whole))

@@ -74,11 +74,11 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
         left = np.abs(rows.values) if limit.equal else rows.values
         for k in np.flatnonzero(left <= near * size):
             for sign in (1.0, -1.0) if limit.equal else (1.0,):
-                columns.append(sign * rows.slopes[k] * width / size)
+                columns.append(sign * rows.derivatives[k] * width / size)
                 about.append((n, int(rows.instants[k]), -1, False, sign * size))
-    own, slope, instant = at.mobility()
+    own, derivative, instant = at.mobility()
     if own < program.mobile * (1.0 + near):
-        columns.append(slope * width / program.mobile)
+        columns.append(derivative * width / program.mobile)
         about.append((-2, instant, -1, False, program.mobile))
     for j in range(len(width)):
         for upper, gap in ((False, at.x[j] - program.low[j]), (True, program.high[j] - at.x[j])):
@@ -87,17 +87,19 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
                 about.append((-1, -1, j, upper, width[j]))
     rows = program.aim.rows(at)
     top = np.flatnonzero(rows.values >= rows.values.max() - near * program.scale)
-    slopes = rows.slopes[top] * width / program.scale
+    derivatives = rows.derivatives[top] * width / program.scale
     # weights of the instants that share the greatest value: their sum is 1
-    heavy = 1e3 * max(1.0, float(np.abs(slopes).max(initial=0.0)))
-    left = [np.append(-one, heavy) for one in slopes] + [np.append(one, 0.0) for one in columns]
+    heavy = 1e3 * max(1.0, float(np.abs(derivatives).max(initial=0.0)))
+    left = [np.append(-one, heavy) for one in derivatives] + [
+        np.append(one, 0.0) for one in columns
+    ]
     right = np.append(np.zeros(len(width)), heavy)
     found, _ = nnls(np.array(left).T, right, maxiter=100 * (len(left) + 10))
     weights, parts = found[: len(top)], found[len(top) :]
-    pull = weights @ slopes
-    rest = pull - (np.array(columns).T @ parts if columns else 0.0)
-    greatest = max(float(np.abs(slopes).max(initial=0.0)), tol.OPTIMUM_FLAT)
-    return _joined(about, parts, program), float(np.abs(rest).max(initial=0.0)) / greatest
+    pull = weights @ derivatives
+    residual = pull - (np.array(columns).T @ parts if columns else 0.0)
+    greatest = max(float(np.abs(derivatives).max(initial=0.0)), tol.OPTIMUM_FLAT)
+    return _joined(about, parts, program), float(np.abs(residual).max(initial=0.0)) / greatest
 
 
 def _joined(
@@ -194,7 +196,7 @@ def optimum_of(
     """The result of searches; of two `aims` with their front."""
     at, program, ranges = ended.best.at, ended.program, search.ranges
     run = at.run
-    found, rest = binding(program, at)
+    found, residual = binding(program, at)
     unit = measured(run, aim.column.measure)[2]
     active = tuple(_active(one, program, at, search, unit) for one in found)
     notes = list(ended.notes)
@@ -203,9 +205,9 @@ def optimum_of(
             f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
             "starts may find a better one"
         )
-    if rest > tol.OPTIMUM_OPEN and ended.status == "completed":
+    if residual > tol.OPTIMUM_OPEN and ended.status == "completed":
         notes.append(
-            f"the search ended where the objective still falls by {rest:.1%} of its steepest "
+            f"the search ended where the objective still falls by {residual:.1%} of its steepest "
             "slope: it is near a place without derivatives, or stopped early"
         )
     goals = list(aims) or [aim]
@@ -286,7 +288,7 @@ class _Bounded:
     def rows(self, at: Evaluation) -> AimRows:
         """By how much each instant stays below."""
         own = self.aim.rows(at)
-        return AimRows(self.value - own.values, -own.slopes, own.instants)
+        return AimRows(self.value - own.values, -own.derivatives, own.instants)
 
     def margin(self, at: Evaluation) -> float:
         """By how much all do."""

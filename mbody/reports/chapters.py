@@ -567,7 +567,7 @@ def shaking(subject: Subject) -> list[Block]:
     return blocks
 
 
-# -- The chapter of friction: what joints lose, where they rest, and where the mechanism jams --
+# -- The chapter of friction: what joints lose, where they stick, and where the mechanism jams --
 
 
 def friction(subject: Subject) -> list[Block]:
@@ -668,7 +668,7 @@ def _title(subject: Subject, names: list[str]) -> str:
 
 
 def _bands(subject: Subject) -> list[Block]:
-    """Drivers whose effort is open where joints rest."""
+    """Drivers whose effort is open where joints stick."""
     run = subject.run
     rows = []
     for driver in subject.mechanism.drivers if run.resting else ():

@@ -181,20 +181,20 @@ def _place_text(given: Any) -> str:
 
 def _elements(title: str, given: dict[str, Any]) -> Grid:
     """Elements with their kind, what they join, and their numbers."""
-    kinds, joined, rest = [], [], []
+    kinds, joined, others_given = [], [], []
     for table in given.values():
         kind, *others = table
         kinds.append(kind.replace("_", " "))
         first = table[kind]
         joined.append(", ".join(map(_end, first)) if isinstance(first, list) else _flat(first))
-        rest.append("; ".join(f"{name} = {_flat(table[name])}" for name in others))
+        others_given.append("; ".join(f"{name} = {_flat(table[name])}" for name in others))
     return Grid(
         title,
         [
             Cells(title.lower().removesuffix("s"), list(given), text=True),
             Cells("kind", kinds, text=True),
             Cells("of", joined, text=True),
-            Cells("with", rest, text=True),
+            Cells("with", others_given, text=True),
         ],
     )
 

@@ -170,8 +170,8 @@ def book(name: str) -> str:
     parts = re.fullmatch(r"([A-Z])(\d\d|\(\d+,\d+\))(?:,(.*))?", name)
     if parts is None:
         return name
-    rest = f",{parts[3]}" if parts[3] else ""
-    return f"{parts[1]}_{{{parts[2].strip('()')}{rest}}}"
+    suffix = f",{parts[3]}" if parts[3] else ""
+    return f"{parts[1]}_{{{parts[2].strip('()')}{suffix}}}"
 
 
 def run_of(

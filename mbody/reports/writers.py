@@ -216,11 +216,11 @@ def _html_grid(grid: Grid) -> str:
     )
     rows = []
     for row in grid.rows:
-        first, *rest = row
+        first, *values = row
         cells = "".join(
             f'<td role="cell" data-label="{_label(column)}"{_class(column.text)}>'
             f"{_html_text(cell)}</td>"
-            for column, cell in zip(shown[1:], rest, strict=True)
+            for column, cell in zip(shown[1:], values, strict=True)
         )
         rows.append(
             f'<tr role="row"><th role="rowheader" scope="row">{_html_text(first)}</th>{cells}</tr>'

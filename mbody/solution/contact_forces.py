@@ -91,7 +91,7 @@ def contact_wrench(
         x, y, couple = (forces(e, k) for k in (2, 3, 4))
         second = i if candidate.swapped else j
         at = solution[second]
-        px, py = _arm_of_torque(contact, solution, at)
+        px, py = _point_of_torque(contact, solution, at)
         sign = 1.0 if second == body else -1.0
         fx, fy = fx + sign * x, fy + sign * y
         dx, dy = at.x + px - own.x, at.y + py - own.y
@@ -129,7 +129,7 @@ def _sum_of(solution: Any, group: Any) -> list[Array]:
     return total
 
 
-def _arm_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
+def _point_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:
     """From the mass centre of the second body of a row to where its torque is taken: the mass
     centre, of a rope its end.
     """
@@ -296,10 +296,10 @@ def rates_at(solution: Result, design: int = 0, instants: Array | None = None) -
     return output
 
 
-def resting_pairs(solution: Result) -> Array:
-    """Which pairs rest, and may hold by friction, at which instants: (instants, pairs) of bool, or
-    (designs, instants, pairs). The force of a pair at rest is none but its damping: where no force
-    is small nothing rests, and no rate is looked at.
+def sticking_pairs(solution: Result) -> Array:
+    """Which pairs do not slide, and may hold by friction, at which instants: (instants, pairs) of
+    bool, or (designs, instants, pairs). The force of a pair at rest is none but its damping: where
+    no force is small all slide, and no rate is looked at.
     """
     system = solution.system
     pairs = friction_pairs(system)
@@ -320,10 +320,10 @@ def resting_pairs(solution: Result) -> Array:
             )
     if near is None:
         return found
-    every, rest = (one if solution.record.batch else one[None] for one in (near, found))
+    every, sticking = (one if solution.record.batch else one[None] for one in (near, found))
     for design, own in enumerate(every):
         instants = np.flatnonzero(own.any(axis=1))
         if instants.size:
             slip_signs = rates_at(solution, design, instants)[:, :, 2]
-            rest[design, instants] = (slip_signs == 0.0) & np.array(holds, dtype=bool)
+            sticking[design, instants] = (slip_signs == 0.0) & np.array(holds, dtype=bool)
     return found

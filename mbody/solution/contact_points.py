@@ -122,9 +122,9 @@ def _instant(one: ContactPointHistory, k: int) -> ContactPointHistory:
     arrays = {
         key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
     }
-    rest = ("contact", "i", "j", "friction", "static", "axes", "round")
+    fields = ("contact", "i", "j", "friction", "static", "axes", "round")
     return ContactPointHistory(
-        **arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in rest}
+        **arrays, mode=[one.mode[k]], **{key: getattr(one, key) for key in fields}
     )
 
 
@@ -134,8 +134,8 @@ def _history(
     candidate = candidates[n]
     own: tuple[str, str] = contact.bodies  # type: ignore[assignment]  # a contact has two
     first, second = own[::-1] if candidate.swapped else own
-    arm = float(candidate.arm[0]), float(candidate.arm[1])
-    tip: Place = (second, *arm)
+    position = float(candidate.position[0]), float(candidate.position[1])
+    tip: Place = (second, *position)
     if candidate.edge is None:
         place, normal, gap, along, axes = _round(run, candidate, first, tip)
     else:

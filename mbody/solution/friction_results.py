@@ -122,7 +122,7 @@ class ContactLimits:
         return np.array([False] * count + [flag for one in mu for flag in (one, one)])
 
 
-class RestingContacts:
+class StickingContacts:
     """The forces of one position, without units of length: multipliers of all rows, then friction
     of all closed contacts. `load` (coordinates,).
     """
@@ -271,18 +271,18 @@ def forces_with(
     return FrictionForces(output[:, :, 0], reached[:, 1])
 
 
-def forces_at_rest(solution: Result, rates: Array, rest: Array, design: int = 0) -> Array:
+def forces_at_rest(solution: Result, rates: Array, sticking: Array, design: int = 0) -> Array:
     """Forces by each choice of the directions in which pairs at rest may begin to slide: (choices,
-    instants, PER_PRIMITIVE·primitives), NaN where no pair rests or there are fewer choices. Forces
+    instants, PER_PRIMITIVE·primitives), NaN where no pair sticks or there are fewer choices. Forces
     that grow without bound, as they do where it jams in one direction, are infinite. `rates`
-    (instants, pairs, PER_PAIR), `rest` (instants, pairs).
+    (instants, pairs, PER_PAIR), `sticking` (instants, pairs).
     """
-    instants = np.flatnonzero(rest.any(axis=1))
+    instants = np.flatnonzero(sticking.any(axis=1))
     if not friction_of_contacts_alone(solution.system):
-        return _by_slip_signs(solution, rates, rest, instants, design)
+        return _by_slip_signs(solution, rates, sticking, instants, design)
     still = (rates[instants, :, 2] == 0.0).all(axis=1)
     ends = _by_programs(solution, instants[still], design)
-    others = _by_slip_signs(solution, rates, rest, instants[~still], design)
+    others = _by_slip_signs(solution, rates, sticking, instants[~still], design)
     count = max(len(ends), len(others))
     found = np.full((count, *ends.shape[1:]), np.nan)
     found[: len(ends)] = ends
@@ -305,7 +305,7 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
     for k in instants.tolist():
         work = loaded(solution, k, design)
         a = motion_at(solution, np.array([k]), design)[0, 2 * n : 3 * n]
-        forces = RestingContacts(limits, work, work.force[:n, 0] - system.mass[:n, 0] * a)
+        forces = StickingContacts(limits, work, work.force[:n, 0] - system.mass[:n, 0] * a)
         for m, (number, sign) in enumerate(itertools.product(range(len(drivers)), (-1.0, 1.0))):
             extreme = forces.extreme(drivers[number], sign)
             if extreme is not None and np.isfinite(extreme).all():
@@ -316,12 +316,12 @@ def _by_programs(solution: Result, instants: Array, design: int) -> Array:
 
 
 def _by_slip_signs(
-    solution: Result, rates: Array, rest: Array, instants: Array, design: int
+    solution: Result, rates: Array, sticking: Array, instants: Array, design: int
 ) -> Array:
-    """Forces for every combination of directions in which resting pairs may begin to slide."""
+    """Forces for every combination of directions in which sticking pairs may begin to slide."""
     impending = _impending(solution, instants, design)
     every = [
-        list(_choices(rates[k], rest[k], impending[n])) for n, k in enumerate(instants.tolist())
+        list(_choices(rates[k], sticking[k], impending[n])) for n, k in enumerate(instants.tolist())
     ]
     count = max((len(choices) for choices in every), default=0)
     width = PER_PRIMITIVE * len(solution.system.owners)
@@ -366,7 +366,7 @@ def _impending(solution: Result, instants: Array, design: int) -> Array:
 
 
 def _choices(
-    rates: Array, rest: Array, impending: Array
+    rates: Array, sticking: Array, impending: Array
 ) -> Iterator[tuple[Array, tuple[int, float] | None]]:
     """Directions in which pairs at rest of an instant may begin to slide, and with which driver
     they do: where nothing slides those of each driver moving alone, either way; else those just
@@ -376,18 +376,18 @@ def _choices(
     if not slip_signs.any():
         for n, one in enumerate(impending):
             for sign in (1.0, -1.0):
-                own = np.where(rest, sign * np.sign(one), 0.0)
-                for both in slip_signs_with_resting(own, rest & (one == 0.0)):
+                own = np.where(sticking, sign * np.sign(one), 0.0)
+                for both in slip_signs_with_sticking(own, sticking & (one == 0.0)):
                     yield both, (n, sign)
         return
     change = rates[:, 1]
-    starts = rest & (np.abs(change) > RATE_NONE_SLIDING * np.abs(change).max(initial=0.0))
+    starts = sticking & (np.abs(change) > RATE_NONE_SLIDING * np.abs(change).max(initial=0.0))
     for sign in (-1.0, 1.0):
         own = np.where(starts, sign * np.sign(change), slip_signs)
-        yield from ((both, None) for both in slip_signs_with_resting(own, rest & ~starts))
+        yield from ((both, None) for both in slip_signs_with_sticking(own, sticking & ~starts))
 
 
-def slip_signs_with_resting(slip_signs: Array, still: Array) -> Iterator[Array]:
+def slip_signs_with_sticking(slip_signs: Array, still: Array) -> Iterator[Array]:
     """Directions (pairs,) of what begins to slide, with both directions of the pairs that stay at
     rest.
     """
@@ -611,11 +611,11 @@ def friction_report(solution: Any) -> FrictionReport | None:
     return FrictionReport(certified, tuple(jams))
 
 
-def resting_of(solution: Any) -> dict[str, Array]:
+def sticking_joints(solution: Any) -> dict[str, Array]:
     """Frictional joints that rest at some instant, with the instants."""
-    rest = solution.pairs_at_rest
+    sticking = solution.pairs_at_rest
     found: dict[str, Array] = {}
     for n, pair in enumerate(friction_pairs(solution.system)):
-        if rest[..., n].any():
-            found[pair.joint] = rest[..., n]
+        if sticking[..., n].any():
+            found[pair.joint] = sticking[..., n]
     return found

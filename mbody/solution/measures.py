@@ -370,14 +370,14 @@ def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[A
     system = solution.system
     kinds = ("position", "velocity", "acceleration")
 
-    def read(kind: str, *rest: Any) -> Any:
+    def read(kind: str, *arguments: Any) -> Any:
         if kind == "time":
             return solution.t
         if kind == "own":
-            return auxiliary_history(solution, rest[0])
+            return auxiliary_history(solution, arguments[0])
         if kind.startswith("signal"):
-            return _signal(solution, rest[0], SIGNALS.index(kind))
-        body, axis = rest
+            return _signal(solution, arguments[0], SIGNALS.index(kind))
+        body, axis = arguments
         if body == "ground":
             return 1.0 if kind == "turn" and axis == 0 else 0.0
         row = 3 * system.bodies[body]

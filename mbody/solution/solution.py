@@ -136,7 +136,7 @@ class Restart:
     settings : IntegrationSettings
         How the motion was integrated.
     scale, y, slope : arrays (2·coordinates + auxiliary states,)
-        Sizes of the coordinates, the state, its slope.
+        Sizes of the coordinates, the state, its derivative.
     powers, gained : arrays (causes,)
         Powers there, and the work done since the last instant of the result (before it: negative).
     state : array
@@ -588,10 +588,10 @@ class Solution:
 
     @functools.cached_property
     def pairs_at_rest(self) -> Array:
-        """Which pairs with friction rest, see `resting_pairs`."""
-        from mbody.solution.contact_forces import resting_pairs
+        """Which pairs with friction stick, see `sticking_pairs`."""
+        from mbody.solution.contact_forces import sticking_pairs
 
-        return resting_pairs(self)
+        return sticking_pairs(self)
 
     @functools.cached_property
     def losses(self) -> Mapping[str, Array]:
@@ -675,9 +675,9 @@ class Solution:
         """Frictional joints that rest at some instant, with the instants: arrays of bool
         (instants,).
         """
-        from mbody.solution.friction_results import resting_of
+        from mbody.solution.friction_results import sticking_joints
 
-        return resting_of(self)
+        return sticking_joints(self)
 
     def efficiency(self, output: str) -> Efficiency:
         """Efficiency over the motion: useful work by the work of the drivers.

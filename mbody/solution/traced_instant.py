@@ -135,17 +135,17 @@ class TracedInstant(Solution):
         system = self.system
         found = record_formula(law, list(constants), system.mechanism, system.numbers, load)
         values: list[Any] = []
-        for kind, *rest in found.steps:
+        for kind, *arguments in found.steps:
             if kind == "parameter":
-                values.append(found.numbers[rest[0]])
+                values.append(found.numbers[arguments[0]])
             elif kind in READ:
-                values.append(self._read(kind, *rest))
+                values.append(self._read(kind, *arguments))
             elif kind == "law":
-                if len(rest) > 2:
+                if len(arguments) > 2:
                     raise Untraceable("the value of a table of two variables")
-                values.append(_law(found.laws[rest[0]], values[rest[1]]))
+                values.append(_law(found.laws[arguments[0]], values[arguments[1]]))
             else:
-                values.append(FUNCTIONS[kind](*(values[place] for place in rest)))
+                values.append(FUNCTIONS[kind](*(values[place] for place in arguments)))
         return values[found.value]
 
     def _read(self, kind: str, owner: str = "", axis: int = 0) -> Any:

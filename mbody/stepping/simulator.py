@@ -121,7 +121,7 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     laws_of_time(system.runtime(), work)
     raise_user_error(system)
     work.q[: system.coordinates, 0] = base
-    kept = _resting_motions(system, work, base, places, rates=False)
+    kept = _stationary_motions(system, work, base, places, rates=False)
     q, off = _continued_position(system, work, t, base, (*places, *kept))
     off = off[: len(places)]
     start = closed(system, t, {}, pose=np.append(q, np.zeros(3)))
@@ -133,7 +133,7 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
         here = singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
     notes: tuple[str, ...] = ()
     if here is None:
-        still = _resting_motions(system, start.work, q, rates, rates=True)
+        still = _stationary_motions(system, start.work, q, rates, rates=True)
         near = nearest_rates(system, start.work, (*rates, *still))
         v = system.coordinate_units * near.v
         lacking, fast = (near.met - near.given.p)[: len(rates)], near.fast
@@ -157,7 +157,7 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     )
 
 
-def _resting_motions(
+def _stationary_motions(
     system: System, work: Work, q: Array, given: Sequence[Prescribed], *, rates: bool
 ) -> list[Prescribed]:
     """Zero positions or rates of the leading bodies' free motions, as far as `given` leaves them

@@ -155,8 +155,8 @@ def _on_lanes(
     if driven is None or driven_rates is None:
         return base, base, np.zeros(count, dtype=bool)
     # elsewhere something has to be as near as possible, which is not for these kernels
-    resting = not rates and not system.drivers
-    if driven.rows != n or not (resting or driven_rates.rows == n):
+    stationary = not rates and not system.drivers
+    if driven.rows != n or not (stationary or driven_rates.rows == n):
         return base, base, np.zeros(count, dtype=bool)
     driven, driven_rates = _repeated(driven, count), _repeated(driven_rates, count)
     poses = np.hstack([base, np.zeros((count, 3))])

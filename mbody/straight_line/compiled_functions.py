@@ -48,7 +48,7 @@ class MotionWriter(FunctionWriter):
             self._instant(k)
             self._remember_worst(k)
             self._keep(k)
-        self._rest()
+        self._keep_remaining()
         for n, variable in enumerate((self.newton["failed"], self.worst, self.when)):
             self._put("found", n, self._load(variable))
 
@@ -155,7 +155,7 @@ class MotionWriter(FunctionWriter):
             self._element(numbers, place), ir.VectorType(SHARED, SIDE).as_pointer()
         )
 
-    def _rest(self) -> None:
+    def _keep_remaining(self) -> None:
         """The instants of a buffer that did not become full into the output."""
         b = self.b
         kept = b.sub(self.word["instants"], ONE_MORE)

@@ -118,18 +118,18 @@ def instructions(
     values: dict[int, Any] = {}
     sines: dict[int, tuple[Any, Any]] = {}
     for place in recording.needed(list(targets)):
-        name, *rest = recording.made[place]
+        name, *operands = recording.made[place]
         if name == "constant":
-            values[place] = float(rest[0])
+            values[place] = float(operands[0])
         elif name == "input":
-            values[place] = read(rest[0])
+            values[place] = read(operands[0])
         elif name in ("sin", "cos"):
-            if rest[0] not in sines:
-                angle = _Emitted(builder, values[rest[0]])
-                sines[rest[0]] = tuple(one.value for one in sincos(angle))
-            values[place] = sines[rest[0]][name == "cos"]
+            if operands[0] not in sines:
+                angle = _Emitted(builder, values[operands[0]])
+                sines[operands[0]] = tuple(one.value for one in sincos(angle))
+            values[place] = sines[operands[0]][name == "cos"]
         else:
-            values[place] = _operation(builder, name, [values[one] for one in rest])
+            values[place] = _operation(builder, name, [values[one] for one in operands])
 
     def of(target: Any) -> Any:
         value = values[recording.place_of(target)]

@@ -80,7 +80,7 @@ class _PieceRecorder:
             if (name, n) not in self.known
         ]
         others = [("step", name) for name in STEP]
-        others += [("newton", name) for name in ("first", "rest", "growth", "failed")]
+        others += [("newton", name) for name in ("first", "residual", "growth", "failed")]
         recording = NumberRecording([*unknown, *others], finite=True)
         arrays = {name: self._rows(name, count, recording) for name, count in self.fields.items()}
         before = {name: array.copy() for name, array in arrays.items()}
@@ -208,17 +208,17 @@ def _factor(square: Any, n: int) -> Callable[..., dict[str, Any]]:
 
 def _newton(L: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
     def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
-        return {"rest": newton_square(L, square, W, 0.0, factors[n])}
+        return {"residual": newton_square(L, square, W, 0.0, factors[n])}
 
     return run
 
 
 def _conclude(L: Any, path: Any, square: Any, n: int) -> Callable[..., dict[str, Any]]:
     def run(W: Any, factors: Any, given: Any) -> dict[str, Any]:
-        first, rest, growth, failed = (
-            given(("newton", name)) for name in ("first", "rest", "growth", "failed")
+        first, residual, growth, failed = (
+            given(("newton", name)) for name in ("first", "residual", "growth", "failed")
         )
-        newton = first, rest, growth, given(("step", "small")), failed
+        newton = first, residual, growth, given(("step", "small")), failed
         way = tuple(given(("step", name)) for name in ("h", "back", "seen", "seen_twice"))
         rates = given(("step", "rate")), given(("step", "acceleration"))
         failed, most = conclude(L, square, W, 0.0, factors[n], path, (way, rates, 0), newton)
@@ -248,11 +248,11 @@ def _outputs(L: Any) -> list[tuple[str, Callable[..., dict[str, Any]]]]:
     count = L.primitive_node.shape[0]
     others = 3 * n3 + PER_PRIMITIVE * count
 
-    def rest(W: Any, factors: Any, given: Any) -> dict[str, Any]:
+    def remaining(W: Any, factors: Any, given: Any) -> dict[str, Any]:
         found = {str(others + n): W.own[n, 0] for n in range(L.owns)}
         for n in range(L.input_row.shape[0]):
             found[str(others + L.owns + n)] = W.signal[L.input_row[n], 0]
         return found
 
     primitives = [(f"primitive {e}", primitive(e)) for e in range(count)]
-    return [("motion", motion), *primitives, ("others", rest)]
+    return [("motion", motion), *primitives, ("others", remaining)]

@@ -109,7 +109,7 @@ class FunctionWriter(ABC):
         self.own = {name: self._variable(self.number, len(first[name])) for name in (*OWN, "q")}
         self.past = self._variable(self.number, 3 * self.place_rows)
         self.at = {row: self._variable(I64) for row in ("last", "before", "second")}
-        newton = ("first", "rest", "growth", "failed", "most")
+        newton = ("first", "residual", "growth", "failed", "most")
         self.newton = {name: self._variable(self.number) for name in newton}
         # whether three places predict from now on; whether the pivots are the second choice
         self.by_three, self.other = self._variable(I1), self._variable(I1)
@@ -266,12 +266,12 @@ class FunctionWriter(ABC):
         self._factor()
         self._with_pivots(self._newton)
         number = b.load(iteration)
-        rest = self._load(self.newton["rest"])
+        residual = self._load(self.newton["residual"])
         at_first = b.icmp_signed("==", number, ir.Constant(I64, 0))
         with b.if_then(at_first):
-            self._store(rest, self.newton["first"])
+            self._store(residual, self.newton["first"])
         small = self._everywhere(self.step["small"])
-        open_ = b.and_(b.fcmp_unordered(">", rest, small), self._sound())
+        open_ = b.and_(b.fcmp_unordered(">", residual, small), self._sound())
         more = self._any(open_)
         with b.if_then(b.and_(b.and_(at_first, more), b.icmp_signed(">", k, ir.Constant(I64, 2)))):
             b.store(ir.Constant(I1, 1), self.by_three)
@@ -316,7 +316,7 @@ class FunctionWriter(ABC):
                 write(0)
 
     def _newton(self, n: int) -> None:
-        self._store(self._piece(f"newton {n}")["rest"], self.newton["rest"])
+        self._store(self._piece(f"newton {n}")["residual"], self.newton["residual"])
 
     def _conclude(self, n: int) -> None:
         for name, value in self._piece(f"conclude {n}").items():
@@ -343,6 +343,6 @@ def _lasting(row: Row, passed: set[Row]) -> bool:
 
 def _inputs(recording: NumberRecording, targets: list[Any]) -> Iterator[Row]:
     for place in recording.needed(targets):
-        kind, *rest = recording.made[place]
+        kind, *operands = recording.made[place]
         if kind == "input":
-            yield rest[0]
+            yield operands[0]

@@ -1,4 +1,4 @@
-"""The readable summaries of all other results: rest positions, modes, mobility, answers."""
+"""The readable summaries of all other results: equilibria, modes, mobility, answers."""
 
 from __future__ import annotations
 
@@ -317,14 +317,14 @@ def _dead_centres(found: DeadCentres) -> str:
     return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{note}"
 
 
-# -- The readable summary of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
+# -- The readable summary of equilibria: what ``print(mbody.equilibrium(machine))`` shows --------
 
 #: Positions, links and joints that are shown.
 SHOWN_EQUILIBRIA = 12
 
 
 def equilibrium_summary(found: Equilibria) -> str:
-    """Rest positions as text, at most 100 characters wide.
+    """Equilibria as text, at most 100 characters wide.
 
     Examples
     --------
@@ -421,7 +421,7 @@ def _least(stiffness: np.ndarray) -> float:
 
 
 def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
-    """Mass centre and angle of every link at every rest position."""
+    """Mass centre and angle of every link at every equilibrium."""
     bodies = [body.name for body in shown[0].solution.mechanism.bodies][:SHOWN_EQUILIBRIA]
     rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(shown, 1)]
     unit, floor = found.units.length, PRINTED_NONE * shown[0].solution.system.length
@@ -468,7 +468,7 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
 
 
 def curve_summary(curve: EquilibriumCurve) -> str:
-    """A curve of rest positions as text: its ends, folds and crossings, and what lies between.
+    """A curve of equilibria as text: its ends, folds and crossings, and what lies between.
 
     Examples
     --------

@@ -80,8 +80,8 @@ def _rounded(system: Equations, values: Array, units: tuple[str, ...]) -> Array:
     """
     part = PRINTED_NONE if system.rank == len(system.unknowns) else PRINTED_NONE_REDUNDANT
     force = np.array(units) == system.row_units[0]
-    arm = max(TINY, float(np.abs(system.matrix[2::3]).max(initial=0.0)))
-    forces = np.where(force, np.abs(values), np.abs(values) / arm)
+    moment_arm = max(TINY, float(np.abs(system.matrix[2::3]).max(initial=0.0)))
+    forces = np.where(force, np.abs(values), np.abs(values) / moment_arm)
     return np.where(forces <= part * forces.max(initial=0.0), 0.0, values)
 
 
@@ -102,11 +102,11 @@ def _matrix(system: Equations, rhs: list[str]) -> list[str]:
 
 
 def _coefficients(system: Equations, column: Array, digits: int) -> list[str]:
-    """Cells of one column: 0 and ±1 bare, arms with as many decimals as in all columns."""
-    arms = np.abs(system.matrix[~_bare(system.matrix)])
-    top = math.floor(math.log10(arms.max())) if arms.size else 0
+    """Cells of one column: 0 and ±1 bare, moment arms with as many decimals as in all columns."""
+    moment_arms = np.abs(system.matrix[~_bare(system.matrix)])
+    top = math.floor(math.log10(moment_arms.max())) if moment_arms.size else 0
     decimals = max(0, digits - 1 - top)
-    # bare numbers are above the units of the arms
+    # bare numbers are above the units of the moment arms
     tail = " " * (decimals + 1) if decimals and not _bare(column).all() else ""
     return [
         ("·" if x == 0.0 else f"{x:.0f}") + tail if bare else f"{x:.{decimals}f}"
@@ -307,8 +307,8 @@ class _UnknownColumns:
         by = joint.i.body if joint.j.body == on else joint.j.body
         # force and torque on that body, the torque about the joint's place on j
         wrench = exerted[3 * self.system.bodies[on] :][:3].copy()
-        arm = place(self.system, self.q, joint, "j") - self.q[3 * self.system.bodies[on] :][:2]
-        wrench[2] -= arm[0] * wrench[1] - arm[1] * wrench[0]
+        relative = place(self.system, self.q, joint, "j") - self.q[3 * self.system.bodies[on] :][:2]
+        wrench[2] -= relative[0] * wrench[1] - relative[1] * wrench[0]
         C = np.eye(len(lam)) if whole is None else whole @ wrench
         columns, values = exerted @ np.linalg.inv(C), C @ lam
         found = []

@@ -128,7 +128,7 @@ class _Loop:
     coupler: str
     rocker: str
     pivots: tuple[complex, complex]
-    arms: tuple[complex, complex, complex]
+    vectors: tuple[complex, complex, complex]
     p: complex
     angles: tuple[float, float, float]
     guide: float | None = None
@@ -136,7 +136,7 @@ class _Loop:
     @property
     def ratio(self) -> complex:
         """λ."""
-        return self.p / self.arms[1]
+        return self.p / self.vectors[1]
 
     def angle(self, body: str) -> float:
         """Where a link of the first mechanism is."""
@@ -251,8 +251,8 @@ def _loop_of(run: Solution, point: str) -> _Loop:
             f"{len(grounded)} and {len(sliding) + len(slots)}",
             body,
         )
-    near = SYNTHESIS_POINT_AT_PIN * abs(made.arms[1])
-    if min(abs(made.p), abs(made.p - made.arms[1])) <= near:
+    near = SYNTHESIS_POINT_AT_PIN * abs(made.vectors[1])
+    if min(abs(made.p), abs(made.p - made.vectors[1])) <= near:
         raise ModelError(
             f"cognates: '{point}' is at a pin, whose path is a circle or a line: name another "
             f"point of '{body}'",
@@ -280,14 +280,14 @@ def _four_bar(run: Solution, coupler: str, first: Any, second: Any, p: complex) 
     a, b = _end(run, pin_a, coupler), _end(run, pin_b, coupler)
     o1, o2 = _end(run, pivot_a, "ground"), _end(run, pivot_b, "ground")
     unit = [cmath.exp(-1j * angle) for angle in angles]
-    arms = ((a - o1) * unit[0], (b - a) * unit[1], (b - o2) * unit[2])
+    vectors = ((a - o1) * unit[0], (b - a) * unit[1], (b - o2) * unit[2])
     return _Loop(
         run.system,
         crank,
         coupler,
         rocker,
         (o1, o2),
-        arms,
+        vectors,
         (p - a) * unit[1],
         (angles[0], angles[1], angles[2]),
     )
@@ -302,7 +302,7 @@ def _slider(
     side = "i" if guide.i.body == "ground" else "j"
     line = float(run.system.numbers.angle(guide, side))
     unit = [cmath.exp(-1j * angle) for angle in angles]
-    arms = ((a - o1) * unit[0], (b - a) * unit[1], 0j)
+    vectors = ((a - o1) * unit[0], (b - a) * unit[1], 0j)
     # of the guide the place of B, through which its line goes
     return _Loop(
         run.system,
@@ -310,7 +310,7 @@ def _slider(
         coupler,
         slider,
         (o1, b),
-        arms,
+        vectors,
         (p - a) * unit[1],
         (angles[0], angles[1], angles[2]),
         line,
@@ -319,7 +319,7 @@ def _slider(
 
 def _first(loop: _Loop) -> Cognate:
     """The mechanism itself."""
-    a, b, c = (abs(arm) for arm in loop.arms)
+    a, b, c = (abs(vector) for vector in loop.vectors)
     turning = {one: one for one in (loop.crank, loop.coupler, loop.rocker)}
     if loop.guide is not None:
         return Cognate(loop.system.mechanism, {"crank": a, "rod": b}, turning)
@@ -330,16 +330,16 @@ def _first(loop: _Loop) -> Cognate:
 
 def _four_bar_cognates(loop: _Loop, law: tuple[str, Any]) -> Iterator[Cognate]:
     """Those about the first and the third pivot, and about the third and the second."""
-    (o1, o2), (a, b, c) = loop.pivots, loop.arms
-    ratio, rest = loop.ratio, 1.0 - loop.ratio
+    (o1, o2), (a, b, c) = loop.pivots, loop.vectors
+    ratio, complement = loop.ratio, 1.0 - loop.ratio
     third = o1 + ratio * (o2 - o1)
     crank, coupler, rocker = loop.crank, loop.coupler, loop.rocker
     turning = {"crank": coupler, "coupler": crank, "rocker": rocker}
     plane = {"A": 0j, "B": ratio * a, "P": a}
     yield _four_bar_cognate(loop, law, (o1, third), loop.p, plane, ratio * c, turning, 2)
     turning = {"crank": crank, "coupler": rocker, "rocker": coupler}
-    plane = {"A": 0j, "B": -rest * c, "P": c - rest * c}
-    yield _four_bar_cognate(loop, law, (third, o2), rest * a, plane, loop.p - b, turning, 3)
+    plane = {"A": 0j, "B": -complement * c, "P": c - complement * c}
+    yield _four_bar_cognate(loop, law, (third, o2), complement * a, plane, loop.p - b, turning, 3)
 
 
 def _four_bar_cognate(
@@ -368,7 +368,7 @@ def _four_bar_cognate(
 
 def _slider_cognate(loop: _Loop, law: tuple[str, Any]) -> Cognate:
     """The slider-crank about the same pivot."""
-    (o1, b0), (a, _, _) = loop.pivots, loop.arms
+    (o1, b0), (a, _, _) = loop.pivots, loop.vectors
     ratio = loop.ratio
     place = o1 + ratio * (b0 - o1)
     turning = {"crank": loop.coupler, "coupler": loop.crank}

@@ -93,12 +93,12 @@ def _circle(r: np.ndarray, t: np.ndarray) -> tuple[complex, float] | None:
     a, b = r - 1.0, t
     square = (a[0] * np.conj(a[1])).imag
     linear = 1j * (np.conj(a[0]) * b[1] - np.conj(a[1]) * b[0])
-    rest = (b[0] * np.conj(b[1])).imag
+    constant = (b[0] * np.conj(b[1])).imag
     if abs(square) < tol.DETERMINANT_ZERO:
         return None
-    # square |Q|² + Re(conj(linear) Q) + rest = 0
+    # square |Q|² + Re(conj(linear) Q) + constant = 0
     centre = -linear / (2.0 * square)
-    radius = abs(centre) ** 2 - rest / square
+    radius = abs(centre) ** 2 - constant / square
     return (complex(centre), float(np.sqrt(radius))) if radius > 0.0 else None
 
 
@@ -130,10 +130,10 @@ def _of_five(moves: Displacements) -> np.ndarray:
     constant = np.vstack([constant, np.column_stack([zero, zero, -np.conj(t), np.abs(t) ** 2])])
     linear = np.vstack([linear, np.column_stack([zero, zero, -np.conj(a), t * np.conj(r)])])
     # columns m̄, m̄Q, m̄Q², Q²
-    rest = np.vstack(
+    others = np.vstack(
         [np.column_stack([-t, -a, zero, zero]), np.column_stack([zero, -t, -a, np.conj(t) * r])]
     )
-    left = np.linalg.svd(rest)[0][:, 4:].conj().T
+    left = np.linalg.svd(others)[0][:, 4:].conj().T
     try:
         values, vectors = np.linalg.eig(np.linalg.solve(left @ linear, -left @ constant))
     except np.linalg.LinAlgError:
@@ -172,14 +172,14 @@ def _of_four(moves: Displacements) -> np.ndarray:
     a, d = r - 1.0, t  # of the point of the plane that is at the origin in the first pose
     minors = [a[1] * d[2] - a[2] * d[1], a[2] * d[0] - a[0] * d[2], a[0] * d[1] - a[1] * d[0]]
     first = np.exp(2j * np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
-    rest = sum(minors) - minors[0] * first  # Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄}
-    square = np.abs(rest) ** 2
+    others = sum(minors) - minors[0] * first  # Δ₃ e^{iβ₃} + Δ₄ e^{iβ₄}
+    square = np.abs(others) ** 2
     found = []
     with np.errstate(all="ignore"):
         along = 0.5 * (square + abs(minors[1]) ** 2 - abs(minors[2]) ** 2)
         across = np.sqrt(abs(minors[1]) ** 2 * square - along**2)
         for side in (1.0, -1.0):
-            second = (along + 1j * side * across) / np.conj(rest) / minors[1]
+            second = (along + 1j * side * across) / np.conj(others) / minors[1]
             determinant = (first - 1.0) * a[1] - (second - 1.0) * a[0]
             w = (d[0] * a[1] - d[1] * a[0]) / determinant
             z = ((first - 1.0) * d[1] - (second - 1.0) * d[0]) / determinant

@@ -201,15 +201,15 @@ class FourBar:
         """
         o2, o4 = complex(x[0], x[1]), complex(x[2], x[3])
         ratio = complex(x[7], x[8]) / x[5]
-        other, rest = o2 + ratio * (o4 - o2), 1.0 - ratio
-        r2, r3, r4 = abs(rest) * x[4], abs(rest) * x[6], abs(rest) * x[5]
-        point = -ratio * x[6] * abs(rest) / rest
+        other, complement = o2 + ratio * (o4 - o2), 1.0 - ratio
+        r2, r3, r4 = abs(complement) * x[4], abs(complement) * x[6], abs(complement) * x[5]
+        point = -ratio * x[6] * abs(complement) / complement
         found = np.array(
             [other.real, other.imag, o4.real, o4.imag, r2, r3, r4, point.real, point.imag]
         )
-        angles = theta + np.angle(rest)
+        angles = theta + np.angle(complement)
         h = self.poses(x, theta[:1], sign)[1][0]
-        return found, angles, self.closure_sign(found, angles[0], -h * rest / abs(rest))
+        return found, angles, self.closure_sign(found, angles[0], -h * complement / abs(complement))
 
 
 def _sides(x: np.ndarray) -> np.ndarray:

@@ -211,22 +211,22 @@ def _steps(demand: PathDemand) -> np.ndarray:
 
 
 def _point(kind: Kind, x: np.ndarray, crank: np.ndarray, carrier: np.ndarray) -> Any:
-    arm = complex(x[kind.point_number], x[kind.point_number + 1])
-    return complex(x[0], x[1]) + x[kind.crank_number] * crank + arm * carrier
+    point = complex(x[kind.point_number], x[kind.point_number + 1])
+    return complex(x[0], x[1]) + x[kind.crank_number] * crank + point * carrier
 
 
 def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, free: bool) -> np.ndarray:
     """Derivatives of the misses by the numbers and by the first angle, or by all angles."""
     phi, by, by_angle = kind.direction(x, theta, sign)
     crank, carrier = np.exp(1j * theta), np.exp(1j * phi)
-    arm = complex(x[kind.point_number], x[kind.point_number + 1])
-    whole = 1j * (arm * carrier)[:, None] * by
+    point = complex(x[kind.point_number], x[kind.point_number + 1])
+    whole = 1j * (point * carrier)[:, None] * by
     whole[:, 0] += 1.0
     whole[:, 1] += 1j
     whole[:, kind.crank_number] += crank
     whole[:, kind.point_number] += carrier
     whole[:, kind.point_number + 1] += 1j * carrier
-    rotated = 1j * x[kind.crank_number] * crank + 1j * arm * carrier * by_angle
+    rotated = 1j * x[kind.crank_number] * crank + 1j * point * carrier * by_angle
     whole = np.column_stack([whole, np.diag(rotated) if free else rotated])
     return np.vstack([whole.real, whole.imag])
 

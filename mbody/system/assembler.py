@@ -436,20 +436,21 @@ class _Hook:
 
 # -- The model length, by which lengths and angles are compared with each other ----------------
 
-#: The unit of length serves a model without arms whose other lengths are within this factor of it.
+#: The unit of length serves a model without positions on bodies whose other lengths are within this
+#: factor of it.
 FAR = 10.0
 
 
 def model_length(mechanism: Mechanism, at: Numbers) -> float:
-    """The longest arm on a moving body, else another distance, as between the centres of gears or
-    of a cam and its roller, else one; of blocks on springs and of balls that are far from one it is
-    the greatest length of those.
+    """The farthest position from the mass centre of a moving body, else another distance, as
+    between the centres of gears or of a cam and its roller, else one; of blocks on springs and of
+    balls that are far from one it is the greatest length of those.
     """
     moving, fixed = [0.0], [0.0]
     for element in mechanism.constraints:
         for key, marker in element.places().items():
-            arm = math.hypot(*(float(part) for part in at.arm(element, key)))
-            (fixed if marker.body == "ground" else moving).append(arm)
+            distance = math.hypot(*(float(part) for part in at.arm(element, key)))
+            (fixed if marker.body == "ground" else moving).append(distance)
     apart = [abs(float(joint.apart(at))) for joint in mechanism.joints]
     known = max(moving) or max(fixed) or max(apart, default=0.0)
     if known:
@@ -619,7 +620,9 @@ class _Compiler:
         return 3 * first
 
     def read(self, numbers: dict[str, Any]) -> Numbers:
-        """Numbers by dotted name, as elements read them; of the description each arm once."""
+        """Numbers by dotted name, as elements read them; of the description each body-fixed
+        position once.
+        """
         moving = self.mechanism.bodies
         return (
             self._numbers_by_name
@@ -742,7 +745,7 @@ class _Compiler:
             laws = self.laws(primitives, actions, pairs, at)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
-            columns += [*primitive.parameters, *_arm(element, at)]
+            columns += [*primitive.parameters, *_position_on_j(element, at)]
         for law in laws:
             columns.extend(law.parameters)
         for action in actions:
@@ -930,6 +933,6 @@ class _Compiler:
         )
 
 
-def _arm(element: Element, at: Numbers) -> tuple[Any, Any]:
-    """Arm of the place on j, where the reaction is reported; angles need none."""
+def _position_on_j(element: Element, at: Numbers) -> tuple[Any, Any]:
+    """Body-fixed position of the place on j, where the reaction is reported; angles need none."""
     return at.arm(element, "j") if "j" in element.places() else (0.0, 0.0)

@@ -334,10 +334,10 @@ class ComposedLaw(Law):
         formula = self.formula
         signals = {name: law.raw(xs) for name, law in self.inputs.items()}
 
-        def read(kind: str, *rest: str) -> FloatArray:
+        def read(kind: str, *arguments: str) -> FloatArray:
             if kind == "time":
                 return xs
-            column: FloatArray = signals[rest[0]][:, SIGNALS.index(kind)]
+            column: FloatArray = signals[arguments[0]][:, SIGNALS.index(kind)]
             return column
 
         goals = (formula.value, formula.rate, formula.acceleration)
@@ -542,21 +542,21 @@ class FormulaRows:
         """Code and row of a number of the instant; None of an operation."""
         from mbody.system.formula_steps import SIGNALS
 
-        kind, *rest = what
+        kind, *arguments = what
         if kind == "position":
-            return POSITION, 3 * self.bodies[rest[0]] + rest[1], 0
+            return POSITION, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "velocity":
-            return VELOCITY, 3 * self.bodies[rest[0]] + rest[1], 0
+            return VELOCITY, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "turn":
-            return TURN, 2 * self.bodies[rest[0]] + rest[1], 0
+            return TURN, 2 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "time":
             return TIME, 0, 0
         if kind == "parameter":
-            return PARAMETER, first + rest[0], 0
+            return PARAMETER, first + arguments[0], 0
         if kind in SIGNALS:
-            return SIGNAL, self.inputs[rest[0]] + SIGNALS.index(kind), 0
+            return SIGNAL, self.inputs[arguments[0]] + SIGNALS.index(kind), 0
         if kind == "own":
-            return OWN, self.states.index(rest[0]), 0
+            return OWN, self.states.index(arguments[0]), 0
         return None
 
     def _law(

@@ -2,7 +2,7 @@
 
 A `StepList` records what is computed, each number once. Its steps name bodies, inputs and own
 states; the assembler puts rows in the place of names. Numbers of the description that a formula
-takes (its constants, arms of points) become parameters.
+takes (its constants, body-fixed positions of points) become parameters.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ class StepList:
 
     def operands(self, place: int) -> list[int]:
         """The places that a step takes."""
-        kind, *rest = self.steps[place]
+        kind, *arguments = self.steps[place]
         if kind.startswith("law"):
-            return [int(one) for one in rest[1:]]
-        return [int(one) for one in rest] if kind in CODES else []
+            return [int(one) for one in arguments[1:]]
+        return [int(one) for one in arguments] if kind in CODES else []
 
     def operation(self, name: str, *operands: Recorded) -> Recorded:
         """Value of an operation."""
@@ -132,7 +132,7 @@ def _evaluated(
     argument: Element | None = None,
 ) -> Recorded:
     """The value of a formula."""
-    rest, variables = iter(constants), iter(law.variables)
+    remaining, variables = iter(constants), iter(law.variables)
     stack: list[Recorded] = []
     for name in law.operations:
         if name not in CODES:
@@ -144,9 +144,9 @@ def _evaluated(
         if code == VARIABLE:
             stack.append(_quantity(steps, next(variables), machine, at, argument))
         elif code == CONSTANT:
-            stack.append(steps.number(next(rest)))
+            stack.append(steps.number(next(remaining)))
         elif code <= POWER_CONSTANT:
-            last = steps.number(next(rest))
+            last = steps.number(next(remaining))
             stack.append(steps.operation(name.partition(" ")[0], stack.pop(), last))
         elif code <= LOG:
             stack.append(steps.operation(name, stack.pop()))
@@ -240,16 +240,16 @@ def _of_body(steps: StepList, body: str, point: str, key: str, at: Numbers) -> R
     cx, cy = at.point(f"{body}.cg")
     at_origin = point == ORIGIN and not at.has_point(marker)
     x, y = (0.0, 0.0) if at_origin else at.point(marker)
-    arm = x - cx, y - cy
-    place, velocity = _moving(steps, body, arm)
+    position = x - cx, y - cy
+    place, velocity = _moving(steps, body, position)
     return velocity[axis] if key.startswith("v") else place[axis]
 
 
 def _moving(
-    steps: StepList, body: str, arm: tuple[Any, Any]
+    steps: StepList, body: str, position: tuple[Any, Any]
 ) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
-    """World place and velocity of what is at `arm` from the mass centre of a body."""
-    px, py = _directed(steps, body, arm)
+    """World place and velocity of what is at `position` from the mass centre of a body."""
+    px, py = _directed(steps, body, position)
     x, y = (steps.read("position", body, axis) for axis in (0, 1))
     vx, vy, w = (steps.read("velocity", body, axis) for axis in (0, 1, 2))
     return (x + px, y + py), (vx - w * py, vy + w * px)
@@ -437,8 +437,8 @@ class Differentiated:
             return _existing(top) / (a * a + b * b)
         if name in ("min", "max"):
             first = steps.operation("step", b - a if name == "min" else a - b)
-            rest = steps.number(1.0) - first
-            return _sum(_product(da, first), _product(db, rest))
+            complement = steps.number(1.0) - first
+            return _sum(_product(da, first), _product(db, complement))
         # a ^ b
         by_base = _product(da, b * steps.operation("^", a, b - steps.number(1.0)))
         return _sum(by_base, None if db is None else db * g * steps.operation("log", a))
@@ -484,13 +484,13 @@ def along_motion(rate_of: Callable[[str], Derivative], accelerated: bool = False
     """d/dt along a motion, whose velocities stay as they are unless it is accelerated."""
 
     def rule(steps: StepList, what: tuple[Any, ...]) -> Derivative:
-        kind, *rest = what
+        kind, *arguments = what
         if kind == "position":
-            return steps.read("velocity", *rest)
+            return steps.read("velocity", *arguments)
         if kind == "turn":
-            return _pair_derivative(steps, *rest) * steps.read("velocity", rest[0], 2)
+            return _pair_derivative(steps, *arguments) * steps.read("velocity", arguments[0], 2)
         if kind == "velocity" and accelerated:
-            return steps.read("acceleration", *rest)
+            return steps.read("acceleration", *arguments)
         return _of_time(steps, what, rate_of)
 
     return rule
@@ -529,18 +529,20 @@ def step_values(
     known: dict[int, Any] = {}
     with np.errstate(all="ignore"):
         for place in steps.needed(goals):
-            kind, *rest = steps.steps[place]
+            kind, *arguments = steps.steps[place]
             operands = [known[one] for one in steps.operands(place)]
             if kind == "parameter":
-                known[place] = steps.numbers[rest[0]]
+                known[place] = steps.numbers[arguments[0]]
             elif kind in LAW_ORDERS:
-                known[place] = _curve(steps.laws[rest[0]], LAW_ORDERS.index(kind), operands, shape)
+                known[place] = _curve(
+                    steps.laws[arguments[0]], LAW_ORDERS.index(kind), operands, shape
+                )
             elif kind in ONE:
                 known[place] = ONE[kind](*operands)
             elif kind in TWO:
                 known[place] = TWO[kind](*operands)
             else:
-                known[place] = read(kind, *rest)
+                known[place] = read(kind, *arguments)
     return [np.broadcast_to(np.asarray(known[goal], dtype=float), shape) for goal in goals]
 
 

@@ -350,7 +350,7 @@ class _Elimination:
 
     def _pivots(self, matrix: Array, columns: Array, width: int) -> Array:
         """Triangular in the first columns by reflections; gives the rows without a pivot."""
-        own, rest = matrix[:, :width], matrix[:, width:]
+        own, trailing = matrix[:, :width], matrix[:, width:]
         found = self._in_order(own)
         if found is None:
             found = self._by_size(own)
@@ -358,9 +358,9 @@ class _Elimination:
         self.free += columns[free].tolist()
         rank = len(pivots)
         if not rank:
-            return rest
-        _reflect(rest, reflections)
-        right = np.hstack([triangle[:, free], rest[:rank]]) if free else rest[:rank].copy()
+            return trailing
+        _reflect(trailing, reflections)
+        right = np.hstack([triangle[:, free], trailing[:rank]]) if free else trailing[:rank].copy()
         left = triangle[:, pivots].tolist()
         # numbers of few rows: from the last on
         for k in reversed(range(rank)):
@@ -371,7 +371,7 @@ class _Elimination:
         if free:
             others = np.concatenate([columns[free], others])
         self.steps.append(_EliminationStep(columns[pivots], others, right))
-        return rest[rank:]
+        return trailing[rank:]
 
     def _in_order(self, own: Array) -> _Reflected | None:
         """Columns as pivots in their order, where each is preferred when its turn comes, by LAPACK;

@@ -173,7 +173,7 @@ class System:
 
     @functools.cached_property
     def numbers(self) -> Numbers:
-        """The numbers as elements read them: points, arms, laws."""
+        """The numbers as elements read them: points, body-fixed positions, laws."""
         return Numbers(self.values, polar_points(self.mechanism), self.mechanism.bodies)
 
     @functools.cached_property

@@ -172,7 +172,7 @@ class _Link:
             at = f"on {self.body} by {wrench.cause}, {what}"
             self.meanings[symbol.text] = (wrench.cause, at)
 
-    def _arms(self, wrench: Wrench, index: tuple[str, ...]) -> tuple[Symbol, Symbol]:
+    def _moment_arms(self, wrench: Wrench, index: tuple[str, ...]) -> tuple[Symbol, Symbol]:
         x, y = (
             vanishing(place - centre, LENGTH_NONE * self.run.system.length)
             for place, centre in zip((wrench.x, wrench.y), self.centre, strict=True)
@@ -186,7 +186,7 @@ class _Link:
         angle = Symbol("φ", (joint.name,), float(guide))
         size = -np.sin(angle.value) * wrench.fx + np.cos(angle.value) * wrench.fy
         force = Symbol("N", index, vanishing(sign * size, self.floor))
-        x, y = self._arms(wrench, self._seen(joint.name))
+        x, y = self._moment_arms(wrench, self._seen(joint.name))
         cos, sin = Factor(angle, "cos"), Factor(angle, "sin")
         self.sums[0].append(Term(-sign, [Factor(force), sin]))
         self.sums[1].append(Term(sign, [Factor(force), cos]))
@@ -197,7 +197,7 @@ class _Link:
         self._torque(wrench, index, sign)
 
     def _seen(self, element: str) -> tuple[str, ...]:
-        """Index of an arm on this body."""
+        """Index of a moment arm on this body."""
         return _index(self.on[element])
 
     def _torque(self, wrench: Wrench, index: tuple[str, ...], sign: int) -> None:
@@ -218,7 +218,7 @@ class _Link:
         else:
             index, sign = (element + place, str(self.number)), 1
             seen = index
-        x, y = self._arms(wrench, seen)
+        x, y = self._moment_arms(wrench, seen)
         parts = []
         for axis, value in (("x", wrench.fx), ("y", wrench.fy)):
             parts.append(Symbol("F", _along(axis, index), vanishing(sign * value, self.floor)))
@@ -599,21 +599,21 @@ class _DerivationWriter:
         return [Text(one.words), *_formulas(one.equations)]
 
     def _forces(self, link: LinkEquations) -> list[Block]:
-        arms = {
+        symbols = {
             symbol.text: symbol
             for row in link.equations
             for symbol in row.symbols
             if symbol.letter in "Rφ"
         }
         blocks: list[Block] = list(_formulas(link.equations))
-        if arms:
+        if symbols:
             shown = [
                 f"{one.rich} = {number(np.degrees(one.value))}°"
                 if one.letter == "φ"
                 else f"{one.rich} = {number(one.value)} {self.unit('length')}"
-                for one in arms.values()
+                for one in symbols.values()
             ]
-            kinds = {one.letter for one in arms.values()}
+            kinds = {one.letter for one in symbols.values()}
             words = ["Arms from the mass centre"] if "R" in kinds else []
             words += ["directions of guides"] if "φ" in kinds else []
             named = " and ".join(words)

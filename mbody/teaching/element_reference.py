@@ -252,8 +252,8 @@ class ElementReference:
         lines.append("FIELDS")
         together = self._together()
         for n, (names, field) in enumerate(together):
-            rest = "" if field.needed else f"; {field.default or 'may be left out'}"
-            lines += paragraph(f"{names}: {field.takes}{rest}", "  ")
+            ending = "" if field.needed else f"; {field.default or 'may be left out'}"
+            lines += paragraph(f"{names}: {field.takes}{ending}", "  ")
             # what is said of several fields that follow each other is said once, below them
             if (
                 field.meaning
@@ -454,9 +454,9 @@ def _fields(cls: type) -> tuple[FieldReference, ...]:
     meanings = described(cls)
     own = written_fields(cls)
     main = [field for name in cls.main for field in own if field.name == name]
-    rest = [field for field in own if field not in main]
+    others = [field for field in own if field not in main]
     return tuple(
-        _field(field, field in main, meanings.get(field.name, "")) for field in [*main, *rest]
+        _field(field, field in main, meanings.get(field.name, "")) for field in [*main, *others]
     )
 
 

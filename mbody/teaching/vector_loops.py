@@ -709,18 +709,18 @@ def conditions(solution: Solution, instant: int, floor: float) -> list[Condition
     """
     found = _Conditions(solution, instant, floor)
     machine, through = solution.mechanism, {one.name for one in edges(solution)}
-    rest = []
+    others = []
     for joint in machine.joints:
         loose = solution.analysis == "simulate" and joint.can_separate
         if isinstance(joint, (Gear, Rolling)) and not loose:
             wheels = isinstance(joint, Gear) or joint.on_radius is not None
-            rest.append(found.wheels(joint) if wheels else found.line(joint))
+            others.append(found.wheels(joint) if wheels else found.line(joint))
         elif isinstance(joint, RackPinion) and not loose:
-            rest.append(found.line(joint))
+            others.append(found.line(joint))
         elif joint.name not in through and joint.rows and not loose:
-            rest.append(found.rows(joint))
-    rest += [found.rows(contact) for contact in machine.contacts if contact.closed]
-    return [one for one in [*rest, *map(found.coupling, machine.couplings)] if one.equations]
+            others.append(found.rows(joint))
+    others += [found.rows(contact) for contact in machine.contacts if contact.closed]
+    return [one for one in [*others, *map(found.coupling, machine.couplings)] if one.equations]
 
 
 class _Conditions:

@@ -189,13 +189,13 @@ class Ledger:
         size: Array,
         unit: float,
     ) -> None:
-        """Compare `found` (rows,) with the slope of the function at 0; both are `unit` times what
-        the sentence shows, and errors are parts of `size` (rows,).
+        """Compare `found` (rows,) with the derivative of the function at 0; both are `unit` times
+        what the sentence shows, and errors are parts of `size` (rows,).
         """
         least = np.full(len(found), np.inf)
         best = np.zeros(len(found))
         for step in STEPS:
-            expected = slope(function, step)
+            expected = derivative(function, step)
             error = np.abs(found - expected) / np.maximum(size, TINY)
             best = np.where(error < least, expected, best)
             least = np.fmin(least, error)
@@ -216,7 +216,7 @@ class Ledger:
         return Report(self.name, self.states, self.tolerance, tuple(checks))
 
 
-def slope(function: Callable[[float], Array], step: float) -> Array:
+def derivative(function: Callable[[float], Array], step: float) -> Array:
     """df/ds at s = 0 by central differences of sixth order."""
     ahead = [function(n * step) for n in (1, 2, 3)]
     back = [function(-n * step) for n in (1, 2, 3)]
@@ -362,11 +362,11 @@ class Bench:
         parts = output[0, 1:, :, 0].sum(axis=0).reshape(primitives, PER_PRIMITIVE)
         blocks = W.block[:, 0].reshape(-1, 2, 2, 3)[L.primitive_node, 0]
         on_i = -np.einsum("erc,er->ec", blocks, parts[:, :2])
-        arm: tuple[Any, Any] = (0.0, 0.0)
+        position: tuple[Any, Any] = (0.0, 0.0)
         if "j" in self.element.places():
-            arm = self.system.numbers.arm(self.element, "j")
+            position = self.system.numbers.arm(self.element, "j")
         pose = with_ground(state.q)[L.primitive_j]
-        place = pose[:, :2] + np.array([rotation(angle) @ arm for angle in pose[:, 2]])
+        place = pose[:, :2] + np.array([rotation(angle) @ position for angle in pose[:, 2]])
         return parts[:, :2], parts[:, 2:], on_i, place
 
     def forces(self, state: BenchState) -> Array:

@@ -28,10 +28,10 @@ from mbody.testing.bench import (
     Shifts,
     about_origin,
     check_value,
+    derivative,
     make_bench,
     mentioned,
     rotation,
-    slope,
     with_ground,
 )
 
@@ -210,8 +210,10 @@ def _derivatives(
         ledger.finite(part, name)
     text = "beyond its own rows Φ, Φ_q, ν and γ must be zeros"
     ledger.require("padding", r.padding, text)
-    rest = bench.rows(BenchState(t, q, 0.0 * v))
-    drift = np.abs(np.column_stack([r.phi - rest.phi, r.nu - rest.nu, r.G - rest.G])).max(axis=1)
+    stationary = bench.rows(BenchState(t, q, 0.0 * v))
+    drift = np.abs(
+        np.column_stack([r.phi - stationary.phi, r.nu - stationary.nu, r.G - stationary.G])
+    ).max(axis=1)
     text = "Φ, Φ_q and ν of row {row} change with velocities; rows are of position"
     ledger.require("position only", drift, text)
 
@@ -477,7 +479,7 @@ def _energy(ledger: Ledger, bench: Bench, state: BenchState, forces: Array) -> N
                 there: Array = bench.forces(BenchState(t, q + s * move, v))[:-1].ravel() * unit
                 return there
 
-            lines.append(slope(shifted, step))
+            lines.append(derivative(shifted, step))
         return np.array(lines)
 
     found = [work(step) for step in STEPS]

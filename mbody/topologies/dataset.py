@@ -264,11 +264,14 @@ class _Growth:
         ends = self._joints_before(k, 2, which)
         i, j = ends[:, self.topology]
 
-        def placed(rest: np.ndarray, x: np.ndarray, every: int) -> Placed:
-            start, end = self.path[rest, i[rest], ::every], self.path[rest, j[rest], ::every]
+        def placed(remaining: np.ndarray, x: np.ndarray, every: int) -> Placed:
+            start, end = (
+                self.path[remaining, i[remaining], ::every],
+                self.path[remaining, j[remaining], ::every],
+            )
             d = end - start
             square = np.maximum(d[..., 0] ** 2 + d[..., 1] ** 2, 1e-12)
-            begun, last = self.joints[rest, i[rest]], self.joints[rest, j[rest]]
+            begun, last = self.joints[remaining, i[remaining]], self.joints[remaining, j[remaining]]
             own, other, first = x - begun, x - last, last - begun
             a, b = (own * own).sum(axis=1)[:, None], (other * other).sum(axis=1)[:, None]
             along = (square + a - b) / (2.0 * square)
@@ -301,16 +304,19 @@ class _Growth:
         i, (p, q) = end[self.topology], line[self.topology].T
         directions = random.uniform(0.0, np.pi, len(self.joints))
 
-        def placed(rest: np.ndarray, x: np.ndarray, every: int) -> Placed:
-            start, foot = self.path[rest, i[rest], ::every], self.path[rest, p[rest], ::every]
-            along = self.path[rest, q[rest], ::every] - foot
+        def placed(remaining: np.ndarray, x: np.ndarray, every: int) -> Placed:
+            start, foot = (
+                self.path[remaining, i[remaining], ::every],
+                self.path[remaining, p[remaining], ::every],
+            )
+            along = self.path[remaining, q[remaining], ::every] - foot
             rotation = np.arctan2(along[..., 1], along[..., 0])
             rotation = rotation - rotation[:, :1]
-            angle = directions[rest, None] + rotation
-            through = foot + _rotated((x - self.joints[rest, p[rest]])[:, None], rotation)
+            angle = directions[remaining, None] + rotation
+            through = foot + _rotated((x - self.joints[remaining, p[remaining]])[:, None], rotation)
             u = np.stack([np.cos(angle), np.sin(angle)], axis=2)
             d = through - start
-            length = ((x - self.joints[rest, i[rest]]) ** 2).sum(axis=1)[:, None]
+            length = ((x - self.joints[remaining, i[remaining]]) ** 2).sum(axis=1)[:, None]
             far = d[..., 0] * u[..., 1] - d[..., 1] * u[..., 0]
             left = length - far**2
             middle = (d * u).sum(axis=2)
@@ -367,19 +373,19 @@ class _Growth:
         never does are left out. placed: its path at some of the angles, of linkages and its first
         positions.
         """
-        rest = np.flatnonzero(self.alive & np.isin(self.topology, which))
+        remaining = np.flatnonzero(self.alive & np.isin(self.topology, which))
         for _ in range(TRIES):
-            if not rest.size:
+            if not remaining.size:
                 break
-            x = self.random.random((len(rest), 2))
+            x = self.random.random((len(remaining), 2))
             # most are refused by a few angles already
-            likely = np.flatnonzero(placed(rest, x, FEW)[1])
-            path, closes = placed(rest[likely], x[likely], 1)
+            likely = np.flatnonzero(placed(remaining, x, FEW)[1])
+            path, closes = placed(remaining[likely], x[likely], 1)
             good = likely[closes]
-            self.joints[rest[good], k] = x[good]
-            self.path[rest[good], k] = path[closes]
-            rest = np.delete(rest, good)
-        self.alive[rest] = False
+            self.joints[remaining[good], k] = x[good]
+            self.path[remaining[good], k] = path[closes]
+            remaining = np.delete(remaining, good)
+        self.alive[remaining] = False
 
 
 def _rotated(v: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -55,7 +55,7 @@ class LinkageGroup:
 
     `plan`: TopologyPlan
     `par`, `mass`, `q` (rows, linkages)
-    `arm` (2·joints, linkages)
+    `positions` (2·joints, linkages)
     `length` (linkages,): The longest link of each, in its own unit.
     `row` (linkages,): Where the results of each are.
     `column` (linkages, numbers): And those of each of its numbers.
@@ -66,7 +66,7 @@ class LinkageGroup:
     par: np.ndarray
     mass: np.ndarray
     q: np.ndarray
-    arm: np.ndarray
+    positions: np.ndarray
     length: np.ndarray
     row: np.ndarray
     column: np.ndarray
@@ -107,12 +107,12 @@ class _GroupContinuation:
         if self.group.plan.pivots is None or len(self.tau) < 3:
             alone = everyone
         else:
-            rest = count % LANES
-            pieces = LANES // rest if 0 < rest <= LANES // 2 else 1
-            whole = everyone if pieces == 1 else everyone[: count - rest]
+            remainder = count % LANES
+            pieces = LANES // remainder if 0 < remainder <= LANES // 2 else 1
+            whole = everyone if pieces == 1 else everyone[: count - remainder]
             alone = self._pieces(whole, 1) if whole.size else whole
             if pieces > 1:
-                alone = np.append(alone, self._pieces(everyone[count - rest :], pieces))
+                alone = np.append(alone, self._pieces(everyone[count - remainder :], pieces))
         for linkage in alone.tolist():
             self._alone(linkage)
 
@@ -165,11 +165,11 @@ class _GroupContinuation:
         """The bundle of all pieces of these linkages."""
         group, pieces = self.group, len(first)
         numbers, many = group.column.shape[1], len(linkages) * pieces
-        arm = group.arm
+        positions = group.positions
         return LinkageBatch(
             par=group.par,
             mass=group.mass,
-            arm=arm,
+            arm=positions,
             node=group.plan.bodies,
             force_at=group.plan.force_at,
             driver=group.plan.drivers,
@@ -181,7 +181,7 @@ class _GroupContinuation:
             failed=np.zeros(many),
             greatest=np.zeros(many),
             nearest=np.zeros_like(q),
-            arms=aligned(len(arm), LANES),
+            arms=aligned(len(positions), LANES),
             lengths=aligned(1, LANES),
             record=aligned(numbers + PER_PRIMITIVE, LANES),
             output=self.output,
@@ -271,15 +271,15 @@ class _GroupContinuation:
     def _linkage_record(self, found: np.ndarray, linkage: int) -> np.ndarray:
         """Records of all instants, from all rows of the kernel: (instants, rows)."""
         plan, n3 = self.group.plan, self.system.coordinates
-        arm, length = self.group.arm[:, linkage], self.group.length[linkage]
+        positions, length = self.group.positions[:, linkage], self.group.length[linkage]
         nodes, drivers = plan.graph.joints, len(plan.drivers)
         kept = np.zeros((len(found), linkage_rows(nodes, plan.places.shape[1], drivers)))
         q = np.concatenate([found[:, :n3], np.zeros((len(found), 3))], axis=1)
         for n, b in enumerate(plan.bodies.tolist()):
             x, y, angle = q[:, 3 * b], q[:, 3 * b + 1], q[:, 3 * b + 2]
             c, s = np.cos(angle), np.sin(angle)
-            kept[:, 2 * n] = length * (x + c * arm[2 * n] - s * arm[2 * n + 1])
-            kept[:, 2 * n + 1] = length * (y + s * arm[2 * n] + c * arm[2 * n + 1])
+            kept[:, 2 * n] = length * (x + c * positions[2 * n] - s * positions[2 * n + 1])
+            kept[:, 2 * n + 1] = length * (y + s * positions[2 * n] + c * positions[2 * n + 1])
         for e, (i, j) in enumerate(plan.force_at.tolist()):
             first = 3 * n3 + PER_PRIMITIVE * e
             force = found[:, first + 2 : first + 4]
@@ -546,12 +546,12 @@ class _Work:
             self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
             self._lot(graph, lot[length > 0.0], order)
             return
-        rest = motion.speed[lot] == 0.0
-        if rest.any() and not rest.all():
-            self._lot(graph, lot[rest], order)
-            self._lot(graph, lot[~rest], order)
+        stationary = motion.speed[lot] == 0.0
+        if stationary.any() and not stationary.all():
+            self._lot(graph, lot[stationary], order)
+            self._lot(graph, lot[~stationary], order)
             return
-        at_rest = bool(rest.all())
+        at_rest = bool(stationary.all())
         with np.errstate(all="ignore"):
             group = self._group(graph, plan, lot, order, length, at_rest)
         fits = _sizes(group) <= MOST
@@ -593,8 +593,8 @@ class _Work:
         prescribed = np.column_stack([turn, *(motion.gravity[:, None] / unit)])
         par, mass, q = plan.numbers(joints, cg, masses, made.directions[row, slides], prescribed)
         columns = self._columns(plan, order, lot, own, links)
-        arms = plan.arms(joints, cg)
-        return LinkageGroup(plan, par, mass, q, arms, length, lot, columns, at_rest)
+        positions = plan.body_fixed_positions(joints, cg)
+        return LinkageGroup(plan, par, mass, q, positions, length, lot, columns, at_rest)
 
     def _columns(
         self,
@@ -638,7 +638,7 @@ def _near_the_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.n
 
 def _sizes(group: LinkageGroup) -> np.ndarray:
     """The greatest number of each linkage, (linkages,): infinite where one is none."""
-    parts = (group.par, group.mass, group.q, group.arm)
+    parts = (group.par, group.mass, group.q, group.positions)
     found = np.max([np.abs(part).max(axis=0, initial=0.0) for part in parts], axis=0)
     return np.where(np.isfinite(found), found, np.inf)
 

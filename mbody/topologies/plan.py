@@ -113,16 +113,16 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
     row = np.frombuffer(table, dtype=np.int16).tolist()
     own = [row[places * n : places * (n + 1)] for n in range(bars)]
     links = tuple(tuple(k for k in one if k >= 0) for one in own)
-    rest = row[places * bars :]
+    tail = row[places * bars :]
     # joints that are not there are last
-    fixed = tuple(k for k in range(joints) if rest[k])
+    fixed = tuple(k for k in range(joints) if tail[k])
     own_slides = joints + drivers
-    pairs = zip(rest[own_slides : own_slides + slides], rest[own_slides + slides :], strict=True)
+    pairs = zip(tail[own_slides : own_slides + slides], tail[own_slides + slides :], strict=True)
     return Graph(
         1 + max(k for one in links for k in one),
         tuple(one for one in links if one),
         fixed,
-        tuple(link for link in rest[joints:own_slides] if link >= 0),
+        tuple(link for link in tail[joints:own_slides] if link >= 0),
         tuple((k, on) for k, on in pairs if k >= 0),
     )
 
@@ -135,9 +135,9 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
 
 #: Numbers that the loops of kernels read beyond the parameters of the last action.
 SPARE = 8
-#: Parameters of each kind of primitive, and behind them the arm on body j.
+#: Parameters of each kind of primitive, and behind them the body-fixed position on j.
 PARAMETERS = {"revolute": 4, "coordinate": 6, "angle": 1}
-ARM = 2
+POSITION_ON_J = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +247,7 @@ def _layout(
         for one in (ConstantSpeed(0.0, 1.0), Constant(0.0))
     )
     laws = [constant, *[linear] * drivers, constant, constant]
-    sizes = np.concatenate([parameters + ARM, [size for _, size, _ in laws]])
+    sizes = np.concatenate([parameters + POSITION_ON_J, [size for _, size, _ in laws]])
     offset = np.concatenate([[0], np.cumsum(sizes)])
     # laws that vary come first
     timed = [*range(1, drivers + 1), 0, drivers + 1, drivers + 2]
@@ -269,7 +269,7 @@ def _layout(
             primitive_j=ends[:, 1],
             primitive_par=offset[:count],
             primitive_count=parameters,
-            primitive_arm=offset[1 : count + 1] - ARM,
+            primitive_arm=offset[1 : count + 1] - POSITION_ON_J,
             primitive_signal=signal,
             primitive_node=node,
             primitive_law=never,
@@ -421,7 +421,7 @@ class TopologyPlan:
             found[e] = number.get((i, k), -1), number[j, k]
         return found
 
-    def arms(self, joints: np.ndarray, cg: np.ndarray) -> np.ndarray:
+    def body_fixed_positions(self, joints: np.ndarray, cg: np.ndarray) -> np.ndarray:
         """Joints (linkages, joints, 2) from the mass centres (linkages, links, 2) of `bodies`:
         (2·joints, linkages).
         """
@@ -450,9 +450,9 @@ class TopologyPlan:
         x, c = (np.ascontiguousarray(part.transpose(1, 2, 0)) for part in (joints, centre))
         e, joint, i, j = self.pairs.T
         first, two = L.primitive_par[e][:, None], np.arange(2)
-        par[first + two], arm = x[joint] - c[i], x[joint] - c[j]
-        par[first + 2 + two] = arm
-        par[L.primitive_arm[e][:, None] + two] = arm
+        par[first + two], on_j = x[joint] - c[i], x[joint] - c[j]
+        par[first + 2 + two] = on_j
+        par[L.primitive_arm[e][:, None] + two] = on_j
         first = L.primitive_par[self.slides[:, 0]] + 4
         par[first], par[first + 1] = -np.sin(directions.T), np.cos(directions.T)
         e, joint, _, _, hang, across = self.closing.T

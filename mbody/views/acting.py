@@ -126,9 +126,9 @@ def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]
     if field is None:
         return wrench.x, wrench.y, wrench.torque
     x, y = map(float, pose.place(load, field))
-    arm = (x - wrench.x) * wrench.fy - (y - wrench.y) * wrench.fx
-    left = wrench.torque - arm
-    return x, y, left if abs(left) > DRAWN_NONE * (abs(arm) + abs(wrench.torque)) else 0.0
+    moment = (x - wrench.x) * wrench.fy - (y - wrench.y) * wrench.fx
+    left = wrench.torque - moment
+    return x, y, left if abs(left) > DRAWN_NONE * (abs(moment) + abs(wrench.torque)) else 0.0
 
 
 def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:

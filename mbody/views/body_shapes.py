@@ -63,11 +63,11 @@ CORNERS = 181
 
 def _radius(joint: CamFollower, pose: Pose) -> tuple[Array, Array, Array]:
     """ψ over a revolution, with the radius of the pitch curve, or the support function, and its
-    slope.
+    derivative.
     """
     psi = np.linspace(0.0, math.tau, CORNERS)
-    R, slope, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
-    return psi, R, slope
+    R, derivative, _ = np.broadcast_arrays(*joint.radius(pose.system.numbers, psi))
+    return psi, R, derivative
 
 
 def outline(joint: CamFollower, pose: Pose) -> Array:

@@ -204,12 +204,12 @@ def _pillow(ending: str, **options: Any) -> Callable[..., None]:
         _image_library(ending)
         # the file first: where none can be written, nothing is painted
         with writing(path, binary=True) as file:
-            first, *rest = _pictures(frames, ending, film)
+            first, *others = _pictures(frames, ending, film)
             first.save(
                 file,
                 format={"apng": "PNG", "png": "PNG"}.get(ending, ending.upper()),
                 save_all=True,
-                append_images=rest,
+                append_images=others,
                 duration=round(1000.0 * seconds) if ending == "gif" else 1000.0 * seconds,
                 loop=0,
                 **options,

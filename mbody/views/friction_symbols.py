@@ -126,15 +126,17 @@ def sign_history(run: Solution, quantity: str) -> Array:
     """History that decides when a shape is shown: a measured quantity, or 1 where a mark is there
     and −1 where not, of "touch:CONTACT:PLACE:MODE" and "mode:JOINT:MODE".
     """
-    kind, _, rest_of = quantity.partition(":")
-    if not rest_of:
+    kind, _, parts = quantity.partition(":")
+    if not parts:
         return np.asarray(measured(run, quantity)[0])
-    name, *rest = rest_of.split(":")
+    name, *fields = parts.split(":")
     if kind == "mode":
-        here = [word == rest[0] for word in run.mode(name)]
+        here = [word == fields[0] for word in run.mode(name)]
     else:
-        one = contact_points_of(run, run.mechanism[name])[int(rest[0])]
-        here = [word == rest[1] or (rest[1] == "closed" and word != "open") for word in one.mode]
+        one = contact_points_of(run, run.mechanism[name])[int(fields[0])]
+        here = [
+            word == fields[1] or (fields[1] == "closed" and word != "open") for word in one.mode
+        ]
     return np.where(here, 1.0, -1.0)
 
 
@@ -248,8 +250,8 @@ def _cone_length(sketch: Sketch, one: ContactPointHistory) -> float:
 
 def _cone(sketch: Sketch, one: ContactPointHistory, k: int, length: float) -> None:
     """The edges of the friction cone at an instant: those of rest where it sticks."""
-    rests = one.mode[k] in ("stick", "roll")
-    edges = _edges(one.place[k], one.normal[k], one.static if rests else one.friction, length)
+    sticks = one.mode[k] in ("stick", "roll")
+    edges = _edges(one.place[k], one.normal[k], one.static if sticks else one.friction, length)
     _cone_lines(sketch, edges, one.contact, f"{one.contact}")
 
 
@@ -277,13 +279,13 @@ def _cone_lines(sketch: Sketch, edges: Array, name: str, label: str) -> None:
 # -- friction circles --------------------------------------------------------------------------
 
 
-def _circle(pose: Pose, joint: Revolute, *, resting: bool) -> float:
+def _circle(pose: Pose, joint: Revolute, *, sticking: bool) -> float:
     """ρ = μ r/√(1 + μ²) of a pin, with the coefficient of what rests or slides; 0 of a smooth
     one.
     """
     if joint.friction is None or joint.pin_radius is None:
         return 0.0
-    static = joint.static is not None and resting
+    static = joint.static is not None and sticking
     mu = pose.number(joint, "static" if static else "friction")
     return mu * pose.number(joint, "pin_radius") / math.sqrt(1.0 + mu * mu)
 
@@ -292,7 +294,7 @@ def circle_scale(pose: Pose, unit: float, joints: Sequence[Joint]) -> float:
     """By how much friction circles are drawn larger than they are, so that they can be seen: a
     round number.
     """
-    radii = [_circle(pose, one, resting=False) for one in joints if isinstance(one, Revolute)]
+    radii = [_circle(pose, one, sticking=False) for one in joints if isinstance(one, Revolute)]
     most = max(radii, default=0.0)
     if not most > 0.0:
         return 1.0
@@ -306,8 +308,8 @@ def friction_circles(sketch: Sketch, joints: Sequence[Joint], scale: float) -> N
     for joint in joints:
         if not isinstance(joint, Revolute):
             continue
-        rests = not sketch.lasting and _rests(pose, joint)
-        radius = scale * _circle(pose, joint, resting=rests)
+        sticks = not sketch.lasting and _sticks(pose, joint)
+        radius = scale * _circle(pose, joint, sticking=sticks)
         if radius > 0.0:
             place, name, z = pose.place(joint, "j"), f"friction:{joint.name}", Z["arrow"] - 0.4
             with sketch.carried(on(joint.j.body)):
@@ -321,7 +323,7 @@ def friction_circles(sketch: Sketch, joints: Sequence[Joint], scale: float) -> N
                 sketch.line([foot - half, foot + half], 0.8, FORCE, z, name=name, **look)
 
 
-def _rests(pose: Pose, joint: Joint) -> bool:
+def _sticks(pose: Pose, joint: Joint) -> bool:
     run = pose.run
     known = joint.name in (run.modes or run.losses) and run.analysis != "statics"
     return known and run.mode(joint.name)[pose.k] == "stick"

@@ -526,10 +526,10 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
     words = [text for text in centres.sentences(k) if "one point" not in text]
     if len(words) > SAID + 1:
         words.sort(key=lambda text: "against ground" not in text)
-        rest = (
+        remaining = (
             f"{len(words) - SAID} more centres are at infinity, or are none: mbody poles has them"
         )
-        words = [*words[:SAID], rest]
+        words = [*words[:SAID], remaining]
     words = [*centres.notes, *words]
     if outside:
         unit = machine.units.of("length")

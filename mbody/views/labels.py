@@ -234,12 +234,12 @@ def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> A
     enter, leave = np.zeros(1), np.ones(1)
     for k, (middle, half) in enumerate(((x, half_x), (y, half_y))):
         start = lines[:, k] - middle
-        rests = np.abs(offset[:, k]) < TINY
-        slope = np.where(rests, 1.0, offset[:, k])
-        near, far = (-half - start) / slope, (half - start) / slope
+        parallel = np.abs(offset[:, k]) < TINY
+        component = np.where(parallel, 1.0, offset[:, k])
+        near, far = (-half - start) / component, (half - start) / component
         near, far = np.minimum(near, far), np.maximum(near, far)
-        outside = rests & (np.abs(start) > half)
-        near, far = np.where(rests, -np.inf, near), np.where(rests, np.inf, far)
+        outside = parallel & (np.abs(start) > half)
+        near, far = np.where(parallel, -np.inf, near), np.where(parallel, np.inf, far)
         near = np.where(outside, np.inf, near)
         enter, leave = np.maximum(enter, near), np.minimum(leave, far)
     length = np.hypot(offset[:, 0], offset[:, 1])

@@ -115,7 +115,7 @@ def motion(
                 system, t=np.linspace(0.0, last, 2 * SMOOTH - 1), assembly=assembly
             )
         except ModelError:
-            free = True  # drivers leave a freedom: the rest moves by itself
+            free = True  # drivers leave a freedom: what is left moves by itself
     if free and wanted is None:
         if assembly is not None:
             raise ModelError(

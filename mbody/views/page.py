@@ -161,9 +161,9 @@ class _FreeBodies:
         site = self.pose.site(load, field)
         place, own = moved(self.run, site), self.run[body]
         fx, fy, torque = parts
-        arm = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
-        left = torque - arm
-        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(arm) + np.abs(torque)), left, 0.0)
+        moment = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
+        left = torque - moment
+        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(moment) + np.abs(torque)), left, 0.0)
         named = isinstance(load, Force) and isinstance(load.at.point, str)
         where = f"at {load.at.point}" if named else load.name
         at = self._anchored_site(site, f"{load.name}.{field}")
@@ -556,7 +556,7 @@ class Viewer:
         whole = self._contents
         title = html.escape(str(whole["data"]["model"]))
         module = "\n".join([module_text(), *self._modules])
-        rest = {key: value for key, value in whole.items() if key != "data"}
+        others = {key: value for key, value in whole.items() if key != "data"}
         return "\n".join(
             [
                 "<!doctype html>",
@@ -578,7 +578,7 @@ class Viewer:
                 "</main>",
                 f"<noscript>{title}: this page needs scripts, which it brings with it.</noscript>",
                 f'<script type="application/json" id="mbody-data">{_json(whole["data"])}</script>',
-                f'<script type="application/json" id="mbody-scene">{_json(rest)}</script>',
+                f'<script type="application/json" id="mbody-scene">{_json(others)}</script>',
                 f'<script type="module">\n{module}</script>',
                 "</body>",
                 "</html>",

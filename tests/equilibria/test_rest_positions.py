@@ -227,13 +227,13 @@ def test_a_position_that_is_missing_is_reported_by_parity(monkeypatch, seed):
 
     def with_one_less(cover, polish):
         roots = whole(cover, polish)
-        return replace(roots, rests=roots.rests[:-1])
+        return replace(roots, equilibria=roots.equilibria[:-1])
 
     machine = FAMILIES[2][seed % 3](np.random.default_rng([2, seed])).machine
     assert equilibrium(machine).doubts == ()
     monkeypatch.setattr(search, "surface_roots", with_one_less)
     for other in ("_try", "_relax"):  # which may find it too
-        monkeypatch.setattr(search.RestSearch, other, lambda *_: None)
+        monkeypatch.setattr(search.EquilibriumSearch, other, lambda *_: None)
     (doubt,) = equilibrium(machine).doubts
     assert doubt.kind == "incomplete" and "odd number of rest positions" in doubt.message
 

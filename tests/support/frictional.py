@@ -205,7 +205,7 @@ def followed_part(run, k, most=1.0, step=0.05, least=1e-11):
         here = None
         if found is not None:
             new = np.concatenate([found.lam, found.own])
-            here = np.linalg.slogdet(dense.slope(new)[1])[0]
+            here = np.linalg.slogdet(dense.jacobian(new)[1])[0]
             sign = here if sign is None else sign
         near = found is not None and np.abs(new - z).max() <= 0.5 * np.abs(new).max()
         if found is None or here != sign or not (near or part == 0.0):

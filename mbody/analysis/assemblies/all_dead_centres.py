@@ -421,8 +421,8 @@ def _rotating_slide(rows: LoopRows, d: int, m: int) -> tuple[LoopRows, np.ndarra
     """
     guide = rows.Q[:, m]
     kept = np.flatnonzero((np.abs(rows.P[:, d]) > 0.0) | (np.abs(guide) > 0.0))
-    arms, unit = float(np.abs(rows.P[:, d]).max()), float(np.abs(guide).max())
-    most = (arms / unit + rows.displacement_bound[m]) * (1.0 + BOX_WIDENING)
+    coefficient, unit = float(np.abs(rows.P[:, d]).max()), float(np.abs(guide).max())
+    most = (coefficient / unit + rows.displacement_bound[m]) * (1.0 + BOX_WIDENING)
     count, size = len(kept), rows.Q.shape[1]
     P = np.zeros((count, rows.P.shape[1]), dtype=complex)
     P[:, d] = rows.ratio[d] * 1j * rows.P[kept, d]

@@ -244,7 +244,7 @@ def _side(linkage: Linkage, group: Group, pose: np.ndarray, distances: list[floa
     inner: complex | None = None
     for pair in pairs:
         inside = [b for b in (pair.i, pair.j) if b in group.bodies]
-        i, j = _world(pose, pair.i, pair.arm_i), _world(pose, pair.j, pair.arm_j)
+        i, j = _world(pose, pair.i, pair.position_i), _world(pose, pair.j, pair.position_j)
         if pair.kind == "pin" and len(inside) == 2:
             inner = i
         elif pair.kind != "slide" and len(inside) == 1:
@@ -270,9 +270,9 @@ def _keeps_direction(linkage: Linkage, group: Group, slide: Pair) -> bool:
     return all(linkage.variable[b] not in group.angles for b in (slide.i, slide.j))
 
 
-def _world(pose: np.ndarray, body: int, arm: complex) -> complex:
+def _world(pose: np.ndarray, body: int, position: complex) -> complex:
     x, y, angle = (float(part) for part in pose[3 * body : 3 * body + 3])
-    return complex(x, y) + arm * cmath.exp(1j * angle)
+    return complex(x, y) + position * cmath.exp(1j * angle)
 
 
 def _distances(linkage: Linkage) -> list[float]:

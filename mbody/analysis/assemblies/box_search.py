@@ -87,8 +87,8 @@ def products(
 
 # -- Bounds of slider displacements in closed loops, for all angles ----------------------------
 #
-# In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other arms are never longer than Σ|P| + |B|. One
-# displacement in a loop is no greater than that; several in known directions follow from linear
+# In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other vectors are never longer than Σ|P| + |B|.
+# One displacement in a loop is no greater than that; several in known directions follow from linear
 # equations with such right-hand sides. Where directions of several turn, they may become parallel
 # and displacements have no bound.
 
@@ -97,45 +97,45 @@ DISPLACEMENT_SEARCHED = 4.0
 
 
 def slide_bounds(
-    loops: np.ndarray, slides: np.ndarray, rest: np.ndarray, along: list[int], scale: float
+    loops: np.ndarray, slides: np.ndarray, constant: np.ndarray, along: list[int], scale: float
 ) -> tuple[np.ndarray, bool]:
     """Greatest displacements (slides,), and whether they hold for all positions. P (loops,
-    directions), Q (loops, slides), `rest` (loops,), complex; `along`: the direction of each slide,
-    −1 where it is known.
+    directions), Q (loops, slides), `constant` (loops,), complex; `along`: the direction of each
+    slide, −1 where it is known.
 
     Examples
     --------
-    A slide along x and another along y close an arm of 2:
+    A slide along x and another along y close a vector of 2:
 
     >>> P, Q, B = np.array([[2.0 + 0j]]), np.array([[1.0, 1j]]), np.array([0j])
     >>> slide_bounds(P, Q, B, [-1, -1], 2.0)[0].round(6).tolist()
     [2.0, 2.0]
     """
-    arms = np.abs(loops).sum(axis=1) + np.abs(rest)
+    sizes = np.abs(loops).sum(axis=1) + np.abs(constant)
     size = np.abs(slides)
     found = np.full(slides.shape[1], np.nan)
     going_on = True
     while going_on:
         going_on = False
-        for n in range(len(arms)):
+        for n in range(len(sizes)):
             left = np.flatnonzero((size[n] > 0.0) & np.isnan(found))
             if len(left) == 1:
                 others = float(np.nansum(size[n] * np.where(np.isnan(found), 0.0, found)))
-                found[left[0]] = (arms[n] + others) / size[n, left[0]]
+                found[left[0]] = (sizes[n] + others) / size[n, left[0]]
                 going_on = True
     left = np.flatnonzero(np.isnan(found))
     if len(left) and all(along[m] < 0 for m in left):
-        found[left] = _by_equations(arms, slides, found, left)
+        found[left] = _by_equations(sizes, slides, found, left)
     proven = bool(np.isfinite(found).all())
     displacement_bound = np.where(np.isfinite(found), found, DISPLACEMENT_SEARCHED * scale)
     return BOX_WIDER * np.maximum(displacement_bound, BOX_SIZE_LEAST * scale), proven
 
 
 def _by_equations(
-    arms: np.ndarray, slides: np.ndarray, found: np.ndarray, left: np.ndarray
+    sizes: np.ndarray, slides: np.ndarray, found: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
     """Bounds of slides in known directions; NaN where these are parallel."""
-    others = arms + np.abs(slides) @ np.nan_to_num(found)
+    others = sizes + np.abs(slides) @ np.nan_to_num(found)
     A = np.concatenate([slides[:, left].real, slides[:, left].imag])
     if np.linalg.matrix_rank(A, tol=SINGULAR_VALUE_PARALLEL) < len(left):
         return np.full(len(left), np.nan)
@@ -172,7 +172,7 @@ class LoopRows:
         self,
         loops: np.ndarray,
         slides: np.ndarray,
-        rest: np.ndarray,
+        constant: np.ndarray,
         angle_index: list[int],
         ratio: list[float],
         along: list[int],
@@ -189,13 +189,15 @@ class LoopRows:
         for m, d in enumerate(along):
             if d >= 0 and negative[d]:
                 self.Q[:, m] = self.Q[:, m].conj()
-        self.B = np.concatenate([rest.real, rest.imag])
+        self.B = np.concatenate([constant.real, constant.imag])
         self.angles, self.slides = 1 + max(angle_index, default=-1), slides.shape[1]
         self.revolutions = np.ones(self.angles)
         for v, parts in self._ratios().items():
             self.revolutions[v] = lcm(*(part.denominator for part in parts))
-        self.scale = float(np.abs(loops).sum() + np.abs(rest).sum()) or 1.0
-        self.displacement_bound, self.bounded = slide_bounds(loops, slides, rest, along, self.scale)
+        self.scale = float(np.abs(loops).sum() + np.abs(constant).sum()) or 1.0
+        self.displacement_bound, self.bounded = slide_bounds(
+            loops, slides, constant, along, self.scale
+        )
 
     def _ratios(self) -> dict[int, list[Fraction]]:
         found: dict[int, list[Fraction]] = {}
@@ -260,7 +262,7 @@ class LoopRows:
         low, high = cosine_range(arguments[0][:, None, d] + shift, arguments[1][:, None, d] + shift)
         return size * low, size * high
 
-    def slopes(self, Y: np.ndarray, box: Box) -> Box:
+    def derivatives(self, Y: np.ndarray, box: Box) -> Box:
         """Ranges of Y ∂f/∂x over boxes: (boxes, n, unknowns), Y (boxes, n, rows)."""
         arguments = self._arguments(box)
         P = 1j * (Y @ self.P)
@@ -288,7 +290,7 @@ class LoopRows:
         """
         lo, hi = box
         arguments = self._arguments(box)
-        P, rest = Y @ self.P, Y @ self.B
+        P, constant = Y @ self.P, Y @ self.B
         size, shift = np.abs(P), np.angle(P)
         a, b = cosine_range(arguments[0][:, None] + shift, arguments[1][:, None] + shift)
         low, high = size * a, size * b
@@ -297,8 +299,8 @@ class LoopRows:
             products(c, (lo[:, None, self.angles + m], hi[:, None, self.angles + m]))
             for m, c in enumerate(cosines)
         ]
-        total = np.abs(low).sum(2) + np.abs(high).sum(2) + np.abs(rest)
-        least, greatest = low.sum(2) + rest, high.sum(2) + rest
+        total = np.abs(low).sum(2) + np.abs(high).sum(2) + np.abs(constant)
+        least, greatest = low.sum(2) + constant, high.sum(2) + constant
         for p in sliding:
             total += np.abs(p[0]) + np.abs(p[1])
             least, greatest = least + p[0], greatest + p[1]
@@ -355,8 +357,8 @@ class LoopRows:
         hi[:, column] = np.minimum(hi[:, column], greatest)
 
     def krawczyk(self, Y: np.ndarray, middle: np.ndarray, box: Box) -> Box:
-        """Krawczyk's operator about `middle`, with the ranges of the slopes over the boxes."""
-        low, high = self.slopes(Y, box)
+        """Krawczyk's operator about `middle`, with the ranges of the derivatives over the boxes."""
+        low, high = self.derivatives(Y, box)
         one = np.eye(self.unknowns)[None]
         step = np.einsum("bij,bj->bi", Y, self.values(middle))
         away = (box[0] - middle)[:, None, :], (box[1] - middle)[:, None, :]
@@ -434,8 +436,8 @@ class GroupRows:
     def _edge(self, p: int) -> _Edge:
         pair = self.linkage.pairs[p]
         edge = _Edge(pair.i, pair.j, {}, {})
-        self._add(edge, pair.j, pair.arm_j)
-        self._add(edge, pair.i, -pair.arm_i)
+        self._add(edge, pair.j, pair.position_j)
+        self._add(edge, pair.i, -pair.position_i)
         if pair.free:
             along = pair.rod if pair.kind == "rod" else pair.i
             direction, factor = self._unit(along)
@@ -552,7 +554,7 @@ class BoxRoots:
 
 def all_roots(rows: LoopRows, most: int, displacement_bound: np.ndarray | None = None) -> BoxRoots:
     """All real roots, angles within their revolutions, displacements up to `displacement_bound`
-    (slides,), by default those of the rows; after `most` boxes the rest is left open.
+    (slides,), by default those of the rows; after `most` boxes the others are left open.
     """
     return _BoxSearch(rows, most, displacement_bound).run()
 

@@ -327,8 +327,8 @@ class Circuits(Inherited):
         head = {name: found[name] for name in ("mbody", "model", "analysis", "units")}
         doubts = [one.data() for one in self.doubts]
         head |= {"status": self.status, "doubts": doubts, "notes": list(self.notes)}
-        rest = {name: value for name, value in found.items() if name not in head}
-        return head | rest | {"circuits": own, "dead_centres": dead}
+        others = {name: value for name, value in found.items() if name not in head}
+        return head | others | {"circuits": own, "dead_centres": dead}
 
 
 def circuits(

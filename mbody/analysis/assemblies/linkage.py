@@ -1,4 +1,4 @@
-"""A mechanism at given driver values as arms, slides and rods between directions.
+"""A mechanism at given driver values as vectors, slides and rods between directions.
 
 A direction is the angle of a body or of a massless rod. Drivers of angles, slides, welds, gears and
 couplings of angles are linear rows between directions; they are solved first, so that every
@@ -31,7 +31,7 @@ class Pair:
 
     `kind`: "pin", "slide" or "rod".
     `i`, `j`: Bodies; the ground is the last.
-    `arm_i`, `arm_j`: complex
+    `position_i`, `position_j`: complex
     `value`: Length of a rod; of a slide the coordinate of the place on j along `axis`.
     `axis`: Unit vector on i across which the place on j slides.
     `rod`: Direction of a rod.
@@ -41,8 +41,8 @@ class Pair:
     kind: str
     i: int
     j: int
-    arm_i: complex
-    arm_j: complex
+    position_i: complex
+    position_j: complex
     value: float = 0.0
     axis: complex = 0j
     rod: int = -1
@@ -64,7 +64,7 @@ class Linkage:
     `names`: Of the bodies, the ground last.
     `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
       where it is known.
-    `ratio`, `offset`: ρ, and the rest [rad].
+    `ratio`, `offset`: ρ, and the constant [rad].
     `meshed`: Directions that gears or couplings turn: their angles count up to rotations by teeth.
 
     Raises
@@ -137,20 +137,20 @@ class Linkage:
         elif kind == "sum" and all(part.kind == "angle" for part in primitive.parts):
             self._couple(element, primitive, p)
         elif kind in ("revolute", "prismatic", "coordinate", "distance"):
-            arms = complex(p[0], p[1]), complex(p[2], p[3])
+            positions = complex(p[0], p[1]), complex(p[2], p[3])
             if kind == "prismatic":
                 self._relate({i: -1.0, j: 1.0}, -p[6], element)
             if kind == "revolute":
-                self.pairs.append(Pair("pin", i, j, *arms))
+                self.pairs.append(Pair("pin", i, j, *positions))
             elif kind == "distance":
                 if value <= 0.0 and not free:
                     raise NotCovered(f"the length of '{element.name}' is {value:g}")
                 rod = len(self._forms)
                 self._forms.append(({rod: 1.0}, 0.0))
-                self.pairs.append(Pair("rod", i, j, *arms, value, rod=rod, free=free))
+                self.pairs.append(Pair("rod", i, j, *positions, value, rod=rod, free=free))
             else:
                 axis = complex(p[4], p[5])
-                self.pairs.append(Pair("slide", i, j, *arms, value, axis, free=free))
+                self.pairs.append(Pair("slide", i, j, *positions, value, axis, free=free))
         else:
             raise NotCovered(f"'{element.name}' is a {type(element).__name__}")
 
@@ -167,13 +167,17 @@ class Linkage:
         """ρ_i θ_i + ρ_j θ_j + phase is the direction of the line of centres."""
         p = [float(number) for number in primitive.parameters]
         i, j = self.index[primitive.i], self.index[primitive.j]
-        arms = complex(p[0], p[1]), complex(p[2], p[3])
+        positions = complex(p[0], p[1]), complex(p[2], p[3])
         rods = [one for one in self.pairs if one.kind == "rod" and (one.i, one.j) == (i, j)]
-        rods = [one for one in rods if abs(one.arm_i - arms[0]) + abs(one.arm_j - arms[1]) == 0.0]
+        rods = [
+            one
+            for one in rods
+            if abs(one.position_i - positions[0]) + abs(one.position_j - positions[1]) == 0.0
+        ]
         if rods:
             carrier, rotation = rods[0].rod, 0.0
         else:
-            line = points.line((i, arms[0]), (j, arms[1]))
+            line = points.line((i, positions[0]), (j, positions[1]))
             if line is None:
                 raise NotCovered(f"no body carries both centres of '{wheels.name}'")
             carrier, rotation = line
@@ -192,8 +196,8 @@ class Linkage:
         """Solve Σ factor · direction = value for one of the unknowns that it has."""
         row: dict[int, float] = {}
         for k, factor in factors.items():
-            terms, rest = self._forms[k]
-            value -= factor * rest
+            terms, constant = self._forms[k]
+            value -= factor * constant
             for v, c in terms.items():
                 row[v] = row.get(v, 0.0) + factor * c
         row = {v: c for v, c in row.items() if abs(c) > BOX_FACTOR_NONE}
@@ -206,7 +210,7 @@ class Linkage:
         pivot = min(row, key=lambda v: (abs(abs(row[v]) - 1.0), -v))
         others = {v: -c / row[pivot] for v, c in row.items() if v != pivot}
         own = value / row[pivot]
-        for k, (terms, rest) in enumerate(self._forms):
+        for k, (terms, constant) in enumerate(self._forms):
             if pivot not in terms:
                 continue
             factor = terms[pivot]
@@ -214,17 +218,17 @@ class Linkage:
             for v, c in others.items():
                 new[v] = new.get(v, 0.0) + factor * c
             new = {v: c for v, c in new.items() if abs(c) > BOX_FACTOR_NONE}
-            self._forms[k] = new, rest + factor * own
+            self._forms[k] = new, constant + factor * own
 
     def _finish(self) -> None:
         self.variable, self.ratio, self.offset = [], [], []
-        for k, (terms, rest) in enumerate(self._forms):
+        for k, (terms, constant) in enumerate(self._forms):
             if len(terms) > 1:
                 raise NotCovered(f"the angle of '{self.names[k]}' is made of two unknown ones")
             v, ratio = next(iter(terms.items()), (-1, 0.0))
             self.variable.append(v)
             self.ratio.append(ratio)
-            self.offset.append(rest)
+            self.offset.append(constant)
 
     def angle(self, direction: int, angles: dict[int, float]) -> float:
         """A direction [rad] by the unknown angles."""
@@ -253,26 +257,26 @@ class _CoincidentPlaces:
         self.coincident: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
         for pair in pairs:
             if pair.kind == "pin":
-                whole = self._coincident_with(pair.i, pair.arm_i) | self._coincident_with(
-                    pair.j, pair.arm_j
+                whole = self._coincident_with(pair.i, pair.position_i) | self._coincident_with(
+                    pair.j, pair.position_j
                 )
-                for body, arm in whole:
-                    self.coincident[self._key(body, arm)] = whole
+                for body, position in whole:
+                    self.coincident[self._key(body, position)] = whole
 
-    def _key(self, body: int, arm: complex) -> tuple[int, int, int]:
-        return body, round(arm.real / self.step), round(arm.imag / self.step)
+    def _key(self, body: int, position: complex) -> tuple[int, int, int]:
+        return body, round(position.real / self.step), round(position.imag / self.step)
 
-    def _coincident_with(self, body: int, arm: complex) -> set[tuple[int, complex]]:
-        return self.coincident.get(self._key(body, arm), {(body, arm)})
+    def _coincident_with(self, body: int, position: complex) -> set[tuple[int, complex]]:
+        return self.coincident.get(self._key(body, position), {(body, position)})
 
     def line(
         self, one: tuple[int, complex], other: tuple[int, complex]
     ) -> tuple[int, float] | None:
         """A body that carries both places, and the direction from one to the other in its axes."""
         theirs = dict(self._coincident_with(*other))
-        for body, arm in sorted(self._coincident_with(*one), key=lambda place: -place[0]):
-            if body in theirs and abs(theirs[body] - arm) > self.step:
-                return body, cmath.phase(theirs[body] - arm)
+        for body, position in sorted(self._coincident_with(*one), key=lambda place: -place[0]):
+            if body in theirs and abs(theirs[body] - position) > self.step:
+                return body, cmath.phase(theirs[body] - position)
         return None
 
 

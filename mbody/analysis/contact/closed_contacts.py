@@ -1,4 +1,4 @@
-"""Which contacts an analysis of driven motions, or of rest, keeps closed.
+"""Which contacts an analysis of driven motions, or statics, keeps closed.
 
 What joints and drivers leave free is determined by what bodies lie on, ropes that are taut, stops
 and limits that are met. At the first position those places that touch are taken as closed: their
@@ -339,10 +339,10 @@ def closed_notes(mechanism: Mechanism) -> tuple[str, ...]:
         return ()
     rolls = [one.name for one in mechanism.contacts if one.rolls]
     what, are = ("contact", "is") if len(names) == 1 else ("contacts", "are")
-    rest = f", {listed(rolls, NAMED)} without slip" if rolls else ""
+    without_slip = f", {listed(rolls, NAMED)} without slip" if rolls else ""
     return (
-        f"{what} {listed(names, NAMED)} {are} taken as closed{rest}: joints and drivers alone "
-        "leave their bodies free",
+        f"{what} {listed(names, NAMED)} {are} taken as closed{without_slip}: joints and drivers "
+        "alone leave their bodies free",
     )
 
 

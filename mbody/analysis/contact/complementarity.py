@@ -161,16 +161,16 @@ class JointFriction:
             # what helps itself in one direction, as a band brake does, has more in that one
             return max(0.0, self.given * (1.0 + self.second * slip_sign)) + zero, zero, zero
         if self.kind == "pin":
-            arm, whole = mu * self.first / math.sqrt(1.0 + mu * mu), np.hypot(x, y)
-            per = np.where(whole > 0.0, arm / np.where(whole > 0.0, whole, 1.0), 0.0)
-            return arm * whole, per * x, per * y
+            radius, whole = mu * self.first / math.sqrt(1.0 + mu * mu), np.hypot(x, y)
+            per = np.where(whole > 0.0, radius / np.where(whole > 0.0, whole, 1.0), 0.0)
+            return radius * whole, per * x, per * y
         uneven = self.second * slip_sign if self.kind == "couple" else 0.0
         size, by_x, by_y = mu * np.abs(x) + uneven * x, mu * np.sign(x) + uneven, zero
         if self.kind == "guide" and self.first > 0.0:
             tilt = 0.5 * mu * slip_sign * self.second
-            moment, arm = y + tilt * x, 2.0 * mu / self.first
-            ends, by_moment = arm * np.abs(moment) > size, arm * np.sign(moment)
-            size = np.where(ends, arm * np.abs(moment), size)
+            moment, factor = y + tilt * x, 2.0 * mu / self.first
+            ends, by_moment = factor * np.abs(moment) > size, factor * np.sign(moment)
+            size = np.where(ends, factor * np.abs(moment), size)
             by_x, by_y = np.where(ends, by_moment * tilt, by_x), np.where(ends, by_moment, by_y)
         return size, by_x, by_y
 
@@ -285,8 +285,8 @@ def impact_impulses(
     # expansion: Λ_N = given + more, Λ_T within the cone of all of it
     # what follows Newton's law has its velocity already
     after = shifted + D @ impulse
-    resting = np.where(contacts.sliding == 0.0, mu * given, 0.0)
-    start = after + D[:, :m] @ given - D[:, m:] @ resting
+    sticking = np.where(contacts.sliding == 0.0, mu * given, 0.0)
+    start = after + D[:, :m] @ given - D[:, m:] @ sticking
     A, b, may_stick = contacts.problem(start[:m], start[m:])
     b[m + len(may_stick) :] = 2.0 * (mu * given)[may_stick]
     z = solve(A, b)
@@ -294,7 +294,7 @@ def impact_impulses(
         return None
     more = contacts.forces(z)
     more[:m] += given
-    more[m:] -= resting
+    more[m:] -= sticking
     return impulse + more
 
 
@@ -341,11 +341,11 @@ class Tangent:
 
 def cone(count: int, normal: int, friction: float, sliding: float = 0.0) -> Tangent:
     """The tangent of a contact among `count` forces: μ N both ways."""
-    slope = np.zeros(count)
-    slope[normal] = friction
+    derivative = np.zeros(count)
+    derivative[normal] = friction
 
     def limits(forces: Array) -> tuple[Array, Array, Array, Array]:
-        most, by = forces @ slope, np.broadcast_to(slope, forces.shape)
+        most, by = forces @ derivative, np.broadcast_to(derivative, forces.shape)
         return most, most, by, by
 
     return Tangent(limits, sliding, normal)
@@ -430,10 +430,10 @@ class FrictionProblem:
         low, high, low_by, high_by = self.limits(at)
         low, high = low - low_by @ at, high - high_by @ at
         sliding = np.array([one.sliding for one in self.tangents])
-        rest = np.flatnonzero(sliding == 0.0)
-        s = len(rest)
+        sticking = np.flatnonzero(sliding == 0.0)
+        s = len(sticking)
         E = np.zeros((r, s))
-        E[rest, np.arange(s)] = 1.0
+        E[sticking, np.arange(s)] = 1.0
         # T = E λ_R − g₀ − G_N N − G_T T
         back = sliding < 0.0
         g = np.where(back, -high, low)
@@ -444,11 +444,11 @@ class FrictionProblem:
             return None
         by_n, by_r, alone = -K @ G[:, :m], K @ E, -K @ g
         D, c = self.delassus, self.without
-        whole, whole_by = (low + high)[rest], (low_by + high_by)[rest]
+        whole, whole_by = (low + high)[sticking], (low_by + high_by)[sticking]
         A = np.block(
             [
                 [D[:m, :m] + D[:m, m:] @ by_n, D[:m, m:] @ by_r, np.zeros((m, s))],
-                [(D[m:, :m] + D[m:, m:] @ by_n)[rest], (D[m:, m:] @ by_r)[rest], np.eye(s)],
+                [(D[m:, :m] + D[m:, m:] @ by_n)[sticking], (D[m:, m:] @ by_r)[sticking], np.eye(s)],
                 [
                     whole_by[:, :m] + whole_by[:, m:] @ by_n,
                     whole_by[:, m:] @ by_r - np.eye(s),
@@ -458,14 +458,14 @@ class FrictionProblem:
         )
         free = c + D[:, m:] @ alone
         free = np.where(np.abs(free) < tol.CONTACT_ACCELERATION_ROUNDING * self.greatest, 0.0, free)
-        b = np.concatenate([free[:m], free[m:][rest], whole + whole_by[:, m:] @ alone])
+        b = np.concatenate([free[:m], free[m:][sticking], whole + whole_by[:, m:] @ alone])
         z = lemke(A, b)
         if z is None:
             return None
         forces = np.concatenate([z[:m], by_n @ z[:m] + by_r @ z[m : m + s] + alone])
         w = A @ z + b
         along = np.zeros(r)
-        along[rest] = w[m : m + s] - z[m + s :]
+        along[sticking] = w[m : m + s] - z[m + s :]
         return FrictionSolution(self, forces, np.maximum(w[:m], 0.0), along)
 
     def at_rest(self) -> FrictionSolution | None:
@@ -547,9 +547,11 @@ class FrictionProblem:
             forces, regular = self._newton(closed, slip_signs, start)
             for k in np.flatnonzero(regular & self._keeps(forces, closed, slip_signs)):
                 a, m = self.accelerations_of(forces[k]), self.normals
-                rests = [one.sliding == 0.0 for one in self.tangents]
+                stationary = [one.sliding == 0.0 for one in self.tangents]
                 normal = np.where(closed[k], 0.0, a[:m])
-                along = np.where((slip_signs[k] != 0.0) & np.array(rests, dtype=bool), a[m:], 0.0)
+                along = np.where(
+                    (slip_signs[k] != 0.0) & np.array(stationary, dtype=bool), a[m:], 0.0
+                )
                 good.append(FrictionSolution(self, forces[k], normal, along))
         return good
 
@@ -577,11 +579,11 @@ class FrictionProblem:
             size = np.where(ahead, low, high)
             by = np.where(ahead[..., None], low_by, high_by)
             A, b = fixed.copy(), np.where(holds, -c / scale, 0.0)
-            rest = size - (by @ forces[..., None])[..., 0]
+            constant = size - (by @ forces[..., None])[..., 0]
             change = np.zeros((len(start), n, n))
             change[:, m:] = by * scale[m:, None] / scale
             A += np.where(slips[..., None], slip_sign[..., None] * change, 0.0)
-            b[:, m:] -= np.where(slips[:, m:], slip_sign[:, m:] * rest * scale[m:], 0.0)
+            b[:, m:] -= np.where(slips[:, m:], slip_sign[:, m:] * constant * scale[m:], 0.0)
             regular &= np.linalg.cond(A) < tol.CONTACT_CONDITION_SINGULAR
             A[~regular] = np.eye(n)
             new = np.linalg.solve(A, b[..., None])[..., 0] / scale
@@ -605,7 +607,7 @@ class FrictionProblem:
         big = np.maximum(np.abs(forces).max(axis=1), tol.TINY)[:, None]
         low, high, _, _ = self.limits(forces)
         own, along = forces[:, m:], a[:, m:]
-        rests = np.array([one.sliding == 0.0 for one in self.tangents], dtype=bool)
+        stationary = np.array([one.sliding == 0.0 for one in self.tangents], dtype=bool)
         acts = np.isfinite(slip_signs)
         outside = acts & (np.minimum(low, high) < -tol.CONTACT_SOLUTION_RESIDUAL * big)
         outside |= (slip_signs == 0.0) & (
@@ -614,7 +616,7 @@ class FrictionProblem:
         )
         outside |= (
             acts
-            & rests
+            & stationary
             & (np.nan_to_num(slip_signs) * along < -tol.CONTACT_SOLUTION_RESIDUAL * size)
         )
         apart = (forces[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * big) | (

@@ -118,7 +118,7 @@ def _ends(n: int, candidate: ContactCandidate, length: float) -> list[_EdgeEnd]:
         return []
     (x, y), (ux, uy), along = candidate.edge
     # rows of edges begin at the body of the edge
-    other = _corner(candidate.normal.j, candidate.arm, length)
+    other = _corner(candidate.normal.j, candidate.position, length)
     return [
         _EdgeEnd(n, end, (ux, uy), _corner(candidate.normal.i, place, length), other)
         for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
@@ -230,14 +230,14 @@ class RowHistories:
 
 
 def has_modes(system: System) -> bool:
-    """Whether something may open, or rest by friction, so that its modes are to be decided."""
+    """Whether something may open, or stick by friction, so that its modes are to be decided."""
     pairs, machine = range(len(system.layout.friction_kind)), system.mechanism
     acting = bool(machine.contacts) or any(contacts_of(joint) for joint in machine.joints)
     return acting or any(_may_stick(system, f) for f in pairs)
 
 
 def _may_stick(system: System, f: int) -> bool:
-    """Whether a friction pair can rest: not what damps alone, nor what has a sign that lasts."""
+    """Whether a friction pair can stick: not what damps alone, nor what has a sign that lasts."""
     L = system.layout
     if FRICTION_KINDS[int(L.friction_kind[f])] in LASTING:
         return False
@@ -425,10 +425,10 @@ class Unilateral:
     @functools.cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
         """Of the contact points on edges with ends: numbers; bodies (edges, 2); beginning,
-        direction, length and arm (edges, 7).
+        direction, length and position (edges, 7).
         """
         found = [
-            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *point.candidate.arm)
+            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *point.candidate.position)
             for n, point in enumerate(self.contact_points)
             if (edge := point.candidate.edge) is not None and np.isfinite(edge[2])
         ]
@@ -465,14 +465,15 @@ class Unilateral:
     @functools.cached_property
     def _arcs(self) -> tuple[Array, Array, Array]:
         """Of the arcs of the contact points: their contact points; bodies of their rows and the one
-        that they are on (arcs, 3); both arms, what to add to the direction from one to the other,
-        that direction where an edge gives it, begin, half of the extent and radius (arcs, 9).
+        that they are on (arcs, 3); both body-fixed positions, what to add to the direction from one
+        to the other, that direction where an edge gives it, begin, half of the extent and radius
+        (arcs, 9).
         """
         found = []
         for n, point in enumerate(self.contact_points):
             candidate = point.candidate
             for arc in candidate.arcs:
-                arms = candidate.normal.parameters[:4]
+                positions = candidate.normal.parameters[:4]
                 # a circle touches an edge against the normal of this one
                 fixed = (
                     math.atan2(-candidate.edge[1][0], candidate.edge[1][1])
@@ -481,7 +482,7 @@ class Unilateral:
                 )
                 flip = math.pi if arc.ahead == -1.0 else 0.0
                 own = self.bodies[n][int(arc.second)]
-                numbers = (*arms, flip, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
+                numbers = (*positions, flip, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
                 found.append((n, *self.bodies[n], own, *numbers))
         table = np.array(found, dtype=float).reshape(-1, 13)
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
@@ -539,8 +540,8 @@ class Unilateral:
         return found
 
     def _of_circles(self, work: Work, n: int) -> Array:
-        """Parameters of the row along contact point n, of two circles: both arms, parts and
-        phase.
+        """Parameters of the row along contact point n, of two circles: both body-fixed positions,
+        parts and phase.
         """
         o = int(
             self.layout.primitive_par[int(self.layout.active_set[self.contact_points[n].tangent])]
@@ -622,8 +623,8 @@ def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Ove
     for n, (point, gap) in enumerate(zip(uni.contact_points, gaps, strict=True)):
         candidate = point.candidate
         if candidate.solid == "polygon" and not candidate.arcs:
-            arm = tuple(float(part) for part in candidate.arm)
-            key = point.name, str(candidate.swapped), arm, float(candidate.edge_radius)
+            position = tuple(float(part) for part in candidate.position)
+            key = point.name, str(candidate.swapped), position, float(candidate.edge_radius)
             edges.setdefault(key, []).append(n)
         elif gap >= -near:
             continue

@@ -319,7 +319,7 @@ def _distance_past(found: Solution, contact: OneSided, candidate: ContactCandida
     first, second = _bodies(contact, candidate)
     (ax, ay), (ux, uy), length = candidate.edge
     i, j = found[first], found[second]
-    jx, jy = (column(part) for part in candidate.arm)
+    jx, jy = (column(part) for part in candidate.position)
     c, s = np.cos(j.angle), np.sin(j.angle)
     px, py = j.x + c * jx - s * jy - i.x, j.y + s * jx + c * jy - i.y
     c, s = np.cos(i.angle), np.sin(i.angle)
@@ -423,7 +423,7 @@ def with_friction_notes(found: Solution) -> Solution:
     doubts = [*said.doubts]
     if report.jams:
         doubts.append(_jam(found, report.jams))
-    notes = [*said.notes, *_not_unique(found), *_uncertain(found), *_resting(found)]
+    notes = [*said.notes, *_not_unique(found), *_uncertain(found), *_sticking(found)]
     notes += [one.message for one in doubts if one.message not in notes]
     return with_fields(found, doubts=tuple(doubts), notes=tuple(notes))
 
@@ -498,10 +498,10 @@ def _uncertain(found: Solution) -> list[str]:
     ]
 
 
-def _resting(found: Solution) -> list[str]:
+def _sticking(found: Solution) -> list[str]:
     """Which joints rest, and between what the efforts are."""
-    rest = found.resting
-    if not rest:
+    sticking = found.resting
+    if not sticking:
         return []
     if found.analysis == "statics":
         bands = (
@@ -510,18 +510,18 @@ def _resting(found: Solution) -> list[str]:
         )
         return [bands, *_self_locking(found)]
     unit, at_once = found.mechanism.units.time, dict[bytes, list[str]]()
-    for name, instants in rest.items():
+    for name, instants in sticking.items():
         at_once.setdefault(instants.tobytes(), []).append(name)
     notes = []
     for names in at_once.values():
-        instants = rest[names[0]]
+        instants = sticking[names[0]]
         t = np.broadcast_to(found.t, instants.shape)[instants]
         where = f"at t = {t[0]:.6g} {unit}"
         if len(t) > 1:
             where = f"at {len(t)} instants, first {where}"
-        rests, its = ("rests", "its") if len(names) == 1 else ("rest", "their")
+        verb, its = ("rests", "its") if len(names) == 1 else ("rest", "their")
         notes.append(
-            f"{listed(names, LISTED)} {rests} {where}: {its} friction there is any up to its "
+            f"{listed(names, LISTED)} {verb} {where}: {its} friction there is any up to its "
             "limit, and forces are given without it; run.range gives the limits of forces"
         )
     return notes

@@ -210,7 +210,7 @@ class _Curve:
                 return q
         return None
 
-    def _slope(
+    def _derivative(
         self,
         q: np.ndarray,
         ahead: np.ndarray | None,
@@ -230,26 +230,26 @@ class _Curve:
     def _turning_point(self, q: np.ndarray, sign: float) -> float | None:
         """x at the turning point near q; None where none is found."""
         here = self._closed(q)
-        found = None if here is None else self._slope(here, None)
+        found = None if here is None else self._derivative(here, None)
         if here is None or found is None:
             return None
-        slope, along = found
-        if slope * sign < 0.0:
-            slope, along = -slope, -along
+        derivative, along = found
+        if derivative * sign < 0.0:
+            derivative, along = -derivative, -along
         step = tol.PATH_STEP_FIRST
         for _ in range(ITERATIONS):
             there = self._closed(here + self.size * along * step)
-            found = None if there is None else self._slope(there, along)
+            found = None if there is None else self._derivative(there, along)
             if there is None or found is None:
                 return None
-            second_derivative = (found[0] - slope) / step
-            here, (slope, along) = there, found
-            if abs(slope) < tol.PATH_DERIVATIVE_NONE or second_derivative == 0.0:
+            second_derivative = (found[0] - derivative) / step
+            here, (derivative, along) = there, found
+            if abs(derivative) < tol.PATH_DERIVATIVE_NONE or second_derivative == 0.0:
                 break
-            step = -slope / second_derivative
+            step = -derivative / second_derivative
             if abs(step) > tol.PATH_STEP_LONGEST:
                 step = math.copysign(tol.PATH_STEP_LONGEST, step)
-        if abs(slope) > 1e3 * tol.PATH_DERIVATIVE_NONE:
+        if abs(derivative) > 1e3 * tol.PATH_DERIVATIVE_NONE:
             return None
         phi, _ = self._rows(here)
         return self.requested + float(phi[self.row]) * self.unit
@@ -260,13 +260,13 @@ class _Curve:
         """
         x = stopped - sign * min(tol.PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
         q = self._path(x - self.value)[1][-1]
-        found = self._slope(q, None)
+        found = self._derivative(q, None)
         if found is None:
             return None
-        slope, first = found
-        along = first = first if slope * sign > 0.0 else -first
+        derivative, first = found
+        along = first = first if derivative * sign > 0.0 else -first
         # x falls with the square of the distance that is left
-        stride = 2.0 * abs(stopped - x) / (self.unit * abs(slope)) / PLACES
+        stride = 2.0 * abs(stopped - x) / (self.unit * abs(derivative)) / PLACES
         origin, step = q, stride
         places: list[tuple[float, float]] = []
         while step > stride / PLACES and len(places) < 3 * PLACES:
@@ -275,7 +275,9 @@ class _Curve:
             while step > stride / PLACES:
                 there = self._closed(q + self.size * along * step)
                 found = (
-                    None if there is None else self._slope(there, along, tol.SINGULAR_VALUE_REGULAR)
+                    None
+                    if there is None
+                    else self._derivative(there, along, tol.SINGULAR_VALUE_REGULAR)
                 )
                 if there is not None and found is not None and found[0] * sign > 0.0:
                     q, along = there, found[1]

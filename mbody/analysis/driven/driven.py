@@ -466,7 +466,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     wanted: dict[str, np.ndarray] = {}
     for name, row in ask.at.items():
         wanted[_driver(mechanism, name).name] = _values(mechanism, name, row)
-    moving = [d for d in system.independent_drivers if not _rests(system, d)]
+    moving = [d for d in system.independent_drivers if not _never_moves(system, d)]
     named = [d for d in moving if d.name in wanted]
     if not moving:
         return wanted
@@ -484,7 +484,7 @@ def _instants(system: System, ask: Instants) -> dict[str, np.ndarray]:
     return {"t": times}
 
 
-def _rests(system: System, driver: Driver) -> bool:
+def _never_moves(system: System, driver: Driver) -> bool:
     """Whether a driver never moves; a law that begins with a dwell, or gently, does."""
     law = system.law_of(driver)
     return law.kind == "polynomial" and not any(law.parameters(law.numbers())[1:])

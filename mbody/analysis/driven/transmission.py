@@ -314,7 +314,7 @@ class _Phase:
         the force goes through it, as through the centre of a cam's roller.
         """
         first, second = contact.bodies[::-1] if candidate.swapped else contact.bodies
-        tip = (second, float(candidate.arm[0]), float(candidate.arm[1]))
+        tip = (second, float(candidate.position[0]), float(candidate.position[1]))
         if candidate.edge is None:
             ri, rj = (abs(float(x)) for x in candidate.tangent.parameters[4:6])
             if ri < rj:
@@ -361,27 +361,29 @@ class _Phase:
                 return True
         return False
 
-    def _arm(self, k: int, place: Array) -> Array:
+    def _relative_position(self, k: int, place: Array) -> Array:
         return np.asarray(place - self.q[k, self.first : self.first + 2])
 
-    def _velocity(self, along: Array, arm: Array) -> Array:
+    def _velocity(self, along: Array, relative: Array) -> Array:
         """Velocity of a place of the output body, by the model length."""
         x, y, rotation = along[self.first : self.first + 3]
-        a = arm / self.system.length
+        a = relative / self.system.length
         return np.array([x - rotation * a[1], y + rotation * a[0]])
 
     def _output(self, k: int, along: Array) -> tuple[Array, float, Array]:
-        """Arm of the loaded point, rate of the output and its direction."""
-        arm = np.zeros(2)
+        """Position of the loaded point from the mass centre, rate of the output and its
+        direction.
+        """
+        relative = np.zeros(2)
         if self.point:
             px, py = self.system.numbers.point(self.point)
             cx, cy = self.system.numbers.point(f"{self.body}.cg")
             c, s = math.cos(self.q[k, self.first + 2]), math.sin(self.q[k, self.first + 2])
             px, py = float(px - cx), float(py - cy)
-            arm = np.array([c * px - s * py, s * px + c * py])
-        v = self._velocity(along, arm)
+            relative = np.array([c * px - s * py, s * px + c * py])
+        v = self._velocity(along, relative)
         speed = float(np.hypot(*v))
-        return arm, speed, v / speed if speed > RATE_NONE_COORDINATE else np.zeros(2)
+        return relative, speed, v / speed if speed > RATE_NONE_COORDINATE else np.zeros(2)
 
     def _load(self, k: int, along: Array) -> Array:
         """A unit load on the output, as coordinates have it without units."""
@@ -389,8 +391,8 @@ class _Phase:
         if self.rotates:
             Q[self.first + 2] = 1.0
             return Q
-        arm, _, u = self._output(k, along)
-        a = arm / self.system.length
+        relative, _, u = self._output(k, along)
+        a = relative / self.system.length
         Q[self.first : self.first + 3] = u[0], u[1], a[0] * u[1] - a[1] * u[0]
         return Q
 
@@ -434,7 +436,7 @@ class _Phase:
             if float(np.hypot(*F)) <= size:
                 continue
             by, size = one.name, float(np.hypot(*F))
-            v = self._velocity(along, self._arm(k, one.place[k]))
+            v = self._velocity(along, self._relative_position(k, one.place[k]))
             angle = math.nan
             if np.hypot(*v) > RATE_NONE_COORDINATE:
                 angle = math.asin(min(1.0, abs(float(F @ v)) / (size * float(np.hypot(*v)))))

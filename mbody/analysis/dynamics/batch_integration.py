@@ -5,7 +5,7 @@ ordinary places. What a design gets does not depend on its neighbours, so the nu
 on how a batch is cut.
 
 With designs that are driven (`mbody.analysis.driven.batch`) they share how loops close
-and what comes back: rows, and whom to trust. The rest is each one's own: driven designs are at the
+and what comes back: rows, and whom to trust. All else is each one's own: driven designs are at the
 same instant in all lanes and each group of lanes ends together, free ones have their own times and
 a lane that is free takes the next design.
 """

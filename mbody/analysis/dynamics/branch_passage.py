@@ -550,7 +550,7 @@ class _SingularStart:
         self.K, self.y, self.P = self.stepping.K, self.stepping.y, self.stepping.P
         self.record = np.empty((system.record_rows, 1))
         # reactions, then auxiliary states and inputs
-        self.rest = slice(3 * system.coordinates, system.auxiliary_rows.start)
+        self.reaction_rows = slice(3 * system.coordinates, system.auxiliary_rows.start)
         self.longest = min(self.longest, self._next_change())
         self.own, self.sizes = first_auxiliary_states(system, start), auxiliary_sizes(system)
         n = system.coordinates
@@ -649,7 +649,7 @@ class _SingularStart:
         n, size = self.system.coordinates, len(w.at)
         a = np.tile(first.a, (size, 1))
         rates = np.zeros((size, len(self.own)))
-        reactions = np.empty((size, self.rest.stop - self.rest.start))
+        reactions = np.empty((size, self.reaction_rows.stop - self.reaction_rows.start))
         powers = np.empty((size, self.P.shape[1]))
         last = np.inf
         for iteration in range(ITERATIONS):
@@ -667,7 +667,10 @@ class _SingularStart:
                 ):
                     return None
                 new[node], powers[node] = self.K[0, n : 2 * n], self.P[0]
-                fresh[node], reactions[node] = self.K[0, 2 * n :], self.record[self.rest, 0]
+                fresh[node], reactions[node] = (
+                    self.K[0, 2 * n :],
+                    self.record[self.reaction_rows, 0],
+                )
             change = np.abs(self._without_units(new - a, fresh - rates, span)).max()
             a, rates = new, fresh
             top = np.abs(self._without_units(a, rates, span)).max()
@@ -681,7 +684,7 @@ class _SingularStart:
         return None
 
     def _evaluate(self, t: float, q: Array, v: Array, z: Array) -> bool:
-        """Slope, powers and record at a state, projected; whether the loops close there."""
+        """Derivative, powers and record at a state, projected; whether the loops close there."""
         n = self.system.coordinates
         self.y[:n], self.y[n : 2 * n], self.y[2 * n :] = q, v, z
         self.stepping.state[TIME] = t
@@ -703,22 +706,22 @@ class _SingularStart:
         records[:, n : 2 * n] = first.v + part.span * w.value(c, 1) @ part.a
         records[:, 2 * n : 3 * n] = w.value(c) @ part.a
         own, owns = system.auxiliary_rows, len(self.own)
-        records[:, self.rest] = self._reactions(part, c)
+        records[:, self.reaction_rows] = self._reactions(part, c)
         records[:, own.start : own.start + owns] = self.own + part.span * w.value(c, 1) @ part.rates
         for instant, later in zip(records, after, strict=True):
             self.work.time[:] = self.t + later
             laws_of_time(self.layout, self.work)
             instant[own.start + owns :] = self.work.signal[system.layout.input_row, 0]
         if self.first.growth and c[0] == 0.0:
-            records[0, self.rest] = np.nan
+            records[0, self.reaction_rows] = np.nan
         if c[0] == 0.0 and first.away <= tol.SINGULAR_DISTANCE_AT:
             onward = (
                 (w.value(np.array(1e-3)) - w.value(np.array(0.0))) @ part.a / (1e-3 * part.span)
             )
             records[0, 2 * n : 3 * n] = first.a + first.late * onward
-        known = np.isfinite(records[:, self.rest]).all(axis=1)
+        known = np.isfinite(records[:, self.reaction_rows]).all(axis=1)
         for k in np.flatnonzero((c < 1.0) & known):
-            records[k, self.rest] = self._balanced(self.t + after[k], records[k])
+            records[k, self.reaction_rows] = self._balanced(self.t + after[k], records[k])
         for k in np.flatnonzero(c == 1.0):  # on the constraints to rounding, from here on
             z = records[k, own.start : own.start + owns]
             self._evaluate(self.t + part.span, records[k, :n], records[k, n : 2 * n], z)
@@ -752,7 +755,7 @@ class _SingularStart:
         loads = forces.force(record[:n], record[n : 2 * n])
         work.q[:n, 0] = record[:n]
         G = dense(system, work)[1]
-        lam = record[self.rest].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
+        lam = record[self.reaction_rows].reshape(-1, PER_PRIMITIVE)[:, :2].copy()
         rows = lam[primitive, row] / unit
         left = loads - system.mass[:n, 0] * scale * record[2 * n : 3 * n] - G.T @ rows
         u, sizes, vt = np.linalg.svd(G, full_matrices=False)

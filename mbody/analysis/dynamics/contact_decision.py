@@ -302,7 +302,7 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
     machine = uni.system.mechanism
     j = uni.bodies[found.contact_point][1]
     x, y, angle = work.q[3 * j : 3 * j + 3, 0]
-    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.arm)
+    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.position)
     place = (
         float(x + np.cos(angle) * ax - np.sin(angle) * ay),
         float(y + np.sin(angle) * ax + np.cos(angle) * ay),
@@ -389,10 +389,10 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
 
 
 def model_of(
-    motion: ModalMotion, closed: Sequence[int], sliding: Array, resting: Array
+    motion: ModalMotion, closed: Sequence[int], sliding: Array, joint_sliding: Array
 ) -> FrictionModel:
     """The problem at the state, derivative and record of a motion, whose modes may be any.
-    `sliding` (contacts,), `resting` (pairs,): signs of the sliding velocities, zero at rest.
+    `sliding` (contacts,), `joint_sliding` (pairs,): signs of the sliding velocities, zero at rest.
     """
     uni, system, n = motion.uni, motion.system, motion.system.coordinates
     work, record, a = motion.work, motion.record[:, 0], motion.K[0, n : 2 * n]
@@ -404,7 +404,8 @@ def model_of(
     frictional = [k for k in range(m) if points[k].tangent >= 0 and points[k].static > 0.0]
     # of every tangent its row among those of the active set, its pair, its slip sign, its owner
     pairs = [
-        (one.tangent, one.pair, resting[k], count + k) for k, one in enumerate(uni.friction_joints)
+        (one.tangent, one.pair, joint_sliding[k], count + k)
+        for k, one in enumerate(uni.friction_joints)
     ]
     pairs += [
         (int(uni.layout.friction_tangent[f]), f, slip_sign, -1) for f, slip_sign in _lasting(uni)
@@ -511,9 +512,9 @@ class SharedFriction:
             law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
             at = system.layout.primitive_node[primitive] == law.node
             x, y = self._pressing(motion, record, law.node)
-            _, *slopes = law.size(x, y, SLIP_SIGNS[mode])
+            _, *derivatives = law.size(x, y, SLIP_SIGNS[mode])
             for r in np.flatnonzero(at):
-                change = -SLIP_SIGNS[mode] * slopes[int(number[r])] * system.row_units[r]
+                change = -SLIP_SIGNS[mode] * derivatives[int(number[r])] * system.row_units[r]
                 of_joints[:, r] += change * rows.block[pair.tangent] * units
         for k in self.normals:
             point, mode = uni.contact_points[k], motion.modes[k]
@@ -702,14 +703,14 @@ class _DecisionState:
 
     `y`: The state.
     `closed`: Contact points.
-    `sliding`, `resting` (points,) (frictional joints,): Signs of the rates of what slides, zero of
-      what is at rest.
+    `sliding`, `joint_sliding` (points,) (frictional joints,): Signs of the rates of what slides,
+      zero of what is at rest.
     """
 
     y: Array
     closed: list[int]
     sliding: Array
-    resting: Array
+    joint_sliding: Array
 
 
 def near_points(motion: ModalMotion, rows: Rows) -> list[int]:
@@ -754,8 +755,8 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     still = np.abs(speeds) <= velocity_tolerance
     still[list(transition.stopped)] = True
     if transition.stopped:
-        rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
-        left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
+        sticking = [k for k in np.flatnonzero(still) if k >= count or k in closed]
+        left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in sticking]))
         still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speed) & (
             np.abs(left) <= np.maximum(velocity_tolerance, tol.RATE_NONE_STOPPED * np.abs(speeds))
         )
@@ -786,13 +787,13 @@ def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
 
 def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     """The problem, from what the kernels find with all contacts open and no joint stuck."""
-    pairs = [_mode(slip_sign) for slip_sign in now.resting]
+    pairs = [_mode(slip_sign) for slip_sign in now.joint_sliding]
     motion.y[:] = now.y
     none = np.zeros(len(motion.uni.contact_points), dtype=bool)
     open_ones = ["open"] * len(motion.uni.contact_points)
     motion.set_modes(open_ones, pairs, np.column_stack([none, none]), np.zeros(len(pairs)))
     motion.evaluate()
-    return model_of(motion, now.closed, now.sliding, now.resting)
+    return model_of(motion, now.closed, now.sliding, now.joint_sliding)
 
 
 def _mode(slip_sign: float) -> str:
@@ -909,7 +910,7 @@ def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> di
             x, y = uni.pressing_pair(record, pair)
             if abs(own) > law.size(x, y, float(np.sign(own)))[0] + force * unit:
                 found[count + m] = _mode(own)
-        elif not now.resting[m] and not ahead(pair.tangent, SLIP_SIGNS[mode]):
+        elif not now.joint_sliding[m] and not ahead(pair.tangent, SLIP_SIGNS[mode]):
             found[count + m] = "stick"
     motion.shared = shared_friction(motion)
     if motion.shared is not None and found:

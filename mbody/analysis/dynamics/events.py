@@ -54,7 +54,7 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     """
     with np.errstate(all="ignore"):
         p, q, d = h * da, h * db, b - a
-        # the slope p + 2 (3d − 2p − q) x + 3 (p + q − 2d) x², its roots by the stable formula
+        # the derivative p + 2 (3d − 2p − q) x + 3 (p + q − 2d) x², its roots by the stable formula
         half, square = 3.0 * d - 2.0 * p - q, 3.0 * (p + q - 2.0 * d)
         root = np.sqrt(half * half - square * p)
         w = -(half + np.copysign(root, half))

@@ -67,7 +67,7 @@ def first_step(
     scale: np.ndarray,
     whole: float,
 ) -> np.ndarray:
-    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,). `y`, `slope`, `scale` (…,
+    """A rough first step (Hairer, Nørsett, Wanner, II.4): (…,). `y`, `derivative`, `scale` (…,
     2·coordinates).
     """
     size = settings.atol * scale + settings.rtol * np.abs(y)
@@ -188,14 +188,14 @@ def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: floa
     for _ in range(ITERATIONS):
         if np.abs(found).max() <= small:
             return z
-        slopes = np.empty((len(z), len(z)))
+        derivatives = np.empty((len(z), len(z)))
         for n in range(len(z)):
             moved = z.copy()
             moved[n] += tol.DIFFERENCE_STEP_FORWARD * max(abs(z[n]), sizes[n])
-            slopes[:, n] = (rates(moved) - found) / (moved[n] - z[n])
-        if not np.isfinite(slopes).all() or np.linalg.matrix_rank(slopes) < len(z):
+            derivatives[:, n] = (rates(moved) - found) / (moved[n] - z[n])
+        if not np.isfinite(derivatives).all() or np.linalg.matrix_rank(derivatives) < len(z):
             return None
-        z = z - np.linalg.solve(slopes, found)
+        z = z - np.linalg.solve(derivatives, found)
         found = rates(z)
     return None
 

@@ -1,1 +1,1 @@
-"""Rest positions: their search, stability, and curves of them."""
+"""Equilibria: their search, stability, and curves of them."""

@@ -2,8 +2,9 @@
 there.
 
 Arclength s is that of all coordinates, lengths by the model length. With the unit tangent t(s) the
-residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from rest too:
-t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its slope.
+residual force is g = t·f, and g′ = −K exactly (λ fixed, see `tangent_space`), away from equilibria
+too: t′ is across the curve and f − Φ_qᵀλ along it. So every place of the walk gives g and its
+derivative.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ class Node:
 
     `place`: Angles go on over whole revolutions.
     `along` (coordinates,): Unit tangent in the direction of the walk.
-    `residual`, `slope`: g and dg/ds.
+    `residual`, `derivative`: g and dg/ds.
     `side`: Sign of the determinant of the independent rows and the tangent: it changes where
       another branch is crossed, and there alone.
     """
@@ -37,7 +38,7 @@ class Node:
     place: Place
     along: Array
     residual: float
-    slope: float
+    derivative: float
     side: float
 
 
@@ -76,16 +77,16 @@ class MotionCurve:
         """
         found = along @ place.motions.T @ place.motions
         along = found / np.linalg.norm(found)
-        slope = float(along @ self.manifold.change(place, along))
+        derivative = float(along @ self.manifold.change(place, along))
         side = float(np.linalg.slogdet(np.vstack([place.rows[self.rows], along]))[0])
-        return Node(place, along, float(place.force @ along), slope, side)
+        return Node(place, along, float(place.force @ along), derivative, side)
 
     def walk(self, sign: float, longest: float = np.inf) -> Walk:
         """From the start on in the direction of the tangent, or against it, no further than
         `reach`.
         """
         first = self.start
-        here = Node(first.place, sign * first.along, sign * first.residual, first.slope, 0.0)
+        here = Node(first.place, sign * first.along, sign * first.residual, first.derivative, 0.0)
         here = self.node(here.place, here.along)
         walk = Walk([here])
         length, curvature, arclength = tol.WALK_STEP, np.zeros(len(here.along)), 0.0
@@ -334,17 +335,17 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
 
 # -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
 #
-# Between two nodes the residual force is the cubic through both values and slopes, within an error
-# that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The derivative
-# is taken from how far the cubics of neighbours differ, then, interval by interval, from what the
-# cubic misses in the middle. An interval is divided until the cubic, taken with its error, can have
-# one number of zeros only; and where a load along a line, as a spring, turns round, for its ends
-# may meet there and its force jump.
+# Between two nodes the residual force is the cubic through both values and derivatives, within an
+# error that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The
+# derivative is taken from how far the cubics of neighbours differ, then, interval by interval, from
+# what the cubic misses in the middle. An interval is divided until the cubic, taken with its error,
+# can have one number of zeros only; and where a load along a line, as a spring, turns round, for
+# its ends may meet there and its force jump.
 
 #: Places of an interval at which the cubic is compared with its error.
 X = np.linspace(0.0, 1.0, 33)
-#: An error of one in the middle is 16 x²(1−x)² beside it, and its slope 12 at most.
-BAND, BAND_SLOPE = 16.0, 12.0
+#: An error of one in the middle is 16 x²(1−x)² beside it, and its derivative 12 at most.
+BAND, BAND_DERIVATIVE = 16.0, 12.0
 #: Nodes that divisions of one walk add at most.
 MOST = 3000
 
@@ -353,14 +354,14 @@ MOST = 3000
 class Roots:
     """Equilibria, jumps and lift-offs found along a walk.
 
-    `rests`: Where the residual force is zero, in order.
+    `equilibria`: Where the residual force is zero, in order.
     `jumps`: Beside a place towards which loads drive from both sides, and which no position
       balances: a corner of the curve, or a jump of a load.
     `lifts`: The same where loads drive to both sides.
     `unsure`: Where no number of zeros is certain.
     """
 
-    rests: list[Node] = field(default_factory=list)
+    equilibria: list[Node] = field(default_factory=list)
     jumps: list[Node] = field(default_factory=list)
     lifts: list[Node] = field(default_factory=list)
     unsure: list[Node] = field(default_factory=list)
@@ -374,22 +375,27 @@ def roots_of(curve: MotionCurve, walk: Walk, start: bool = False) -> Roots:
 
 
 def out_of_order(curve: MotionCurve, walk: Walk, roots: Roots) -> list[Node]:
-    """Zeros beside which one must be missing: along a smooth residual force its slope changes sign
-    from each to the next, and all round a closed walk.
+    """Zeros beside which one must be missing: along a smooth residual force its derivative changes
+    sign from each to the next, and all round a closed walk.
 
     Nothing is said where a load jumps or a distance passes zero, nor beside a double zero.
     """
-    flat = tol.WALK_SLOPE_FLAT * max((abs(node.slope) for node in walk.nodes), default=0.0)
-    if roots.jumps or roots.lifts or walk.corners or any(abs(r.slope) <= flat for r in roots.rests):
+    flat = tol.WALK_SLOPE_FLAT * max((abs(node.derivative) for node in walk.nodes), default=0.0)
+    if (
+        roots.jumps
+        or roots.lifts
+        or walk.corners
+        or any(abs(r.derivative) <= flat for r in roots.equilibria)
+    ):
         return []
-    rests = sorted(roots.rests, key=lambda node: curve.arclength_of(node, walk))
-    pairs = list(itertools.pairwise(rests))
+    equilibria = sorted(roots.equilibria, key=lambda node: curve.arclength_of(node, walk))
+    pairs = list(itertools.pairwise(equilibria))
     whole = abs(walk.nodes[-1].residual - walk.nodes[0].residual) <= tol.WALK_CLOSED_RESIDUAL * max(
         abs(node.residual) for node in walk.nodes
     )
-    if walk.closed and whole and rests:
-        pairs.append((rests[-1], rests[0]))
-    return [one for one, other in pairs if one.slope * other.slope > 0.0]
+    if walk.closed and whole and equilibria:
+        pairs.append((equilibria[-1], equilibria[0]))
+    return [one for one, other in pairs if one.derivative * other.derivative > 0.0]
 
 
 class _CurveIsolation:
@@ -404,7 +410,7 @@ class _CurveIsolation:
         self.zero = tol.FORCE_NONE_WALK * self.top
         nodes = [self.snapped(node) for node in walk.nodes]
         if start and nodes[0].residual == 0.0:
-            self.found.rests.append(nodes[0])
+            self.found.equilibria.append(nodes[0])
         pairs = list(itertools.pairwise(nodes))
         sizes = [self.size(*pair) for pair in pairs]
         thirds = [6.0 * float(self.cubic(*pair)[3]) / self.size(*pair) ** 3 for pair in pairs]
@@ -448,7 +454,7 @@ class _CurveIsolation:
         size = float(np.linalg.norm(chord))
         direction = chord / size
         a, b = one.residual, other.residual
-        da, db = (size * node.slope / float(node.along @ direction) for node in (one, other))
+        da, db = (size * node.derivative / float(node.along @ direction) for node in (one, other))
         return np.array([a, da, 3.0 * (b - a) - 2.0 * da - db, 2.0 * (a - b) + da + db])
 
     def divide(self, one: Node, other: Node, error: float) -> None:
@@ -491,9 +497,9 @@ class _CurveIsolation:
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
         p[0], p[-1] = ends
-        slope = powers[:, :3] @ (cubic[1:] * [1.0, 2.0, 3.0])
+        derivative = powers[:, :3] @ (cubic[1:] * [1.0, 2.0, 3.0])
         open_ = np.abs(p) <= error * BAND * (x * (1.0 - x)) ** 2 + self.zero
-        steep = np.abs(slope) > BAND_SLOPE * error
+        steep = np.abs(derivative) > BAND_DERIVATIVE * error
         # the zero lies between places: both sides of a change of sign belong to it
         signs = np.sign(p)
         changed = signs[1:] * signs[:-1] <= 0.0
@@ -504,7 +510,7 @@ class _CurveIsolation:
             return 0
         index = np.flatnonzero(near)
         one_run = index[-1] - index[0] + 1 == len(index)
-        same = (np.sign(slope[index]) == np.sign(slope[index[0]])).all()
+        same = (np.sign(derivative[index]) == np.sign(derivative[index[0]])).all()
         if not (one_run and same and steep[index].all()):
             return -1
         return int(p[0] * p[-1] < 0.0 or p[-1] == 0.0)
@@ -512,7 +518,7 @@ class _CurveIsolation:
     def _root(self, one: Node, other: Node) -> None:
         """The zero between two nodes of different sign, or at the second of them."""
         if other.residual == 0.0:
-            self.found.rests.append(other)
+            self.found.equilibria.append(other)
             return
         low, high = one, other
         best = min((low, high), key=lambda node: abs(node.residual))
@@ -542,11 +548,11 @@ class _CurveIsolation:
                     low = node
                 else:
                     high = node
-        steep = max(abs(low.slope), abs(high.slope)) * self.size(low, high)
+        steep = max(abs(low.derivative), abs(high.derivative)) * self.size(low, high)
         if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
-        self.found.rests.append(best)
+        self.found.equilibria.append(best)
 
     def _small(self, one: Node, other: Node) -> None:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
@@ -558,14 +564,15 @@ class _CurveIsolation:
             node = between(self.curve, one, other, float(x))
             nodes += [node] if node is not None else []
         # of a residual force that touches zero the place where it is least
-        best = min(nodes, key=lambda node: abs(node.slope))
+        best = min(nodes, key=lambda node: abs(node.derivative))
         if abs(best.residual) > 100.0 * self.zero or (best is one and one.residual == 0.0):
             return  # none, or that of the interval before
         apart = self.curve.manifold.apart
         if not any(
-            apart(best.place.q, rest.place.q) < tol.POSITION_SAME_WALK for rest in self.found.rests
+            apart(best.place.q, known.place.q) < tol.POSITION_SAME_WALK
+            for known in self.found.equilibria
         ):
-            self.found.rests.append(best)
+            self.found.equilibria.append(best)
 
 
 def _extrema(cubic: Array) -> Array:
@@ -588,7 +595,7 @@ def _zero(cubic: Array) -> float:
         if value == 0.0 or high - low < tol.WALK_ZERO_BRACKET:
             break
         low, high = (x, high) if value * a > 0.0 else (low, x)
-        slope = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
-        step = x - value / slope if slope else low
+        derivative = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
+        step = x - value / derivative if derivative else low
         x = step if low < step < high else 0.5 * (low + high)
     return float(min(max(x, tol.WALK_ZERO_INSIDE), 1.0 - tol.WALK_ZERO_INSIDE))

@@ -1,4 +1,4 @@
-"""The analysis `equilibrium`: where a mechanism with free motions rests, and whether it stays."""
+"""The analysis `equilibrium`: where a mechanism with free motions balances, stable or not."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.friction_bands import (
     Band,
     ContactReserve,
+    EquilibriumBand,
     FrictionReserve,
     Reserve,
-    RestBand,
     bands_of,
     holding_sentences,
 )
 from mbody.analysis.equilibria.search import (
-    Rest,
-    RestSearch,
+    EquilibriumPosition,
+    EquilibriumSearch,
     directionless_loads,
     jumping_loads,
     without_stiffness,
@@ -53,7 +53,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
-class AtRestPositions(Inherited, Generic[T]):
+class AtEquilibria(Inherited, Generic[T]):
     """One result at each equilibrium; ``print`` shows them as tables.
 
     Attributes
@@ -64,7 +64,7 @@ class AtRestPositions(Inherited, Generic[T]):
     t : float
         The time at which drivers and loads are taken.
     positions : tuple
-        One entry a rest position.
+        One entry an equilibrium position.
     status, doubts, notes
         As of `Inherited`.
     """
@@ -91,7 +91,7 @@ class AtRestPositions(Inherited, Generic[T]):
         return str(present("summary", self))
 
 
-# -- Sentences about a search for rest positions: what it met, what it may miss, why it failed -
+# -- Sentences about a search for equilibria: what it met, what it may miss, why it failed -----
 
 #: Free motions beyond which the spread of starts is thin.
 FEW = 2
@@ -118,7 +118,7 @@ MISSING = {
 class Words:
     """Sentences about one search."""
 
-    def __init__(self, system: System, search: RestSearch) -> None:
+    def __init__(self, system: System, search: EquilibriumSearch) -> None:
         self.system, self.search = system, search
         self.mechanism, self.manifold = system.mechanism, search.manifold
 
@@ -165,7 +165,7 @@ class Words:
         )
 
     def doubts(self, free: int) -> list[Doubt]:
-        """Why rest positions may be missing."""
+        """Why equilibria may be missing."""
         search, found = self.search, []
         if free > FEW:
             leaders = tuple(motion.leader for motion in self.motions_of(search.found[0].place))
@@ -187,7 +187,7 @@ class Words:
         return found
 
     def reason(self, place: Place) -> tuple[str, list[str]]:
-        """Why no number of rest positions is certain near a place, and the loads that are at it."""
+        """Why no number of equilibria is certain near a place, and the loads that are at it."""
         loads = jumping_loads(self.manifold, place)
         if loads:
             forces = "the force of {} jumps" if len(loads) == 1 else "the forces of {} jump"
@@ -211,7 +211,7 @@ class Words:
         return f"({x:.3g}, {y:.3g}) {self.mechanism.units.length} of '{lead.leader}'", lead.leader
 
     def nothing(self) -> SolveError:
-        """The sentence where no rest position was found."""
+        """The sentence where no equilibrium was found."""
         name, units = self.mechanism.name, self.mechanism.units
         search = self.search
         away, least = search.ran_away, search.least
@@ -256,7 +256,7 @@ class Words:
 # -- Speed from which a rotating field moves a mechanism out of a stable position --------------
 
 
-def lifting(manifold: Manifold, rest: Rest) -> list[str]:
+def lifting(manifold: Manifold, position: EquilibriumPosition) -> list[str]:
     """Sentences of fields that leave a stable position where it would be without them.
 
     There K(ω) = K₀ + ω² K₁; the position is left where the least root ω² of det K(ω) = 0 is passed.
@@ -272,10 +272,10 @@ def lifting(manifold: Manifold, rest: Rest) -> list[str]:
         still, rotating = (
             manifold.other(system.with_values({name: value})) for value in (0.0, used)
         )
-        one, other = still.place(rest.place.q), rotating.place(rest.place.q)
-        if one is None or other is None or len(one.motions) != len(rest.place.motions):
+        one, other = still.place(position.place.q), rotating.place(position.place.q)
+        if one is None or other is None or len(one.motions) != len(position.place.motions):
             continue
-        top = max(rest.top, rotating.largest(rest.place.q))
+        top = max(position.top, rotating.largest(position.place.q))
         if max(one.size, other.size) > 10.0 * tol.EQUILIBRIUM_BALANCED * top:
             continue
         before, field = still.stiffness(one), rotating.stiffness(other)
@@ -301,14 +301,14 @@ def _in_words(speed: float, time: str) -> str:
     return f"{text} ({speed * 30.0 / np.pi:.6g} rpm)" if time == "s" else text
 
 
-#: Free motions up to which rest positions are sought; 30 take some ten seconds, and of 60 a descent
+#: Free motions up to which equilibria are sought; 30 take some ten seconds, and of 60 a descent
 #: no longer ends.
 FREE = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
-    """One rest position.
+    """One equilibrium.
 
     Attributes
     ----------
@@ -362,20 +362,20 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibria(AtRestPositions[Equilibrium]):
-    """The rest positions that were found, stable ones first; ``print`` shows them as a table.
+class Equilibria(AtEquilibria[Equilibrium]):
+    """The equilibria that were found, stable ones first; ``print`` shows them as a table.
 
     Attributes
     ----------
     positions : tuple of Equilibrium
         Stable ones first: those that need no friction.
-    bands : tuple of RestBand
+    bands : tuple of EquilibriumBand
         Of one free motion with frictional joints: positions at which friction holds, from end to
-        end, in the order of the rest positions in them.
+        end, in the order of the equilibria in them.
     status : str
         ``"completed"``, or ``"doubtful: …"`` with the first doubt.
     doubts : tuple of Doubt
-        Why some rest positions may be missing.
+        Why some equilibria may be missing.
     notes : tuple of str
         Sentences, those of the doubts among them.
 
@@ -385,11 +385,11 @@ class Equilibria(AtRestPositions[Equilibrium]):
     >>> swing = mbody.Mechanism("pendulum")
     >>> swing.add(mbody.Body("bob", mass=1.0, cg=(1.0, 0.0)), mbody.Revolute("O", "ground", "bob"))
     >>> swing.add(mbody.Gravity("gravity", y=-9.81))
-    >>> [rest.stability for rest in mbody.equilibrium(swing)]
+    >>> [one.stability for one in mbody.equilibrium(swing)]
     ['stable', 'unstable']
     """
 
-    bands: tuple[RestBand, ...] = ()
+    bands: tuple[EquilibriumBand, ...] = ()
 
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
@@ -413,7 +413,7 @@ def equilibrium(
     starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Equilibria:
-    """Rest positions of a mechanism with free motions, joint forces there, and their stability.
+    """Equilibria of a mechanism with free motions, joint forces there, and their stability.
 
     Nᵀ f = 0 at a closed position, N spanning its free motions: springs, gravity, fields and other
     loads balance. Stable where the tangent stiffness −Nᵀ ∂(f − Φ_qᵀ λ)/∂q N is positive definite.
@@ -439,13 +439,13 @@ def equilibrium(
     ModelError
         For drivers, starts or times that are none, or a batch of designs.
     SolveError
-        When the loops do not close, nothing is free, or no rest position is found: with the least
+        When the loops do not close, nothing is free, or no equilibrium is found: with the least
         force that is left, and where.
 
     Notes
     -----
     A single free motion is walked all round, or both ways as far as it goes. Between neighbouring
-    places the residual force is a cubic, by its values and slopes, within an error that is
+    places the residual force is a cubic, by its values and derivatives, within an error that is
     measured; steps are divided until each has a certain number of zeros, so that all positions on
     the curve of the start are found, stable or not. Where distances in the constraints pass zero,
     as of a weight that is drawn through its pulley, the walk turns over with them. The surface of
@@ -464,8 +464,8 @@ def equilibrium(
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
     >>> machine.add(mbody.Revolute("O", "ground", "rod"))
     >>> machine.add(mbody.Gravity("gravity", y=-9.81))
-    >>> for rest in equilibrium(machine):
-    ...     print(rest.stability, round(float(np.degrees(rest["rod"].angle[0]))))
+    >>> for one in equilibrium(machine):
+    ...     print(one.stability, round(float(np.degrees(one["rod"].angle[0]))))
     stable -90
     unstable 90
     """
@@ -488,8 +488,8 @@ def guesses(starts: Any) -> list[Guesses | None]:
     return [None, *given]
 
 
-def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestResults:
-    """Look for rest positions from some guesses."""
+def search(system: System, starts: Sequence[Guesses | None], t: float) -> _EquilibriumResults:
+    """Look for equilibria from some guesses."""
     found, notes = None, []
     for guess in starts:
         start = closed(system, t, {}, guess)
@@ -524,7 +524,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
                 reserve = ContactReserve(manifold)
             else:
                 reserve = FrictionReserve(manifold, start.regularization)
-            found = _RestResults(system, t, RestSearch(manifold), reserve)
+            found = _EquilibriumResults(system, t, EquilibriumSearch(manifold), reserve)
         found.search.around(here)
     assert found is not None
     machine, own = system.mechanism, system.first_states[:, 0]
@@ -535,26 +535,28 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _RestR
     return found
 
 
-class _RestResults:
+class _EquilibriumResults:
     """Makes results of what a search found."""
 
-    def __init__(self, system: System, t: float, search: RestSearch, reserve: Reserve) -> None:
+    def __init__(
+        self, system: System, t: float, search: EquilibriumSearch, reserve: Reserve
+    ) -> None:
         self.system, self.t, self.search, self.reserve = system, t, search, reserve
         self.mechanism, self.manifold = system.mechanism, search.manifold
         self.notes: list[str] = []
 
     def equilibria(self) -> Equilibria:
-        """All rest positions."""
-        rests, words = self.search.found, Words(self.system, self.search)
+        """All equilibria."""
+        positions, words = self.search.found, Words(self.system, self.search)
         own = self._bands()
-        if not rests and not own:
+        if not positions and not own:
             raise words.nothing()
-        pairs = [(self.one(rest), rest) for rest in rests]
+        pairs = [(self.one(position), position) for position in positions]
         order = {"stable": 0, "neutral": 1, "unstable": 2}
         pairs.sort(key=lambda pair: order[pair[0].stability])
         found = [one for one, _ in pairs]
         free = max((len(one.motions) for one in found), default=1)
-        places = [rest.place for _, rest in pairs]
+        places = [position.place for _, position in pairs]
         bands = tuple(
             sorted(
                 (self._band(band, own, places) for band in own),
@@ -585,8 +587,8 @@ class _RestResults:
             found += bands_of(curve, walks, self.reserve)
         return found
 
-    def _band(self, band: Band, every: list[Band], places: list[Place]) -> RestBand:
-        """A band in the poses of its ends; the numbers of the rest positions in it."""
+    def _band(self, band: Band, every: list[Band], places: list[Place]) -> EquilibriumBand:
+        """A band in the poses of its ends; the numbers of the equilibria in it."""
         numbers = tuple(
             n
             for n, place in enumerate(places)
@@ -604,7 +606,7 @@ class _RestResults:
         ]
         if directions[np.abs(directions).argmax()] < 0.0:
             ends.reverse()
-        return RestBand(ends[0], ends[1], motion.leader, numbers)
+        return EquilibriumBand(ends[0], ends[1], motion.leader, numbers)
 
     def _apart(self, band: Band, place: Place) -> float:
         """How far a place is from what is known of a band."""
@@ -624,29 +626,29 @@ class _RestResults:
         record = Record([runner.scalar(start, instant)], 1, batch=False)
         return runner.solution(start, instant, record)
 
-    def one(self, rest: Rest) -> Equilibrium:
-        """One rest position with its forces and its stiffness."""
-        place, system = rest.place, self.system
+    def one(self, position: EquilibriumPosition) -> Equilibrium:
+        """One equilibrium with its forces and its stiffness."""
+        place, system = position.place, self.system
         motions = free_motions(system, np.append(place.q, np.zeros(3)), place.motions)
-        word, frequencies, notes = stability_of(rest, self.manifold.mass(place.motions))
-        if rest.row:
+        word, frequencies, notes = stability_of(position, self.manifold.mass(place.motions))
+        if position.row:
             notes.append("one of a row of rest positions: nothing drives it back along them")
-        if rest.singular:
+        if position.singular:
             notes.append(
                 "singular position: more is free here, to first order, than nearby; branches of "
                 "the motion meet"
             )
         if word == "stable":
-            notes += lifting(self.manifold, rest)
+            notes += lifting(self.manifold, position)
         solution = self._statics(place)
         notes += pulled(solution)
         return Equilibrium(
             solution=solution,
             stability=word,
-            stiffness=self.in_leaders(place, motions, rest.stiffness),
+            stiffness=self.in_leaders(place, motions, position.stiffness),
             motions=motions,
             frequencies=frequencies,
-            residual=place.size / rest.top if rest.top else 0.0,
+            residual=place.size / position.top if position.top else 0.0,
             notes=tuple(notes),
         )
 
@@ -657,15 +659,17 @@ class _RestResults:
         return np.asarray(basis @ K @ basis.T)
 
 
-def stability_of(rest: Rest, mass: Array) -> tuple[str, tuple[float, ...], list[str]]:
-    """Word, natural frequencies and sentences of a rest position.
+def stability_of(
+    position: EquilibriumPosition, mass: Array
+) -> tuple[str, tuple[float, ...], list[str]]:
+    """Word, natural frequencies and sentences of an equilibrium.
 
     A symmetric stiffness is judged by its eigenvalues. One that is not, as of loads that follow a
     body, is judged by those of M⁻¹K, which show flutter too; where a free motion has no inertia,
     by its own.
     """
-    K = rest.stiffness
-    zero = tol.STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), rest.top)
+    K = position.stiffness
+    zero = tol.STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), position.top)
     massive = bool(np.linalg.eigvalsh(mass).min() > tol.INERTIA_NONE * np.abs(mass).max())
     if np.abs(K - K.T).max() <= tol.STIFFNESS_SYMMETRIC * float(np.abs(K).max()) + zero:
         sizes = np.linalg.eigvalsh(0.5 * (K + K.T))

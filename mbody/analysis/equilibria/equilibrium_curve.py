@@ -1,4 +1,4 @@
-"""The analysis `equilibrium_curve`: rest positions as one number changes, round turning points."""
+"""The analysis `equilibrium_curve`: equilibria as one number changes, round turning points."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.curve_walk import RUN_AWAY
 from mbody.analysis.equilibria.equilibrium import Equilibrium, Words, search, stability_of
-from mbody.analysis.equilibria.search import Rest, RestSearch
+from mbody.analysis.equilibria.search import EquilibriumPosition, EquilibriumSearch
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
@@ -28,7 +28,7 @@ from mbody.solution.solution import Solution
 from mbody.system.read_only import lock
 from mbody.system.system import System
 
-# -- Pseudo-arclength continuation of rest positions along one number of a system --------------
+# -- Pseudo-arclength continuation of equilibria along one number of a system ------------------
 #
 # A point is (q, p): a closed position and the number. With c = −Φ_q⁺ Φ_p (how the position follows
 # the number at once), steps are q̇ = N y + c ṗ, and along the curve −K y + g ṗ = 0, g being the
@@ -41,7 +41,7 @@ CORRECTIONS = 8
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """A rest position on the curve.
+    """An equilibrium on the curve.
 
     `value`: The number, from 0 to 1 along its span.
     `direction` (coordinates + 1,): Unit tangent of the curve, the number last.
@@ -72,7 +72,7 @@ class Point:
 
 
 class Follower:
-    """Follows one curve of rest positions of `system` as `parameter` goes over `span`."""
+    """Follows one curve of equilibria of `system` as `parameter` goes over `span`."""
 
     def __init__(self, system: System, start: Manifold, parameter: str, span: Array) -> None:
         self.system, self.first, self.parameter = system, start, parameter
@@ -93,7 +93,7 @@ class Follower:
             self._manifolds[value] = self.first.other(changed)
         return self._manifolds[value]
 
-    def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
+    def derivatives(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
         """c = dq/dp on the constraints (coordinates,), and the change g of the residual force
         (free,); by differences of fourth order where `fine` asks for all digits.
         """
@@ -136,9 +136,9 @@ class Follower:
         return low, high
 
     def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
-        """A rest position with the direction of the curve there, onward from the one before."""
+        """An equilibrium with the direction of the curve there, onward from the one before."""
         K = self.manifold(value).stiffness(here)
-        parameter_motion, change = self.slopes(here, value)
+        parameter_motion, change = self.derivatives(here, value)
         size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
@@ -164,7 +164,7 @@ class Follower:
             if place is None or len(place.motions) != len(here.place.motions):
                 return None
             K = manifold.stiffness(place)
-            parameter_motion, change = self.slopes(place, value)
+            parameter_motion, change = self.derivatives(place, value)
             displacement = (place.q - here.place.q) / self.scale
             off = step - displacement @ here.direction[:-1]
             off -= (value - here.value) * float(here.direction[-1])
@@ -195,7 +195,7 @@ class Follower:
         return None
 
     def at_end(self, here: Point, value: float) -> Point | None:
-        """The rest position where the number has that value, near a point of the curve."""
+        """The equilibrium where the number has that value, near a point of the curve."""
         manifold = self.manifold(value)
         rate = float(here.direction[-1])
         part = (value - here.value) / rate if rate else 0.0
@@ -372,10 +372,13 @@ def _multiple(
     # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
     beside = tol.BRANCH_POINT_LOOK / length
     near = at(part - beside), at(part + beside)
-    slope = float(sides.deriv()(part))
-    if near[0] is None or near[1] is None or not slope:
+    derivative = float(sides.deriv()(part))
+    if near[0] is None or near[1] is None or not derivative:
         return None
-    gap = abs((near[1][0] - near[0][0]) / (2.0 * beside * slope) - 1.0) * tol.BRANCH_POINT_LOOK**2
+    gap = (
+        abs((near[1][0] - near[0][0]) / (2.0 * beside * derivative) - 1.0)
+        * tol.BRANCH_POINT_LOOK**2
+    )
     fit = np.polynomial.chebyshev.chebfit(
         parameters, np.array([row for _, row in rows]), len(parameters) - 1
     )
@@ -458,7 +461,7 @@ def _moved(
 def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Array]:
     """How the position follows the number, and J (free, free + 1) in the motions of the place."""
     K = follower.manifold(value).stiffness(place)
-    parameter_motion, change = follower.slopes(place, value, fine=True)
+    parameter_motion, change = follower.derivatives(place, value, fine=True)
     return parameter_motion, np.column_stack([-K, change])
 
 
@@ -479,7 +482,7 @@ POINTS = 1000
 
 @dataclass(frozen=True, eq=False)
 class EquilibriumCurve(Inherited):
-    """Rest positions along a curve: arrays (points,) by name, like a solution's over instants.
+    """Equilibria along a curve: arrays (points,) by name, like a solution's over instants.
 
     Attributes
     ----------
@@ -598,7 +601,7 @@ def equilibrium_curve(
     t: float = 0.0,
     points: int = POINTS,
 ) -> EquilibriumCurve:
-    """Rest positions as one number changes: equilibrium path, by pseudo-arclength continuation.
+    """Equilibria as one number changes: equilibrium path, by pseudo-arclength continuation.
 
     The curve r(q, p) = 0 is followed by its arclength, so that it may turn round in p: at such a
     fold a stable position ends, and the mechanism snaps through (Keller 1977).
@@ -617,7 +620,7 @@ def equilibrium_curve(
     free : str or sequence of str, optional
         Drivers that are released.
     start : Equilibrium or mapping, optional
-        A rest position of `equilibrium`, or a guess of one, where it begins; by default the first
+        An equilibrium of `equilibrium`, or a guess of one, where it begins; by default the first
         stable one.
     t : float
         Time at which laws are taken.
@@ -635,7 +638,7 @@ def equilibrium_curve(
     ModelError
         For a parameter that is not there, a span that is none, or a batch of designs.
     SolveError
-        When there is no rest position to begin with.
+        When there is no equilibrium to begin with.
 
     Examples
     --------
@@ -685,7 +688,7 @@ def _span(system: System, parameter: Any, span: Any) -> tuple[float, float]:
 
 
 def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
-    """The rest position that the curve begins at."""
+    """The equilibrium that the curve begins at."""
     if isinstance(start, Equilibrium):
         bodies = [start[name] for name in start.solution]
         rows = [(body.x[0], body.y[0], body.angle[0]) for body in bodies]
@@ -695,11 +698,11 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
         begin = closed(system, t, {}, start)
     elif start is None:
         found = search(system, [None], t)
-        rests = found.search.found
-        if not rests:
+        positions = found.search.found
+        if not positions:
             raise Words(system, found.search).nothing()
-        words = [stability_of(r, found.manifold.mass(r.place.motions))[0] for r in rests]
-        return rests[words.index("stable") if "stable" in words else 0].place, found.manifold
+        words = [stability_of(r, found.manifold.mass(r.place.motions))[0] for r in positions]
+        return positions[words.index("stable") if "stable" in words else 0].place, found.manifold
     else:
         raise ModelError(
             f'start must be a rest position or a guess such as {{"crank": 0.3}}, not {start!r}'
@@ -707,7 +710,7 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
     manifold = Manifold(system, begin.work, t)
     here = manifold.place(begin.work.q[: system.coordinates, 0].copy())
     if here is not None:
-        nearest = RestSearch(manifold)
+        nearest = EquilibriumSearch(manifold)
         nearest.nearest(here)
         if nearest.found:
             return nearest.found[0].place, manifold
@@ -838,8 +841,10 @@ class _Tracer:
         words = []
         for point in path:
             manifold = follower.manifold(point.value)
-            rest = Rest(point.place, point.stiffness, manifold.largest(point.place.q), row=False)
-            words.append(stability_of(rest, manifold.mass(point.place.motions))[0])
+            position = EquilibriumPosition(
+                point.place, point.stiffness, manifold.largest(point.place.q), row=False
+            )
+            words.append(stability_of(position, manifold.mass(point.place.motions))[0])
         # at a fold or a crossing the least stiffness is zero but for the last digits
         for point in (*self.folds, *self.crossed):
             words[path.index(point)] = "neutral"

@@ -30,7 +30,11 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import with_friction
 from mbody.solution.contact_forces import friction_pairs, may_hold
-from mbody.solution.friction_results import ContactLimits, RestingContacts, slip_signs_with_resting
+from mbody.solution.friction_results import (
+    ContactLimits,
+    StickingContacts,
+    slip_signs_with_sticking,
+)
 
 # -- Friction reserves of closed contacts at rest, by linear programs --------------------------
 
@@ -56,7 +60,7 @@ class ContactReserve:
         manifold = self.manifold
         load = manifold.force(place.q)
         manifold.rows(place.q)
-        forces = RestingContacts(self.limits, manifold.work, load / manifold.scale)
+        forces = StickingContacts(self.limits, manifold.work, load / manifold.scale)
         return forces.reserve() * float(np.abs(load).max(initial=0.0))
 
 
@@ -70,7 +74,7 @@ HALVINGS, GOLDEN = 60, 40
 
 
 @dataclass(frozen=True, eq=False)
-class RestBand:
+class EquilibriumBand:
     """Positions along a single free motion at which friction holds, from one end to the other.
 
     Attributes
@@ -82,7 +86,7 @@ class RestBand:
     leader : str
         The body whose angle, or displacement, tells positions apart.
     positions : tuple of int
-        Numbers of the rest positions in it at which no friction is needed.
+        Numbers of the equilibria in it at which no friction is needed.
     """
 
     low: Mapping[str, tuple[float, float, float]] | None
@@ -106,8 +110,8 @@ class RestBand:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """A rest band along a walk: nodes at its ends, None where it has none; nodes inside, in
-    order.
+    """A band of equilibria along a walk: nodes at its ends, None where it has none; nodes inside,
+    in order.
     """
 
     first: Node | None
@@ -146,7 +150,7 @@ class FrictionReserve:
         motion[0] = self.manifold.motion[0]
         motion[0, :n], motion[0, n : 3 * n] = place.q, 0.0
         how = {"t": self.manifold.time, "regularization": self.regularization}
-        rest = StoredMotion(motion=motion, **how)
+        stored = StoredMotion(motion=motion, **how)
         moving = motion.copy()
         moving[0, n : 2 * n] = self.manifold.scale * along
         output = np.zeros((1, len(self.pairs), PER_PAIR))
@@ -158,10 +162,10 @@ class FrictionReserve:
         least, residual = np.inf, float(place.force @ along)
         for sign in (1.0, -1.0):
             most = -np.inf
-            for slip_signs in slip_signs_with_resting(
+            for slip_signs in slip_signs_with_sticking(
                 sign * np.sign(rates), self.holds & (rates == 0.0)
             ):
-                forces_by_senses(self.layout, self.work, rest, slip_signs[None], table, reached)
+                forces_by_senses(self.layout, self.work, stored, slip_signs[None], table, reached)
                 taken = sum(
                     abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
                     for pair, rate in zip(self.pairs, rates, strict=True)
@@ -208,7 +212,7 @@ def _revolutions_before(node: Node, back: Array) -> Node:
 
 
 def _is_point(band: Band, scale: Array) -> bool:
-    """Whether a band is a rest position alone, as one at which nothing with friction would
+    """Whether a band is an equilibrium alone, as one at which nothing with friction would
     slide.
     """
     if band.first is None or band.last is None or len(band.inside) > 1:
@@ -217,7 +221,9 @@ def _is_point(band: Band, scale: Array) -> bool:
     return bool(np.abs(displacement).max() < tol.FRICTION_BAND_ENDS_SAME)
 
 
-def holding_sentences(mechanism: Mechanism, bands: tuple[RestBand, ...], holds: bool) -> list[str]:
+def holding_sentences(
+    mechanism: Mechanism, bands: tuple[EquilibriumBand, ...], holds: bool
+) -> list[str]:
     """Sentences on positions where friction holds beside equilibria that need none."""
     if not holds:
         return []
@@ -275,7 +281,7 @@ class _Located:
         yield last, self.reserve(last.place, last.along), False
 
     def _reversed(self, node: Node) -> Node:
-        return Node(node.place, -node.along, -node.residual, node.slope, node.side)
+        return Node(node.place, -node.along, -node.residual, node.derivative, node.side)
 
     def refined(self, samples: list[Sample]) -> Iterator[Sample]:
         """The samples, and between them where the reserve comes nearest to zero without having

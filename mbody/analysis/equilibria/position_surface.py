@@ -49,33 +49,35 @@ class LoadEnds:
         ends = [(load, side) for side in "ij" for load in loads]
         # the ground is the last body and has no coordinates
         bodies = [system.bodies[load.place(side).body] for load, side in ends]
-        arms = [system.numbers.arm(load, side) for load, side in ends]
+        body_fixed = [system.numbers.arm(load, side) for load, side in ends]
         self.bodies = np.array(bodies, dtype=np.int64).reshape(2, -1)
-        self.arms = np.array(arms, dtype=float).reshape(2, -1, 2) / self.length
+        self.body_fixed = np.array(body_fixed, dtype=float).reshape(2, -1, 2) / self.length
 
     def _poses_and_arms(self, q: Array) -> tuple[Array, Array]:
-        """Poses (…, 2, loads, 3) in model lengths, and arms in world axes (…, 2, loads, 2)."""
+        """Poses (…, 2, loads, 3) in model lengths, and positions from mass centres in world
+        axes (…, 2, loads, 2).
+        """
         pose = q.reshape(*q.shape[:-1], -1, 3)
         pose = np.concatenate([pose, np.zeros((*q.shape[:-1], 1, 3))], axis=-2)
         pose = pose[..., self.bodies, :]
         pose[..., :2] /= self.length
         c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-        x, y = self.arms[..., 0], self.arms[..., 1]
+        x, y = self.body_fixed[..., 0], self.body_fixed[..., 1]
         return pose, np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
     def vectors(self, q: Array) -> Array:
         """At positions (…, coordinates): (…, loads, 2)."""
-        pose, arms = self._poses_and_arms(q)
-        places = pose[..., :2] + arms
+        pose, relative = self._poses_and_arms(q)
+        places = pose[..., :2] + relative
         return np.asarray(places[..., 1, :, :] - places[..., 0, :, :])
 
-    def slopes(self, q: Array, directions: Array) -> Array:
+    def derivatives(self, q: Array, directions: Array) -> Array:
         """Change along directions (…, free, coordinates) without units: (…, loads, 2, free)."""
-        arms = self._poses_and_arms(q)[1][..., None, :, :, :]
+        relative = self._poses_and_arms(q)[1][..., None, :, :, :]
         rates = directions.reshape(*directions.shape[:-1], -1, 3)
         still = np.zeros((*rates.shape[:-2], 1, 3))
         rates = np.concatenate([rates, still], axis=-2)[..., self.bodies, :]
-        rotational = np.stack([-arms[..., 1], arms[..., 0]], axis=-1) * rates[..., 2:]
+        rotational = np.stack([-relative[..., 1], relative[..., 0]], axis=-1) * rates[..., 2:]
         moved = rates[..., :2] + rotational
         return np.moveaxis(moved[..., 1, :, :] - moved[..., 0, :, :], -3, -1)
 
@@ -424,7 +426,7 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
 # -- Points of a surface where the ends of a load coincide and its force has no direction ------
 #
 # A spring that keeps a force at zero length pulls one way on one side of such a point and the other
-# way beyond it. The potential energy has a cone there, and rest positions may lie close beside it.
+# way beyond it. The potential energy has a cone there, and equilibria may lie close beside it.
 # Where the ends only come close, its direction turns as quickly as they pass: a grid shows that
 # only where its cells are shorter than the load.
 #
@@ -505,7 +507,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
     q = np.array([node.place.q for node in cover.nodes])
     frames = np.array([node.frame for node in cover.nodes])
     radius = np.array([[node.radius] for node in cover.nodes])
-    sizes = np.linalg.norm(ends.slopes(q, frames), axis=(-2, -1))
+    sizes = np.linalg.norm(ends.derivatives(q, frames), axis=(-2, -1))
     return np.asarray(
         np.linalg.norm(ends.vectors(q), axis=-1) <= tol.CHART_FURTHER * radius * sizes + radius**2
     )
@@ -537,7 +539,7 @@ def _met(
     met, on_line = list[tuple[CoverNode, Array]](), True
     left = np.arange(len(beside))
     for _ in range(ITERATIONS):
-        J = ends.slopes(q[left], directions[left])[:, n]
+        J = ends.derivatives(q[left], directions[left])[:, n]
         there = np.linalg.norm(d[left], axis=1) < tol.SURFACE_END_MET
         for k, own in zip(left[there].tolist(), J[there], strict=True):
             sizes = np.linalg.svd(own, compute_uv=False)
@@ -753,8 +755,8 @@ class SurfaceSamples:
         What these loads are of it.
     ends : array (samples, loads, 2)
         From one end of each to the other.
-    slopes : array (samples, loads, 2, 2)
-        A load that pulls along its line drives by −F u·slopes, u the direction of its ends.
+    derivatives : array (samples, loads, 2, 2)
+        A load that pulls along its line drives by −F u·derivatives, u the direction of its ends.
     force : array (samples, loads)
         F.
     """
@@ -768,7 +770,7 @@ class SurfaceSamples:
             "residual": (2,),
             "own": (loads, 2),
             "ends": (loads, 2),
-            "slopes": (loads, 2, 2),
+            "derivatives": (loads, 2, 2),
             "force": (loads,),
         }
         self._samples = {name: np.empty((256, *shape)) for name, shape in self._shapes.items()}
@@ -799,7 +801,7 @@ class SurfaceSamples:
         if self.load_ends.loads:
             new["own"][good] = residuals[:, self.load_ends.numbers]
             new["ends"][good] = self.load_ends.vectors(q)
-            new["slopes"][good] = self.load_ends.slopes(q, directions) @ S[:, None]
+            new["derivatives"][good] = self.load_ends.derivatives(q, directions) @ S[:, None]
             own = loads[:, self.load_ends.numbers]
             every = np.arange(len(self.load_ends.loads))
             new["force"][good] = np.hypot(

@@ -1,9 +1,9 @@
-"""Search for rest positions on a manifold: walks, covers, and Newton's method with damping.
+"""Search for equilibria on a manifold: walks, covers, and Newton's method with damping.
 
-One free motion is walked along all round (`rest_curve`), and every zero of the residual force
-isolated (`rest_roots`); the surface of two is covered with places (`rest_surface`). Of more free
+One free motion is walked along all round (`curve_walk`), and every zero of the residual force
+isolated there; the surface of two is covered with places (`surface_roots`). Of more free
 motions a fixed spread of starts is taken; from each Levenberg–Marquardt on |r|² finds the nearest
-rest position, and a descent along the residual force a stable one. From every position that is
+equilibrium, and a descent along the residual force a stable one. From every position that is
 found each leader is then walked round by itself, the others fixed, as a link of a chain that is
 turned over where it hangs.
 """
@@ -22,7 +22,7 @@ from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, ManyPositions, Place
 from mbody.core import tolerances as tol
 
-# -- Why a number of rest positions is uncertain near a place: a load jumps, or no stiffness ---
+# -- Why a number of equilibria is uncertain near a place: a load jumps, or no stiffness -------
 
 
 def jumping_loads(manifold: Manifold, place: Place) -> list[str]:
@@ -86,8 +86,8 @@ def unit(direction: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Rest:
-    """A rest position.
+class EquilibriumPosition:
+    """An equilibrium.
 
     `stiffness` (free, free): In the free directions of the place.
     `top`: What its forces are measured by, as a torque; see `Manifold.scale_of`.
@@ -103,23 +103,23 @@ class Rest:
 
 
 @dataclass
-class RestSearch:
+class EquilibriumSearch:
     """Equilibria and doubtful positions found from all starts.
 
-    `found`: Rest positions, no two the same, in the order in which they were met.
+    `found`: Equilibria, no two the same, in the order in which they were met.
     `least`: Where the residual force was least, as a part of the greatest load.
     `ran_away`: Where a descent left all bounds.
     `lifts`: Where a load jumps, as a spring whose ends meet, and drives away.
     `jumps`, `unsure`, `odd`: Of single free motions: where loads drive from both sides and nothing
-      balances, where no number of rest positions is certain, and beside which stable and unstable
+      balances, where no number of equilibria is certain, and beside which stable and unstable
       ones do not alternate.
     `ends`: Why and where a walk along a single free motion ended that does not close; "wound" where
-      further revolutions may have rest positions too.
+      further revolutions may have equilibria too.
     `walks`: Along single free motions.
     """
 
     manifold: Manifold
-    found: list[Rest] = field(default_factory=list)
+    found: list[EquilibriumPosition] = field(default_factory=list)
     least: Place | None = None
     ran_away: Place | None = None
     jumps: list[Place] = field(default_factory=list)
@@ -132,7 +132,7 @@ class RestSearch:
     _ratio: float = np.inf
 
     def nearest(self, here: Place) -> None:
-        """The rest position that is nearest to one place."""
+        """The equilibrium that is nearest to one place."""
         self.origin = here.q
         self._settle(here)
 
@@ -146,7 +146,7 @@ class RestSearch:
         if single:
             return
         self._try(here)
-        if any(rest.row and not rest.stiffness.any() for rest in self.found):
+        if any(position.row and not position.stiffness.any() for position in self.found):
             return  # nothing drives it anywhere
         if len(here.motions) == 2:
             self._cover(here)
@@ -156,7 +156,7 @@ class RestSearch:
         self._each_leader(len(here.motions))
 
     def _cover(self, here: Place) -> None:
-        """All rest positions of two free motions, on the surface of their positions."""
+        """All equilibria of two free motions, on the surface of their positions."""
         pose = np.append(here.q, np.zeros(3))
         system = self.manifold.system
         rates = rates_of(system, free_motions(system, pose, here.motions)).reshape(2, -1)
@@ -165,14 +165,14 @@ class RestSearch:
         cover = Cover(self.manifold, here, frame)
         roots = surface_roots(cover, self._polished)
         before = len(self.found)
-        for place in sorted(roots.rests, key=lambda one: self.manifold.apart(one.q, here.q)):
+        for place in sorted(roots.equilibria, key=lambda one: self.manifold.apart(one.q, here.q)):
             self._keep(place)
         self.jumps += roots.jumps
         self.unsure += roots.unsure
         new = [
             r for r in self.found if cover.near(cover.name(r.place.q)).min() < tol.SURFACE_SPACING
         ]
-        row = any(rest.row for rest in self.found[before:])
+        row = any(position.row for position in self.found[before:])
         # each border that loads drive away from takes one from the Euler characteristic
         inward = not (cover.full or cover.driven_out())
         odd = inward and not roots.creased and (len(new) + roots.index + cover.borders) % 2
@@ -187,7 +187,7 @@ class RestSearch:
         self._relax(here)
 
     def _polished(self, near: Place) -> Place | None:
-        """The rest position that a place is close to."""
+        """The equilibrium that a place is close to."""
         place = self._solved(near)
         return (
             place
@@ -242,9 +242,9 @@ class RestSearch:
         return None, along
 
     def _walk(self, here: Place) -> None:
-        """All rest positions along a single free motion: both ways from a place, or all round."""
+        """All equilibria along a single free motion: both ways from a place, or all round."""
         curve = MotionCurve(self.manifold, here)
-        if max(abs(curve.start.residual), abs(curve.start.slope)) == 0.0:
+        if max(abs(curve.start.residual), abs(curve.start.derivative)) == 0.0:
             self._keep(here)
             return
         onward = curve.walk(1.0)
@@ -265,9 +265,9 @@ class RestSearch:
         for walk in walks:
             roots = roots_of(curve, walk, start=walk is onward and not round_)
             whole = float(curve.arclengths(walk)[-1]) if round_ else np.inf
-            for rest in roots.rests:
-                arclength = curve.arclength_of(rest, walk)
-                place = rest.place
+            for position in roots.equilibria:
+                arclength = curve.arclength_of(position, walk)
+                place = position.place
                 if whole - arclength < arclength:  # nearer the other way round
                     back = self.manifold.place(place.q - (again.q - here.q))
                     arclength, place = whole - arclength, back or place
@@ -275,7 +275,9 @@ class RestSearch:
             self.jumps += [node.place for node in roots.jumps]
             odd = out_of_order(curve, walk, roots)
             # a walk that comes to the very place where a load jumps does not see the jump
-            if odd and not any(directionless_loads(self.manifold, r.place) for r in roots.rests):
+            if odd and not any(
+                directionless_loads(self.manifold, r.place) for r in roots.equilibria
+            ):
                 self.odd += [node.place for node in odd]
             self.unsure += [node.place for node in roots.unsure]
             if walk.end not in ("", "far", "longest") and not met_behind:
@@ -310,23 +312,23 @@ class RestSearch:
         return alike <= tol.EQUILIBRIA_ALIKE * self.manifold.scale_of(last)
 
     def _each_leader(self, free: int) -> None:
-        """Walk every leader by itself from every rest position, those included that it leads to."""
+        """Walk every leader by itself from every equilibrium, those included that it leads to."""
         walks = WALKS // free
-        for rest in self.found:  # grows on the way
-            if rest.singular or len(rest.place.motions) != free:
+        for position in self.found:  # grows on the way
+            if position.singular or len(position.place.motions) != free:
                 continue
-            system, pose = self.manifold.system, np.append(rest.place.q, np.zeros(3))
-            motions = free_motions(system, pose, rest.place.motions)
+            system, pose = self.manifold.system, np.append(position.place.q, np.zeros(3))
+            motions = free_motions(system, pose, position.place.motions)
             directions = rates_of(system, motions).reshape(free, -1) / self.manifold.scale
             parts = leading(system, motions, directions)
             for n, direction in enumerate(directions):
                 if not walks:
                     return
                 walks -= 1
-                self._lead(rest.place, direction, np.delete(parts, n, axis=0))
+                self._lead(position.place, direction, np.delete(parts, n, axis=0))
 
     def _lead(self, start: Place, direction: Array, fixed: Array) -> None:
-        """Rest positions from where the residual force along a direction changes its sign; the
+        """Equilibria from where the residual force along a direction changes its sign; the
         other leaders do not move, fixed (free − 1, coordinates) being what they do.
         """
         none = tol.EQUILIBRIUM_BALANCED * self.manifold.largest(start.q)
@@ -354,14 +356,14 @@ class RestSearch:
                     return  # once round
 
     def _try(self, start: Place) -> None:
-        """The nearest rest position, and a stable one."""
+        """The nearest equilibrium, and a stable one."""
         self._settle(start)
         relaxed = self._relax(start)
         if relaxed is not None:
             self._settle(relaxed)
 
     def _settle(self, here: Place) -> None:
-        """Keep the rest position that is nearest, or what is left where there is none."""
+        """Keep the equilibrium that is nearest, or what is left where there is none."""
         self._keep(self._solved(here))
 
     def _solved(self, here: Place) -> Place:
@@ -399,7 +401,7 @@ class RestSearch:
         return here
 
     def _relax(self, here: Place) -> Place | None:
-        """Along the residual force to where it ends: a stable rest position, as far as there is
+        """Along the residual force to where it ends: a stable equilibrium, as far as there is
         one.
         """
         step_limit = tol.EQUILIBRIUM_STEP_LONGEST
@@ -443,8 +445,8 @@ class RestSearch:
     def _is_away(self, here: Place) -> bool:
         return self._far(here) > RUN_AWAY
 
-    def _keep(self, here: Place, known: Sequence[Rest] | None = None) -> None:
-        """Keep a rest position that is new among `known`, by default all that are found, and not
+    def _keep(self, here: Place, known: Sequence[EquilibriumPosition] | None = None) -> None:
+        """Keep an equilibrium that is new among `known`, by default all that are found, and not
         another one after whole revolutions; of places that do not rest the one with the least
         residual force.
         """
@@ -463,9 +465,9 @@ class RestSearch:
                 return
         if self._at_jump(here):
             return
-        rest = self._rest(here, top)
-        if not (rest.row and any(self._same_row(rest, other) for other in self.found)):
-            self.found.append(rest)
+        position = self._position(here, top)
+        if not (position.row and any(self._same_row(position, other) for other in self.found)):
+            self.found.append(position)
 
     def _at_jump(self, here: Place) -> bool:
         """Whether a load has no direction at this very place, as a spring whose ends meet, and is
@@ -485,7 +487,7 @@ class RestSearch:
         self.least = self.least or here
         return True
 
-    def _rest(self, here: Place, top: float) -> Rest:
+    def _position(self, here: Place, top: float) -> EquilibriumPosition:
         """Stiffness, stability and isolation of an equilibrium."""
         K = self.manifold.stiffness(here)
         sizes, vt = np.linalg.svd(K)[1:]
@@ -505,14 +507,16 @@ class RestSearch:
             for direction in here.motions
         ]
         singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
-        return Rest(here, K, top, row, singular)
+        return EquilibriumPosition(here, K, top, row, singular)
 
-    def _same_row(self, one: Rest, other: Rest) -> bool:
+    def _same_row(self, one: EquilibriumPosition, other: EquilibriumPosition) -> bool:
         """Whether two positions without restoring force look alike but for where they are."""
         if not (other.row and len(one.stiffness) == len(other.stiffness)):
             return False
-        sizes = [np.linalg.eigvals(rest.stiffness) for rest in (one, other)]
-        forces = [np.linalg.norm(rest.place.force.reshape(-1, 3)[:, :2]) for rest in (one, other)]
+        sizes = [np.linalg.eigvals(position.stiffness) for position in (one, other)]
+        forces = [
+            np.linalg.norm(position.place.force.reshape(-1, 3)[:, :2]) for position in (one, other)
+        ]
         apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
         scale = max(one.top, float(np.abs(sizes[0]).max()))
         return max(apart, float(abs(forces[0] - forces[1]))) <= tol.EQUILIBRIA_ALIKE * scale

@@ -180,10 +180,10 @@ class SurfaceZeros:
 #
 # A cell is excluded where some direction separates zero from the residual force at its corners by
 # more than the error of linear interpolation, which second differences bound. Where the ends of a
-# load come close within a cell its direction is not known between the corners: there the rest of
-# the residual force must be separated from zero by more than the load may give in any direction. Of
-# a load whose ends meet in a curve that goes through the cell both sides are known: where it
-# outweighs the rest, there is no zero beside the curve.
+# load come close within a cell its direction is not known between the corners: there what is left
+# of the residual force must be separated from zero by more than the load may give in any direction.
+# Of a load whose ends meet in a curve that goes through the cell both sides are known: where it
+# outweighs the others, there is no zero beside the curve.
 
 #: Directions among which one that separates zero is sought.
 DIRECTIONS = 32
@@ -301,19 +301,19 @@ class ChartCells:
         """Where the mean Jacobian matrix J shows one zero at most: J⁻¹ ∂G/∂y near the identity."""
         count = len(corners)
         along = corners[:, 1, :] - corners[:, 0, :], corners[:, :, 1] - corners[:, :, 0]
-        J = np.stack([mean_slope.mean(axis=1) for mean_slope in along], axis=-1)
+        J = np.stack([mean_derivative.mean(axis=1) for mean_derivative in along], axis=-1)
         top = np.abs(J).max(axis=(1, 2))
         good = np.abs(np.linalg.det(J)) > tol.CELL_DETERMINANT_NONE * top**2
         B = np.zeros_like(J)
         B[good] = np.linalg.inv(J[good])
         errors, off = [], []
-        for mean_slope, second_difference, unit in zip(
+        for mean_derivative, second_difference, unit in zip(
             along, second_differences, np.eye(2), strict=True
         ):
             error = tol.SURFACE_ERROR_SURE * np.linalg.norm(
                 np.einsum("nkx,nyx->nky", second_difference, B), axis=2
             ).max(axis=1)
-            deviation = np.einsum("nkx,nyx->nky", mean_slope, B) - unit
+            deviation = np.einsum("nkx,nyx->nky", mean_derivative, B) - unit
             errors.append(error)
             off.append(np.linalg.norm(deviation, axis=2).max(axis=1) + error)
         differs = np.hypot(*off)
@@ -349,15 +349,15 @@ class ChartCells:
         samples = self.samples
         nine = numbers[which[:, 0]]
         four = _quarters(nine)[np.arange(len(nine)), which[:, 1]].reshape(-1, 4)
-        rest = samples.residual[nine] - samples.own[nine][:, :, :, rotating].sum(axis=3)
-        error = _error(_second_differences(rest))
+        remaining = samples.residual[nine] - samples.own[nine][:, :, :, rotating].sum(axis=3)
+        error = _error(_second_differences(remaining))
         corners = samples.residual[four] - samples.own[four][:, :, rotating].sum(axis=2)
         part = corners @ UNIT_CIRCLE.T
         force = samples.force[nine.reshape(-1, 9)][:, :, rotating]
         spread = np.ptp(force, axis=1)
-        # what a load may give in each direction: F |slopes · w|
-        slopes = samples.slopes[four][:, :, rotating]
-        sizes = np.linalg.norm(slopes @ UNIT_CIRCLE.T, axis=3).max(axis=1)
+        # what a load may give in each direction: F |derivatives · w|
+        derivatives = samples.derivatives[four][:, :, rotating]
+        sizes = np.linalg.norm(derivatives @ UNIT_CIRCLE.T, axis=3).max(axis=1)
         most = (force.max(axis=1) + tol.SURFACE_ERROR_SURE * spread)[:, :, None] * sizes
         empty = (part.min(axis=1) - error - most.sum(axis=1) > 0.0).any(axis=1)
         for k, load in enumerate(rotating):
@@ -375,20 +375,20 @@ class ChartCells:
             outweighs &= (given - others > 0.0).any(axis=1)
             empty |= outweighs
             u = ends / np.maximum(long, tol.TINY)[:, :, None]
-            pull = np.einsum("nka,nkax,nkx->nk", u, slopes[:, :, k], own)
+            pull = np.einsum("nka,nkax,nkx->nk", u, derivatives[:, :, k], own)
             inward = outweighs & ((pull < 0.0) | ~off).all(axis=1)
             for n in np.flatnonzero(inward):
-                across = slopes[n, :, k].mean(axis=0).T @ line[n]
+                across = derivatives[n, :, k].mean(axis=0).T @ line[n]
                 if _meets(signed[n], corners[n], across):
                     self.inward[tuple(which[n])] = load
         self.empty[which[empty, 0], which[empty, 1]] = True
 
 
-def _meets(signed: Array, rest: Array, across: Array) -> bool:
+def _meets(signed: Array, corners: Array, across: Array) -> bool:
     """Whether the residual force along a nonsmooth line, interpolated between four corners (4,) and
     (4, 2), has a zero on it within them, or beside them by a tenth.
     """
-    values = np.column_stack([signed, rest @ [-across[1], across[0]]])
+    values = np.column_stack([signed, corners @ [-across[1], across[0]]])
     a, b, c, d = values
     J = 0.5 * np.column_stack([c + d - a - b, b + d - a - c])
     top = np.abs(J).max(axis=1)
@@ -425,7 +425,7 @@ CIRCLE, HALVINGS = 16, 16
 class SurfaceRoots:
     """Equilibria and doubtful positions found on a surface.
 
-    `rests`: Where the residual force is zero.
+    `equilibria`: Where the residual force is zero.
     `jumps`: Beside a place towards which loads drive from all sides, and which no position
       balances.
     `unsure`: Where no number of zeros is certain.
@@ -433,7 +433,7 @@ class SurfaceRoots:
     `creased`: Whether loads jump in curves, along which zeros have no winding number.
     """
 
-    rests: list[Place] = field(default_factory=list)
+    equilibria: list[Place] = field(default_factory=list)
     jumps: list[Place] = field(default_factory=list)
     unsure: list[Place] = field(default_factory=list)
     index: int = 0
@@ -476,7 +476,7 @@ class _SurfaceIsolation:
         self.ends = LoadEnds(cover.manifold.system, met.sharp)
         self.samples = SurfaceSamples(cover, self.ends)
         self.isolate(open_)
-        self.found.rests = [zero.place for zero in self.zeros.every]
+        self.found.equilibria = [zero.place for zero in self.zeros.every]
 
     def isolate(self, open_: list[int]) -> None:
         """Find the zeros around some places of the cover."""

@@ -502,6 +502,6 @@ def _check_velocities(system: System, work: Work) -> None:
     G = dense(system, work)[1]
     nu = dense_rates(system, work)
     v = work.v[: system.coordinates, 0] / system.coordinate_units
-    rest = np.abs(G @ v - nu)
-    if rest.max() > tol.RATES_CONTRADICT * max(np.abs(nu).max(), np.abs(v).max()):
+    residual = np.abs(G @ v - nu)
+    if residual.max() > tol.RATES_CONTRADICT * max(np.abs(nu).max(), np.abs(v).max()):
         raise no_velocities(system, nu)

@@ -1,4 +1,4 @@
-"""`linearize`: the linear equations of small motions about a rest position, or about a motion."""
+"""`linearize`: the linear equations of small motions about an equilibrium, or about a motion."""
 
 from __future__ import annotations
 
@@ -249,11 +249,13 @@ class Moving:
                 np.zeros(len(self.own)),
             )
             offset[n] = step
-            slope = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
-            # where what it changes is small beside the rest, a longer step is more exact
+            derivative = float(np.abs(function(self.own + offset) - first).max(initial=0.0)) / step
+            # where what it changes is small beside the others, a longer step is more exact
             offset[n] = (
-                max(step, min(tol.DIFFERENCE_STEP_FOURTH_ORDER * size / slope, FARTHEST * step))
-                if slope
+                max(
+                    step, min(tol.DIFFERENCE_STEP_FOURTH_ORDER * size / derivative, FARTHEST * step)
+                )
+                if derivative
                 else step
             )
             near = function(self.own + offset) - function(self.own - offset)
@@ -489,7 +491,7 @@ class Linearization(Inherited):
         ModelError
             For a measure of what the mechanism has not.
         SolveError
-            As `state_matrix`; and for measures at rest positions that drivers do not hold.
+            As `state_matrix`; and for measures at equilibria that drivers do not hold.
 
         Notes
         -----
@@ -543,7 +545,7 @@ def linearize(
     model : Mechanism or System
         With free motions.
     at : Equilibrium or Solution
-        A rest position of `equilibrium`, drivers holding what their laws say there; or the last
+        An equilibrium of `equilibrium`, drivers holding what their laws say there; or the last
         instant of a motion, drivers following their laws.
     free : str or sequence of str, optional
         Drivers that are released.
@@ -559,7 +561,8 @@ def linearize(
     ModelError
         For a place that is none, or does not fit the mechanism; for a batch of designs.
     SolveError
-        Where nothing is free, the position given as one of rest is none, or is singular in motion.
+        Where nothing is free, the position given as an equilibrium is none, or is singular in
+        motion.
 
     Notes
     -----
@@ -584,7 +587,7 @@ def linearize(
     """
     system = single_design("linearize", model, free)
     name = system.mechanism.name
-    given, resting = _instant(at)
+    given, given_equilibrium = _instant(at)
     if too_large(system):
         raise SolveError(
             f"linearize of '{name}': {system.rows} rows of {system.coordinates} coordinates are "
@@ -616,10 +619,11 @@ def linearize(
     motions = free_motions(system, np.append(here.q, np.zeros(3)), here.motions)
     top, mass = manifold.scale_of(here), manifold.mass(here.motions)
     balanced = (
-        here.size <= (tol.EQUILIBRIUM_RESTING if resting else tol.EQUILIBRIUM_BALANCED_GIVEN) * top
+        here.size
+        <= (tol.EQUILIBRIUM_RESTING if given_equilibrium else tol.EQUILIBRIUM_BALANCED_GIVEN) * top
     )
     branches = _branches(manifold, here)
-    if resting and not (balanced or branches):
+    if given_equilibrium and not (balanced or branches):
         raise SolveError(
             f"'{name}' does not rest where it is given: what drives it is {here.size / top:.2g} of "
             "the greatest load; look for rest positions of this very mechanism with equilibrium"
@@ -629,22 +633,22 @@ def linearize(
     directions = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
     basis = directions @ here.motions.T
     M = np.asarray(basis @ mass @ basis.T)
-    rest = resting or (balanced and fast <= tol.RATE_NONE * natural)
+    about_equilibrium = given_equilibrium or (balanced and fast <= tol.RATE_NONE * natural)
     notes: list[str] = []
     parts = leading(system, motions, directions)
-    near = manifold, here, v, start.regularization, directions, parts, resting
+    near = manifold, here, v, start.regularization, directions, parts, given_equilibrium
     nearby = functools.partial(Moving, *near, contacts=contacts)
     if contacts is not None:
         found = nearby()
         C, K, drive = found.matrices(M)
         # drivers may go on: it is at rest where the leaders are
-        leaders_at_rest = float(np.abs(found.rate).max()) <= tol.RATE_NONE * natural
-        rest = leaders_at_rest and float(
+        leaders_stationary = float(np.abs(found.rate).max()) <= tol.RATE_NONE * natural
+        about_equilibrium = leaders_stationary and float(
             np.abs(drive).max()
         ) <= tol.EQUILIBRIUM_BALANCED_GIVEN * max(top, natural**2)
         C, K = (_rounded(part, top, by) for part, by in ((C, natural), (K, 1.0)))
-    elif rest:
-        C, K, notes = _at_rest(manifold, here, natural, top)
+    elif about_equilibrium:
+        C, K, notes = _about_equilibrium(manifold, here, natural, top)
         C, K, drive = basis @ C @ basis.T, basis @ K @ basis.T, np.zeros(len(M))
     else:
         C, K, drive = nearby().matrices(M)
@@ -654,7 +658,7 @@ def linearize(
         notes += left_out(system.mechanism, "linearize")
     else:
         notes.append(contacts.note)
-    about = "rest" if rest else "motion"
+    about = "rest" if about_equilibrium else "motion"
     said = inherited(given, notes=notes)
     names = {} if contacts is None else contacts.names
     return Linearization(about, t, M, C, K, drive, motions, given, nearby, names, **said)
@@ -670,7 +674,7 @@ def _rounded(matrix: Array, top: float, by: float) -> Array:
 
 
 def _instant(at: Any) -> tuple[Solution, bool]:
-    """The instant, and whether it is one of rest, drivers holding."""
+    """The instant, and whether it is an equilibrium, drivers holding."""
     if isinstance(at, Equilibrium):
         return at.solution, True
     if not isinstance(at, Solution):
@@ -733,7 +737,7 @@ def _branches(manifold: Manifold, here: Place) -> list[str]:
     ]
 
 
-def _at_rest(
+def _about_equilibrium(
     manifold: Manifold, here: Place, natural: float, top: float
 ) -> tuple[Array, Array, list[str]]:
     """C and K along the orthonormal free motions, and sentences."""

@@ -1,4 +1,4 @@
-"""`modes`: natural frequencies, damping and shapes of small motions about rest positions."""
+"""`modes`: natural frequencies, damping and shapes of small motions about equilibria."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.equilibria.equilibrium import AtRestPositions, Equilibrium, equilibrium
+from mbody.analysis.equilibria.equilibrium import AtEquilibria, Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
 from mbody.core import tolerances as tol
@@ -299,7 +299,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class ModesAt(Inherited):
-    """The modes at one rest position, slow ones first.
+    """The modes at one equilibrium, slow ones first.
 
     Attributes
     ----------
@@ -350,8 +350,8 @@ class ModesAt(Inherited):
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(AtRestPositions[ModesAt]):
-    """The modes at one or several rest positions; ``print`` shows them as tables. Doubts of the
+class Modes(AtEquilibria[ModesAt]):
+    """The modes at one or several equilibria; ``print`` shows them as tables. Doubts of the
     positions are its own.
 
     Examples
@@ -382,7 +382,7 @@ def modes(
     starts: Guesses | Sequence[Guesses] = (),
     t: float = 0.0,
 ) -> Modes:
-    """Natural frequencies, damping ratios and mode shapes at rest positions (modal analysis).
+    """Natural frequencies, damping ratios and mode shapes at equilibria (modal analysis).
 
     (s² M + s C + K) u = 0 with the matrices of `linearize`; every body moves as Re(u exp(s t)).
 
@@ -391,7 +391,7 @@ def modes(
     model : Mechanism or System
         With free motions; drivers, if there are any, hold what their laws say at t.
     at : Equilibrium or Solution, optional
-        One rest position; by default all that `equilibrium` finds.
+        One equilibrium; by default all that `equilibrium` finds.
     free : str or sequence of str, optional
         Drivers that are released.
     starts, t : optional
@@ -433,13 +433,13 @@ def modes(
     notes: tuple[str, ...] = ()
     if at is None:
         found = equilibrium(model, free=free, starts=starts, t=t)
-        rests: tuple[Equilibrium | Solution, ...] = found.positions
+        equilibria: tuple[Equilibrium | Solution, ...] = found.positions
         notes, linearized = found.notes, [found]
     else:
         if starts or t != 0.0:
             raise ModelError("at says the position and its time: leave out starts and t")
-        rests = (at,)
-    linear = [linearize(model, at=rest, free=free) for rest in rests]
+        equilibria = (at,)
+    linear = [linearize(model, at=position, free=free) for position in equilibria]
     moving = [one for one in linear if one.about != "rest"]
     if moving:
         one = moving[0]

@@ -221,14 +221,14 @@ def _wrong(
         def shifted(s: float, move: Array = move) -> Array:
             return evaluated(t, q + s * move, v)[0]
 
-        slopes = _slopes(shifted)
-        bad = _off(G[:, m] * unit[m], slopes, size)
+        derivatives = _derivatives(shifted)
+        bad = _off(G[:, m] * unit[m], derivatives, size)
         if bad is not None:
             row, wanted = bad
             name = joint.system.mechanism.bodies[int(column) // 3].name
             partial = f"∂Φ/∂{'xyθ'[m % 3]} of '{name}'"
             return "Φ_q", row, float(G[row, m]), wanted / float(unit[m]), partial
-    bad = _off(nu, _slopes(lambda s: -evaluated(t + s, q, v)[0]), np.maximum(size, np.abs(nu)))
+    bad = _off(nu, _derivatives(lambda s: -evaluated(t + s, q, v)[0]), np.maximum(size, np.abs(nu)))
     if bad is not None:
         return "ν", bad[0], float(nu[bad[0]]), bad[1], "−∂Φ/∂t"
 
@@ -238,25 +238,25 @@ def _wrong(
         return left
 
     terms = np.abs(G * a[columns]), np.abs(G * v[columns]), np.abs(gamma)[:, None]
-    bad = _off(gamma, _slopes(rate), np.column_stack(terms).max(axis=1))
+    bad = _off(gamma, _derivatives(rate), np.column_stack(terms).max(axis=1))
     if bad is not None:
         return "γ", bad[0], float(gamma[bad[0]]), bad[1], "Φ_q a − d²Φ/dt²"
     return None
 
 
-def _slopes(function: Callable[[float], Array]) -> list[Array]:
+def _derivatives(function: Callable[[float], Array]) -> list[Array]:
     """Central differences at 0, of every step."""
     return [(function(h) - function(-h)) / (2.0 * h) for h in STEPS]
 
 
-def _off(given: Array, slopes: list[Array], size: Any) -> tuple[int, float] | None:
+def _off(given: Array, derivatives: list[Array], size: Any) -> tuple[int, float] | None:
     """The row, and what it should be, of a derivative that no step agrees with."""
-    error = np.min([np.abs(slope - given) for slope in slopes], axis=0)
+    error = np.min([np.abs(one - given) for one in derivatives], axis=0)
     bad = np.flatnonzero(~(error <= tol.USER_DERIVATIVE_WRONG * np.maximum(size, tol.TINY)))
     if not bad.size:
         return None
     row = int(bad[0])
-    return row, float(slopes[2][row])
+    return row, float(derivatives[2][row])
 
 
 # -- Unused points of a description: often the trace of a missing joint ------------------------

@@ -220,14 +220,14 @@ def _mesh(system: System, groups: _RotatingGroups, read: _Pose, pair: Constraint
 
 def _is_wheel(system: System, at: Numbers, body: str) -> bool:
     """Whether joints hold a body at one place only, about which it may turn in any position."""
-    arms = []
+    positions = []
     for joint in system.mechanism.joints:
         if body in joint.bodies and joint.rows:
             if not joint.lets_turn(body):
                 return False
             side = "ij"[joint.bodies.index(body)]
-            arms.append([float(part) for part in at.arm(joint, side)])
-    return bool(np.ptp(arms, axis=0).max() <= tol.POINT_SAME * system.length)
+            positions.append([float(part) for part in at.arm(joint, side)])
+    return bool(np.ptp(positions, axis=0).max() <= tol.POINT_SAME * system.length)
 
 
 @dataclass
@@ -386,7 +386,7 @@ class _Stages:
         """Where the paths end, (designs, coordinates + 3), and how far they come, (designs,)."""
         count = len(self.values)
         poses, progress, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
-        slope = np.zeros_like(poses)
+        derivative = np.zeros_like(poses)
         # of the first stage nothing foretells where it leads
         begun = np.zeros(count, dtype=bool)
         active = np.arange(count)
@@ -395,8 +395,8 @@ class _Stages:
             step = (to - progress[active])[:, None]
             found, closes = self._closed(active, to, poses[active])
             moved = found - poses[active]
-            bent = self.system.extent(moved - step * slope[active])
-            straight = self.system.extent(moved) + self.system.extent(step * slope[active])
+            bent = self.system.extent(moved - step * derivative[active])
+            straight = self.system.extent(moved) + self.system.extent(step * derivative[active])
             kept = closes & (self.system.extent(moved) <= tol.BRANCH_LEAP)
             kept &= (
                 ~begun[active]
@@ -404,7 +404,7 @@ class _Stages:
                 | (straight <= tol.STAGE_STRAIGHT)
             )
             on = active[kept]
-            poses[on], slope[on], begun[on] = found[kept], (moved / step)[kept], True
+            poses[on], derivative[on], begun[on] = found[kept], (moved / step)[kept], True
             progress[on] = to[kept]
             stage[on] *= 2.0
             stage[active[~kept]] *= 0.5

@@ -706,7 +706,7 @@ class Prescribed:
         if self.key in ROTATION:
             row[first + 2] = 1.0
             return row
-        x, y = self._arm(system, q)
+        x, y = self._mass_centre(system, q)
         row[first + (self.key in Y)] = 1.0
         row[first + 2] = (-x if self.key in Y else y) / system.length
         return row
@@ -717,9 +717,9 @@ class Prescribed:
         if self.key in ROTATION:
             return float(q[first + 2])
         k = int(self.key in Y)
-        return float(q[first + k] - self._arm(system, q)[k]) / system.length
+        return float(q[first + k] - self._mass_centre(system, q)[k]) / system.length
 
-    def _arm(self, system: System, q: Array) -> tuple[float, float]:
+    def _mass_centre(self, system: System, q: Array) -> tuple[float, float]:
         """The mass centre from the origin of the body's axes: A(θ) c."""
         cx, cy = system.numbers.point(f"{self.body}.cg")
         theta = q[3 * system.bodies[self.body] + 2]

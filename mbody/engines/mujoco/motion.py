@@ -127,8 +127,8 @@ class Replay:
             kind = type(load)
             if kind in (Spring, Damper, TorsionSpring, TorsionDamper):
                 t = model.tendon(load.name).id
-                rest = model.tendon_lengthspring[t][0]
-                pull = model.tendon_stiffness[t] * (data.ten_length[t] - rest)
+                free_length = model.tendon_lengthspring[t][0]
+                pull = model.tendon_stiffness[t] * (data.ten_length[t] - free_length)
                 pull += model.tendon_damping[t] * data.ten_velocity[t]
                 sign = -1.0 if load.name in self.made.reversed else 1.0
                 found += self.forces(load, -sign * float(pull))
@@ -157,8 +157,8 @@ class Replay:
 
     def add_force(self, b: int, at: Array, force: Array, torque: float) -> None:
         """Apply a force at a place of the world and a torque to body b of MuJoCo."""
-        arm = at - self.data.xipos[b][:2]
-        moment = torque + arm[0] * force[1] - arm[1] * force[0]
+        relative = at - self.data.xipos[b][:2]
+        moment = torque + relative[0] * force[1] - relative[1] * force[0]
         self.data.xfrc_applied[b] += [*force, 0.0, 0.0, 0.0, moment]
 
     def find_joint_forces(self) -> None:

@@ -216,9 +216,9 @@ class OracleContacts:
         return np.asarray(found.imag / tol.COMPLEX_STEP)
 
     def length(self) -> float:
-        """A length of the places: the greatest radius, or arm."""
-        arms = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.candidates]
-        return max([*arms, *(s.second_size for s in self.candidates)]) or 1.0
+        """A length of the places: the greatest radius, or distance from a mass centre."""
+        lengths = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in self.candidates]
+        return max([*lengths, *(s.second_size for s in self.candidates)]) or 1.0
 
 
 # -- Guards of contact modes for SciPy's integrators -------------------------------------------
@@ -476,20 +476,20 @@ class DenseContactMotion:
         fast, push = self._fast(v), float(np.abs(self.mass @ v).max(initial=0.0)) or 1.0
         kept = joints @ v
         for modes in itertools.product((STICK, FORWARD, BACKWARD, OPEN), repeat=len(closed)):
-            for rests in self._rests(closed, modes, mu):
+            for choice in self._sticking_choices(closed, modes, mu):
                 # rows: rates that are known; columns: impulses, of which `least` acts in any case
                 constrained, forces, target = [joints], [joints], [kept + still]
                 fixed = np.zeros(len(v))
                 for k, mode in zip(closed, modes, strict=True):
                     n, s = W[k : k + 1], W[m + k : m + k + 1]
-                    row = n - SLIP_SIGN.get(mode, SLIP_SIGN.get(rests.get(k, ""), 0.0)) * mu[k] * s
+                    row = n - SLIP_SIGN.get(mode, SLIP_SIGN.get(choice.get(k, ""), 0.0)) * mu[k] * s
                     fixed += least[k] * row[0]
                     if mode != OPEN:
                         constrained.append(n)
                         forces.append(row)
                         target.append(np.array([-shift[k]]))
                 for k, mode in zip(closed, modes, strict=True):
-                    if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
+                    if mu[k] > 0.0 and (mode == STICK or choice.get(k) == STICK):
                         constrained.append(W[m + k : m + k + 1])
                         forces.append(W[m + k : m + k + 1])
                         target.append(np.zeros(1))
@@ -508,16 +508,16 @@ class DenseContactMotion:
                     if mode != OPEN:
                         normal[k], at = normal[k] + lam[at], at + 1
                 for k, mode in zip(closed, modes, strict=True):
-                    if mu[k] > 0.0 and (mode == STICK or rests.get(k) == STICK):
+                    if mu[k] > 0.0 and (mode == STICK or choice.get(k) == STICK):
                         along[k], at = lam[at], at + 1
                 rates = W @ after
                 if self._strikes(
-                    closed, modes, rests, rates, shift, normal, least, along, mu, fast, push
+                    closed, modes, choice, rates, shift, normal, least, along, mu, fast, push
                 ):
                     return after, normal
         raise NotImplementedError(f"no impulses at t = {t:.6g} fulfil the law of impact")
 
-    def _rests(
+    def _sticking_choices(
         self, closed: Sequence[int], modes: Sequence[str], mu: Array
     ) -> Iterator[dict[int, str]]:
         """Friction of contacts that get no more than the least impulse, which may stick or slip."""
@@ -529,7 +529,7 @@ class DenseContactMotion:
         self,
         closed: Sequence[int],
         modes: Sequence[str],
-        rests: dict[int, str],
+        choice: dict[int, str],
         rates: Array,
         shift: Array,
         normal: Array,
@@ -545,7 +545,7 @@ class DenseContactMotion:
                 return False
             if normal[k] - least[k] < -tol.ORACLE_FORCE_NONE * push:
                 return False
-            how = rests.get(k, mode)
+            how = choice.get(k, mode)
             if how == STICK and abs(along[k]) > mu[k] * normal[k] + tol.ORACLE_FORCE_NONE * push:
                 return False
             if (

@@ -60,10 +60,13 @@ def pull_of_strands(
         # the normal of pulley i where the strand leaves it, and that of pulley j up to its sign
         mx = math.sin(lean) * ux - n * math.cos(lean) * uy
         my = math.sin(lean) * uy + n * math.cos(lean) * ux
-        arm = side * joint.radius_j * mx, side * joint.radius_j * my
-        tx, ty = xi + joint.radius_i * mx - xj - arm[0], yi + joint.radius_i * my - yj - arm[1]
+        radius = side * joint.radius_j * mx, side * joint.radius_j * my
+        tx, ty = (
+            xi + joint.radius_i * mx - xj - radius[0],
+            yi + joint.radius_i * my - yj - radius[1],
+        )
         length = math.hypot(tx, ty)
-        moment_arm = (arm[0] * ty - arm[1] * tx) / length
+        moment_arm = (radius[0] * ty - radius[1] * tx) / length
         # pulley j is driven on where the rim of i is faster
         pull = mean + half * math.copysign(1.0, moment_arm * side)
         total += pull * np.array([tx / length, ty / length, moment_arm])
@@ -131,7 +134,7 @@ class DenseFriction:
         self.g = reference.phi_q_all(q, t)
         self.right = reference.applied(q, v, t) - reference.mass_matrix() @ np.asarray(a, float)
         self._places: dict[str, tuple[Any, Any]] = {}
-        self._arms: dict[str, float] = {}
+        self._moment_arms: dict[str, float] = {}
         self.joints = [joint for joint in reference.mechanism.joints if has_friction(joint)]
         self.rates = {joint.name: self._rate(joint) for joint in self.joints}
         velocity_scale = float(np.abs(self.v).max(initial=0.0))
@@ -230,12 +233,12 @@ class DenseFriction:
         or columns of them.
         """
         r = self.reference
-        lam, rest = z[: r.m], list(z[r.m :])
+        lam, remaining = z[: r.m], list(z[r.m :])
         balance = (self.right - (self.g[:, : 3 * r.n].T @ lam).T).T
         force = np.zeros((3 * r.n + 3, *z.shape[1:]), dtype=z.dtype)
         said: list[Any] = []
         for joint in self.joints:
-            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
             (fx, fy, torque), equations = self._contact(joint, lam, own)
             said += equations
             self._act(force, joint, fx, fy, torque)
@@ -309,9 +312,9 @@ class DenseFriction:
             (friction,) = own
             said = [friction + slip_sign * mu * size(press)]
             if joint.pin_radius is not None:
-                arm = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
+                radius = joint.pin_radius * mu / math.sqrt(1.0 + mu * mu)
                 whole = np.sqrt(press * press + friction * friction)
-                said = [friction * joint.roller + slip_sign * arm * whole]
+                said = [friction * joint.roller + slip_sign * radius * whole]
         else:
             friction = -slip_sign * mu * size(press)
         return ((friction + viscous) * ux, (friction + viscous) * uy, 0.0), said
@@ -338,9 +341,9 @@ class DenseFriction:
             else:
                 said = [whole]
         elif joint.friction is not None:
-            arm = self._mean_arm(joint)
+            moment_arm = self._mean_moment_arm(joint)
             mu = joint.friction * self.part
-            torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * arm
+            torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * moment_arm
         apart: Any = 0.0
         if joint.pressure_angle is not None:
             apart = math.tan(joint.pressure_angle) * size(force)
@@ -372,11 +375,11 @@ class DenseFriction:
         x, y = place[0] - about[0], place[1] - about[1]
         return float(x * direction[1] - y * direction[0])
 
-    def _mean_arm(self, joint: Any) -> float:
+    def _mean_moment_arm(self, joint: Any) -> float:
         """Mean moment arm of a joint's friction, computed once."""
-        if joint.name not in self._arms:
-            self._arms[joint.name] = self._mean_of(joint)
-        return self._arms[joint.name]
+        if joint.name not in self._moment_arms:
+            self._moment_arms[joint.name] = self._mean_of(joint)
+        return self._moment_arms[joint.name]
 
     @staticmethod
     def _mean_of(joint: Any) -> float:
@@ -418,16 +421,16 @@ class DenseFriction:
         z = self.start() if start is None else np.array(start, float)
         scale, last = float(np.abs(self.right).max(initial=0.0)) or 1.0, np.inf
         for _ in range(most):
-            f, slope = self.slope(z)
+            f, jacobian = self.jacobian(z)
             try:
-                step = np.linalg.solve(slope, f)
+                step = np.linalg.solve(jacobian, f)
             except np.linalg.LinAlgError:
                 return None
             z = z - step
             if not np.isfinite(z).all():
                 return None
             size = np.abs(step).max(initial=0.0)
-            terms = np.abs(slope) @ np.abs(z)
+            terms = np.abs(jacobian) @ np.abs(z)
             if size <= tol.ORACLE_NEWTON_LEFT * max(scale, float(np.abs(z).max(initial=0.0))):
                 return self._forces(z)
             if (
@@ -446,16 +449,16 @@ class DenseFriction:
         )[0]
         return np.concatenate([lam, 1e-3 + np.zeros(sum(self.count.values()))])
 
-    def slope(self, z: Array) -> tuple[Array, Array]:
+    def jacobian(self, z: Array) -> tuple[Array, Array]:
         """The residual and its derivative, by complex steps."""
         found = self.residual(z[:, None] + 1j * tol.COMPLEX_STEP * np.eye(len(z), len(z) + 1))
         return found[:, -1].real, found[:, :-1].imag / tol.COMPLEX_STEP
 
     def _forces(self, z: Array) -> DenseForces:
         r = self.reference
-        rest, wrench, losses = list(z[r.m :]), {}, {}
+        remaining, wrench, losses = list(z[r.m :]), {}, {}
         for joint in self.joints:
-            own = [rest.pop(0) for _ in range(self.count[joint.name])]
+            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
             fx, fy, torque = (float(np.real(x)) for x in self._contact(joint, z[: r.m], own)[0])
             wrench[joint.name] = np.array([fx, fy, torque])
             place = self._reaction_point(joint)
@@ -493,17 +496,17 @@ class DenseFriction:
             both = np.concatenate([here, stepped.reshape(count, -1)], axis=1)
             values = self.residual(both)
             f = values[:, : len(running)].real.T
-            slopes = (
+            jacobians = (
                 values[:, len(running) :].imag.reshape(count, len(running), count)
                 / tol.COMPLEX_STEP
             )
-            slopes = slopes.transpose(1, 0, 2)
-            good = np.isfinite(slopes).all(axis=(1, 2))
-            good[good] = np.linalg.slogdet(slopes[good])[0] != 0.0
-            running, f, slopes = running[good], f[good], slopes[good]
+            jacobians = jacobians.transpose(1, 0, 2)
+            good = np.isfinite(jacobians).all(axis=(1, 2))
+            good[good] = np.linalg.slogdet(jacobians[good])[0] != 0.0
+            running, f, jacobians = running[good], f[good], jacobians[good]
             if not len(running):
                 break
-            steps = np.linalg.solve(slopes, f[:, :, None])[:, :, 0].T
+            steps = np.linalg.solve(jacobians, f[:, :, None])[:, :, 0].T
             z[:, running] -= steps
             sizes = np.maximum(scale, np.abs(z[:, running]).max(axis=0))
             done = np.abs(steps).max(axis=0) <= tol.ORACLE_NEWTON_LEFT * sizes

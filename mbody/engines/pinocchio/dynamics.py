@@ -155,10 +155,12 @@ class BodyKinematics(BodyState):
         """The angle with whole revolutions."""
         return self.unwrapped_angle
 
-    def acceleration_at(self, arm: Array) -> Array:
-        """Acceleration (2,) of the body's point at an arm in world axes."""
-        across, w = np.array([-arm[1], arm[0]]), self.velocity[2]
-        return np.asarray(self.acceleration[:2] + self.acceleration[2] * across - w * w * arm)
+    def acceleration_at(self, relative: Array) -> Array:
+        """Acceleration (2,) of the body's point at a position from the mass centre in world
+        axes.
+        """
+        across, w = np.array([-relative[1], relative[0]]), self.velocity[2]
+        return np.asarray(self.acceleration[:2] + self.acceleration[2] * across - w * w * relative)
 
     def generalized_force(self, force: Array, torque: float, at: Array) -> Array:
         """Generalised force (n,) of a force at a place of the world and a torque."""
@@ -439,7 +441,9 @@ class Inverse:
                 continue
             j = branch.parent if branch.reversed else branch.body
             pose = now.bodies[j]
-            place = pose.place + pose.arm(branch.on_parent if branch.reversed else branch.on_body)
+            place = pose.place + pose.relative_position(
+                branch.on_parent if branch.reversed else branch.on_body
+            )
             force = now.joint_force(branch.body, place)
             found_forces.reactions[branch.joint.name] = -force if branch.reversed else force
 

@@ -135,8 +135,8 @@ class TouchingShapes:
         native = self.space.pymunk
         index, everything = self.system.bodies, self.space.everything
         ends = (everything[index[one.i.body]], everything[index[one.j.body]])
-        arms = [tuple(float(part) for part in self.at.arm(one, side)) for side in ("i", "j")]
-        made = native.SlideJoint(*ends, *arms, 0.0, float(self.at[f"{one.name}.length"]))
+        positions = [tuple(float(part) for part in self.at.arm(one, side)) for side in ("i", "j")]
+        made = native.SlideJoint(*ends, *positions, 0.0, float(self.at[f"{one.name}.length"]))
         # a correction of what is too long would be a rebound
         made.error_bias, made.collide_bodies = 1.0, True
         made.post_solve = lambda joint, _: self._pulls(one.name, joint)

@@ -29,11 +29,11 @@ from mbody.system.system import System
 Array = np.ndarray
 
 
-def place(pose: Array, body: int, arm: tuple[float, float]) -> Array:
-    """World place (2,) of an arm from the mass centre of a body; pose (bodies, 3)."""
+def place(pose: Array, body: int, position: tuple[float, float]) -> Array:
+    """World place (2,) of a position on a body from its mass centre; pose (bodies, 3)."""
     x, y, theta = pose[body]
     c, s = math.cos(theta), math.sin(theta)
-    return np.array([x + c * arm[0] - s * arm[1], y + s * arm[0] + c * arm[1]])
+    return np.array([x + c * position[0] - s * position[1], y + s * position[0] + c * position[1]])
 
 
 @dataclass(eq=False)
@@ -44,8 +44,8 @@ class ImpulseConstraint:
     `kind`: "pin", "slot", "rod", "turn" or "contact".
     `native`: pymunk.Constraint, or tuple of pymunk.Shape
     `i`, `j`: Bodies; the ground is the last.
-    `arm_i`, `arm_j`: Places from the mass centres in link axes [length].
-    `torque_at`: Reference place on j of torques, where it differs from arm_j [length].
+    `position_i`, `position_j`: Places from the mass centres in link axes [length].
+    `torque_at`: Reference place on j of torques, where it differs from position_j [length].
     `normal`: Of a slot or a contact line: direction in axes of i [rad].
     `radius`: Of a rolling wheel [length].
     `target`: Value that a slot, a rod or a turn keeps.
@@ -57,8 +57,8 @@ class ImpulseConstraint:
     native: Any
     i: int
     j: int
-    arm_i: tuple[float, float] = (0.0, 0.0)
-    arm_j: tuple[float, float] = (0.0, 0.0)
+    position_i: tuple[float, float] = (0.0, 0.0)
+    position_j: tuple[float, float] = (0.0, 0.0)
     torque_at: tuple[float, float] | None = None
     normal: float = 0.0
     radius: float = 0.0
@@ -71,7 +71,7 @@ class ImpulseConstraint:
         """
         units = self.units(pose)
         if self.torque_at is not None:
-            x, y = place(pose, self.j, self.arm_j) - place(pose, self.j, self.torque_at)
+            x, y = place(pose, self.j, self.position_j) - place(pose, self.j, self.torque_at)
             units[:, 2] += x * units[:, 1] - y * units[:, 0]
         return units
 
@@ -83,7 +83,7 @@ class ImpulseConstraint:
             beta = pose[self.i, 2] + self.normal
             return np.array([[math.cos(beta), math.sin(beta), 0.0]])
         if self.kind == "rod":
-            separation = place(pose, self.j, self.arm_j) - place(pose, self.i, self.arm_i)
+            separation = place(pose, self.j, self.position_j) - place(pose, self.i, self.position_i)
             return np.array([[*(separation / max(float(np.hypot(*separation)), tol.TINY)), 0.0]])
         return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -102,7 +102,7 @@ class ImpulseConstraint:
 
     def _points(self, pose: Array) -> tuple[Array, Array]:
         """Where the impulse acts on i and on j."""
-        on_i, on_j = place(pose, self.i, self.arm_i), place(pose, self.j, self.arm_j)
+        on_i, on_j = place(pose, self.i, self.position_i), place(pose, self.j, self.position_j)
         if self.kind == "slot":
             normal = self.units(pose)[0, :2]
             on_i = on_j - normal * (normal @ (on_j - on_i) - self.target)
@@ -132,7 +132,7 @@ class ImpulseConstraint:
     def groove(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Both ends of a slot in axes of i, from its mass centre."""
         c, s = math.cos(self.normal), math.sin(self.normal)
-        x, y = self.arm_i[0] + self.target * c, self.arm_i[1] + self.target * s
+        x, y = self.position_i[0] + self.target * c, self.position_i[1] + self.target * s
         return (x - self.half_length * s, y + self.half_length * c), (
             x + self.half_length * s,
             y - self.half_length * c,
@@ -152,14 +152,14 @@ class SpringImpulse:
         return np.asarray(size * self.part.columns(pose)[0])
 
 
-def stretched(part: ImpulseConstraint, rest: float, stiffness: float) -> SpringImpulse:
+def stretched(part: ImpulseConstraint, free_value: float, stiffness: float) -> SpringImpulse:
     """A spring of length or angle: its impulse on j is opposite to the extension."""
 
     def sign(pose: Array, vel: Array) -> float:
         if part.kind == "turn":
-            return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - rest)
-        separation = place(pose, part.j, part.arm_j) - place(pose, part.i, part.arm_i)
-        return -stiffness * float(np.hypot(*separation) - rest)
+            return -stiffness * float(pose[part.j, 2] - pose[part.i, 2] - free_value)
+        separation = place(pose, part.j, part.position_j) - place(pose, part.i, part.position_i)
+        return -stiffness * float(np.hypot(*separation) - free_value)
 
     return SpringImpulse(part, sign)
 
@@ -184,9 +184,9 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
     found = []
     for joint in system.mechanism.joints:
         if isinstance(joint, Rolling):
-            arm = np.hypot(*reading(system).arm(joint, "j"))
+            offset = np.hypot(*reading(system).arm(joint, "j"))
             line = joint.on_radius is None and joint.i.body == "ground"
-            if not line or arm > tol.PYMUNK_WHEEL_CENTRED * system.length:
+            if not line or offset > tol.PYMUNK_WHEEL_CENTRED * system.length:
                 why = (
                     "pymunk's contacts are lost where a wheel does not roll on a straight line at "
                     "rest"
@@ -277,13 +277,13 @@ class Space:
     # -- joints ----------------------------------------------------------------------------------
 
     def _ends(self, element: Any) -> dict[str, Any]:
-        """Bodies and arms of an element's two places."""
+        """Bodies and body-fixed positions of an element's two places."""
         index = self.system.bodies
         return {
             "i": index[element.i.body],
             "j": index[element.j.body],
-            "arm_i": tuple(float(part) for part in self.at.arm(element, "i")),
-            "arm_j": tuple(float(part) for part in self.at.arm(element, "j")),
+            "position_i": tuple(float(part) for part in self.at.arm(element, "i")),
+            "position_j": tuple(float(part) for part in self.at.arm(element, "j")),
         }
 
     def _add(self, native: Any) -> Any:
@@ -302,19 +302,19 @@ class Space:
     def _pin(self, owner: str, **ends: Any) -> ImpulseConstraint:
         make = self.pymunk.PivotJoint
         return self._add_constraint(
-            owner, "pin", lambda a, b, p: make(a, b, p.arm_i, p.arm_j), **ends
+            owner, "pin", lambda a, b, p: make(a, b, p.position_i, p.position_j), **ends
         )
 
     def _slot(self, owner: str, **ends: Any) -> ImpulseConstraint:
         def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
             first, last = part.groove()
-            return self.pymunk.GrooveJoint(a, b, first, last, part.arm_j)
+            return self.pymunk.GrooveJoint(a, b, first, last, part.position_j)
 
         return self._add_constraint(owner, "slot", make, **ends)
 
     def _rod(self, owner: str, length: float, **ends: Any) -> ImpulseConstraint:
         def make(a: Any, b: Any, part: ImpulseConstraint) -> Any:
-            rod = self.pymunk.PinJoint(a, b, part.arm_i, part.arm_j)
+            rod = self.pymunk.PinJoint(a, b, part.position_i, part.position_j)
             rod.distance = length
             return rod
 
@@ -348,8 +348,8 @@ class Space:
         radius = float(self.at[f"{joint.name}.radius"])
         a, b = self.everything[ends["i"]], self.everything[ends["j"]]
         pressed = tol.PYMUNK_WHEEL_PRESSED * radius
-        wheel = self.pymunk.Circle(b, radius + pressed, ends["arm_j"])
-        (x, y), c, s = ends["arm_i"], math.cos(normal), math.sin(normal)
+        wheel = self.pymunk.Circle(b, radius + pressed, ends["position_j"])
+        (x, y), c, s = ends["position_i"], math.cos(normal), math.sin(normal)
         dx, dy = self.half_length * s, self.half_length * c
         line = (x - dx, y + dy), (x + dx, y - dy)
         base = self.pymunk.Segment(a, *line, 0.0)
@@ -393,15 +393,17 @@ class Space:
                 pass  # by their laws, step by step
             case Spring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
-                rest = float(at[f"{name}.free_length"] - at[f"{name}.preload"] / k)
-                self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), rest, k, 0.0)
+                free_value = float(at[f"{name}.free_length"] - at[f"{name}.preload"] / k)
+                self._spring(
+                    ImpulseConstraint(name, "rod", None, **self._ends(load)), free_value, k, 0.0
+                )
             case Damper(law=None):
                 c = float(at[f"{name}.coefficient"])
                 self._spring(ImpulseConstraint(name, "rod", None, **self._ends(load)), 0.0, 0.0, c)
             case TorsionSpring(law=None) if at[f"{name}.stiffness"] != 0.0:
                 k = float(at[f"{name}.stiffness"])
-                rest = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
-                self._spring(self._rotation_constraint(load), rest, k, 0.0)
+                free_value = float(at[f"{name}.free_angle"] - at[f"{name}.preload"] / k)
+                self._spring(self._rotation_constraint(load), free_value, k, 0.0)
             case TorsionDamper(law=None):
                 self._spring(
                     self._rotation_constraint(load), 0.0, 0.0, float(at[f"{name}.coefficient"])
@@ -414,7 +416,7 @@ class Space:
         return ImpulseConstraint(load.name, "turn", None, i, j)
 
     def _spring(
-        self, part: ImpulseConstraint, rest: float, stiffness: float, damping: float
+        self, part: ImpulseConstraint, free_value: float, stiffness: float, damping: float
     ) -> None:
         light = {self.system.bodies[name] for name in self.lumped}
         if damping and light & {part.i, part.j}:
@@ -422,13 +424,13 @@ class Space:
             return
         a, b = self.everything[part.i], self.everything[part.j]
         if part.kind == "rod":
-            ends = (a, b, part.arm_i, part.arm_j)
-            part.native = self.pymunk.DampedSpring(*ends, rest, stiffness, damping)
+            ends = (a, b, part.position_i, part.position_j)
+            part.native = self.pymunk.DampedSpring(*ends, free_value, stiffness, damping)
         else:
             # pymunk measures the angle of a from b
-            part.native = self.pymunk.DampedRotarySpring(a, b, -rest, stiffness, damping)
+            part.native = self.pymunk.DampedRotarySpring(a, b, -free_value, stiffness, damping)
         self.space.add(part.native)
-        self.springs.append(stretched(part, rest, stiffness) if stiffness else damped(part))
+        self.springs.append(stretched(part, free_value, stiffness) if stiffness else damped(part))
 
 
 def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
@@ -439,11 +441,11 @@ def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
     This diverges where mass and inertia couple the components; at these places they do not.
     """
     i, j = (
-        -arm[0] * math.sin(angle) + arm[1] * math.cos(angle)
-        for arm, angle in zip((ends["arm_i"], ends["arm_j"]), beta, strict=True)
+        -position[0] * math.sin(angle) + position[1] * math.cos(angle)
+        for position, angle in zip((ends["position_i"], ends["position_j"]), beta, strict=True)
     )
     across = (-math.sin(beta[1]) * (j - i), math.cos(beta[1]) * (j - i))
-    return ends | {"arm_i": (0.0, 0.0), "arm_j": across, "torque_at": ends["arm_j"]}
+    return ends | {"position_i": (0.0, 0.0), "position_j": across, "torque_at": ends["position_j"]}
 
 
 # -- Steps of a pymunk space, and the constraint forces from the momenta of its bodies ---------

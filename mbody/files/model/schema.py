@@ -45,8 +45,8 @@ def described(cls: type) -> dict[str, str]:
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         text = base.__dict__.get("__doc__") or ""
-        _, _, rest = text.partition("Parameters\n    ----------\n")
-        block = re.split(r"\n    [A-Z][a-z]+\n    -----", rest)[0]
+        _, _, tail = text.partition("Parameters\n    ----------\n")
+        block = re.split(r"\n    [A-Z][a-z]+\n    -----", tail)[0]
         for names, lines in re.findall(
             r"^    (\S[^:\n]*?)(?: : .*)?\n((?:        .*\n?)+)", block, re.M
         ):
@@ -64,8 +64,8 @@ def _with_base_text(words: str, of_base: str, shared: bool) -> str:
     found = re.search(r"; see `\w+`\.", words)
     if not of_base or found is None:
         return words
-    own, rest = words[: found.start()], words[found.end() :]
-    return f"{of_base}{rest}" if shared else f"{own}. {of_base}{rest}"
+    own, tail = words[: found.start()], words[found.end() :]
+    return f"{of_base}{tail}" if shared else f"{own}. {of_base}{tail}"
 
 
 STUDIES = ("measures", "solve", "optimize", "gravity", "ask", "simulate", "fit", "report")
