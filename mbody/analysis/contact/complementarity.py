@@ -676,9 +676,8 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
     kept = list[FrictionSolution]()
     for one in found:
         a = one.accelerations()
-        size = max(
-            *(float(np.abs(each).max(initial=0.0)) for each in (a, problem.without)), tol.TINY
-        )
+        sizes = (float(np.abs(each).max(initial=0.0)) for each in (a, problem.without))
+        size = max(*sizes, tol.TINY)
         terms = np.abs(problem.delassus) @ np.abs([each.forces for each in found]).max(axis=0)
         least = max(
             tol.CONTACT_ACCELERATION_SAME * size,
