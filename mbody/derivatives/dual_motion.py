@@ -166,7 +166,7 @@ class DualMotion:
             return parts[0]
         names = [n for n in vars(parts[0]) if n != "t"]
         return DualInstant(
-            parts[0].t, *(_beside([getattr(one, n) for one in parts]) for n in names)
+            parts[0].t, *(_concatenated([getattr(one, n) for one in parts]) for n in names)
         )
 
     def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
@@ -293,7 +293,7 @@ def _product(a: DualNumber, b: DualNumber) -> DualNumber:
     return DualNumber(a.value * b.value, tangents)
 
 
-def _beside(parts: Sequence[DualNumber]) -> DualNumber:
+def _concatenated(parts: Sequence[DualNumber]) -> DualNumber:
     """The first number's value with the tangents of all parts side by side."""
     return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
 
@@ -482,11 +482,11 @@ class ChangeTimes:
                 continue
             if self.guards.behind(other, now):
                 continue
-            beside = self._zero(stretch, other, now, ahead)
-            if beside is None and other.kind == "close":
+            zero = self._zero(stretch, other, now, ahead)
+            if zero is None and other.kind == "close":
                 # of edges on one line one comes upon the other where it passes its end
-                beside = self._zero(stretch, Guard("enter", other.number), now, ahead)
-            gone = True if beside is None else self._differ(row, beside)
+                zero = self._zero(stretch, Guard("enter", other.number), now, ahead)
+            gone = True if zero is None else self._differ(row, zero)
             self.lost.lose(gone, end, together)
         if end - self.before[0] <= self.short:
             self.lost.lose(self._differ(row, self.before[1]), end, together)

@@ -343,15 +343,15 @@ class DualWalk:
             self._check_sides(stretch, y)
             begun, now = self._end_time(stretch, y)
             if stretch.guard is not None:
-                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
-                changes[near] = np.nan
+                at_end = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                changes[at_end] = np.nan
             elif self._ends(stretch):
-                near = inside[t[inside] == stretch.end]
-                changes[near] = now.record.tangents if now is not None else np.nan
-                self.lost.without(changes, near)
+                at_end = inside[t[inside] == stretch.end]
+                changes[at_end] = now.record.tangents if now is not None else np.nan
+                self.lost.without(changes, at_end)
             elif (moving := begun.tangents != 0.0).any():
-                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
-                self._meet(changes, near, stretch.end, moving)
+                at_end = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                self._meet(changes, at_end, stretch.end, moving)
             before = stretch
         self.y = y
         return DualNumber(values, changes)
@@ -372,14 +372,14 @@ class DualWalk:
         y = self._moved(y, now, DualNumber(begun.value, later))
         return DualNumber(begun.value, begun.tangents + later), y
 
-    def _meet(self, changes: Array, near: Array, t: float, moving: Array) -> None:
+    def _meet(self, changes: Array, instants: Array, t: float, moving: Array) -> None:
         """Leaves derivatives to positions alone where a time that the parameters move falls on an
         instant.
         """
         n = self.system.coordinates
-        if near.size:
+        if instants.size:
             rows = np.arange(n, self.motion.rows)
-            changes[np.ix_(near, rows, np.flatnonzero(moving))] = np.nan
+            changes[np.ix_(instants, rows, np.flatnonzero(moving))] = np.nan
             self.inputs.meet(t, moving)
 
     # -- the beginning of a stretch -----------------------------------------------------------
@@ -414,9 +414,9 @@ class DualWalk:
         after = motion.at(stretch, still, y, self.tangents).y
         units = motion.scale[: len(first), None]
         most = np.abs(held / units).max(axis=0, initial=0.0)
-        apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
+        difference = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
         limit = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
-        wrong = apart > limit * np.maximum(most, self.tangents.resolved)
+        wrong = difference > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
             why = "other numbers move apart what touches, or move what sticks, at the beginning"
@@ -571,9 +571,9 @@ class DualWalk:
 
 def _within(stretch: ModeStretch, t: Array) -> Array:
     """Times of a stretch; those that differ from its ends by rounding are its ends."""
-    near = tol.TIMES_SAME * np.abs(t)
-    found = np.where(t - stretch.t <= near, stretch.t, t)
-    return np.where(stretch.end - t <= near, stretch.end, found)
+    tolerance = tol.TIMES_SAME * np.abs(t)
+    found = np.where(t - stretch.t <= tolerance, stretch.t, t)
+    return np.where(stretch.end - t <= tolerance, stretch.end, found)
 
 
 class FreeInstants:
@@ -650,8 +650,8 @@ class FreeInstants:
         if not machine.controllers:
             return
         kept = self.run.record.table(slice(0, n))[instants]
-        apart = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
-        if float(apart.max(initial=0.0)) <= max(
+        difference = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
+        if float(difference.max(initial=0.0)) <= max(
             tol.STATE_REPEATED, tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         ):
             return

@@ -197,8 +197,8 @@ def _tied(
     signs = np.where(values < 0.0, -1.0, 1.0) if column.by == "peak" else np.ones(len(values))
     changes = signs[:, None] * tangents
     top = np.abs(changes).max(initial=0.0)
-    apart = np.abs(changes - changes[0]).max(axis=1, initial=0.0)
-    others = np.flatnonzero(apart > DERIVATIVES_EQUAL * top)
+    difference = np.abs(changes - changes[0]).max(axis=1, initial=0.0)
+    others = np.flatnonzero(difference > DERIVATIVES_EQUAL * top)
     if not len(others):
         return []
     return [

@@ -511,10 +511,10 @@ class FollowerPath:
         if self.along:
             c = (np.conj(n) * self.along).real
             return h, -c * self.first, h + c * self.second
-        over, beside = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
+        over, across = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
         # dχ/dθ = x′ − 1
         turn = self.first - 1.0
-        rate, rate2 = beside * self.first, beside * self.second - over * self.first**2
+        rate, rate2 = across * self.first, across * self.second - over * self.first**2
         return h, rate / turn, h + (rate2 * turn - rate * self.second) / turn**3
 
 
@@ -765,15 +765,15 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
     for _ in range(ZOOMS):
         values = np.linspace(low, high, GRID)
         try:
-            near = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
+            finer = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
         except SolveError:
             return best
-        found, where = _pressure(near, cam)
+        found, where = _pressure(finer, cam)
         n = int(np.nanargmax(np.abs(found)))
         if abs(found[n]) >= best.value:
             best = CamPlace(float(abs(found[n])), float(where[n]))
         low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
-        pose = pose_at(near, max(n - 1, 0))
+        pose = pose_at(finer, max(n - 1, 0))
     return best
 
 

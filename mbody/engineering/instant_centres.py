@@ -485,10 +485,10 @@ def _crossing(lines: dict[str, np.ndarray]) -> tuple[float, tuple[str, ...]]:
     names, whole = list(lines), np.array(list(lines.values()))
     sizes = np.linalg.norm(whole, axis=1)
     units = whole / np.maximum(sizes, tol.TINY)[:, None]
-    apart = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
+    sines = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
     # lines through centres that are one point, or of which one is missing, are none
     sound = sizes > tol.LINES_PARALLEL
-    apart = np.where(np.triu(sound[:, None] & sound, 1), apart, 0.0)
-    one, other = np.unravel_index(int(np.argmax(apart)), apart.shape)
-    best = float(apart[one, other])
+    sines = np.where(np.triu(sound[:, None] & sound, 1), sines, 0.0)
+    one, other = np.unravel_index(int(np.argmax(sines)), sines.shape)
+    best = float(sines[one, other])
     return best, (names[one], names[other]) if best > 0.0 else ()

@@ -187,7 +187,7 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
                 names = [
                     name
                     for name in link.points
-                    if _apart((x, y), at.point(f"{link.name}.{name}"))
+                    if _distance((x, y), at.point(f"{link.name}.{name}"))
                     <= tol.POINT_SAME * run.system.length
                 ]
                 for name in names[:1]:
@@ -202,7 +202,7 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _apart(a: Any, b: Any) -> float:
+def _distance(a: Any, b: Any) -> float:
     return float(np.hypot(a[0] - b[0], a[1] - b[1]))
 
 

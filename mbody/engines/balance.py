@@ -88,8 +88,8 @@ class _Pair:
         self.run, self.at, self.element = run, reading(system), element
         self.angle_i, self.w_i, self.a_i = self.turning(i.body)
         self.angle_j, self.w_j, self.a_j = self.turning(j.body)
-        near, far = self.place("i", i), self.place("j", j)
-        self.d, self.v, self.a = (b - a for a, b in zip(near, far, strict=True))
+        at_i, at_j = self.place("i", i), self.place("j", j)
+        self.d, self.v, self.a = (b - a for a, b in zip(at_i, at_j, strict=True))
 
     def turning(self, body: str) -> tuple[Array, Array, Array]:
         one = self.run[body]
@@ -126,7 +126,7 @@ class _Pair:
         sizes = np.hypot(*self.a) + 2.0 * np.abs(w) * np.hypot(*self.v)
         return first, second, size, sizes + (np.abs(alpha) + w * w) * np.hypot(*self.d)
 
-    def apart(self) -> Rates:
+    def distance(self) -> Rates:
         """Derivatives of |Δ|."""
         length = np.hypot(*self.d)
         e = self.d / length
@@ -164,7 +164,7 @@ def _of_joint(pair: _Pair, joint: Any) -> list[Rates]:
         size = np.abs(ri * pair.w_i) + np.abs(rj * pair.w_j)
         sizes = np.abs(ri * pair.a_i) + np.abs(rj * pair.a_j) + size * size / abs(whole)
         rows = [(rolled, change, size, sizes)]
-        return rows if isinstance(joint, Gear) else [pair.apart(), *rows]
+        return rows if isinstance(joint, Gear) else [pair.distance(), *rows]
     radius = float(number[f"{joint.name}.radius"])
     line = pair.angle_i + pair.beta("i")
     first, second, size, sizes = pair.along(line, pair.w_i, pair.a_i)
@@ -185,7 +185,7 @@ def _cam(pair: _Pair, joint: CamFollower) -> Rates:
         angle = face
         turned, more = pair.w_j - pair.w_i, pair.a_j - pair.a_i
     else:
-        rates = pair.apart()
+        rates = pair.distance()
         angle = np.arctan2(pair.d[1], pair.d[0])
         turned, more = pair.polar()
         turned, more = turned - pair.w_i, more - pair.a_i
@@ -210,7 +210,7 @@ def _of_term(system: System, run: Solution, coupling: Any, n: int) -> Rates:
     else:
         pair = _TermPair(system, run, coupling, n)
         if term.distance is not None:
-            rates = pair.apart()
+            rates = pair.distance()
         else:
             line = pair.angle_i + pair.beta("i")
             rates = pair.along(line, pair.w_i, pair.a_i)

@@ -473,7 +473,7 @@ def to_fmu(
         raise ModelError(f"units are of FMI {known}, not {brief(version)}: give one of them")
     system = as_system(model)
     image = to_image(system, 2, ("free",))
-    variables = tuple(_told_apart(_variables(system, image)))
+    variables = tuple(_with_distinct_names(_variables(system, image)))
     files = fmu_binaries() if binaries is None else binaries
     identifier = _identifier(system.mechanism.name if name is None else name)
     text = description(version, _facts(system, image, identifier), variables)
@@ -532,7 +532,7 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
             yield UnitVariable(reference, one, OUTPUT, unit, None, text)
 
 
-def _told_apart(variables: Iterable[UnitVariable]) -> Iterable[UnitVariable]:
+def _with_distinct_names(variables: Iterable[UnitVariable]) -> Iterable[UnitVariable]:
     """Variables with distinct names: where a parameter and a measure have one name, the later one
     has its kind appended.
     """

@@ -146,8 +146,8 @@ class Profile:
         if len(self.x) < 5:
             return off
         k = np.arange(2, len(self.x) - 2)
-        near = np.stack([k - 2, k - 1, k + 1, k + 2])
-        x, y = self.x[near] - self.x[k], self.y[near]
+        neighbours = np.stack([k - 2, k - 1, k + 1, k + 2])
+        x, y = self.x[neighbours] - self.x[k], self.y[neighbours]
         weights = np.ones((4, len(k)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for a, b in itertools.permutations(range(4), 2):
@@ -163,8 +163,8 @@ class Profile:
         with np.errstate(invalid="ignore"):
             part = np.abs(fitted - self.y[k]) / (spread + floor / tol.EXTREMUM_CUBIC_ROUGH)
         # places that nearly coincide show nothing
-        apart = np.abs(x).min(axis=0) > tol.EXTREMUM_SPACING_FINEST**2 * self.spacing
-        off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
+        resolved = np.abs(x).min(axis=0) > tol.EXTREMUM_SPACING_FINEST**2 * self.spacing
+        off[2:-2] = np.where(resolved, np.nan_to_num(part).max(axis=1), 0.0)
         return off
 
     def _refine(self) -> None:
@@ -195,8 +195,8 @@ class Profile:
         k = np.flatnonzero(self.found[1:] != self.found[:-1])
         sides = np.where(self.found[k], k, k + 1), np.where(self.found[k], k + 1, k)
         width = self.spacing
-        for far, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
-            good = far
+        for outside, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
+            good = outside
             while abs(good - bad) > tol.EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
                 middle = 0.5 * (good + bad)
                 if middle in (good, bad):
@@ -205,17 +205,19 @@ class Profile:
                     good = middle
                 else:
                     bad = middle
-            if good == far:  # a bound of the number itself, as zero of a mass
+            if good == outside:  # a bound of the number itself, as zero of a mass
                 continue
-            sign = math.copysign(width, far - bad)
-            near = good + sign * np.concatenate([tol.EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)])
-            self.add(np.append(near[(near - far) * sign <= 0.0], good))
+            sign = math.copysign(width, outside - bad)
+            trials = good + sign * np.concatenate(
+                [tol.EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)]
+            )
+            self.add(np.append(trials[(trials - outside) * sign <= 0.0], good))
             self.edges[good] = self._end(good, sign)
 
     def _end(self, edge: float, width: float) -> str:
         """Whether values grow without bound towards an edge, by how fast they grow."""
-        far, middle, near = (self.at(edge + part * width)[-1] for part in tol.EXTREMUM_EDGE_NEAR)
-        if near > middle > far and near - middle > 0.7 * (middle - far):
+        outer, middle, inner = (self.at(edge + part * width)[-1] for part in tol.EXTREMUM_EDGE_NEAR)
+        if inner > middle > outer and inner - middle > 0.7 * (middle - outer):
             return ENDLESS
         return OPEN
 
@@ -288,7 +290,7 @@ class Profile:
 
     # -- greatest values -----------------------------------------------------------------------
 
-    def best(self, near: float) -> Best | None:
+    def best(self, wanted: float) -> Best | None:
         """Where the last column is greatest, of equal ones the nearest to a place; None where no
         sample is allowed.
         """
@@ -305,7 +307,7 @@ class Profile:
             if good[int(np.searchsorted(self.x, x))]:
                 return Best(x, top, ENDLESS)
         equal = np.flatnonzero(y >= top - self._floor)
-        k = int(equal[np.abs(self.x[equal] - near).argmin()])
+        k = int(equal[np.abs(self.x[equal] - wanted).argmin()])
         while y[max(k - 1, 0) : k + 2].max() > y[k]:
             k = int(max(k - 1, 0) + y[max(k - 1, 0) : k + 2].argmax())
         x = float(self.x[k])
@@ -610,8 +612,10 @@ class _Hill:
     def _box(self, middle: Array, half_width: float) -> tuple[Array, Array]:
         """Bounds of a search about a place: those of the unknowns, where they have none, so far."""
         bounds = np.array([one.bounds for one in self.wanted])
-        far = np.array([one.turn or half_width for one in self.wanted])
-        return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
+        half_widths = np.array([one.turn or half_width for one in self.wanted])
+        return np.maximum(bounds[:, 0], middle - half_widths), np.minimum(
+            bounds[:, 1], middle + half_widths
+        )
 
     def _linearized_at(self, x: Array) -> _Place | None:
         here = self.rows.about(x)
@@ -632,9 +636,9 @@ class _Hill:
             if found is None:
                 return None
             end = found.at.x
-            near = tol.EXTREMUM_VALUES_SAME * (high - low)
-            inner = (end <= low + near) & (low > self.low)
-            inner |= (end >= high - near) & (high < self.high)
+            tolerance = tol.EXTREMUM_VALUES_SAME * (high - low)
+            inner = (end <= low + tolerance) & (low > self.low)
+            inner |= (end >= high - tolerance) & (high < self.high)
             if not inner.any():
                 break
         return np.asarray(np.clip(end, self.low, self.high))
@@ -712,8 +716,11 @@ def best_climb(
     top, best = max(ends + others, key=lambda pair: pair[0])
     floor = tol.EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
-    near = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
-    on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
+    tolerance = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
+    on_end = (
+        np.stack([best <= hill.low + tolerance, best >= hill.high - tolerance], axis=1)
+        & ~hill.given
+    )
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor
     return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, better)

@@ -474,7 +474,7 @@ class Solver:
             return False
         for place in found:
             pairs = zip(self.wanted, u, place.base, strict=True)
-            if all(one.apart(a, b) <= tol.UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
+            if all(one.distance(a, b) <= tol.UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
                 return False
         return True
 

@@ -98,10 +98,10 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         if name not in before or first[name] == before[name]:
             continue
         ratio = (second[name] - before[name]) / (first[name] - before[name])
-        near = [path for path in good if abs(ratios[path] - ratio) <= DIFFERENCE_RATIOS_SAME]
-        if len(near) != 1:
+        matching = [path for path in good if abs(ratios[path] - ratio) <= DIFFERENCE_RATIOS_SAME]
+        if len(matching) != 1:
             continue
-        path = near[0]
+        path = matching[0]
         value, x = _number(tree, path), changed[0][path]
         factor = before[name] / value if value else first[name] / x
         if abs(factor * x - first[name]) <= DIFFERENCE_RATIOS_SAME * abs(first[name]):

@@ -220,18 +220,18 @@ class Anchors:
         block = self.base.size("block")
 
         def made(values: Any, numbers: Numbers) -> list[Any]:
-            near, far, spare = (
+            head_end, crank_end, spare = (
                 values[f"{load.name}.{key}"] for key in ("near", "far", "clearance")
             )
             plain = self.system.values
             sign = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
-            near, far, thick = sign * near, sign * far, 0.3 * block
-            ahead = near - far + spare + thick + 1.3 * block
+            head_end, crank_end, thick = sign * head_end, sign * crank_end, 0.3 * block
+            ahead = head_end - crank_end + spare + thick + 1.3 * block
             if sign * plain[f"{load.name}.near"] < 0.0:
-                ahead = np.maximum(np.minimum(ahead, -near - spare - thick), 0.0)
+                ahead = np.maximum(np.minimum(ahead, -head_end - spare - thick), 0.0)
             angle, (x, y) = numbers.angle(load, "i"), numbers.arm(load, "i")
             c, s = sign * np.cos(angle), sign * np.sin(angle)
-            head, mouth = near + ahead + spare + thick, far + ahead - spare - thick
+            head, mouth = head_end + ahead + spare + thick, crank_end + ahead - spare - thick
             return [
                 (x + head * c, y + head * s),
                 (x + mouth * c, y + mouth * s),
@@ -509,16 +509,18 @@ class _Follower(Anchors):
 
     def _tie(self, shown: KeptShape) -> Any:
         """The line from a link to its mass centre, which is the origin of its axes."""
-        near = 2.0 * self.shown.size("pin")
+        tolerance = 2.0 * self.shown.size("pin")
         own = [
             n
             for n in self._anchors_on(shown.carrier.turn)
             if self.anchors[n].key != shown.carrier.turn
         ]
-        far = [
-            n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
+        distant = [
+            n
+            for n in own
+            if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > tolerance
         ]
-        return {"tie": [own[0], far[0]]} if far else "loose"
+        return {"tie": [own[0], distant[0]]} if distant else "loose"
 
     def _link(self, body: str, shown: KeptShape) -> Any:
         """A plate or bar about its nodes."""
@@ -532,8 +534,10 @@ class _Follower(Anchors):
             if len(nodes) == 0 or np.hypot(*kept[0]) > half:
                 own.append(self._key(body))
             half *= 1.0 if len(own) > 1 and len(nodes) else 1.8
-        near = POINT_SAME * self.system.length
-        if any(min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > near for at in kept):
+        tolerance = POINT_SAME * self.system.length
+        if any(
+            min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > tolerance for at in kept
+        ):
             return "loose"
         return {"nodes": own, "half": half}
 
@@ -617,16 +621,16 @@ class _Follower(Anchors):
         return self.system.bodies.get(body, -2) + 1
 
 
-def _same(a: KeptShape, b: KeptShape, near: float) -> bool:
+def _same(a: KeptShape, b: KeptShape, tolerance: float) -> bool:
     """Whether two shapes differ by rounding only."""
     return a is b or (
         a.points.shape == b.points.shape
-        and abs(a.radius - b.radius) <= near
-        and float(np.nanmax(np.abs(a.points - b.points), initial=0.0)) <= near
+        and abs(a.radius - b.radius) <= tolerance
+        and float(np.nanmax(np.abs(a.points - b.points), initial=0.0)) <= tolerance
     )
 
 
-def _along(a: KeptShape, b: KeptShape, near: float) -> bool:
+def _along(a: KeptShape, b: KeptShape, tolerance: float) -> bool:
     """Whether a line, a road or rail, moves along itself only; its ends are no dimension."""
     if a.kind != "line" or (a.look.name and not a.look.name.startswith(("rail:", "road:"))):
         return False
@@ -635,7 +639,9 @@ def _along(a: KeptShape, b: KeptShape, near: float) -> bool:
     middle = first.mean(axis=0)
     _, _, axes = np.linalg.svd(first - middle, full_matrices=False)
     off, there = (first - middle) @ axes[1], (second - middle) @ axes[1]
-    return bool(abs(off.min() - there.min()) <= near and abs(off.max() - there.max()) <= near)
+    return bool(
+        abs(off.min() - there.min()) <= tolerance and abs(off.max() - there.max()) <= tolerance
+    )
 
 
 #: Dimensions of numbers that shapes follow, or do not.

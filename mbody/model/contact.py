@@ -305,10 +305,10 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
         rj = -rj
     elif isinstance(j[1], Ring):
         ri = -ri
-    apart, bodies, arms = ri + rj, (_body(i[0]), _body(j[0])), [*arm_i, *arm_j]
-    law = Signal(Constant(0.0), [apart])
+    distance, bodies, arms = ri + rj, (_body(i[0]), _body(j[0])), [*arm_i, *arm_j]
+    law = Signal(Constant(0.0), [distance])
     normal = ConstraintPrimitive("clearance", *bodies, "l", arms, law, active_set=True)
-    parameters = [*arms, ri / apart, rj / apart, 0.0]
+    parameters = [*arms, ri / distance, rj / distance, 0.0]
     tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, active_set=True)
     sign = -1.0 if inside else 1.0
     # within a ring both touch on the side that the centre of the inner one is on

@@ -98,10 +98,10 @@ def ranges_of(
 def _beyond(system: System, given: str, name: str, own: float, bounds: tuple[float, float]) -> str:
     """The note of a number whose bounds leave the description out."""
     unit = unit_of(system.mechanism, name)
-    near = float(np.clip(own, *bounds))
+    clipped = float(np.clip(own, *bounds))
     return (
         f"'{given}' is {own:.6g} {unit}".rstrip()
-        + f" in the description, beyond its bounds: the first search begins at {near:.6g} {unit}"
+        + f" in the description, beyond its bounds: the first search begins at {clipped:.6g} {unit}"
     ).rstrip()
 
 
@@ -180,8 +180,8 @@ class Screen:
         """A copy whose designs are closed from the position of an evaluated one."""
         job = self.job
         if job is not None and isinstance(job.course, BatchSetup):
-            near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
-            job = replace(job, course=near)
+            started = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
+            job = replace(job, course=started)
         return Screen(job, self.evaluator, self.aims, self.limits, at.x)
 
     @functools.cached_property
@@ -319,8 +319,8 @@ class MultiStart:
         if not feasible:
             raise self._none(min(found, key=lambda one: one.broken), limits)
         best = min(feasible, key=lambda one: one.value)
-        near = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
-        agreeing = sum(one.value <= best.value + near for one in feasible)
+        tolerance = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
+        agreeing = sum(one.value <= best.value + tolerance for one in feasible)
         return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
@@ -341,11 +341,11 @@ class MultiStart:
         order = _by_merit(values[:, self.screen.aims.index(aim)], margins, closing)
         chosen = [ranges.start] if sound else []
         width = ranges.high - ranges.low
-        for apart in (APART, 0.0):
+        for spacing in (APART, 0.0):
             for k in order:
                 x = self.spread[k]
-                far = [np.abs((x - other) / width).max() for other in chosen]
-                if len(chosen) < self.count and min(far, default=1.0) > apart:
+                distances = [np.abs((x - other) / width).max() for other in chosen]
+                if len(chosen) < self.count and min(distances, default=1.0) > spacing:
                     chosen.append(x)
         begun = [x for x in chosen if self.evaluator(x) is not None]
         if not begun:

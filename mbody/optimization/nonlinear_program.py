@@ -90,9 +90,9 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     from scipy.optimize import linprog
 
     n = len(at.u)
-    near = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
-    near |= at.limits <= at.limits.min(initial=np.inf)
-    own, slopes = at.limits[near], at.by_limits[near]
+    may_bind = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
+    may_bind |= at.limits <= at.limits.min(initial=np.inf)
+    own, slopes = at.limits[may_bind], at.by_limits[may_bind]
     top = at.aims + np.abs(at.by_aims).sum(axis=1) * box
     high = top >= at.aims.max() - np.abs(at.by_aims[at.aims.argmax()]).sum() * box
     aims, by_aims = at.aims[high], at.by_aims[high]

@@ -62,14 +62,15 @@ class Nearest:
     """A state that joints and drivers allow.
 
     `q`, `v` (coordinates,)
-    `far`: The greatest difference of a place from what it was to be, in model lengths and radians.
+    `distance`: The greatest difference of a place from what it was to be, in model lengths and
+        radians.
     `notes`: What is not as it was to be.
     `regularization`: Of redundant rows; zero where there are none.
     """
 
     q: Array
     v: Array
-    far: float
+    distance: float
     notes: tuple[str, ...]
     regularization: float
 
@@ -134,9 +135,9 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     notes: tuple[str, ...] = ()
     if here is None:
         still = _resting_motions(system, start.work, q, rates, rates=True)
-        near = nearest_rates(system, start.work, (*rates, *still))
-        v = system.coordinate_units * near.v
-        lacking, fast = (near.met - near.given.p)[: len(rates)], near.fast
+        nearest = nearest_rates(system, start.work, (*rates, *still))
+        v = system.coordinate_units * nearest.v
+        lacking, fast = (nearest.met - nearest.given.p)[: len(rates)], nearest.fast
     else:
         v, notes = branch_rates(system, here, t, q, rates)
         lacking, fast = np.zeros(len(rates)), 1.0
@@ -668,11 +669,11 @@ class Simulator(MechanicsNow):
         given = prescribed_values(system, {} if to is None else left)
         own = self._auxiliary_states(given_states) if given_states else None
         when = first.t if when is None else when
-        near = nearest_state(system, when, first.q, given)
-        self._integration.regularize(near.regularization)
+        nearest = nearest_state(system, when, first.q, given)
+        self._integration.regularize(nearest.regularization)
         self._first_inputs(first)
-        self._begin(when, near.q, near.v, near.notes, own)
-        return near.far
+        self._begin(when, nearest.q, nearest.v, nearest.notes, own)
+        return nearest.distance
 
     def _first_inputs(self, state: SimulatorState) -> None:
         self.inputs.set_all(state.inputs)

@@ -76,7 +76,7 @@ def reset_states(
     for row, name in enumerate(names):
         if isinstance(to, Mapping) and name in to:
             y[:, 2 * n + row] = _own_values(system, row, to[name], len(which))
-    far, left = np.zeros(len(which)), np.ones(len(which), dtype=bool)
+    distance, left = np.zeros(len(which)), np.ones(len(which), dtype=bool)
     if system.batch is None and np.ptp(t) == 0.0:
         q, v, good = _on_lanes(system, float(t[0]), base[:, :n], places, values)
         y[good, :n], y[good, n : 2 * n] = q[good], v[good]
@@ -87,11 +87,11 @@ def reset_states(
             replace(given_place, value=float(values[m, k])) for m, given_place in enumerate(places)
         ]
         try:
-            near = nearest_state(one, float(t[k]), base[k, :n], given)
+            nearest = nearest_state(one, float(t[k]), base[k, :n], given)
         except (ModelError, SolveError) as error:
             raise type(error)(f"motion {which[k]}: {error}", error.element) from error
-        y[k, :n], y[k, n : 2 * n], far[k] = near.q, near.v, near.far
-    return y, far
+        y[k, :n], y[k, n : 2 * n], distance[k] = nearest.q, nearest.v, nearest.distance
+    return y, distance
 
 
 def _prescribed(system: System, to: Any, count: int) -> tuple[list[Prescribed], Array]:
@@ -670,9 +670,9 @@ class Simulators(ScalarFallback):
 
     def _reset(self, which: Array, to: Any, t: Any) -> Array:
         lanes, many, first = self._lanes, self._lanes.many, self._first
-        far = np.zeros(len(which))
+        distance = np.zeros(len(which))
         if not len(which):
-            return far
+            return distance
         if to is None and t is None:
             width = many.stale.shape[1]
             for name in ROWS:
@@ -688,15 +688,15 @@ class Simulators(ScalarFallback):
                 if k in first.doubts:
                     self._doubts[k] = first.doubts[k]
             self._changed()
-            return far
+            return distance
         base = lanes.some(first.arrays["y"], which)
         when = lanes.some(first.arrays["state"], which)[:, TIME]
         if t is not None:
             when = np.full(len(which), self._times(t, "reset: t")[0])
-        y, far = reset_states(self.system, which, when, base, {} if to is None else to)
+        y, distance = reset_states(self.system, which, when, base, {} if to is None else to)
         lanes.put_all(many.inputs, which, lanes.some(first.arrays["inputs"], which))
         self._begin(which, when, y)
-        return far
+        return distance
 
     def _chosen(self, which: Any) -> Array:
         """Numbers of the motions that a mask or numbers mean."""

@@ -271,9 +271,9 @@ class Stepwise(Integration):
             code = self._advance(until, 1, self.outputs)
             if code in (MORE, DONE) and state.item(TIME) == until:
                 return ""
-        return self._far(until)
+        return self._advance_in_steps(until)
 
-    def _far(self, until: float) -> str:
+    def _advance_in_steps(self, until: float) -> str:
         """Advances to `until` in any number of steps; the state is restored after an error."""
         saved, self.until = self.snapshot(), until
         self.state[LAST_STEP_ALLOWED] = 1.0
@@ -497,7 +497,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
             self.until = until
             self._begin_steps()
         self.passage.whole = until - self.first
-        return "" if self._quiet(until) else self._far(until)
+        return "" if self._quiet(until) else self._advance_in_steps(until)
 
     def _quiet(self, until: float) -> bool:
         """Go on by one short step that nothing crosses; False, where that is not certain.
@@ -553,9 +553,9 @@ class StepwiseEvents(Stepwise, EventIntegration):
         super().refresh()
         self.late = False
 
-    def _far(self, until: float) -> str:
+    def _advance_in_steps(self, until: float) -> str:
         self._renew()
-        return super()._far(until)
+        return super()._advance_in_steps(until)
 
     def _all_steps(self) -> str:
         self._forget()
@@ -817,10 +817,10 @@ def _find_values(integration: StepwiseEvents) -> None:
     """Values of events at other states than the present one, where no forces are in them."""
     integration.at = np.zeros_like(integration.y), np.zeros_like(integration.state)
     y, slots = (memoryview(part.data) for part in integration.at)
-    beside = Present(integration.system, y, slots, _no_record)
+    present = Present(integration.system, y, slots, _no_record)
     with contextlib.suppress(Exception):  # what no list of operations gives, or forces
         found = [
-            beside.read(evaluate_measure(beside.instant, one)[0]) for one in integration.measures
+            present.read(evaluate_measure(present.instant, one)[0]) for one in integration.measures
         ]
         for value in found:
             value()

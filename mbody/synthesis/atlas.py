@@ -117,10 +117,10 @@ class Atlas:
                 "synthesize: an atlas has closed curves: close the path by its first point, or "
                 "search without an atlas"
             )
-        near = self.nearest(np.column_stack([points.real, points.imag]), count)
+        nearest = self.nearest(np.column_stack([points.real, points.imag]), count)
         found = []
         for sign in kind.signs:
-            own = near[self.senses[near] == sign]
+            own = nearest[self.senses[nearest] == sign]
             found.append((sign, np.unique(self.shapes[own], axis=0)))
         return found
 

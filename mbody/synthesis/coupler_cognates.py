@@ -251,8 +251,8 @@ def _loop_of(run: Solution, point: str) -> _Loop:
             f"{len(grounded)} and {len(sliding) + len(slots)}",
             body,
         )
-    near = SYNTHESIS_POINT_AT_PIN * abs(made.arms[1])
-    if min(abs(made.p), abs(made.p - made.arms[1])) <= near:
+    tolerance = SYNTHESIS_POINT_AT_PIN * abs(made.arms[1])
+    if min(abs(made.p), abs(made.p - made.arms[1])) <= tolerance:
         raise ModelError(
             f"cognates: '{point}' is at a pin, whose path is a circle or a line: name another "
             f"point of '{body}'",

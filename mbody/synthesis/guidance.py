@@ -596,8 +596,8 @@ def motion_size(where: np.ndarray, angle: np.ndarray) -> float:
     r, t = displaced(where, angle)
     with np.errstate(all="ignore"):
         poles = np.abs(t / (1.0 - r) - where.mean())
-    far = float(poles[np.isfinite(poles)].max(initial=0.0))
-    return max(extent, min(far, POLES * extent), tol.TINY)
+    distance = float(poles[np.isfinite(poles)].max(initial=0.0))
+    return max(extent, min(distance, POLES * extent), tol.TINY)
 
 
 def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bool:

@@ -698,7 +698,7 @@ class Judge:
         self.kept.sort(key=lambda one: (max(one.error, exact), -_certain(one.transmission_min)))
         return self.kept[:count]
 
-    def far(self) -> list[str]:
+    def off_point_notes(self) -> list[str]:
         """A note where even the first of the kept designs is far from a point."""
         misses = self.kept[0].misses
         worst = int(np.argmax(misses))

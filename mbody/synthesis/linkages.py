@@ -350,7 +350,9 @@ def for_path(
     judge.require(f"{kind.name} passes the points without defects within the bounds")
     unknowns = len(low) + (len(points) if timing is None else 1)
     best = judge.best(count, exact)
-    notes = _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.far()
+    notes = (
+        _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.off_point_notes()
+    )
     return DesignList(best, tried, effort.seed, notes)
 
 

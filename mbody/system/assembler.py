@@ -162,8 +162,8 @@ def eliminate(slots: Slots) -> Elimination:
     by_slot = np.lexsort((side_at, at, on))
     on, at, numbers = on[by_slot], at[by_slot], numbers[by_slot]
     later, earlier = _pairs(_starts(np.bincount(on, minlength=ground)))
-    apart = at[later] != at[earlier]
-    later, earlier = later[apart], earlier[apart]
+    distinct = at[later] != at[earlier]
+    later, earlier = later[distinct], earlier[distinct]
     formed = block_at(at[earlier], at[later])
     order_of_forms = np.lexsort((on[later], numbers[earlier], numbers[later], formed))
     later, earlier, formed = (part[order_of_forms] for part in (later, earlier, formed))
@@ -234,12 +234,12 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
         own = columns[node] = graph[node]
         known = closed[node]
         for other in own:
-            beside = graph[other]
+            adjacent = graph[other]
             if not known:
-                beside |= own
-                beside.discard(other)
-            beside.discard(node)
-            size = len(beside)
+                adjacent |= own
+                adjacent.discard(other)
+            adjacent.discard(node)
+            size = len(adjacent)
             closed[other] = size == degree - 1 or (known and closed[other])
             if size < queued[other]:
                 queued[other] = size
@@ -262,13 +262,13 @@ def blocks_of(
     """
     nodes = len(plan.order)
     active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
-    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(active_set))
+    further_begin = 12 * (first_beyond(nodes, len(plan.more_node)) + len(active_set))
     further: dict[int, list[int]] = {}
     for n, k in enumerate(plan.more_node):
         further.setdefault(int(k), []).append(6 * n)
     found = []
     for e, primitive in enumerate(primitives):
-        k, first = written[e], apart if primitive.active_set else 12 * nodes
+        k, first = written[e], further_begin if primitive.active_set else 12 * nodes
         at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
         found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
     return found
@@ -450,8 +450,8 @@ def model_length(mechanism: Mechanism, at: Numbers) -> float:
         for key, marker in element.places().items():
             arm = math.hypot(*(float(part) for part in at.arm(element, key)))
             (fixed if marker.body == "ground" else moving).append(arm)
-    apart = [abs(float(joint.apart(at))) for joint in mechanism.joints]
-    known = max(moving) or max(fixed) or max(apart, default=0.0)
+    distances = [abs(float(joint.apart(at))) for joint in mechanism.joints]
+    known = max(moving) or max(fixed) or max(distances, default=0.0)
     if known:
         return known
     attempts = (_own_lengths(mechanism, at), _places(mechanism, at))

@@ -349,9 +349,11 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
             cls.__name__.lower(): kind for _, kind, cls in known
         }
         close = difflib.get_close_matches(wanted[:60], words, 4, 0.5)
-        near = list(dict.fromkeys(words[word] for word in close))
-        near += [kind for _, kind, _ in known if wanted and wanted in kind and kind not in near]
-        remedy = f"did you mean {listed(near[:4])}?" if near else "mbody explain lists them"
+        similar = list(dict.fromkeys(words[word] for word in close))
+        similar += [
+            kind for _, kind, _ in known if wanted and wanted in kind and kind not in similar
+        ]
+        remedy = f"did you mean {listed(similar[:4])}?" if similar else "mbody explain lists them"
         raise ModelError(f"there is no element or law '{name[:60]}': {remedy}")
     return tuple(_reference(*one) for one in found)
 

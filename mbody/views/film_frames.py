@@ -414,14 +414,14 @@ def _spots(anchor: Array, outward: Array, turns: bool, gap: float, half: Array) 
                 found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
         return np.array(found)
     first = math.atan2(outward[1], outward[0])
-    for far in (0.0, 13.0):
+    for extra in (0.0, 13.0):
         for turn in TURNS:
             u = direction(first + turn)
             distance = (
-                gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
+                gap + extra + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
             )
             x, y = anchor + distance * u
-            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (far > 0.0)))
+            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(turn)) + 0.8 * (extra > 0.0)))
     return np.array(found)
 
 
@@ -433,12 +433,14 @@ def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
         float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST))),
         float(half @ np.abs(across)),
     )
-    found = [(*(place + vector + (far + clear) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
-    for far in (4.0, 15.0):
+    found = [
+        (*(place + vector + (extra + clear) * u), 0.7 * (extra > 4.0)) for extra in (4.0, 17.0)
+    ]
+    for extra in (4.0, 15.0):
         for part in (0.9, 0.55):
             for side in (1.0, -1.0):
-                spot = place + part * vector + side * (far + aside) * across
-                found.append((*spot, (0.6 if far > 4.0 else 0.4) + 0.3 * (1.0 - part)))
+                spot = place + part * vector + side * (extra + aside) * across
+                found.append((*spot, (0.6 if extra > 4.0 else 0.4) + 0.3 * (1.0 - part)))
     return np.array(found)
 
 
@@ -864,8 +866,8 @@ def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
     there = np.isfinite(name.at[:, 0])
     if not there.any():
         return ""
-    near = np.flatnonzero(there)
-    at = name.at[near[np.clip(np.searchsorted(near, order, "right") - 1, 0, None)]]
+    placed = np.flatnonzero(there)
+    at = name.at[placed[np.clip(np.searchsorted(placed, order, "right") - 1, 0, None)]]
     moves = ";".join(f"{x:.1f} {film.height - y + 4.5:.1f}" for x, y in at.tolist())
     italic = name.italic or name.text.startswith("$")
     shown = ""

@@ -190,10 +190,10 @@ def _impacts(axes: Axes, row: ModeRow, n: int) -> None:
     if not row.impacts:
         return
     ends = [row.spans[0].low, row.spans[-1].high]
-    near = APART * abs(ends[1] - ends[0])
+    spacing = APART * abs(ends[1] - ends[0])
     shown: list[float] = []
     for x in sorted(row.impacts):
-        if not shown or x - shown[-1] >= near:
+        if not shown or x - shown[-1] >= spacing:
             shown.append(x)
     axes.plot(
         shown,
@@ -310,8 +310,8 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
             length = pose.mechanism.units.of("length")
             values.append(f"{driver.name} at {rounded_number(value)} {length}")
     values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
-    near = [one.name for one in pose.run.events if _nearest(pose, one.t)]
-    values += list(dict.fromkeys(near))[:3]
+    events = [one.name for one in pose.run.events if _nearest(pose, one.t)]
+    values += list(dict.fromkeys(events))[:3]
     lines = [(name, SIZE["title"], INK) for name in names]
     return [*lines, (", ".join(values).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
 

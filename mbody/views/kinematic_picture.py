@@ -370,19 +370,19 @@ class CentreSelection:
     """Which centres of an instant are drawn.
 
     `centres`: InstantCentres
-    `near`: Those within the picture, the ones at one point together.
+    `groups`: Those within the picture, the ones at one point together.
     `words`: What is said of those that are not.
     """
 
     centres: InstantCentres
     pose: Pose
-    near: list[list[InstantCentre]]
+    groups: list[list[InstantCentre]]
     words: list[str]
 
     @property
     def places(self) -> list[Array]:
         """One of each group."""
-        return [self.place(group[0]) for group in self.near]
+        return [self.place(group[0]) for group in self.groups]
 
     def place(self, one: InstantCentre) -> Array:
         """Where a centre is."""
@@ -391,7 +391,7 @@ class CentreSelection:
     def mark(self, sketch: Sketch) -> None:
         """Draw the lines below, the centres and their symbols above."""
         self._lines(sketch)
-        for group in self.near:
+        for group in self.groups:
             place = self.place(group[0])
             kept = [one for one in group if one.permanence != "instantaneous"]
             names = sorted((self.centres.symbol(one) for one in group), key=_number)
@@ -404,7 +404,7 @@ class CentreSelection:
             else:
                 radius = max(0.62 * sketch.size("pin"), 2.0 * sketch.unit)
                 sketch.disc(place, radius, POLE, PAPER, 0.9, Z["pin"] + 0.2, name=gid)
-            if len(self.near) > MOST_SYMBOLS:
+            if len(self.groups) > MOST_SYMBOLS:
                 continue
             away = place - sketch.pose.middle
             wanted = (
@@ -418,13 +418,13 @@ class CentreSelection:
 
     def _lines(self, sketch: Sketch) -> None:
         """Through each constructed centre the lines on which it is found."""
-        near = {one.bodies for group in self.near for one in group}
+        in_view = {one.bodies for group in self.groups for one in group}
         thin = len(self.centres) > MANY
         drawn: list[tuple[Array, Array]] = []
         for line in kennedy_lines(self.centres, sketch.pose.mechanism, self.pose.k):
-            if line.pair not in near or (thin and "ground" not in line.pair):
+            if line.pair not in in_view or (thin and "ground" not in line.pair):
                 continue
-            ends = self._ends(line.pair, line.through, near, sketch)
+            ends = self._ends(line.pair, line.through, in_view, sketch)
             if ends is not None:
                 _join(drawn, ends, sketch.unit)
         for n, ends in enumerate(drawn):
@@ -443,7 +443,7 @@ class CentreSelection:
         self,
         pair: tuple[str, str],
         through: tuple[tuple[str, str], tuple[str, str]],
-        near: set[tuple[str, str]],
+        in_view: set[tuple[str, str]],
         sketch: Sketch,
     ) -> tuple[Array, Array] | None:
         """The part of a line between centres that are drawn, a little longer."""
@@ -451,7 +451,7 @@ class CentreSelection:
         at = [self.place(self.centres[pair])]
         for other in through:
             one = self.centres[other]
-            if one.kind[k] == "finite" and one.bodies in near:
+            if one.kind[k] == "finite" and one.bodies in in_view:
                 at.append(self.place(one))
             elif one.kind[k] == "infinite":
                 at.append(
@@ -460,13 +460,13 @@ class CentreSelection:
         if len(at) < 2:
             return None
         whole = np.array(at)
-        far = whole - whole[0]
-        offset = far[int(np.argmax(np.hypot(*far.T)))]
+        offsets = whole - whole[0]
+        offset = offsets[int(np.argmax(np.hypot(*offsets.T)))]
         length = float(np.hypot(*offset))
         if length < sketch.unit:
             return None
         u = offset / length
-        along = far @ u
+        along = offsets @ u
         more = 9.0 * sketch.unit
         return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
 
@@ -1017,8 +1017,8 @@ def _laid_out(
     below all.
     """
     sizes = [(high - low) / unit for _, low, high, unit in parts]
-    main, beside = sizes[0], sizes[1:]
-    stacked = len(beside) == 2 and sum(size[1] for size in beside) + GAP <= 1.25 * max(
+    main, others = sizes[0], sizes[1:]
+    stacked = len(others) == 2 and sum(size[1] for size in others) + GAP <= 1.25 * max(
         main[1], 250.0
     )
     columns = [[1, 2]] if stacked else [[n] for n in range(1, len(parts))]

@@ -268,8 +268,8 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
         return None
     places = max(0, 3 - math.floor(math.log10(scene.unit)))
     low, high = np.asarray(scene.low, dtype=float), np.asarray(scene.high, dtype=float)
-    middle, far = 0.5 * (low + high), FAR * float(np.hypot(*(high - low)))
-    centres = [_centre(run, found, one, middle, far, places) for one in found.pairs]
+    middle, range_limit = 0.5 * (low + high), FAR * float(np.hypot(*(high - low)))
+    centres = [_centre(run, found, one, middle, range_limit, places) for one in found.pairs]
     return {
         "centres": [one for one in centres if one is not None],
         "polygons": {one.quantity: _polygon(one) for one in polygons},
@@ -277,12 +277,17 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
 
 
 def _centre(
-    run: Solution, found: InstantCentres, one: InstantCentre, middle: Array, far: float, places: int
+    run: Solution,
+    found: InstantCentres,
+    one: InstantCentre,
+    middle: Array,
+    range_limit: float,
+    places: int,
 ) -> dict[str, Any] | None:
     """A centre that is somewhere near; None of one that never is."""
     x, y = np.array(one.x), np.array(one.y)
     with np.errstate(invalid="ignore"):
-        away = ~(np.hypot(x - middle[0], y - middle[1]) <= far)
+        away = ~(np.hypot(x - middle[0], y - middle[1]) <= range_limit)
     if away.all():
         return None
     x[away] = y[away] = np.nan

@@ -337,8 +337,8 @@ def thinned(run: Solution) -> tuple[Solution, list[str]]:
         return run, []
     index = np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
     events = np.searchsorted(run.t, [one.t for one in run.events])[: most // 4]
-    near = np.clip(np.concatenate([events - 1, events, events + 1]), 0, count - 1)
-    index = np.unique(np.concatenate([index, near.astype(np.int64)]))
+    at_events = np.clip(np.concatenate([events - 1, events, events + 1]), 0, count - 1)
+    index = np.unique(np.concatenate([index, at_events.astype(np.int64)]))
     note = f"{len(index)} of {count} instants are shown, evenly chosen; results have them all"
     return run.take(index), [note]
 

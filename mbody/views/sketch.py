@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.solution.histories import moved
-from mbody.views.labels import Label, Places, below_line, beside, drawable, extent
+from mbody.views.labels import Label, Places, below_line, drawable, extent, places_around
 from mbody.views.pose import GROUND_CARRIER, Carrier, Pose
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
@@ -324,12 +324,12 @@ class Sketch:
 
     def pin(self, place: Array, label: str) -> None:
         """A pin; several at one place are drawn once, with all their names."""
-        near = 0.5 * self.size("pin")
-        column, row = float(place[0] // near), float(place[1] // near)
-        beside = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        for n in sorted(n for cell in beside for n in self.pin_cells.get(cell, ())):
+        spacing = 0.5 * self.size("pin")
+        column, row = float(place[0] // spacing), float(place[1] // spacing)
+        cells = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        for n in sorted(n for cell in cells for n in self.pin_cells.get(cell, ())):
             other, names = self.pins[n]
-            if np.hypot(*(other - place)) < near:
+            if np.hypot(*(other - place)) < spacing:
                 if label and label not in names:
                     names.append(label)
                 return
@@ -419,7 +419,7 @@ class Sketch:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
         width, height = (self.unit * part for part in Places.measured(made))
-        made.spots = beside(anchor, (width, height), gap, wanted, turn)
+        made.spots = places_around(anchor, (width, height), gap, wanted, turn)
         self.labels.append(made)
         return made
 
@@ -577,8 +577,8 @@ class SceneSketch(Sketch):
                 offset = track - place
                 length = np.hypot(*offset.T)
                 along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, TINY)
-                near = length > self.unit
-                total += float(np.mean(np.maximum(0.0, along - 0.6) * near))
+                long_enough = length > self.unit
+                total += float(np.mean(np.maximum(0.0, along - 0.6) * long_enough))
             return total
 
         return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))

@@ -409,7 +409,9 @@ def circuits(
     ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
         same = _same(dead, tol.POSITION_SAME)
-        missing = [x for x in dead.values if not any(_apart(dead, x, end) < same for end in ends)]
+        missing = [
+            x for x in dead.values if not any(_distance(dead, x, end) < same for end in ends)
+        ]
         complete = complete and not missing
     doubts = list(modes.doubts)
     if not complete and not doubts:
@@ -444,8 +446,8 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     same = _same(dead, tol.DEAD_CENTRE_MATCH)
 
     def settled(x: float) -> float:
-        near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]
-        best = min(near, key=lambda value: _apart(dead, x, value), default=x)
+        candidates = [value for value in dead.values.tolist() if _distance(dead, x, value) < same]
+        best = min(candidates, key=lambda value: _distance(dead, x, value), default=x)
         return x + math.remainder(best - x, TURN) if dead.angular else best
 
     walk.dead_centres = [settled(x) for x in walk.dead_centres]
@@ -453,7 +455,7 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
         walk.low, walk.high = settled(walk.low), settled(walk.high)
 
 
-def _apart(dead: DeadCentres, a: float, b: float) -> float:
+def _distance(dead: DeadCentres, a: float, b: float) -> float:
     return abs(math.remainder(a - b, TURN) if dead.angular else a - b)
 
 

@@ -421,8 +421,10 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
         for (name, n, _), is_shut in zip(places, kept, strict=False):
             if is_shut:
                 closed[name] = (*closed.get(name, ()), n)
-        apart = (name for (name, _), off in zip(parted, kept[len(places) :], strict=True) if off)
+        open_names = (
+            name for (name, _), off in zip(parted, kept[len(places) :], strict=True) if off
+        )
         system = reclosed(run.system, {name: (own, ()) for name, own in closed.items()})
         instants = np.flatnonzero((table == kept).all(axis=1))
-        found.append(ContactPhase(system, instants, frozenset(apart)))
+        found.append(ContactPhase(system, instants, frozenset(open_names)))
     return found

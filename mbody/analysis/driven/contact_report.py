@@ -142,8 +142,8 @@ def low_between(t: Array, force: Array) -> Array:
 
 def check_fits(solution: Solution) -> None:
     """Refuse wheels that do not fit at some instant, of any design."""
-    for joint, found, wanted, far in _distances(solution):
-        wrong = np.argwhere(far)
+    for joint, found, wanted, misfits in _distances(solution):
+        wrong = np.argwhere(misfits)
         if len(wrong):
             first = tuple(wrong[0].tolist())
             where = _when(solution, float(solution.t[first[-1]]), first)
@@ -153,8 +153,8 @@ def check_fits(solution: Solution) -> None:
 def unfit(solution: Solution) -> np.ndarray:
     """Which designs of a batch have wheels that do not fit at some instant: (designs,)."""
     wrong = np.zeros(solution.record.count, dtype=bool)
-    for _, _, _, far in _distances(solution):
-        wrong |= far.any(axis=-1)
+    for _, _, _, misfits in _distances(solution):
+        wrong |= misfits.any(axis=-1)
     return wrong
 
 
@@ -369,11 +369,11 @@ def _overlapping(found: Solution) -> list[Doubt]:
         return []
     uni, work, n = Unilateral(system), system.work(), system.coordinates
     looked = np.unique(np.linspace(0, len(found) - 1, LOOKED).astype(int))
-    places, near = found.record.table(slice(0, n)), CONTACT_GAP_NONE * system.length
+    places, gap_tolerance = found.record.table(slice(0, n)), CONTACT_GAP_NONE * system.length
     worst: dict[str, tuple[float, float]] = {}
     for k in looked.tolist():
         work.q[:n, 0], work.time[:] = places[k], found.t[k]
-        one = deepest_overlap(uni, uni.read(work), work, near)
+        one = deepest_overlap(uni, uni.read(work), work, gap_tolerance)
         if one is not None:
             t, depth = worst.get(one.contact, (float(found.t[k]), 0.0))
             worst[one.contact] = t, max(depth, one.depth)

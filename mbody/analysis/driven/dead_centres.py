@@ -286,10 +286,10 @@ class _Curve:
             return None
         fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
         roots = fit.deriv().roots()
-        near = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
-        if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
+        ahead = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
+        if not ahead.size or ahead.min() - p[-1] > 0.2 * np.ptp(p):
             return None
-        return self.requested + float(fit(near.min())) * self.unit
+        return self.requested + float(fit(ahead.min())) * self.unit
 
 
 # -- Range of a driver up to its dead centres --------------------------------------------------

@@ -196,9 +196,11 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     least_velocity = tol.START_MOTION_ROUNDING / (tol.START_CHANGE_REPORTED * (whole or np.inf))
     velocity_scale = max(float(np.abs(given[n:] / system.coordinate_units).max()), least_velocity)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
-        distance = system.length * far.max()
-        parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
+    if (distances := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
+        distance = system.length * distances.max()
+        parts.append(
+            f"'{names[int(distances.argmax())]}' was moved by {distance:.3g} {units.length}"
+        )
     if (turned := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
@@ -214,8 +216,8 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
     """How many motions are free beside a place, at least."""
-    beside = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
-    return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
+    adjacent = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
+    return min((len(p.motions) for p in adjacent if p is not None), default=len(here.motions))
 
 
 def _workspace_at(system: System, t: float, q: Array) -> Work:

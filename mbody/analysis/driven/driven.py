@@ -215,8 +215,10 @@ def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     except PathEnded as stuck:
         error = runner.explain(stuck, start, grid)
         # an instant at which branches meet is reached as a limit, where the path goes on
-        near = abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(grid.s)
-        if not near:
+        at_instant = abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(
+            grid.s
+        )
+        if not at_instant:
             raise error from None
         return through_change_points(runner, start, grid, {stuck.done}, error)
     return runner.solution(start, grid, record)
@@ -554,10 +556,10 @@ def _check_meets(
 ) -> None:
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
-    apart = there - values
+    difference = there - values
     if driver.angular:  # at any turn
-        apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
-    if np.abs(apart).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
+        difference = np.remainder(difference + math.pi, 2.0 * math.pi) - math.pi
+    if np.abs(difference).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{independent.name}' is where you "
             "want it: name one of them, or give t",

@@ -384,8 +384,8 @@ def _tension(a: Wrench, b: Wrench) -> float:
     if a.kind == b.kind == "joint":
         (ax, ay), (bx, by) = (a.x, a.y), (b.x, b.y)
     along = b.fx * (bx - ax) + b.fy * (by - ay)
-    apart = math.hypot(bx - ax, by - ay)
-    return along / apart if apart > 0.0 else 0.0
+    distance = math.hypot(bx - ax, by - ay)
+    return along / distance if distance > 0.0 else 0.0
 
 
 def _meeting(forces: list[Wrench], length: float) -> tuple[float, float] | None:

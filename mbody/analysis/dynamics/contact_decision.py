@@ -144,7 +144,7 @@ class ModalMotion(Protocol):
         """Velocity scale: the fastest motion in model lengths a time."""
 
     @property
-    def near(self) -> float:
+    def gap_tolerance(self) -> float:
         """Gaps up to this are none [length]."""
 
     def load(self) -> None:
@@ -288,14 +288,14 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
 
 
-def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
+def first_overlap(uni: Unilateral, work: Work, gap_tolerance: float) -> list[int]:
     """The contact points that are closed at the beginning; refuses shapes that overlap."""
     rows = uni.read(work)
-    found = deepest_overlap(uni, rows, work, near)
+    found = deepest_overlap(uni, rows, work, gap_tolerance)
     if found is not None:
         raise _overlap(uni, work, found)
-    within = uni.within_edges(rows, work, near, 0.0)
-    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= near and within[n]]
+    within = uni.within_edges(rows, work, gap_tolerance, 0.0)
+    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= gap_tolerance and within[n]]
 
 
 def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
@@ -385,7 +385,9 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
     """Pairs that teeth press apart: their numbers and directions."""
     L, par = uni.layout, uni.system.par
     kinds = range(len(L.friction_kind))
-    return [(f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.presses_apart(f)]
+    return [
+        (f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.separates_wheels(f)
+    ]
 
 
 def model_of(
@@ -712,13 +714,15 @@ class _DecisionState:
     resting: Array
 
 
-def near_points(motion: ModalMotion, rows: Rows) -> list[int]:
+def closed_points(motion: ModalMotion, rows: Rows) -> list[int]:
     """Contact points whose gap is none, within the ends of their edges; rows of the present
     state.
     """
-    uni, near = motion.uni, motion.near
-    within = uni.within_edges(rows, motion.work, near, tol.RATE_NONE_FRICTION * motion.speed)
-    found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
+    uni, gap_tolerance = motion.uni, motion.gap_tolerance
+    within = uni.within_edges(
+        rows, motion.work, gap_tolerance, tol.RATE_NONE_FRICTION * motion.speed
+    )
+    found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= gap_tolerance) & within)}
     return sorted((found | motion.transition.closed) - motion.transition.opened - motion.beyond)
 
 
@@ -746,7 +750,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     velocity_tolerance, approach = tol.RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
         k
-        for k in near_points(motion, rows)
+        for k in closed_points(motion, rows)
         if abs(approach[k]) <= velocity_tolerance or k in transition.closed
     ]
     tangents = [t.tangent for t in uni.contact_points] + [p.tangent for p in uni.friction_joints]

@@ -145,13 +145,13 @@ def then(first: Solution, *later: Solution) -> Solution:
         end, begin = float(before.t[-1]), float(after.t[0])
         rows = slice(0, 2 * before.system.coordinates)
         left, right = before.record.table(rows)[-1], after.record.table(rows)[0]
-        apart = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
-        if begin != end or not apart <= tol.STATE_SAME:
+        difference = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
+        if begin != end or not difference <= tol.STATE_SAME:
             how = (
                 f"begins at t = {begin:.6g} {unit}, the one before ends at {end:.6g} {unit}"
                 if begin != end
                 else f"begins at t = {begin:.6g} {unit} in another position or at other rates, "
-                f"{apart:.2g} of their size apart"
+                f"{difference:.2g} of their size apart"
             )
             raise ModelError(
                 f"a motion {how}: simulate it with start=run, and keep its first instant"
@@ -501,12 +501,12 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
     """Refuse a motion that does not pass through an instant that was kept."""
     rows = slice(0, 2 * run.system.coordinates)
     ours, theirs = run.record.table(rows)[k], found.record.table(rows)[n]
-    apart = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
-    if not apart <= tol.STATE_REPEATED:
+    difference = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
+    if not difference <= tol.STATE_REPEATED:
         raise SolveError(
             f"the motion, followed again, is at t = {run.t[k]:.6g} {run.mechanism.units.time} "
-            f"apart from what was kept, by {apart:.2g} of its size: controllers or loads in Python "
-            "that are not functions of what they are given make another motion",
+            f"apart from what was kept, by {difference:.2g} of its size: controllers or loads in "
+            "Python that are not functions of what they are given make another motion",
             solution=found,
         )
 

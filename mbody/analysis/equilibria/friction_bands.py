@@ -288,22 +288,22 @@ class _Located:
                 continue
             before, after = samples[n - 1][1], samples[n + 1][1]
             sign = 1.0 if value >= 0.0 else -1.0
-            near = sign * value <= min(sign * before, sign * after)
+            is_least = sign * value <= min(sign * before, sign * after)
             rise = max(sign * before, sign * after) - sign * value
             if (
-                not near
+                not is_least
                 or min(sign * before, sign * after) < 0.0
                 or sign * value > tol.FRICTION_RESERVE_DEEP * rise
             ):
                 yield sample
                 continue
-            beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
-            if beside is None or sign * beside[1] >= 0.0:
+            nearest = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
+            if nearest is None or sign * nearest[1] >= 0.0:
                 yield sample
                 continue
-            chord = beside[0].place.q - node.place.q
+            chord = nearest[0].place.q - node.place.q
             ahead = float(chord / self.curve.scale @ node.along) > 0.0
-            found = (beside[0], beside[1], True)
+            found = (nearest[0], nearest[1], True)
             yield from (sample, found) if ahead else (found, sample)
 
     def _nearest(self, one: Node, other: Node, sign: float) -> tuple[Node, float] | None:

@@ -437,8 +437,8 @@ class _Report:
             step = random.normal(size=joints.free) @ joints.motions
             self.work.q[:size, 0] = here[:size, 0] + NEARBY * scale * step / np.linalg.norm(step)
             closes = self._settle(scale)
-            far = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
-            if closes and far > 0.2 * NEARBY:
+            distance = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
+            if closes and distance > 0.2 * NEARBY:
                 G = dense(self.system, self.work)[1]
                 ranks = (
                     rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE).rank,

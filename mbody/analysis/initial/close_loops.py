@@ -136,16 +136,16 @@ def fitting_rates(
     system: System, work: Work, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
     """Velocities (coordinates,) that have the rates and move least beside, and notes."""
-    near = nearest_rates(system, work, prescribed)
-    scale, off, met = system.coordinate_units, near.rows, near.met
-    if met is near.given.p:
-        return scale * near.v, unspecified_rates(system, work, near.v, near.given.P)
-    asked, fast = near.given.p, near.fast
+    nearest = nearest_rates(system, work, prescribed)
+    scale, off, met = system.coordinate_units, nearest.rows, nearest.met
+    if met is nearest.given.p:
+        return scale * nearest.v, unspecified_rates(system, work, nearest.v, nearest.given.P)
+    asked, fast = nearest.given.p, nearest.fast
     changed = [
         n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > tol.VELOCITIES_AGREE * fast
     ]
     if np.abs(met - asked).max() <= tol.VELOCITY_ROUNDING * fast:
-        return scale * near.v, _fitted(system, prescribed, met - asked)
+        return scale * nearest.v, _fitted(system, prescribed, met - asked)
     part = np.abs(off)
     part /= part.max(initial=tol.TINY)
     # equal parts in the order of the rows: their last digits are the processor's
@@ -202,10 +202,10 @@ def branch_rates(
         return here.rows.scale * _velocity(here, given, points[0]), ()
     if points:
         raise _several(system, here, t, given, points, complete)
-    near = _rounded(here, given)
-    if near is not None:
-        v = here.rows.scale * _velocity(here, given, near, exact=False)
-        words = nearest_words(system, here, near).removeprefix("; the nearest are ")
+    nearest = _rounded(here, given)
+    if nearest is not None:
+        v = here.rows.scale * _velocity(here, given, nearest, exact=False)
+        words = nearest_words(system, here, nearest).removeprefix("; the nearest are ")
         return v, (f"the rates of the start were fitted to a branch of the motion: {words}",)
     if not flat:
         raise undecided(system, t)
@@ -234,9 +234,9 @@ def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
     found = solutions(here.A, P, P @ base)
     points = [y for y in found.points if fits(here, tangent(here.A, y))]
     if not points and away:
-        near = onto(here.A, base, here.clock)
-        if near is not None and norm(near - base) <= 10.0 * away * norm(base):
-            points = [near] if fits(here, tangent(here.A, near)) else []
+        nearest = onto(here.A, base, here.clock)
+        if nearest is not None and norm(nearest - base) <= 10.0 * away * norm(base):
+            points = [nearest] if fits(here, tangent(here.A, nearest)) else []
     return points, found.complete, found.flat
 
 
@@ -259,11 +259,13 @@ def _rounded(here: Singular, given: Rates) -> Array | None:
     """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
     P, p = _conditions(here, given)
     base = shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE)
-    near = onto(here.A, base, here.clock)
-    if near is None or not fits(here, tangent(here.A, near)):
+    nearest = onto(here.A, base, here.clock)
+    if nearest is None or not fits(here, tangent(here.A, nearest)):
         return None
     return (
-        near if np.abs(P @ near - p).max() <= tol.BRANCH_VELOCITIES_SAME * np.abs(p).max() else None
+        nearest
+        if np.abs(P @ nearest - p).max() <= tol.BRANCH_VELOCITIES_SAME * np.abs(p).max()
+        else None
     )
 
 

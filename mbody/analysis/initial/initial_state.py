@@ -58,7 +58,7 @@ class Fitted:
     off: Array
 
     @property
-    def near(self) -> bool:
+    def is_close(self) -> bool:
         """Whether what is prescribed differs by no more than rounding of digits."""
         return bool(np.abs(self.off).max(initial=0.0) <= tol.START_CHANGE_ALLOWED)
 
@@ -297,7 +297,7 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
                 Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some
             ]
             found = fitted_places(system, work, candidates, first) if candidates else None
-            if found is not None and found.near:
+            if found is not None and found.is_close:
                 return found.q, fitted_note(system, candidates, found)
         if found is not None and system.rows + len(sure) > system.coordinates:
             raise misplaced(system, candidates, found)

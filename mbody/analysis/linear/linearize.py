@@ -130,9 +130,9 @@ def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
     """∂f/∂x at 0 by central differences of fourth order: (rows, steps)."""
     columns = []
     for step, offset in zip(steps, np.diag(steps), strict=True):
-        near = function(offset) - function(-offset)
-        far = function(2.0 * offset) - function(-2.0 * offset)
-        columns.append((8.0 * near - far) / (12.0 * step))
+        inner = function(offset) - function(-offset)
+        outer = function(2.0 * offset) - function(-2.0 * offset)
+        columns.append((8.0 * inner - outer) / (12.0 * step))
     return np.array(columns).T
 
 
@@ -256,9 +256,9 @@ class Moving:
                 if slope
                 else step
             )
-            near = function(self.own + offset) - function(self.own - offset)
-            far = function(self.own + 2.0 * offset) - function(self.own - 2.0 * offset)
-            columns.append((8.0 * near - far) / (12.0 * offset[n]))
+            inner = function(self.own + offset) - function(self.own - offset)
+            outer = function(self.own + 2.0 * offset) - function(self.own - 2.0 * offset)
+            columns.append((8.0 * inner - outer) / (12.0 * offset[n]))
         return np.array(columns).reshape(len(self.own), -1).T
 
     def position(self, y: Array) -> tuple[Array, Array]:
@@ -595,7 +595,7 @@ def linearize(
     start = closed(system, t, {}, None, pose=np.append(q, np.zeros(3)))
     manifold = Manifold(system, start.work, t, _own_numbers(system, given))
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
-    if here is None or manifold.apart(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
+    if here is None or manifold.distance(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
         raise ModelError(
             f"the instant that is given does not fit '{name}' at t = {t:.6g} "
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "
@@ -632,8 +632,8 @@ def linearize(
     rest = resting or (balanced and fast <= tol.RATE_NONE * natural)
     notes: list[str] = []
     parts = leading(system, motions, directions)
-    near = manifold, here, v, start.regularization, directions, parts, resting
-    nearby = functools.partial(Moving, *near, contacts=contacts)
+    common = manifold, here, v, start.regularization, directions, parts, resting
+    nearby = functools.partial(Moving, *common, contacts=contacts)
     if contacts is not None:
         found = nearby()
         C, K, drive = found.matrices(M)
@@ -724,8 +724,8 @@ def _driven(system: System, t: float, natural: float) -> float:
 
 def _branches(manifold: Manifold, here: Place) -> list[str]:
     """A sentence where more is free than nearby."""
-    beside = [manifold.moved(here, tol.POSITION_BESIDE * direction) for direction in here.motions]
-    if all(p is None or len(p.motions) >= len(here.motions) for p in beside):
+    adjacent = [manifold.moved(here, tol.POSITION_BESIDE * direction) for direction in here.motions]
+    if all(p is None or len(p.motions) >= len(here.motions) for p in adjacent):
         return []
     return [
         "singular position: more is free here, to first order, than nearby; branches of the "

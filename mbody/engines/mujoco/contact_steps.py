@@ -140,8 +140,8 @@ class _Geoms:
         if outline.kind == "line":
             # the plane's third axis is its normal, to the left of the line
             normal = -math.sin(outline.direction), math.cos(outline.direction), 0.0
-            far = {"size": "0 0 1", "zaxis": numbers(1.0, *normal)}
-            yield self._geom(place, outline, "plane", outline.points[0], far)
+            plane = {"size": "0 0 1", "zaxis": numbers(1.0, *normal)}
+            yield self._geom(place, outline, "plane", outline.points[0], plane)
             return
         if outline.kind == "segment":
             (ax, ay), (bx, by) = outline.points
@@ -210,7 +210,7 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
         names = ", ".join(map(repr, sorted(taken)))
         notes.append(f"{names}: not in MuJoCo, applied as the wrench from mbody")
     # what begins to slide has too little friction for a time of √(h T): so much velocity is wrong
-    check = StepwiseCheck(run, last, "MuJoCo", order=0.5, near=0.05)
+    check = StepwiseCheck(run, last, "MuJoCo", order=0.5, time_tolerance=0.05)
     rows, unseen, more = check.rows(functools.partial(_motion, made, run, check.times))
     return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
 

@@ -182,10 +182,10 @@ class Replay:
             mj.mj_jacSite(model, data, None, jacobian, site)
             turns.append(jacobian[2])
         # MuJoCo's row is a part of the difference of the angles, at present half of it
-        apart = turns[0] - turns[1]
+        difference = turns[0] - turns[1]
         row = self.rows()[data.efc_id == n][5]
-        square = float(apart @ apart)
-        share = float(row @ apart) / square if square else 0.0
+        square = float(difference @ difference)
+        share = float(row @ difference) / square if square else 0.0
         return one, other, data.site_xpos[sites[1]][:2].copy(), x[:2], share * float(x[5])
 
     def on_coordinates(self) -> Array:
@@ -482,8 +482,8 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
         top = max(float(np.abs(ours[k]).max()) for k in ours if _kind(k) == _kind(key)) or 1.0
         last = float(np.abs(fine - middle).max())
         before = float(np.abs(middle - coarse).max())
-        apart = np.abs(mine - fine)
-        worst = int(apart.argmax())
+        difference = np.abs(mine - fine)
+        worst = int(difference.argmax())
         # at order one, as with soft constraints, the remaining error is at most the last change
         band = 2.0 * max(last, 0.0 if before > last else before) / top
         expected = band + off[key] / top + tol.COMPARISON_ROUNDING
@@ -492,7 +492,7 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
                 key,
                 float(mine[worst]),
                 float(fine[worst]),
-                float(apart[worst]) / top,
+                float(difference[worst]) / top,
                 expected,
                 reason,
             )

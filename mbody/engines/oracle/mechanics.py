@@ -369,8 +369,8 @@ class Constraints(Geometry):
             beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
             if not e.flat:
                 polar = _direction(along, across)
-                apart = np.sqrt(along * along + across * across)
-                return [apart - beyond - law_around(e.profile, sign * polar)]
+                distance = np.sqrt(along * along + across * across)
+                return [distance - beyond - law_around(e.profile, sign * polar)]
             # the distance of the face's line from the centre is the support function of the cam
             face = direction + turn
             support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
@@ -382,8 +382,8 @@ class Constraints(Geometry):
             first = self._angle(q, e.i.body) + e.i.angle - line
             second = self._angle(q, e.j.body) + e.j.angle - line
             arcs = _nearest(ri * first + rj * second + (ri + rj) * e.phase, ri + rj)
-            apart = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
-            return [arcs] if isinstance(e, Gear) else [apart, arcs]
+            distance = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
+            return [arcs] if isinstance(e, Gear) else [distance, arcs]
         if isinstance(e, Distance):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - e.length(0.0)]
         if isinstance(e, DistanceDriver):
@@ -423,8 +423,8 @@ class Constraints(Geometry):
         (xi, yi), (xj, yj) = self.place(q_all, e.i), self.place(q_all, e.j)
         if isinstance(e, Gear) or (isinstance(e, Rolling) and e.on_radius is not None):
             radius = self.signed_radii(e)[0]
-            apart = math.hypot(xj - xi, yj - yi)
-            return xi + radius * (xj - xi) / apart, yi + radius * (yj - yi) / apart
+            distance = math.hypot(xj - xi, yj - yi)
+            return xi + radius * (xj - xi) / distance, yi + radius * (yj - yi) / distance
         if isinstance(e, CamFollower):
             return self._touched(q_all, e, (xi, yi), (xj, yj))
         if isinstance(e, RackPinion | Rolling):
@@ -792,13 +792,13 @@ class Loads(ReferenceMotion):
         return float(along(q)), float(along(q + 1j * COMPLEX_STEP * v).imag / COMPLEX_STEP)
 
     @staticmethod
-    def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
-        """Pressure of the chamber whose volume is least with the piston at `near`."""
-        stroke, c = abs(far - near), load.clearance
-        travel = (x - near) / (far - near) * stroke
+    def _charge(load: Any, head: float, crank_end: float, x: float, rate: float) -> float:
+        """Pressure of the chamber whose volume is least with the piston at `head`."""
+        stroke, c = abs(crank_end - head), load.clearance
+        travel = (x - head) / (crank_end - head) * stroke
         if travel <= 0.0 or travel >= stroke:
             return float(load.delivery if travel <= 0.0 else load.suction)
-        grows = rate * (far - near) > 0.0
+        grows = rate * (crank_end - head) > 0.0
         p, full = (load.delivery, c) if grows else (load.suction, c + stroke)
         if load.exponent is None:
             p += load.bulk_modulus * math.log(full / (c + travel))

@@ -75,12 +75,12 @@ class _ClosedCheck:
             for one in (*machine.inputs, *machine.states)
         }
         gaps = contacts.gaps(q)
-        near = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
+        closed = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
         names = [candidate.name for candidate in contacts.candidates]
         count, W, rates = len(names), contacts.rows(q), np.real(contacts.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
         velocity_scale, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
-        for n in np.flatnonzero(near).tolist():
+        for n in np.flatnonzero(closed).tolist():
             slides = (
                 abs(rates[count + n]) > tol.RATE_NONE_FRICTION * velocity_scale
                 and not rolls[names[n]]
@@ -238,9 +238,9 @@ class _OracleCheck:
         # what others follow is a formula, which the oracle reads by itself
         timed = [one.name for one in self.system.drivers if not follows_formula(one)]
         given = [{name: float(run.driven(name)[order][k]) for name in timed} for order in range(3)]
-        near = self._state(("x", "y", "angle"), k)
+        guess = self._state(("x", "y", "angle"), k)
         try:
-            q = oracle.close(near, t, given[0])
+            q = oracle.close(guess, t, given[0])
         except ArithmeticError:
             return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
         rows = oracle.phi_q(q, t) * self.unit

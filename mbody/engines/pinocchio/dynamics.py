@@ -422,11 +422,11 @@ class Inverse:
 
     def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
         """The gap of a cut joint: the greatest of its rows, lengths by the model length."""
-        apart = reading(self.system).values.get(f"{name}.length", 0.0)
+        length = reading(self.system).values.get(f"{name}.length", 0.0)
         worst = np.zeros(3)
         for row in rows:
             unit = 1.0 if row.torque else self.system.length
-            parts = np.array([row.value - apart, row.rate, row.change]) / unit
+            parts = np.array([row.value - length, row.rate, row.change]) / unit
             worst = np.where(np.abs(parts) > np.abs(worst), parts, worst)
         return worst
 
@@ -659,19 +659,19 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
         why = f"'{run.events[0].name}' is hit there"
     steps = _Steps(forward)
     found = steps.along(run.t[:count], tol.RTOL_COMPARISON, 0.0)
-    beside = _Steps(forward).along(
+    coarse = _Steps(forward).along(
         run.t[: len(found)], tol.RTOL_COMPARISON_ROUGH, tol.COMPARISON_FORCES_INCREASE
     )
     if len(found) < count:
         why = "it takes too long"
-    found = found[: len(beside)]
+    found = found[: len(coarse)]
     unit = forward.scale[forward.twin.columns]
-    apart = (
-        np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0)
+    difference = (
+        np.abs((coarse[: len(found)] - found) / unit).max(axis=1, initial=0.0)
         / tol.COMPARISON_FORCES_INCREASE
     )
     gap = max((steps.gap(q) for q in found[-1:]), default=0.0)
-    growth = np.maximum.accumulate(apart)
+    growth = np.maximum.accumulate(difference)
     last = int(np.searchsorted(growth, tol.COMPARISON_AMPLIFICATION))
     if last < len(found):
         why = "from there on the smallest error changes the motion"
@@ -759,8 +759,8 @@ class _Steps:
         instant: Instant = self.forward.now(q, np.zeros_like(q), 0.0)
         worst = 0.0
         for joint in self.inverse.loop_joints:
-            apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
+            length = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
             for row in constraint_rows(self.system, joint, instant.bodies):
                 unit = 1.0 if row.torque else self.system.length
-                worst = max(worst, abs(row.value - apart) / unit)
+                worst = max(worst, abs(row.value - length) / unit)
         return worst
