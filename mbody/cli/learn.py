@@ -148,7 +148,7 @@ def derive(args: Any) -> int:
         message(f"wrote {args.output}")
     else:
         print(text)
-    return exit_status(run, shown=False)
+    return exit_status(run, printed=False)
 
 
 # -- `mbody explain ELEMENT`: what a kind of element is ----------------------------------------

@@ -616,8 +616,8 @@ class ImpactDuals:
             )
             if tied.any():
                 return None
-            taken = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
-            supports.append(taken[_independent(A[np.ix_(taken, taken)])])
+            support = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
+            supports.append(support[_independent(A[np.ix_(support, support)])])
             return z
 
         plain = self._after(now, closed, -1, first)
@@ -628,8 +628,8 @@ class ImpactDuals:
             left = iter(supports)
 
             def again(A: Array, b: Array, left: Any = left) -> Array:
-                taken, z = next(left), np.zeros(len(b), dtype=complex)
-                z[taken] = np.linalg.solve(A[np.ix_(taken, taken)], -b[taken])
+                support, z = next(left), np.zeros(len(b), dtype=complex)
+                z[support] = np.linalg.solve(A[np.ix_(support, support)], -b[support])
                 return z
 
             found = self._after(now, closed, k, again)

@@ -404,17 +404,17 @@ class DualWalk:
             slope = np.zeros(len(y.value))
         elif slope is None:
             slope = motion.at(stretch, begun, y, self.tangents).slope.value
-        held = y.tangents - np.outer(slope, begun.tangents)
+        tangents = y.tangents - np.outer(slope, begun.tangents)
         first = y.value if stretch.y is None else stretch.y
-        y = DualNumber(first, held)
+        y = DualNumber(first, tangents)
         if not len(stretch.on):
             return y
         self._at_the_beginning(stretch, begun, moved, y)
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         after = motion.at(stretch, still, y, self.tangents).y
         units = motion.scale[: len(first), None]
-        most = np.abs(held / units).max(axis=0, initial=0.0)
-        difference = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
+        most = np.abs(tangents / units).max(axis=0, initial=0.0)
+        difference = np.abs((after.tangents - tangents) / units).max(axis=0, initial=0.0)
         limit = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         wrong = difference > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
@@ -718,18 +718,18 @@ class ReleasedInstants:
         own = [name for name in self.names if name in system.values]
         self.values = spread(dual_values(system, own), own, self.names)
         self.parts = _parts(run)
-        self.parts_followed: list[FreeInstants] = []
+        self.solved_parts: list[FreeInstants] = []
         self.lost = LostNumbers(self.names, first.t, first.lost)
 
     @property
     def notes(self) -> list[str]:
         """Where there are no derivatives."""
-        return self.parts_followed[-1].notes if self.parts_followed else []
+        return self.solved_parts[-1].notes if self.solved_parts else []
 
     @property
     def events(self) -> list[EventTime]:
         """Those of all parts."""
-        return [one for part in self.parts_followed for one in part.events]
+        return [one for part in self.solved_parts for one in part.events]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives."""
@@ -739,20 +739,20 @@ class ReleasedInstants:
         first_load = system.record_rows + 1 + 3 * len(system.drivers)
         rows = first_load + loads * system.coordinates
         values, changes = np.zeros((len(t), rows)), np.zeros((len(t), rows, len(self.names)))
-        self.parts_followed = []
+        self.solved_parts = []
         for k, run in enumerate(self.parts):
             part = FreeInstants(run, first, self.names, system)
             inside = t >= run.initial_states[0].first if k else np.ones(len(t), dtype=bool)
             if k < len(self.parts) - 1:
                 inside &= t < run.t[-1]
             places = np.searchsorted(run.t, t[inside])
-            before = self.parts_followed[-1] if k else None
+            before = self.solved_parts[-1] if k else None
             found = part.rows(places, with_loads, before)
             self._widen(run, found, np.flatnonzero(inside), values, changes)
-            self.parts_followed.append(part)
+            self.solved_parts.append(part)
             if k < len(self.parts) - 1:
                 first = self._going_on(part, self.parts[k + 1])
-        self.lost = self.parts_followed[-1].lost
+        self.lost = self.solved_parts[-1].lost
         record = DualRecord(values, changes, first_load, system.coordinates)
         return self._since_release(t, dual_solution(self.run, self.values, record), record)
 

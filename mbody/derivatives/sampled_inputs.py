@@ -229,12 +229,12 @@ class SampledInputs:
         """Set the inputs of a stretch; tangents with theirs."""
         for name in (name for one in self.sampled for name in one.state.controller.sets):
             stretch.inputs[name] = float(self.now[name].value)
-        held = self.now | {
+        inputs = self.now | {
             name: DualNumber(x, np.zeros(self.width))
             for name, x in stretch.inputs.items()
             if name not in self.now
         }
-        rows = [held[name].tangents for name in self.motion.hold]
+        rows = [inputs[name].tangents for name in self.motion.hold]
         return replace(tangents, hold=np.array(rows).reshape(-1, self.width))
 
     def sample(

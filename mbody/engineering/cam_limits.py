@@ -486,14 +486,14 @@ class FollowerPath:
     def _excess(self, limit: float | None) -> Callable[[FollowerPath], float]:
         """By how much the limits are exceeded, -1 where they are kept."""
 
-        def found(path: FollowerPath) -> float:
+        def excess(path: FollowerPath) -> float:
             if not path.base_radius() > 0.0 or not path.clearance() > 0.0:
                 return math.inf
             if limit is None:
                 return -1.0
             return float(path.pressure_angle().max()) - limit
 
-        return found
+        return excess
 
     def _pitch(self) -> tuple[Array, Array]:
         """Derivatives of the pitch curve in the cam's axes by θ, turned back into the ground's."""
@@ -531,7 +531,7 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     (40.0, (6.123233995736766e-17+1j))
     """
     follower = joint.j.body
-    held = [
+    guides = [
         one
         for one in run.mechanism.joints
         if set(one.bodies) == {"ground", follower} and isinstance(one, Prismatic | Revolute)
@@ -543,13 +543,13 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
     steady = np.abs(omega).min() > tol.CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
     if (
-        len(held) != 1
+        len(guides) != 1
         or moved > tol.CAM_CENTRE_FIXED * size
         or not steady
         or np.ptp(np.sign(omega))
     ):
         return None
-    (guide,) = held
+    (guide,) = guides
     p = seen - middle
     v, a = place.vx + 1j * place.vy, place.ax + 1j * place.ay
     numbers = run.system.numbers

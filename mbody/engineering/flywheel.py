@@ -15,7 +15,7 @@ from mbody.core.tolerances import RATE_CONSTANT, RTOL_FINE
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation, link_energy
 from mbody.errors import ModelError, ModelWarning
 from mbody.laws import Table
-from mbody.model.closed_mechanism import with_changed
+from mbody.model.closed_mechanism import with_replaced
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
 from mbody.solution.doubts import Inherited, inherited
@@ -136,7 +136,7 @@ class FlywheelSizing(Inherited):
         first = 3 * self.run.system.bodies[driver.body]
         whole = float(self.run.system.mass[first + 2, 0]) + self.inertia
         changes = [replace(body, inertia=whole, spread=None)]
-        machine = with_changed(machine, changes, ("inertia", "spread.")).copied()
+        machine = with_replaced(machine, changes, ("inertia", "spread.")).copied()
         machine.add(Torque(f"{self.driver}_mean", driver.body, value=self.fluctuation.mean))
         ratio = abs(float(self.speeds[0]) / self.speed)
         guess, rates = {}, {}
@@ -328,11 +328,11 @@ def _over_cycle(run: Solution, found: Fluctuation) -> tuple[Array, Array, Array]
     return angle[0] + sign * fine, np.maximum(curves[0], 0.0), curves[1]
 
 
-def _coefficient(kinetic: Array, gained: Array, held: float) -> tuple[float, Array]:
+def _coefficient(kinetic: Array, gained: Array, flywheel_energy: float) -> tuple[float, Array]:
     """The coefficient of fluctuation with that energy of a flywheel at the mean speed, and the
     speed as a part of its mean; infinite where it would reach zero.
     """
-    carried = held + kinetic
+    carried = flywheel_energy + kinetic
     if not carried.min() > 0.0:
         return math.inf, np.full(kinetic.shape, np.nan)
 

@@ -13,7 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
-from mbody.model.closed_mechanism import with_changed
+from mbody.model.closed_mechanism import with_replaced
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -196,7 +196,7 @@ def with_counterweights(
     inertias of these are numbers then and follow no formulas.
     """
     bodies = [_loaded(machine, system, name, own) for name, own in weights.items()]
-    return with_changed(machine, bodies, ("mass", "weight", "inertia", "cg.", "spread."))
+    return with_replaced(machine, bodies, ("mass", "weight", "inertia", "cg.", "spread."))
 
 
 def _loaded(
@@ -347,7 +347,7 @@ class ForceBalance(Inherited):
         # a moment is rounding beside what the forces would have at the size of the mechanism
         floor = tol.PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
         parts[2:] = [part if part > floor else 0.0 for part in parts[2:]]
-        shown = table(
+        rows_of_orders = table(
             [
                 Column("GREATEST", ["shaking force", "shaking moment"], text=True),
                 Column("before", [number(parts[0]), number(parts[2])]),
@@ -358,7 +358,7 @@ class ForceBalance(Inherited):
         head = f"{self.conditions} conditions; "
         head += "complete balance" if self.complete else f"{100.0 * self.left:.3g} % is left"
         notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        lines = [self.mechanism.name, "", *rows, "", *shown, "", head, *notes]
+        lines = [self.mechanism.name, "", *rows, "", *rows_of_orders, "", head, *notes]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -696,8 +696,8 @@ def _reason(
             f"{head}: {listed(stuck)} {verb} no way to the ground through pins, so that "
             "counterweights on links balance only a part (contour theorem)"
         )
-    taken = {place.body for place in wanted}
-    others = [body.name for body in system.mechanism.bodies if body.name not in taken]
+    named = {place.body for place in wanted}
+    others = [body.name for body in system.mechanism.bodies if body.name not in named]
     radius = float(np.mean(list(wanted.values())))
     for name in others:
         if _would_do({**wanted, Marker(name, (0.0, 0.0)): radius}, blocks, present):

@@ -429,12 +429,12 @@ class KennedyLine:
     through: tuple[tuple[str, str], tuple[str, str]]
 
 
-def shown_by_joints(mechanism: Mechanism) -> set[Pair]:
+def centres_of_joints(mechanism: Mechanism) -> set[Pair]:
     """Pairs of bodies whose instant centre a joint shows: a pin, the normal of a guide, a pitch
     point, a point of rolling contact.
 
     >>> import mbody
-    >>> len(shown_by_joints(mbody.makers.four_bar(1, 3, 2, 3.5)))
+    >>> len(centres_of_joints(mbody.makers.four_bar(1, 3, 2, 3.5)))
     4
     """
     kinds = Revolute, Prismatic, Fixed, Gear, RackPinion, Rolling
@@ -457,7 +457,7 @@ def kennedy_lines(
     """
     pairs = [one.bodies for one in centres.pairs]
     at = {frozenset(one.bodies): one.homogeneous(centres.length)[instant] for one in centres.pairs}
-    known = shown_by_joints(mechanism)
+    known = centres_of_joints(mechanism)
     found: list[KennedyLine] = []
     while True:
         new = []

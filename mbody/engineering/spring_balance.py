@@ -12,7 +12,7 @@ from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
-from mbody.model.closed_mechanism import with_changed
+from mbody.model.closed_mechanism import with_replaced
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
@@ -113,7 +113,9 @@ class SpringBalance(Inherited):
             [
                 Column("GREATEST EFFORT", drivers, text=True),
                 Column("before", [number(_peak(self.before[name])) for name in drivers]),
-                Column("after", [_shown(_peak(self.after[name]), floor) for name in drivers]),
+                Column(
+                    "after", [_number_above(_peak(self.after[name]), floor) for name in drivers]
+                ),
                 Column(
                     "unit",
                     [unit.of("torque" if angular[name] else "force") for name in drivers],
@@ -220,7 +222,7 @@ def spring_balance(
     if still:
         notes.append(listed(still) + STILL)
     stiffness = dict(zip(names, found, strict=True))
-    made = with_changed(
+    made = with_replaced(
         described,
         [replace(described[name], stiffness=k) for name, k in stiffness.items()],  # type: ignore[call-arg]
         ["stiffness"],
@@ -405,7 +407,7 @@ def _peak(effort: Array) -> float:
     return float(np.abs(effort).max(initial=0.0))
 
 
-def _shown(value: float, floor: float) -> str:
+def _number_above(value: float, floor: float) -> str:
     return number(value if value > floor else 0.0)
 
 

@@ -237,7 +237,7 @@ class _TermPair(_Pair):
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """The balance of forces and of power for a result."""
     run, notes = without_pressing_stops(run)
-    loads, taken = _loads(system, run)
+    loads, adopted = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
     mass = reading(system).masses
     motion = np.zeros((3, count, n, 3))
@@ -274,8 +274,8 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
         expected["torque"] = BALANCE_EXPECTED + arms
         reasons["torque"] = "contacts of a step act in its middle, bodies are at its end"
     rows = comparison.rows(expected, reasons)
-    if taken:
-        notes.append(f"taken from our result as forces: {listed(taken)}")
+    if adopted:
+        notes.append(f"taken from our result as forces: {listed(adopted)}")
     return CrosscheckResult("balance", tuple(rows), (), tuple(notes))
 
 
@@ -284,7 +284,7 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
     mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
-    taken = [
+    adopted = [
         one.name
         for one in loads
         if not has_force_law(one) and (type(one) is not Gravity or follows_formula(one))
@@ -302,12 +302,12 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
             if has_force_law(load):
                 for body, wrench in wrenches(system, load, poses, t).items():
                     found[k, names.index(body)] += wrench
-        if taken:
+        if adopted:
             whole = each_load_of(run, k)
             for n, load in enumerate(loads):
-                if load.name in taken:
+                if load.name in adopted:
                     found[k] += whole[n]
-    return found, taken
+    return found, adopted
 
 
 def _passed_in_a_step(run: Solution) -> Array:

@@ -115,7 +115,7 @@ class SearchVariable:
             return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
         return abs(a - b)
 
-    def shown(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
+    def in_unit(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
         """A value as results give it, and its unit."""
         value, dimension = u * self.scale, self.dimension
         own = mechanism.units.of(dimension) if dimension else ""

@@ -108,21 +108,23 @@ def _without(machine: Mechanism, gone: set[str]) -> dict[str, Formula]:
 # -- A mechanism with other numbers in some of its elements ------------------------------------
 
 
-def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable[str]) -> Mechanism:
+def with_replaced(
+    machine: Mechanism, elements: Iterable[Element], keys: Iterable[str]
+) -> Mechanism:
     """The mechanism with other elements in the place of those of their names. Their numbers that
     begin with one of the keys, such as ``"mass"``, follow no formulas any more; others do.
 
     >>> from dataclasses import replace
     >>> from mbody import makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)
-    >>> with_changed(machine, [replace(machine["crank"], mass=2.0)], ["mass"])["crank"].mass
+    >>> with_replaced(machine, [replace(machine["crank"], mass=2.0)], ["mass"])["crank"].mass
     2.0
     """
     new = list(elements)
     made = with_others(machine, set(), new)
-    changed = tuple(f"{element.name}.{key}" for element in new for key in keys)
-    kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(changed)}
-    made.formulas = kept if changed else dict(machine.formulas)
+    prefixes = tuple(f"{element.name}.{key}" for element in new for key in keys)
+    kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(prefixes)}
+    made.formulas = kept if prefixes else dict(machine.formulas)
     return made.copied()
 
 

@@ -224,8 +224,8 @@ def _flat(value: Any) -> str:
             for name, part in value.items()
         )
     if isinstance(value, list):
-        shown = ", ".join(_flat(part) for part in value[:SHOWN])
-        return f"({shown}{', …' if len(value) > SHOWN else ''})"
+        parts = ", ".join(_flat(part) for part in value[:SHOWN])
+        return f"({parts}{', …' if len(value) > SHOWN else ''})"
     return re.sub(r"\s+", " ", str(value))
 
 

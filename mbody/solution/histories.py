@@ -377,7 +377,7 @@ class Result(Protocol):
 # -- Histories of inputs and of auxiliary states -----------------------------------------------
 
 
-def shown_states(mechanism: Mechanism) -> list[Any]:
+def reported_states(mechanism: Mechanism) -> list[Any]:
     """The auxiliary states that tables and summaries have: not those that only add up energies,
     which are in the account of energy.
     """

@@ -750,8 +750,8 @@ def formula_value(
             stack.append(next(constants))
         elif curves and operation in curves:
             curve = curves[operation]
-            taken = [stack.pop() for _ in curve.takes][::-1]
-            stack.append(curve.at(*taken))
+            arguments = [stack.pop() for _ in curve.takes][::-1]
+            stack.append(curve.at(*arguments))
         elif operation in ONE:
             stack.append(ONE[operation](stack.pop()))
         else:

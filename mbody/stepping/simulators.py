@@ -451,7 +451,9 @@ class Simulators(ScalarFallback):
             if name not in names
         }
         drivers = driver_inputs(self.system.mechanism, self.system.numbers)
-        self.inputs = LaneInputs(names, self._lanes, others, self._number, self._changed, drivers)
+        self.inputs = LaneInputs(
+            names, self._lanes, others, self._number, self._invalidate, drivers
+        )
         self._begin_all()
 
     def _number(self, name: str, value: Any) -> float:
@@ -459,7 +461,7 @@ class Simulators(ScalarFallback):
         own = next(one for one in machine.inputs if one.name == name)
         return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
 
-    def _changed(self) -> None:
+    def _invalidate(self) -> None:
         """Invalidates readings after a change of state or inputs."""
         self._record_valid = False
 
@@ -487,7 +489,7 @@ class Simulators(ScalarFallback):
         for k in which.tolist():
             for by_state in (self._states, self._reasons, self._doubts):
                 by_state.pop(k, None)
-        self._changed()
+        self._invalidate()
         if self._on_lanes:
             lanes.begin(which, t, y)
             slots = lanes.some(many.state, which)
@@ -556,7 +558,7 @@ class Simulators(ScalarFallback):
         lanes, many = self._lanes, self._lanes.many
         targets = np.where(ok, until, now)
         lanes.put(many.state, UNTIL, np.arange(self.n), targets)
-        self._changed()
+        self._invalidate()
         if self._on_lanes:
             lanes.go_on()
         for k in np.flatnonzero((self.t < targets) & (many.bad[: self.n] > 0.0)).tolist():
@@ -621,7 +623,7 @@ class Simulators(ScalarFallback):
             getattr(many, name)[:] = given.arrays[name]
         self._states, self._reasons = dict(given.alone), dict(given.reasons)
         self._doubts = dict(given.doubts)
-        self._changed()
+        self._invalidate()
 
     def reset(
         self, which: Any = None, to: Mapping[str, Any] | None = None, *, t: Number | None = None
@@ -665,7 +667,7 @@ class Simulators(ScalarFallback):
                 lanes.put_all(getattr(many, name), chosen, values)
             many.stale[places], many.bad[chosen] = flags
             self._states, self._reasons, self._doubts = kept
-            self._changed()
+            self._invalidate()
             raise
 
     def _reset(self, which: Array, to: Any, t: Any) -> Array:
@@ -687,7 +689,7 @@ class Simulators(ScalarFallback):
                     self._states[k] = first.alone[k]
                 if k in first.doubts:
                     self._doubts[k] = first.doubts[k]
-            self._changed()
+            self._invalidate()
             return distance
         base = lanes.some(first.arrays["y"], which)
         when = lanes.some(first.arrays["state"], which)[:, TIME]

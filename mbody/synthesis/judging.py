@@ -405,7 +405,7 @@ class DesignList(list[Design]):
         ]
         numbers = [Column("NUMBER", names, text=True)]
         numbers += [
-            Column(str(n), [_shown(name, one.values[name]) for name in names])
+            Column(str(n), [_number_text(name, one.values[name]) for name in names])
             for n, one in zip(rows, self, strict=True)
         ]
         numbers.append(Column("unit", [_unit(name, units) for name in names], text=True))
@@ -416,7 +416,7 @@ class DesignList(list[Design]):
         )
 
 
-def _shown(name: str, value: float) -> str:
+def _number_text(name: str, value: float) -> str:
     return number(math.degrees(value) if name.endswith(".angle") else value)
 
 

@@ -233,8 +233,8 @@ def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozense
     for one in machine.inputs:
         if one.name not in inputs:
             continue
-        held = isinstance(one.value, Table) and one.value.interpolation == "hold"
-        if not held and one.name not in setting:
+        is_hold_table = isinstance(one.value, Table) and one.value.interpolation == "hold"
+        if not is_hold_table and one.name not in setting:
             continue
         why = "has a history that holds its values"
         if one.name in setting:

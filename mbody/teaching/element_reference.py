@@ -468,12 +468,14 @@ def _field(field: dataclasses.Field[Any], main: bool, meaning: str) -> FieldRefe
     made = field.default_factory is not dataclasses.MISSING
     zero = default in (0.0, "", ()) and not isinstance(default, bool)
     needed = main or (missing and not made) or (zero and meta.get("sign") == "positive")
-    shown = ""
+    default_text = ""
     if not zero and isinstance(default, (float, str, bool)):
-        shown = f"by default {str(default).lower() if isinstance(default, bool) else default}"
+        default_text = (
+            f"by default {str(default).lower() if isinstance(default, bool) else default}"
+        )
     elif zero and not needed and ("dimension" in meta or "law" in meta):
-        shown = "by default 0"
-    return FieldReference(field.name, _takes(field), needed, shown, meaning)
+        default_text = "by default 0"
+    return FieldReference(field.name, _takes(field), needed, default_text, meaning)
 
 
 def _takes(field: dataclasses.Field[Any]) -> str:

@@ -74,8 +74,8 @@ class Check:
     required: bool = True
 
     def __str__(self) -> str:
-        shown = "skipped" if math.isnan(self.error) else f"{self.error:.1e}"
-        return f"{self.name:<24}{shown:<9}{self.note}".rstrip()
+        text = "skipped" if math.isnan(self.error) else f"{self.error:.1e}"
+        return f"{self.name:<24}{text:<9}{self.note}".rstrip()
 
 
 @dataclass(frozen=True)

@@ -292,7 +292,7 @@ def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
 # -- forces ------------------------------------------------------------------------------------
 
 
-def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
+def drawn_forces(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
     """Forces that are drawn: name, place, components, colour, and the body that they act on.
 
     Applied forces always, joint forces if requested, as in the summary: F_ij of
@@ -602,9 +602,9 @@ _CUP = np.linspace(-0.8, 0.8, 12)
 
 def free_radius(sketch: Sketch, centre: Array) -> float:
     """Radius of a new arc at a place, outside the arcs that are already there."""
-    taken = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
+    arcs = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
     sketch.arcs.append(centre)
-    return (1.0 + 0.5 * taken) * sketch.size("arc")
+    return (1.0 + 0.5 * arcs) * sketch.size("arc")
 
 
 def outward_from(sketch: Sketch, centre: Array, body: str) -> float:

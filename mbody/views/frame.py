@@ -131,8 +131,8 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
     rows = [_row(run, name, places) for name in names]
     if len(rows) <= MOST:
         return rows, 0
-    shown = sorted(range(len(rows)), key=lambda n: -len(rows[n].spans))[:MOST]
-    return [rows[n] for n in sorted(shown)], len(rows) - MOST
+    numbers = sorted(range(len(rows)), key=lambda n: -len(rows[n].spans))[:MOST]
+    return [rows[n] for n in sorted(numbers)], len(rows) - MOST
 
 
 def _row(run: Solution, name: str, x: Array) -> ModeRow:
@@ -191,13 +191,13 @@ def _impacts(axes: Axes, row: ModeRow, n: int) -> None:
         return
     ends = [row.spans[0].low, row.spans[-1].high]
     spacing = APART * abs(ends[1] - ends[0])
-    shown: list[float] = []
+    drawn: list[float] = []
     for x in sorted(row.impacts):
-        if not shown or x - shown[-1] >= spacing:
-            shown.append(x)
+        if not drawn or x - drawn[-1] >= spacing:
+            drawn.append(x)
     axes.plot(
-        shown,
-        [n + 0.12] * len(shown),
+        drawn,
+        [n + 0.12] * len(drawn),
         ls="none",
         marker="v",
         ms=3.6,
@@ -376,8 +376,8 @@ def _modes(sketch: Sketch, x: float, y: float) -> float:
         words = f"friction circles {rounded_number(sketch.enlarged)} : 1"
         x = _key_text(sketch, x + size, y, words, FORCE)
     words_of = {mode: look[0] for mode, look in MODES.items()} | dict.fromkeys(SLIDES, "slides")
-    shown = dict.fromkeys("slip+" if mode in SLIDES else mode for mode in sketch.modes)
-    for mode in shown:
+    names = dict.fromkeys("slip+" if mode in SLIDES else mode for mode in sketch.modes)
+    for mode in names:
         x += 16.0 * sketch.unit
         mark(sketch, np.array([x, y]), mode, np.array([0.0, 1.0]), f"key:{mode}")
         gap = 3.0 * sketch.size("pin") if mode in SLIDES else sketch.size("pin")

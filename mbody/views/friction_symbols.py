@@ -156,7 +156,7 @@ def sticking_symbol(joint: Joint, sketch: Sketch) -> None:
                 mark(sketch, place, "stick", np.array([1.0, 0.0]), f"sticks:{joint.name}")
 
 
-def modes_shown(pose: Pose) -> list[str]:
+def drawn_modes(pose: Pose) -> list[str]:
     """Which marks a picture of an instant has, for its key."""
     run, k = pose.run, pose.k
     names = [one.name for one in run.mechanism.contacts if one.name in run.modes]
@@ -207,7 +207,7 @@ def _hanging(i: Array, j: Array, slack: float) -> Array:
 
 
 def contact_forces(pose: Pose) -> list[tuple[str, Array, Array, str, str]]:
-    """Forces at contacts that are drawn, as of `forces_shown`: on j by i, at each place."""
+    """Forces at contacts that are drawn, as of `drawn_forces`: on j by i, at each place."""
     run, found = pose.run, []
     elements = (*run.mechanism.contacts, *run.mechanism.groups)
     for element in elements:

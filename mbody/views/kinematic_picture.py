@@ -24,16 +24,16 @@ from mbody.model.element import listed
 from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
-from mbody.views.acting import driver_symbol, force_arrow, forces_shown, load_symbol
+from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
 from mbody.views.frame import captions, key_row, nice, rounded_number
 from mbody.views.friction_symbols import (
     circle_scale,
     contact_forces,
     contact_symbol,
+    drawn_modes,
     friction_circles,
     line_of_action,
-    modes_shown,
     sticking_symbol,
 )
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
@@ -158,12 +158,12 @@ def faded(sketch: Sketch, pose: Pose, selection: ElementSelection, part: float) 
 
 def longest_force(poses: Sequence[Pose], forces: bool, selection: ElementSelection) -> float:
     """The greatest force of several instants, by which all their arrows are drawn."""
-    rows = [row for pose in poses for row in _shown_forces(pose, forces, selection)]
+    rows = [row for pose in poses for row in _selected_forces(pose, forces, selection)]
     return max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
 
 
-def _shown_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
-    every = forces_shown(pose, forces)
+def _selected_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
+    every = drawn_forces(pose, forces)
     if forces and pose.run.has_forces:
         every += contact_forces(pose)
     if not selection.only:
@@ -238,7 +238,7 @@ def sketch_mechanism(
         load_symbol(load, sketch)
     for driver in selection.between(mechanism.drivers):
         driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
-    rows = [] if sketch.kinematic else _shown_forces(pose, forces, selection)
+    rows = [] if sketch.kinematic else _selected_forces(pose, forces, selection)
     if longest is None:
         longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
     if longest > 0.0:
@@ -291,7 +291,7 @@ def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -
     if forces:
         sketch.enlarged = circle_scale(pose, sketch.unit, joints)
         friction_circles(sketch, joints, sketch.enlarged)
-    sketch.modes = modes_shown(pose)
+    sketch.modes = drawn_modes(pose)
 
 
 def _pin_labels(sketch: Sketch) -> None:
@@ -471,7 +471,7 @@ class CentreSelection:
         return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
 
 
-def _shown_number(value: float, length: float) -> str:
+def _rounded_number(value: float, length: float) -> str:
     return rounded_number(value if abs(value) > DRAWN_NONE * length else 0.0)
 
 
@@ -495,7 +495,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
     lines.append((start, end))
 
 
-def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSelection:
+def drawn_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSelection:
     """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
@@ -512,7 +512,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
             left.append(one)
             continue
         if (np.abs(place - middle) > half).any():
-            at = ", ".join(_shown_number(float(part), pose.system.length) for part in place)
+            at = ", ".join(_rounded_number(float(part), pose.system.length) for part in place)
             outside.append(f"{centres.symbol(one)} at ({at})")
             continue
         for group in groups:
@@ -945,7 +945,7 @@ def kinematic_picture(
     pose, selection = Pose(run, 0), ElementSelection(run.mechanism, ())
     corners = bounds(pose)
     centres = instant_centres(run) if marks.poles else None
-    poles = None if centres is None else shown_poles(centres, pose, corners)
+    poles = None if centres is None else drawn_poles(centres, pose, corners)
     extent = np.array(poles.places) if poles is not None else np.empty((0, 2))
     wide = np.ptp(corners, axis=0).max()
     frame = np.vstack([corners, extent]) if len(extent) else corners

@@ -49,19 +49,19 @@ LINKS = 60
 
 
 def free_bodies_data(
-    run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]
+    run: Solution, data: Mapping[str, Any], scene: Mapping[str, Any]
 ) -> dict[str, Any] | None:
     """Data of the free-body diagram of every link, beside the histories of an HTML page."""
     if not run.has_forces or len(run.mechanism.bodies) > LINKS:
         return None
-    return _FreeBodies(run, data, shown).found()
+    return _FreeBodies(run, data, scene).data_of_links()
 
 
 class _FreeBodies:
     """Collects the forces of all links."""
 
-    def __init__(self, run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]) -> None:
-        self.run, self.data, self.shown = run, data, shown
+    def __init__(self, run: Solution, data: Mapping[str, Any], scene: Mapping[str, Any]) -> None:
+        self.run, self.data, self.scene = run, data, scene
         self.pose = Pose(run, 0)
         self.machine, self.system = run.mechanism, run.system
         self.histories: dict[str, Any] = {}
@@ -69,7 +69,7 @@ class _FreeBodies:
         self.loads = np.array([each_load_of(run, k) for k in range(len(run))])
         self.still = run.analysis == "statics"
 
-    def found(self) -> dict[str, Any]:
+    def data_of_links(self) -> dict[str, Any]:
         """All links."""
         bodies = {body.name: list(self._on(body.name)) for body in self.machine.bodies}
         masses = {}
@@ -96,7 +96,7 @@ class _FreeBodies:
                 **{"fx": said[0], "fy": said[1], "m": said[2]},
             }
 
-        drawn = [(one["of"], one.get("load")) for one in self.shown["forces"]]
+        drawn = [(one["of"], one.get("load")) for one in self.scene["forces"]]
         for joint in machine.joints:
             if body in (joint.i.body, joint.j.body):
                 own = run.reaction(joint.name, on=body)
@@ -144,7 +144,7 @@ class _FreeBodies:
 
     def _touches(self, body: str) -> Iterator[tuple[str, dict[str, Any], Array]]:
         """Forces of contacts and ropes on a body, at the places of their arrows: (2, instants)."""
-        for n, one in enumerate(self.shown["forces"]):
+        for n, one in enumerate(self.scene["forces"]):
             if "own" in one:
                 ends = self.machine[one["of"]].bodies  # type: ignore[attr-defined]  # a contact
                 if body in ends:
@@ -171,7 +171,7 @@ class _FreeBodies:
 
     def _anchored_site(self, site: Place, anchor: str = "") -> dict[str, Any]:
         name, x, y = site
-        found: dict[str, Any] = {"at": [self.shown["bodies"].index(name), x, y]}
+        found: dict[str, Any] = {"at": [self.scene["bodies"].index(name), x, y]}
         return found | ({"p": anchor} if anchor else {})
 
     def _pivot(self, element: Any, body: str, parts: Array) -> dict[str, Any]:
@@ -419,7 +419,7 @@ def view(
     True
     """
     runs = runs_of(model)
-    shown_names(show)
+    check_names(show)
     return Viewer(runs, tuple(plots), None if paths is None else tuple(paths), tuple(show), command)
 
 
@@ -453,7 +453,7 @@ def check_designs(count: int) -> None:
         )
 
 
-def shown_names(show: Sequence[str]) -> None:
+def check_names(show: Sequence[str]) -> None:
     """Refuse what no view can show."""
     for name in show:
         if name not in SHOWN:
@@ -537,13 +537,13 @@ class Viewer:
         free: bool = False,
     ) -> tuple[dict[str, Any], list[str]]:
         found = scene(run)
-        shown = scene_data(found, plots or default_plots(found.run), paths, show)
+        scene_values = scene_data(found, plots or default_plots(found.run), paths, show)
         data = found.run.data()
-        if free and (forces := free_bodies_data(found.run, data, shown)):
-            shown["free"] = forces
+        if free and (forces := free_bodies_data(found.run, data, scene_values)):
+            scene_values["free"] = forces
         if free and (centres := poles_data(found)):
-            shown["poles"] = centres
-        return {"data": numbers(data), "scene": {**shown, "design": name}}, found.notes
+            scene_values["poles"] = centres
+        return {"data": numbers(data), "scene": {**scene_values, "design": name}}, found.notes
 
     @property
     def document(self) -> dict[str, Any]:

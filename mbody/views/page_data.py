@@ -260,8 +260,8 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
     for load in run.mechanism.loads:
         if isinstance(load, Force):
             at = {"at": _place_data(pose.site(load, "at"), bodies)}
-            shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
-            found.append({**shown, "t": text_runs(symbolic(load.name)), **at})
+            arrow = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
+            found.append({**arrow, "t": text_runs(symbolic(load.name)), **at})
     if not run.has_forces:
         return found
     names = force_names(run.mechanism)

@@ -227,8 +227,8 @@ def _check_log(
 ) -> None:
     """Refuse a logarithmic axis of what has no positive value."""
     rows = [(curve.of or curve.name, curve.values) for curves in panels for curve in curves]
-    shown = [("y", *row) for row in rows] + [("x", one.name, one.values) for one in abscissa]
-    for axis, name, values in shown:
+    rows_by_axis = [("y", *row) for row in rows] + [("x", one.name, one.values) for one in abscissa]
+    for axis, name, values in rows_by_axis:
         if axis in log and not np.any(values > 0.0):
             raise ModelError(
                 f"'{name}' has no positive value, which a logarithmic axis needs: plot another "

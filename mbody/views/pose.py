@@ -60,7 +60,7 @@ class Carrier:
         part = np.clip(part, 0.0, 1.0)
         return np.column_stack([part, along - part * length, across])
 
-    def shown(self, kept: Array, axes: tuple[Array, Array, Array], k: int) -> Array:
+    def in_world(self, kept: Array, axes: tuple[Array, Array, Array], k: int) -> Array:
         """World points (n, 2) of an instant, of points in these axes."""
         origin, u, length = (part[k] for part in axes)
         along, across = kept[:, -2], kept[:, -1]

@@ -548,15 +548,15 @@ class SceneSketch(Sketch):
     ) -> Label:
         """A name at a place that moves; its number, which would change, is left out."""
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)
-        shown = text.partition(" = ")[0]
+        name = text.partition(" = ")[0]
         outward = np.array([np.cos(wanted), np.sin(wanted)])
         kept = carrier.kept(place[None], self.pose.run, self.pose.k)
         color, italic = str(look.get("color", "")), bool(look.get("italic", False))
-        owner = str(look.get("name", "")) or shown
+        owner = str(look.get("name", "")) or name
         self.names.append(
-            KeptLabel(shown, carrier, kept, outward, gap, "element", owner, color, italic)
+            KeptLabel(name, carrier, kept, outward, gap, "element", owner, color, italic)
         )
-        return Label(shown, [])
+        return Label(name, [])
 
     def roomy(self, place: Array, others: list[Array]) -> float:
         """Down, up, left or right [rad], the side on which the links are least in the whole

@@ -520,8 +520,8 @@ class _GroupSearch:
         for driver in self.linkage.system.independent_drivers:
             value = self.linkage.driver_values[driver.name]
             unit = self.linkage.system.mechanism.units.length
-            shown = angle_text(value) if driver.angular else f"{value:.10g} {unit}"
-            parts.append(f"'{driver.name}' = {shown}")
+            text = angle_text(value) if driver.angular else f"{value:.10g} {unit}"
+            parts.append(f"'{driver.name}' = {text}")
         return " and ".join(parts) or "this position"
 
     def result(

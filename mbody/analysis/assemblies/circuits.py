@@ -405,7 +405,7 @@ def circuits(
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
-            notes.append(_not_followed(number, walk.trouble))
+            notes.append(_incomplete_note(number, walk.trouble))
     ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
         same = _same(dead, tol.POSITION_SAME)
@@ -416,13 +416,13 @@ def circuits(
     doubts = list(modes.doubts)
     if not complete and not doubts:
         doubts.append(_incomplete(found.name, dead, notes))
-    shown = dead_centres_of_walks(system, found.name, made) if dead is None else dead
+    centres = dead_centres_of_walks(system, found.name, made) if dead is None else dead
     return Circuits(
         mechanism=system.mechanism,
         driver=found.name,
         modes=modes,
         circuits=tuple(made),
-        dead_centres=shown,
+        dead_centres=centres,
         complete=complete,
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
@@ -490,7 +490,7 @@ def _between_lengths(values: list[float], value: float) -> list[float]:
     ]
 
 
-def _not_followed(number: int, trouble: str) -> str:
+def _incomplete_note(number: int, trouble: str) -> str:
     return f"circuit {number} is not followed to its end: {trouble}"
 
 

@@ -286,7 +286,7 @@ class Unilateral:
         pair_of = {int(s): f for f, s in enumerate(L.friction_tangent)}
         place = {int(e): s for s, e in enumerate(L.active_set)}
         self.contact_points: list[ContactPoint] = []
-        taken: set[int] = set()
+        tangent_pairs: set[int] = set()
         welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
         for contact in system.mechanism.contacts:
             if contact.closed:
@@ -303,7 +303,7 @@ class Unilateral:
             for n, candidate in enumerate(candidates):
                 normal = place[number[contact.name, n]]
                 tangent = place.get(number.get((contact.name, len(candidates) + n), -1), -1)
-                taken.add(pair := pair_of.get(tangent, -1))
+                tangent_pairs.add(pair := pair_of.get(tangent, -1))
                 law = getattr(contact, "law", "poisson")
                 numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
                 self.contact_points.append(
@@ -312,7 +312,7 @@ class Unilateral:
         self.friction_joints = [
             JointPair(system.owners[int(L.active_set[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
-            if f not in taken and _may_stick(system, f)
+            if f not in tangent_pairs and _may_stick(system, f)
         ]
         units = [system.row_kinds[int(e)] for e in L.active_set]
         #: Of every row of the active set, whether it is an angle.

@@ -112,8 +112,8 @@ def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = Non
     found = []
     for element in one_sided(solution.system):
         history = one_sided_force(solution, element)
-        shown = history.force
-        t, force, size = np.broadcast_to(history.t, shown.shape), shown, history.size
+        pressing = history.force
+        t, force, size = np.broadcast_to(history.t, pressing.shape), pressing, history.size
         if between is not None and element.name in between:
             more = between[element.name]
             t, force = np.append(t, more.t), np.append(force, more.force)
@@ -191,12 +191,12 @@ def _sentence(
     units = solution.mechanism.units
     where = np.unravel_index(int(force.argmin()), force.shape)
     when = _when(solution, float(t[where]), tuple(int(n) for n in where))
-    shown = one_sided_force(solution, element).force
-    count = int((shown < -floor).sum())
+    pressing = one_sided_force(solution, element).force
+    count = int((pressing < -floor).sum())
     if not count:
         when = f"between the instants, most {when}"
-    elif shown.size > 1:
-        when = f"at {count} of {shown.size} instants, most {when}"
+    elif pressing.size > 1:
+        when = f"at {count} of {pressing.size} instants, most {when}"
     first = float(t[force < -floor].min())
     if first < float(t[where]) and not solution.record.batch:
         when = f"{when}, first at t = {first:.6g} {units.time}"

@@ -124,12 +124,12 @@ class _Curve:
         else:
             spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
         for span in spans:
-            found = self._followed(sign * span)
+            found = self._stop(sign * span)
             if found is not None:
                 return found
         return sign * math.inf
 
-    def _followed(self, change: float) -> float | None:
+    def _stop(self, change: float) -> float | None:
         """Where the driver stops on its way; None where it does not."""
         stopped, places = self._path(change)
         if self.system.rows > LARGEST:
@@ -335,9 +335,11 @@ class DriverRange(Inherited):
         if self.unlimited:
             whole = "without end" if self.unit else "all the way round"
             return f"'{self.body}' can {verb} {whole}"
-        shown = [v if self.unit else math.degrees(v) for v in self]
-        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in shown)
-        ends = [f"from {low}"] * math.isfinite(shown[0]) + [f"to {high}"] * math.isfinite(shown[1])
+        limits = [v if self.unit else math.degrees(v) for v in self]
+        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in limits)
+        ends = [f"from {low}"] * math.isfinite(limits[0]) + [f"to {high}"] * math.isfinite(
+            limits[1]
+        )
         return f"'{self.body}' can {verb} {' '.join(ends)}"
 
 

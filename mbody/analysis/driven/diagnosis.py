@@ -192,7 +192,7 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     """
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
-    moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
+    moved, rates = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
     least_velocity = tol.START_MOTION_ROUNDING / (tol.START_CHANGE_REPORTED * (whole or np.inf))
     velocity_scale = max(float(np.abs(given[n:] / system.coordinate_units).max()), least_velocity)
     parts = []
@@ -204,8 +204,8 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     if (turned := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
         angle = np.degrees(turned.max())
         parts.append(f"'{names[int(turned.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > tol.START_CHANGE_REPORTED * velocity_scale:
-        b, k = divmod(int(np.abs(changed).argmax()), 3)
+    if np.abs(rates).max() > tol.START_CHANGE_REPORTED * velocity_scale:
+        b, k = divmod(int(np.abs(rates).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
         parts.append(f"{rate} of '{names[b]}' is {after:.6g} {unit}, not {before:.6g}")

@@ -537,8 +537,8 @@ def _time(law: Law, driver: Driver, places: list[float]) -> float:
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_text if driver.angular else "{:g}".format
-            return float(times_of(law, [place], 0.0, shown)[0])
+            write = angle_text if driver.angular else "{:g}".format
+            return float(times_of(law, [place], 0.0, write)[0])
         except ModelError as error:
             why = why or error
     raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)

@@ -153,7 +153,7 @@ class ModalMotion(Protocol):
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record."""
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes, and which rows of contact points and frictional joints are on."""
 
 
@@ -738,7 +738,7 @@ def decide(motion: ModalMotion) -> Verdict:
         if not _wrong(motion, now, model):
             return Verdict(True, several, complete)
     for one in found:
-        if _changed(motion, now, model, one):
+        if _agreeing_modes(motion, now, model, one):
             return Verdict(True, several, complete)
     return Verdict(False, complete=complete)
 
@@ -759,7 +759,9 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     still[list(transition.stopped)] = True
     if transition.stopped:
         rests = [k for k in np.flatnonzero(still) if k >= count or k in closed]
-        left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in rests]))
+        left = _speeds(
+            motion, tangents, _rates_when_stopped(motion, rows, [tangents[k] for k in rests])
+        )
         still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speed) & (
             np.abs(left) <= np.maximum(velocity_tolerance, tol.RATE_NONE_STOPPED * np.abs(speeds))
         )
@@ -777,14 +779,14 @@ def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
     return np.array([rates[row] * unit[row] if row >= 0 else 0.0 for row in tangents])
 
 
-def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
+def _rates_when_stopped(motion: ModalMotion, rows: Rows, stopped: list[int]) -> Array:
     """Rates of all rows that would be left if some were stopped: what was located as stopped moves
     by rounding, and others with it.
     """
-    held = [row for row in held if row >= 0]
-    W = rows.block[held]
+    stopped = [row for row in stopped if row >= 0]
+    W = rows.block[stopped]
     Y = responses_to(motion.uni, motion.work, W)
-    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[held]
+    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[stopped]
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
@@ -828,12 +830,12 @@ def _set(
     pressing = dict(zip(now.closed, one.forces, strict=False))
     motion.y[:] = now.y
     motion.load()
-    on, held = _independent(motion, now, modes, pairs, pressing)
-    motion.set_modes(modes, pairs, on, held)
+    on, sticking = _independent(motion, now, modes, pairs, pressing)
+    motion.set_modes(modes, pairs, on, sticking)
     motion.evaluate()
 
 
-def _changed(
+def _agreeing_modes(
     motion: ModalMotion, now: _DecisionState, model: FrictionModel, one: FrictionSolution
 ) -> bool:
     """Change modes that forces and accelerations disagree with until none does."""
@@ -968,7 +970,7 @@ def _independent(
     for row in dense(system, motion.work)[1]:
         independent(row)
     on = np.zeros((len(uni.contact_points), 2), dtype=bool)
-    held = np.zeros(len(uni.friction_joints), dtype=bool)
+    sticking = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
     least = tol.CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
@@ -987,8 +989,8 @@ def _independent(
                 motion.groups[owner].append(k)
     for m, mode in enumerate(pairs):
         if mode == "stick":
-            held[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
+            sticking[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
     for k in closed:
         if pressing[k] <= least:
             on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
-    return on, held
+    return on, sticking

@@ -265,7 +265,7 @@ class ModalIntegration(JumpIntegration):
         self.layouts: dict[bytes, Layout] = {}
         #: Open contact points that have left their edge over its end.
         self.beyond: set[int] = set()
-        self.changed_at, self.changes = -np.inf, 0
+        self.last_change, self.changes = -np.inf, 0
         #: Whether rates of drivers have jumped.
         self.jerked = False
         self.transition = ModeTransition()
@@ -325,7 +325,7 @@ class ModalIntegration(JumpIntegration):
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes of contact points and frictional joints; which of their rows are on: `on`
-        (points, 2), and `held` (frictional joints,) of those that stick.
+        (points, 2), and `sticking` (frictional joints,) of those that stick.
         """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
@@ -421,8 +421,8 @@ class ModalIntegration(JumpIntegration):
         x = (times[1:-1] - times[:-2]) / h
         low, high, change = g[:, :-2], g[:, 2:], g[:, 2:] - g[:, :-2]
         p, q = h * r[:, :-2], h * r[:, 2:]
-        shown = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
-        error = np.abs(shown - g[:, 1:-1])
+        interpolated = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
+        error = np.abs(interpolated - g[:, 1:-1])
         distance = np.minimum(np.minimum(low, high), g[:, 1:-1])
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
         return bool(
@@ -634,9 +634,9 @@ class ContactIntegration(ModalIntegration):
         """Go on from where a guard is zero."""
         t = float(self.state[TIME])
         self.changes = (
-            self.changes + 1 if t - self.changed_at <= tol.TIMES_SAME_MODES * abs(t) else 0
+            self.changes + 1 if t - self.last_change <= tol.TIMES_SAME_MODES * abs(t) else 0
         )
-        self.changed_at = t
+        self.last_change = t
         if self.changes > CHANGES:
             return self._ended(
                 f"contacts and friction change their modes without end, last {self._who(guard)}"
@@ -811,9 +811,9 @@ class ContactIntegration(ModalIntegration):
     def _wedged(self, hit: list[int]) -> str:
         """No velocities keep all that strikes apart: drivers lead it from two sides."""
         names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
-        shown = ", ".join(f"'{name}'" for name in names)
+        quoted = ", ".join(f"'{name}'" for name in names)
         return self._ended(
-            f"an impact at {shown} has no solution: what strikes is driven against both sides at "
+            f"an impact at {quoted} has no solution: what strikes is driven against both sides at "
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
         )
 
@@ -875,7 +875,7 @@ class ContactIntegration(ModalIntegration):
         names = [self.uni.contact_points[k].name for k in who] or [
             p.name for p in self.uni.friction_joints
         ]
-        shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
+        quoted = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
         redundant = "redundant" in self.modes or any(
@@ -886,7 +886,7 @@ class ContactIntegration(ModalIntegration):
             why = "nothing decides the forces of what rests): one of them was taken"
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "
-            f"consistent with the friction at {shown} ({why}"
+            f"consistent with the friction at {quoted} ({why}"
         )
 
     def _paradox(self) -> str:

@@ -697,8 +697,8 @@ def simulate(
         # before the first instant is found: drivers may follow inputs
         first = 0.0 if start is None else float(start.t[-1])
         system = with_inputs(system, inputs, first, last)
-    held, system = system, with_contacts_of_joints(system)
-    start = first_instant_with_contacts(held, system, start, guess, rates)
+    closed_system, system = system, with_contacts_of_joints(system)
+    start = first_instant_with_contacts(closed_system, system, start, guess, rates)
     state = state_of(system, start)
     request = motion_request(
         system,
@@ -712,9 +712,9 @@ def simulate(
         release=release,
     )
     if progress is True:
-        from mbody.analysis.dynamics.interruptions import shown
+        from mbody.analysis.dynamics.interruptions import progress_display
 
-        progress = shown(last)
+        progress = progress_display(last)
     try:
         run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
@@ -737,22 +737,22 @@ def _as_system(model: Mechanism | System, method: str | None) -> System:
 
 
 def first_instant_with_contacts(
-    held: System,
+    closed_system: System,
     system: System,
     start: Solution | None,
     guess: Guesses | None,
     rates: Mapping[str, Number] | None,
 ) -> Solution:
-    """The first instant with the joints that can separate closed, as in `held`; where what is given
-    does not agree with that, with them as they are in `system`.
+    """The first instant with the joints that can separate closed, as in `closed_system`; where what
+    is given does not agree with that, with them as they are in `system`.
     """
-    if not any(joint.can_separate for joint in held.mechanism.joints):
+    if not any(joint.can_separate for joint in closed_system.mechanism.joints):
         return first_instant(system, start, guess, rates)
     try:
-        found = first_instant(held, start, guess, rates)
+        found = first_instant(closed_system, start, guess, rates)
     except (ModelError, SolveError):
         return first_instant(system, start, guess, rates)
-    own = held.mechanism.simulation
+    own = closed_system.mechanism.simulation
     if start is None and own is not None and not begins_so(found, own):
         return first_instant(system, start, guess, rates)
     return found

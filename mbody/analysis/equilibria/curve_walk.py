@@ -497,10 +497,10 @@ class _CurveIsolation:
         steep = np.abs(slope) > BAND_SLOPE * error
         # the zero lies between places: both sides of a change of sign belong to it
         signs = np.sign(p)
-        changed = signs[1:] * signs[:-1] <= 0.0
+        sign_changes = signs[1:] * signs[:-1] <= 0.0
         uncertain = open_.copy()
-        uncertain[1:] |= changed
-        uncertain[:-1] |= changed
+        uncertain[1:] |= sign_changes
+        uncertain[:-1] |= sign_changes
         if not uncertain.any():
             return 0
         index = np.flatnonzero(uncertain)

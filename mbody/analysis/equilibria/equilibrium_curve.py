@@ -89,8 +89,8 @@ class Follower:
         if value not in self._manifolds:
             if len(self._manifolds) > 8:
                 self._manifolds.clear()
-            changed = self.system.with_values({self.parameter: self.number(value)})
-            self._manifolds[value] = self.first.other(changed)
+            system = self.system.with_values({self.parameter: self.number(value)})
+            self._manifolds[value] = self.first.other(system)
         return self._manifolds[value]
 
     def slopes(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
@@ -819,9 +819,9 @@ class _Tracer:
             return True
         one, other = here.stiffnesses, there.stiffnesses
         alike = len(one) == len(other)
-        changed = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
-        if changed:
-            found = together(self.follower, here, there, changed)
+        sign_changes = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
+        if sign_changes:
+            found = together(self.follower, here, there, sign_changes)
             if found is None:
                 return False
             self._crossed(found.point, found.kind)

@@ -162,11 +162,11 @@ class FrictionReserve:
                 sign * np.sign(rates), self.holds & (rates == 0.0)
             ):
                 forces_by_senses(self.layout, self.work, rest, slip_signs[None], table, reached)
-                taken = sum(
+                power = sum(
                     abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
                     for pair, rate in zip(self.pairs, rates, strict=True)
                 )
-                most = max(most, np.inf if reached[0, 1] < 1.0 else taken)
+                most = max(most, np.inf if reached[0, 1] < 1.0 else power)
             least = min(least, most - sign * residual)
         return float(least)
 

@@ -182,9 +182,9 @@ class Cover:
     def _is_covered(self, names: Array, radius: Array) -> Array:
         """Whether there are places already at each of some positions."""
         own = np.minimum(self._radii[: len(self.nodes)], radius[:, None])
-        taken = np.zeros(len(names), dtype=bool)
-        taken[self.within(names, tol.SURFACE_SPACING_SAME * own)[0]] = True
-        return taken
+        covered = np.zeros(len(names), dtype=bool)
+        covered[self.within(names, tol.SURFACE_SPACING_SAME * own)[0]] = True
+        return covered
 
     def _grow(self) -> None:
         """Add places around places until none is new, all around those that were added last at
@@ -214,9 +214,9 @@ class Cover:
             guesses = np.array([n.place.q + self.scale * r * direction for n, direction, r in left])
             names = self.name(guesses)
             tried, later = list[int](), list[int]()
-            taken = self._is_covered(names, 0.8 * radii)
+            covered = self._is_covered(names, 0.8 * radii)
             for n, (name, radius) in enumerate(zip(names, 0.8 * radii, strict=True)):
-                if taken[n]:
+                if covered[n]:
                     continue
                 others = np.abs(names[tried] - name).max(axis=1)
                 alike = others < tol.SURFACE_SPACING_SAME * np.minimum(0.8 * radii[tried], radius)
@@ -235,7 +235,7 @@ class Cover:
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
-                old, taken = len(self.nodes), self._is_covered(names, radii[tried])
+                old, covered = len(self.nodes), self._is_covered(names, radii[tried])
                 for k, n in enumerate(tried):
                     node, direction, radius = left[n]
                     place = places.get(k)
@@ -246,7 +246,7 @@ class Cover:
                     count, name = len(self.nodes), names[k]
                     distances = np.abs(self._names[old:count] - name).max(axis=1)
                     own = tol.SURFACE_SPACING_SAME * np.minimum(self._radii[old:count], radius)
-                    if taken[k] or (distances < own).any():
+                    if covered[k] or (distances < own).any():
                         continue
                     if count == MOST:
                         self.full = True
@@ -343,14 +343,14 @@ class Cover:
         own = slice(*neighbours.begin[number : number + 2].tolist())
         seen, lengths = neighbours.seen[own], np.linalg.norm(neighbours.seen[own], axis=1)
         # the tangent plane shows where they are
-        shown = (neighbours.chords[own] <= tol.CHART_CHORD * lengths) & (
+        visible = (neighbours.chords[own] <= tol.CHART_CHORD * lengths) & (
             neighbours.level[own] > tol.CHART_TANGENT_COSINE
         )
         radius = 1.5 * self.nodes[number].radius
-        if shown.any():
-            radius = 0.75 * float(lengths[shown].max())
+        if visible.any():
+            radius = 0.75 * float(lengths[visible].max())
         corners = [(-radius, -radius), (radius, -radius), (radius, radius), (-radius, radius)]
-        for x, y in seen[shown].tolist():
+        for x, y in seen[visible].tolist():
             corners = _clipped(corners, x, y, 0.5 * overlap * (x * x + y * y))
         found = np.array(corners)
         return found.min(axis=0), found.max(axis=0)

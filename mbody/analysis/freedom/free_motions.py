@@ -309,7 +309,7 @@ class _Words:
     def _turning(self, names: list[str]) -> str:
         """Such as "crank turns about O2, rocker follows (crank 1 : rocker -0.2 rad/s)"."""
         ratios = [f"{name} {_number(self._rate(name)[2])}" for name in names[:NAMED]]
-        shown = " : ".join(ratios) + (" …" if len(names) > NAMED else "")
+        text = " : ".join(ratios) + (" …" if len(names) > NAMED else "")
         first, *others = names
         if first != self.leader:
             words = f"{_listed(names)} {'turns' if not others else 'turn'}"
@@ -318,8 +318,8 @@ class _Words:
             if others:
                 words += f", {_listed(others)} {'follows' if len(others) == 1 else 'follow'}"
         if not others:
-            shown = _number(self._rate(first)[2])
-        return f"{words} ({shown} rad/{self.units.time})"
+            text = _number(self._rate(first)[2])
+        return f"{words} ({text} rad/{self.units.time})"
 
     def _rate(self, name: str) -> Array:
         return np.asarray(self.rates[self.system.bodies[name]])

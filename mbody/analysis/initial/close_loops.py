@@ -141,7 +141,7 @@ def fitting_rates(
     if met is nearest.given.p:
         return scale * nearest.v, unspecified_rates(system, work, nearest.v, nearest.given.P)
     asked, fast = nearest.given.p, nearest.fast
-    changed = [
+    unmet = [
         n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > tol.VELOCITIES_AGREE * fast
     ]
     if np.abs(met - asked).max() <= tol.VELOCITY_ROUNDING * fast:
@@ -154,11 +154,11 @@ def fitting_rates(
         for n in np.argsort(-part.round(6), kind="stable")
         if part[n] > tol.PARTICIPATION
     )
-    fitted = listed_rates(system, [prescribed[n] for n in changed], met[changed])
-    shown = ", ".join(f"{prescribed[n].value:.6g}" for n in changed[:PRESCRIBED])
+    fitted = listed_rates(system, [prescribed[n] for n in unmet], met[unmet])
+    numbers = ", ".join(f"{prescribed[n].value:.6g}" for n in unmet[:PRESCRIBED])
     raise SolveError(
         f"the rates of the start do not fit {_elements(list(taking))}: the nearest velocities that "
-        f"fit have {fitted}, not {shown}; give those, or leave out rates that follow from others",
+        f"fit have {fitted}, not {numbers}; give those, or leave out rates that follow from others",
         next(iter(taking), None),
     )
 
@@ -285,11 +285,11 @@ def _fitted(system: System, prescribed: Sequence[Prescribed], off: Array) -> tup
 
 def listed_rates(system: System, prescribed: Sequence[Prescribed], values: Array) -> str:
     """Such as "block.vx = 0.1 m/s, belt.vx = 0.1 m/s"."""
-    shown = [
+    texts = [
         one.with_value(system, _units(system, one, value))
         for one, value in zip(prescribed[:PRESCRIBED], values, strict=False)
     ]
-    return ", ".join(shown) + (
+    return ", ".join(texts) + (
         f" and {len(prescribed) - PRESCRIBED} more" if len(prescribed) > PRESCRIBED else ""
     )
 
@@ -307,8 +307,8 @@ def _several(
 ) -> SolveError:
     rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.prescribed)
     count = f"{len(points)}" if complete else f"at least {len(points)}"
-    shown = ", ".join(one.with_value(system, one.value) for one in given.prescribed[:PRESCRIBED])
-    what = f"have the rates that are given ({shown})" if shown else "follow the drivers"
+    texts = ", ".join(one.with_value(system, one.value) for one in given.prescribed[:PRESCRIBED])
+    what = f"have the rates that are given ({texts})" if texts else "follow the drivers"
     ask = "a rate that tells" if len(rates) == 1 else "rates that tell"
     return SolveError(
         f"the start of '{system.mechanism.name}' at {place_words(system, t)} is a singular "
@@ -333,11 +333,11 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
             vs = [_velocity(here, left, y) for y in points]
             (rate,) = values_of(system, here, vs, left.prescribed, given.prescribed[n])
             name, _, values = rate.partition(" = ")
-            shown = ", ".join(
+            texts = ", ".join(
                 one.with_value(system, one.value) for one in left.prescribed[:PRESCRIBED]
             )
             return SolveError(
-                f"{where}; with {shown or 'the drivers'}, {name} can be {values}, not "
+                f"{where}; with {texts or 'the drivers'}, {name} can be {values}, not "
                 f"{given.prescribed[n].value:.6g}: give a rate that a motion has",
                 given.prescribed[n].body,
             )

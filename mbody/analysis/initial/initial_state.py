@@ -191,9 +191,9 @@ def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event
     found = tuple(events)
     for event in found:
         if event.name in mechanism:
-            taken = type(mechanism[event.name]).__name__
+            kind = type(mechanism[event.name]).__name__
             raise ModelError(
-                f"event '{event.name}': the name is taken by a {taken}: choose another", event.name
+                f"event '{event.name}': the name is taken by a {kind}: choose another", event.name
             )
         try:
             check_measure(mechanism, event_measure(mechanism, event))

@@ -139,7 +139,7 @@ def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
 class Moving:
     """Accelerations of the leaders at coordinates y and rates w of theirs near those of an instant:
     with P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
-    their values. `held`: what is closed, sticks and slides.
+    their values. `contacts`: what is closed, sticks and slides.
     """
 
     def __init__(
@@ -387,12 +387,12 @@ def state_matrices(
         A[2 * free :, : 2 * free] = moved[free : free + owns]
         C[:, : 2 * free] = moved[free + owns :]
     if owns or inputs:
-        changed = nearby.by_own(lambda own: values(np.zeros(free), nearby.rate, own))
-        A[free : 2 * free, 2 * free :] = changed[:free, :owns]
-        A[2 * free :, 2 * free :] = changed[free : free + owns, :owns]
-        B[free : 2 * free] = changed[:free, owns:]
-        B[2 * free :] = changed[free : free + owns, owns:]
-        C[:, 2 * free :], D[:] = changed[free + owns :, :owns], changed[free + owns :, owns:]
+        derivative = nearby.by_own(lambda own: values(np.zeros(free), nearby.rate, own))
+        A[free : 2 * free, 2 * free :] = derivative[:free, :owns]
+        A[2 * free :, 2 * free :] = derivative[free : free + owns, :owns]
+        B[free : 2 * free] = derivative[:free, owns:]
+        B[2 * free :] = derivative[free : free + owns, owns:]
+        C[:, 2 * free :], D[:] = derivative[free + owns :, :owns], derivative[free + owns :, owns:]
     names = [(m.leader, ("angle", "omega") if m.turns else ("way", "rate")) for m in motions]
     states = [f"{leader}.{keys[k]}" for k in range(2) for leader, keys in names]
     states += [one.name for one in machine.states]

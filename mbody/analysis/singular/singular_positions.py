@@ -735,10 +735,10 @@ class Prescribed:
 
     def with_value(self, system: System, value: float) -> str:
         """Such as "crank.angle = 30 deg" or "crank.omega = 6 rad/s"."""
-        shown, digits = value, 6
+        number, digits = value, 6
         if self.key in ("x", "y", "angle"):
-            shown, digits = (np.degrees(value) if self.key == "angle" else value), 7
-        return f"{self.name} = {shown:.{digits}g} {self.unit_name(system)}"
+            number, digits = (np.degrees(value) if self.key == "angle" else value), 7
+        return f"{self.name} = {number:.{digits}g} {self.unit_name(system)}"
 
 
 # -- Words of first velocities: rates by name, and the velocities of branches that meet --------

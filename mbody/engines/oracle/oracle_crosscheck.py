@@ -152,13 +152,13 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     own = assemble(system.mechanism).values
     # the histories of inputs and auxiliary states are read from the result
     free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
-    changed = [
+    differing = [
         name
         for name, value in own.items()
         if name.partition(".")[0] not in free and np.any(value != system.values[name])
     ]
-    if changed:
-        why = f"it reads the description, but the system has another {changed[0]}"
+    if differing:
+        why = f"it reads the description, but the system has another {differing[0]}"
         return CrosscheckResult("oracle", (), (Inexpressible("model", why),))
     try:
         if run.mechanism.contacts and run.analysis == "simulate":

@@ -236,7 +236,7 @@ class Instant:
         return np.array([fx, fy, torque + ax * fy - ay * fx])
 
 
-def taken_from_run(system: System) -> tuple[list[str], CentrifugalField | None]:
+def adopted_loads(system: System) -> tuple[list[str], CentrifugalField | None]:
     """Names of loads whose forces are taken from our result, and the load that rotates the
     plane.
     """
@@ -293,7 +293,7 @@ class Inverse:
 
     def __init__(self, system: System, tree: Tree, run: Solution) -> None:
         self.system, self.tree, self.run = system, tree, run
-        self.taken, self.spin = taken_from_run(system)
+        self.adopted, self.spin = adopted_loads(system)
         self.twin = PinocchioModel(system, tree, self.spin)
         self.loop_joints = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
         self.others = [e for e in tree.others if not isinstance(e, CUT_JOINTS)]
@@ -324,10 +324,10 @@ class Inverse:
     def acting(self, now: Instant, k: int) -> dict[str, Array]:
         """Wrenches of loads, and of joints from our result, about the mass centres by body."""
         found = self.native(now, float(self.run.t[k]))
-        if self.taken:
+        if self.adopted:
             whole = each_load_of(self.run, k)
             for n, load in enumerate(self.system.mechanism.loads):
-                if load.name in self.taken:
+                if load.name in self.adopted:
                     for name, b in self.system.bodies.items():
                         if name != "ground":
                             found[name] += whole[n, b]
