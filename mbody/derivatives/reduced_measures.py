@@ -25,7 +25,7 @@ from mbody.solution.tracing import Recording, Rule
 from mbody.sweeps.job import MeasuredColumn, reduced
 
 #: Names of functions in formulas by NumPy's.
-SHOWN = {"absolute": "abs", "minimum": "min", "maximum": "max"}
+FORMULA_NAMES = {"absolute": "abs", "minimum": "min", "maximum": "max"}
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def _at_zero(column: MeasuredColumn) -> str:
 
 def _listed(found: set[str]) -> str:
     """Functions by their names in formulas."""
-    return " and ".join(f"'{SHOWN.get(name, name)}'" for name in sorted(found))
+    return " and ".join(f"'{FORMULA_NAMES.get(name, name)}'" for name in sorted(found))
 
 
 def _tied(

@@ -144,7 +144,7 @@ def cam_places(cam: CamFollower) -> np.ndarray:
 Array = np.ndarray
 
 #: Instants that are shown.
-SHOWN = 13
+LISTED_INSTANTS = 13
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,12 @@ def _summary(found: CamAnalysis) -> str:
         ]
     )
     last = len(found.t) - 1
-    kept = sorted({round(n * last / (min(SHOWN, last + 1) - 1 or 1)) for n in range(SHOWN)})
+    kept = sorted(
+        {
+            round(n * last / (min(LISTED_INSTANTS, last + 1) - 1 or 1))
+            for n in range(LISTED_INSTANTS)
+        }
+    )
     kept = [k for k in kept if k <= last]
     lines += [
         "",

@@ -31,7 +31,7 @@ Array = np.ndarray
 #: Steps of the longest length over the whole motion, and instants that are compared, at most.
 STEPS, SAMPLES = 1000, 40
 #: Lengths of one group, in parts of the first; and of the groups, of which the last is the finest.
-APART, GROUPS = (1.0, 0.83, 0.71), (1.0, 0.5, 0.25)
+STEP_LENGTHS, GROUPS = (1.0, 0.83, 0.71), (1.0, 0.5, 0.25)
 #: Times by which our result may be farther from that of the finest steps than those of all lengths
 #: are from each other: the error is a third of that by order 1, the same by order ½.
 MARGIN = {1.0: 1.5, 0.5: 3.0}
@@ -77,7 +77,8 @@ class StepwiseCheck:
             return [], [Inexpressible("motion", why)], []
         longest = float(self.times[-1] - self.times[0]) / STEPS
         groups = [
-            [integrate(self.counts(part * group * longest)) for part in APART] for group in GROUPS
+            [integrate(self.counts(part * group * longest)) for part in STEP_LENGTHS]
+            for group in GROUPS
         ]
         motions = [one for group in groups for one in group]
         motions += [coarse(self.counts(longest))] if coarse else []

@@ -127,7 +127,7 @@ class Profile:
         return row
 
     @property
-    def found(self) -> Array:
+    def evaluated(self) -> Array:
         """Which samples have values."""
         return np.isfinite(self.y[:, -1])
 
@@ -135,7 +135,7 @@ class Profile:
     def allowed(self) -> Array:
         """At which samples all side conditions hold."""
         margins = self.y[:, :-1] >= -tol.ROW_HOLDS * self.size[:, :-1] - self.noise[:-1]
-        good: Array = self.found & margins.all(axis=1)
+        good: Array = self.evaluated & margins.all(axis=1)
         return good
 
     def _off(self) -> Array:
@@ -173,7 +173,7 @@ class Profile:
             unresolved = np.flatnonzero(self._off() > tol.EXTREMUM_CUBIC_ROUGH)
             left = np.union1d(unresolved - 1, unresolved)
             wide = np.diff(self.x)[left] > tol.EXTREMUM_SPACING_FINEST * self.spacing
-            known = self.found[left] & self.found[left + 1]
+            known = self.evaluated[left] & self.evaluated[left + 1]
             left = left[wide & known]
             if not left.size:
                 return
@@ -192,8 +192,8 @@ class Profile:
 
     def _edges(self) -> None:
         """Find to rounding where values begin to fail."""
-        k = np.flatnonzero(self.found[1:] != self.found[:-1])
-        sides = np.where(self.found[k], k, k + 1), np.where(self.found[k], k + 1, k)
+        k = np.flatnonzero(self.evaluated[1:] != self.evaluated[:-1])
+        sides = np.where(self.evaluated[k], k, k + 1), np.where(self.evaluated[k], k + 1, k)
         width = self.spacing
         for outside, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
             good = outside
@@ -494,7 +494,7 @@ def extremum(one: SearchVariable, values: Values, slopes: Slopes, noise: Array) 
 def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
     """Unknowns close to an edge of the range, towards its inside: see `Extremum.inwards`."""
     k = int(np.searchsorted(profile.x, edge))
-    below = k > 0 and bool(profile.found[k - 1])
+    below = k > 0 and bool(profile.evaluated[k - 1])
     step = (-1.0 if below else 1.0) * profile.spacing
     places = edge + step * np.append(0.0, 10.0 ** np.arange(-14.0, -2.0))
     return tuple(space.u(places).tolist())
@@ -502,17 +502,17 @@ def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
 
 def _nearest(profile: Profile, space: _Range) -> float:
     """Unknown with the least violation of conditions: see `Extremum.nearest`."""
-    if not profile.found.any():
+    if not profile.evaluated.any():
         return math.nan
     margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], tol.TINY)
     worst = np.nan_to_num(margins.min(axis=1, initial=0.0), nan=-np.inf)
-    worst[~profile.found] = -np.inf
+    worst[~profile.evaluated] = -np.inf
     return float(space.u(profile.x[[int(worst.argmax())]])[0])
 
 
 def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
     """Runs of samples without values, from edge to edge."""
-    found = np.concatenate([[True], profile.found, [True]])
+    found = np.concatenate([[True], profile.evaluated, [True]])
     x = np.concatenate([profile.x[:1], profile.x, profile.x[-1:]])
     begins, ends = np.flatnonzero(found[:-1] & ~found[1:]), np.flatnonzero(~found[:-1] & found[1:])
     return tuple(
@@ -530,7 +530,7 @@ def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
 #: Starts of climbs, samples that check them, and combinations of binding rows that are tried.
 STARTS, CLIMB_SAMPLES, CORNERS = 12, 80, 60
 #: An unknown without bounds is sought so many steps about a place, then farther.
-SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
+BOX_HALF_WIDTHS = (10.0, 1e2, 1e3, 1e4)
 
 
 @dataclass(frozen=True)
@@ -600,7 +600,7 @@ class _Hill:
         self.rows, self.equations, self.sign = rows, equations, sign
         self.wanted = wanted
         self.start = np.array([one.start / one.scale for one in wanted])
-        self.low, self.high = self._box(self.start, SEVERAL_UNKNOWNS_REACHES[-1])
+        self.low, self.high = self._box(self.start, BOX_HALF_WIDTHS[-1])
         bounds = np.array([one.bounds for one in wanted])
         self.given = bounds == np.stack([self.low, self.high], axis=1)
         rest, size = rows(self.start[None])
@@ -626,7 +626,7 @@ class _Hill:
         widened as long as climbs end at its sides.
         """
         end = np.clip(u, self.low, self.high)
-        for half_width in SEVERAL_UNKNOWNS_REACHES:
+        for half_width in BOX_HALF_WIDTHS:
             low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
             program = Program(self._linearized_at, (low, high), self.aim, self.limits, _nothing)

@@ -245,7 +245,7 @@ def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> 
 #: Designs of the hypercube for each number and each search, and the least number of them.
 EACH, LEAST = 24, 256
 #: Starts are apart by this part of the ranges, where there are enough.
-APART = 0.15
+START_SPACING = 0.15
 
 
 @dataclass(frozen=True)
@@ -341,7 +341,7 @@ class MultiStart:
         order = _by_merit(values[:, self.screen.aims.index(aim)], margins, closing)
         chosen = [ranges.start] if sound else []
         width = ranges.high - ranges.low
-        for spacing in (APART, 0.0):
+        for spacing in (START_SPACING, 0.0):
             for k in order:
                 x = self.spread[k]
                 distances = [np.abs((x - other) / width).max() for other in chosen]

@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 #: Free motions and joints that are shown.
-SHOWN_JOINTS = 12
+LISTED_JOINTS = 12
 #: What holds in one direction only: one of it, several, and how it is counted.
 ONE_SIDED = {
     "contacts": ("contact", "contacts", "open"),
@@ -133,8 +133,8 @@ def _redundant(report: Mobility) -> list[str]:
     words = [
         name if most == 1 else f"{name} (up to {count})" for name, count in report.redundant.items()
     ]
-    if len(words) > SHOWN_JOINTS:
-        words[SHOWN_JOINTS:] = [f"{len(words) - SHOWN_JOINTS} joints more"]
+    if len(words) > LISTED_JOINTS:
+        words[LISTED_JOINTS:] = [f"{len(words) - LISTED_JOINTS} joints more"]
     rows = many(report.of_joints.redundant, "row")
     where = " at this position" if report.of_joints.singular else ""
     names = " or ".join([", ".join(words[:-1]), words[-1]])
@@ -155,19 +155,19 @@ def _one_sided(report: Mobility) -> list[str]:
 def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
     if not motions:
         return ["", f"{title}: none"]
-    wide = len(str(min(SHOWN_JOINTS, len(motions))))
+    wide = len(str(min(LISTED_JOINTS, len(motions))))
     lines = ["", title, "─" * len(title)]
-    for n, motion in enumerate(motions[:SHOWN_JOINTS], 1):
+    for n, motion in enumerate(motions[:LISTED_JOINTS], 1):
         lines += paragraph(motion.words, f"{n:>{wide}}  ")
-    if len(motions) > SHOWN_JOINTS:
-        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN_JOINTS} more")
+    if len(motions) > LISTED_JOINTS:
+        lines.append(f"{'':>{wide}}  and {len(motions) - LISTED_JOINTS} more")
     return lines
 
 
 # -- Summaries of assembly modes, circuits and dead centres ---------------------------------------
 
 #: Modes that are shown.
-SHOWN_ASSEMBLY_MODES = 40
+LISTED_ASSEMBLY_MODES = 40
 
 
 def assemblies_summary(found: AssemblyModes) -> str:
@@ -247,7 +247,7 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     if not len(found) and found.complete:
         proof = "; it is proven that the loops close nowhere there"
     lines += ["", *paragraph(counted + proof), ""]
-    modes = list(found)[:SHOWN_ASSEMBLY_MODES]
+    modes = list(found)[:LISTED_ASSEMBLY_MODES]
     names = [body.name for body in machine.bodies]
     first = [n == 0 for _ in modes for n in range(len(names))]
 
@@ -269,8 +269,8 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     columns.append(Column("angle", angles([place[2] for place in places]) if places else [], "deg"))
     if modes:
         lines += table(columns)
-    if len(found) > SHOWN_ASSEMBLY_MODES:
-        lines.append(f"and {len(found) - SHOWN_ASSEMBLY_MODES} more")
+    if len(found) > LISTED_ASSEMBLY_MODES:
+        lines.append(f"and {len(found) - LISTED_ASSEMBLY_MODES} more")
     return lines
 
 
@@ -320,7 +320,7 @@ def _dead_centres(found: DeadCentres) -> str:
 # -- The readable summary of rest positions: what ``print(mbody.equilibrium(machine))`` shows ----
 
 #: Positions, links and joints that are shown.
-SHOWN_EQUILIBRIA = 12
+LISTED_EQUILIBRIA = 12
 
 
 def equilibrium_summary(found: Equilibria) -> str:
@@ -340,13 +340,13 @@ def equilibrium_summary(found: Equilibria) -> str:
     count = len(found)
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
-    listed_ones = list(found)[:SHOWN_EQUILIBRIA]
+    listed_ones = list(found)[:LISTED_EQUILIBRIA]
     lines = title(found.mechanism, when, found.units)
     tables = [_positions, _links, _forces] if listed_ones else []
     for rows in (*(one(found, listed_ones) for one in tables), _bands(found)):
         lines += ["", *rows] if rows else []
-    if count > SHOWN_EQUILIBRIA:
-        lines.append(f"and {count - SHOWN_EQUILIBRIA} more")
+    if count > LISTED_EQUILIBRIA:
+        lines.append(f"and {count - LISTED_EQUILIBRIA} more")
     notes = [f"{n}: {note}" for n, one in enumerate(listed_ones, 1) for note in one.notes]
     return "\n".join(even([*lines, *noted([*notes, *found.notes])]))
 
@@ -376,7 +376,7 @@ def _bands(found: Equilibria) -> list[str]:
     """Link axes of the leader at both ends of the bands in which friction holds."""
     rows = [
         (n, band, word, None if end is None else end[band.leader])
-        for n, band in enumerate(found.bands[:SHOWN_EQUILIBRIA], 1)
+        for n, band in enumerate(found.bands[:LISTED_EQUILIBRIA], 1)
         for word, end in (("from", band.low), ("to", band.high))
         if not band.everywhere
     ]
@@ -420,7 +420,7 @@ def _least(stiffness: np.ndarray) -> float:
 
 def _links(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Mass centre and angle of every link at every rest position."""
-    bodies = [body.name for body in listed_ones[0].solution.mechanism.bodies][:SHOWN_EQUILIBRIA]
+    bodies = [body.name for body in listed_ones[0].solution.mechanism.bodies][:LISTED_EQUILIBRIA]
     rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(listed_ones, 1)]
     unit, floor = found.units.length, PRINTED_NONE * listed_ones[0].solution.system.length
     columns = [
@@ -439,7 +439,7 @@ def _forces(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     names, unit = force_names(mechanism), found.units.of
     floor = max(force_floor(e.solution) for e in listed_ones)
     cells: list[tuple[str, str, int, float, float]] = []
-    for joint in mechanism.joints[:SHOWN_EQUILIBRIA]:
+    for joint in mechanism.joints[:LISTED_EQUILIBRIA]:
         for n, e in enumerate(listed_ones, 1):
             force = e.reaction(joint.name, on=names[joint.name][1])
             labels = (names[joint.name][0], joint.name)
@@ -485,7 +485,7 @@ def curve_summary(curve: EquilibriumCurve) -> str:
     marks |= dict.fromkeys(curve.folds, "fold") | dict.fromkeys(curve.crossings, "crossing")
     stability_changes = [n for n in range(1, last) if curve.stability[n] != curve.stability[n - 1]]
     alone = {n for n in stability_changes if n not in marks and n - 1 not in marks}
-    rows = sorted({*marks, *alone})[: 2 * SHOWN_EQUILIBRIA]
+    rows = sorted({*marks, *alone})[: 2 * LISTED_EQUILIBRIA]
     bodies = [body.name for body in machine.bodies][:6]
     onward = [curve.stability[min(n + 1, last)] for n in rows]
     columns = [
@@ -517,7 +517,7 @@ def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]
 # -- The readable summary of modes: what ``print(mbody.modes(machine))`` shows -------------------
 
 #: Positions, modes of each, and leaders of a mode that are shown.
-SHOWN_MODES, MODES, LEADERS = 6, 20, 4
+LISTED_MODES, MODES, LEADERS = 6, 20, 4
 
 
 def modes_summary(found: Modes) -> str:
@@ -537,12 +537,12 @@ def modes_summary(found: Modes) -> str:
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"modes at t = {number(found.t)} {found.units.time}: {counted}"
     lines = title(found.mechanism, when, found.units)
-    for n, one in enumerate(list(found)[:SHOWN_MODES], 1):
+    for n, one in enumerate(list(found)[:LISTED_MODES], 1):
         lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
         lines += _table(found, one)
         lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
-    if count > SHOWN_MODES:
-        lines.append(f"and {count - SHOWN_MODES} more")
+    if count > LISTED_MODES:
+        lines.append(f"and {count - LISTED_MODES} more")
     return "\n".join(even([*lines, *certified(found)]))
 
 
@@ -690,7 +690,7 @@ def _joints(found: AnswerCase) -> list[str]:
 # -- Summary of a transmission -------------------------------------------------------------------
 
 #: Instants that are shown.
-SHOWN_INSTANTS = 13
+LISTED_INSTANTS = 13
 
 
 def transmission_summary(found: Transmission) -> str:
@@ -718,8 +718,8 @@ def transmission_summary(found: Transmission) -> str:
     last = len(found) - 1
     kept = sorted(
         {
-            round(n * last / (min(SHOWN_INSTANTS, len(found)) - 1 or 1))
-            for n in range(SHOWN_INSTANTS)
+            round(n * last / (min(LISTED_INSTANTS, len(found)) - 1 or 1))
+            for n in range(LISTED_INSTANTS)
         }
     )
     kept = [k for k in kept if k <= last]
@@ -749,7 +749,7 @@ def _cells(values: Any) -> list[str]:
 # -- The readable summary of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
 
 #: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
-SHOWN_QUANTITIES, SHOWN_WHERE_ALL_AGREE = 16, 8
+LISTED_QUANTITIES, LISTED_IF_ALL_AGREE = 16, 8
 
 
 def crosscheck_summary(report: Any) -> str:
@@ -769,7 +769,7 @@ def _engine_lines(name: str, result: Any) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was used."""
     rows = sorted(result.rows, key=_relative_difference, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
-    most = SHOWN_QUANTITIES if differ else SHOWN_WHERE_ALL_AGREE
+    most = LISTED_QUANTITIES if differ else LISTED_IF_ALL_AGREE
     lines = _quantity_table(result.engine, rows[:most])
     more = len(rows) - most
     summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"

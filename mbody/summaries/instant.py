@@ -322,7 +322,7 @@ def measures(solution: Solution) -> list[str]:
 # -- The table of points on a summary of one instant: places, velocities, accelerations ----------
 
 #: Points that a summary shows.
-SHOWN = 24
+LISTED_POINTS = 24
 
 
 def points(solution: Solution) -> list[str]:
@@ -330,7 +330,7 @@ def points(solution: Solution) -> list[str]:
     names = moving_points(solution.mechanism)
     if not names:
         return []
-    found = [solution.point(name) for name in names[:SHOWN]]
+    found = [solution.point(name) for name in names[:LISTED_POINTS]]
     x, y, vx, vy, ax, ay = (
         np.array([getattr(one, key)[0] for one in found])
         for key in ("x", "y", "vx", "vy", "ax", "ay")
@@ -339,7 +339,7 @@ def points(solution: Solution) -> list[str]:
     acceleration = acceleration_scale(solution)
     lines = table(
         [
-            Column("POINTS", names[:SHOWN], text=True),
+            Column("POINTS", names[:LISTED_POINTS], text=True),
             Column("x", numbers(x, PRINTED_NONE * length), unit("length")),
             Column("y", numbers(y, PRINTED_NONE * length), unit("length")),
             Column(
@@ -348,7 +348,7 @@ def points(solution: Solution) -> list[str]:
             Column("a", polars(ax, ay, PRINTED_NONE * acceleration * length), unit("acceleration")),
         ]
     )
-    more = len(names) - SHOWN
+    more = len(names) - LISTED_POINTS
     return [*lines, f"{more} points more are among the data and in tables"] if more > 0 else lines
 
 

@@ -216,7 +216,7 @@ Array = np.ndarray
 ABOUT = "torques about the joint's place on its body j"
 
 #: Times of an event that a summary shows.
-SHOWN = 5
+LISTED_TIMES = 5
 
 
 def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
@@ -350,7 +350,9 @@ def _events(solution: Solution) -> list[str]:
     unit, lines = solution.mechanism.units.time, []
     for name in dict.fromkeys(_event_name(one) for one in solution.events):
         times = [one.t for one in solution.events if _event_name(one) == name]
-        texts = ", ".join(f"{t:.6g}" for t in times[:SHOWN]) + (", …" if len(times) > SHOWN else "")
+        texts = ", ".join(f"{t:.6g}" for t in times[:LISTED_TIMES]) + (
+            ", …" if len(times) > LISTED_TIMES else ""
+        )
         many = f", {len(times)} times" if len(times) > 1 else ""
         lines += paragraph(f"{name} at t = {texts} {unit}{many}", "EVENT   ")
     return lines

@@ -437,7 +437,7 @@ class _Hook:
 # -- The model length, by which lengths and angles are compared with each other ----------------
 
 #: The unit of length serves a model without arms whose other lengths are within this factor of it.
-FAR = 10.0
+LENGTH_RATIO = 10.0
 
 
 def model_length(mechanism: Mechanism, at: Numbers) -> float:
@@ -457,7 +457,7 @@ def model_length(mechanism: Mechanism, at: Numbers) -> float:
     attempts = (_own_lengths(mechanism, at), _places(mechanism, at))
     sizes = (max(map(abs, lengths), default=0.0) for lengths in attempts)
     other = next((size for size in sizes if size), 1.0)
-    return 1.0 if 1.0 / FAR <= other <= FAR else other
+    return 1.0 if 1.0 / LENGTH_RATIO <= other <= LENGTH_RATIO else other
 
 
 def _own_lengths(mechanism: Mechanism, at: Numbers) -> Iterator[float]:

@@ -294,7 +294,7 @@ class _GroupContinuation:
 #: Linkages of one topology that are prepared at once.
 BLOCK = 4096
 #: A linkage is far from the origin where its first joint is so many times as far as it is large.
-FAR = 1e3
+DISTANCE_FACTOR = 1e3
 #: Greatest number, in units of the longest link, the time of the motion and force: kernels
 #: compare squares of products of two of them.
 MOST = 1e60
@@ -626,7 +626,7 @@ def _moved_to_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.n
     with np.errstate(invalid="ignore", over="ignore"):
         extent = np.abs(made.joints - place[:, None]).max(axis=(1, 2))
         distance = np.abs(place).max(axis=1)
-        which = np.flatnonzero((distance > FAR * extent) & np.isfinite(distance))
+        which = np.flatnonzero((distance > DISTANCE_FACTOR * extent) & np.isfinite(distance))
     if not which.size:
         return made, {}
     joints, cg = made.joints.copy(), made.cg.copy()

@@ -71,7 +71,7 @@ BAR, FILLED = 0.21, 0.72
 #: Letters of a name beside its bar.
 LETTERS = 13
 #: Nearer than this part of the axis two marks of events are one.
-APART = 0.004
+MARK_SPACING = 0.004
 
 #: Words, fill, edge and hatching of each mode, in the order of the key; the hatching distinguishes
 #: them without colours.
@@ -190,7 +190,7 @@ def _impacts(axes: Axes, row: ModeRow, n: int) -> None:
     if not row.impacts:
         return
     ends = [row.spans[0].low, row.spans[-1].high]
-    spacing = APART * abs(ends[1] - ends[0])
+    spacing = MARK_SPACING * abs(ends[1] - ends[0])
     drawn: list[float] = []
     for x in sorted(row.impacts):
         if not drawn or x - drawn[-1] >= spacing:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 #: Points: a polygon that is narrower has its sides beside each other, so far apart.
-FLAT, APART = 5.0, 6.0
+FLAT, SIDE_SPACING = 5.0, 6.0
 #: Strokes of d'Alembert's forces.
 DASHES = (0, (4.0, 2.2))
 
@@ -71,7 +71,7 @@ def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> flo
     middle = corners.mean(axis=0)
     for n, force in enumerate(ordered):
         rank = seen.index(n) - 0.5 * (len(seen) - 1) if n in seen else 0.0
-        shift = rank * APART * across if flat else np.zeros(2)
+        shift = rank * SIDE_SPACING * across if flat else np.zeros(2)
         tail, tip = corners[n] + shift, corners[n + 1] + shift
         shaft = tip - tail
         length = float(np.hypot(*shaft))

@@ -35,7 +35,7 @@ BEYOND, SHORTEST, SEEN = 9.0, 30.0, 9.0
 #: What has more contacts than this has no names of them.
 NAMED = 24
 #: A gap beyond this part of the model length is not shown.
-FAR = 0.35
+GREATEST_GAP = 0.35
 #: More places than these, by the kinds of their marks, are not kept for a moving picture.
 MOST = 400
 
@@ -73,7 +73,7 @@ def _decided(run: Solution, element: Any) -> bool:
 def _gap(sketch: Sketch, one: ContactPointHistory) -> None:
     """Draws a gap: a dashed circle, and a dotted line to the nearest point."""
     gap = float(one.gap[0])
-    if not 0.0 < gap < FAR * sketch.pose.system.length:
+    if not 0.0 < gap < GREATEST_GAP * sketch.pose.system.length:
         return
     place, other = one.place[0], one.other[0]
     name = f"contact:{one.contact}"

@@ -237,7 +237,7 @@ def plain_runs(text: str) -> list[list[str]]:
 #: With more bodies than this, or more numbers, a page has no centres and no polygons.
 BODIES, NUMBERS = 12, 200_000
 #: Further from the middle of the motion than so many times its size a centre is left out.
-FAR = 6.0
+CENTRE_RANGE = 6.0
 #: Digits of the greatest velocity of a polygon: a tenth of a pixel has four.
 DIGITS = 5
 
@@ -268,7 +268,7 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
         return None
     places = max(0, 3 - math.floor(math.log10(scene.unit)))
     low, high = np.asarray(scene.low, dtype=float), np.asarray(scene.high, dtype=float)
-    middle, range_limit = 0.5 * (low + high), FAR * float(np.hypot(*(high - low)))
+    middle, range_limit = 0.5 * (low + high), CENTRE_RANGE * float(np.hypot(*(high - low)))
     centres = [_centre(run, found, one, middle, range_limit, places) for one in found.pairs]
     return {
         "centres": [one for one in centres if one is not None],
@@ -369,7 +369,7 @@ PARTS = (
     "viewer",
 )
 #: What a page shows in the beginning beside what it always shows.
-SHOWN = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
+VISIBLE_NAMES = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
 
 
 def view(
@@ -456,8 +456,8 @@ def check_designs(count: int) -> None:
 def check_names(show: Sequence[str]) -> None:
     """Refuse what no view can show."""
     for name in show:
-        if name not in SHOWN:
-            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(SHOWN)})")
+        if name not in VISIBLE_NAMES:
+            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(VISIBLE_NAMES)})")
 
 
 def default_plots(run: Solution) -> list[str]:

@@ -39,7 +39,7 @@ from mbody.system.system import System
 #: Halvings of an interval with a dead centre in it; steps of one walk.
 HALVINGS, STEPS = 50, 20_000
 #: How far a length may go, in model lengths.
-FAR = 100.0
+LONGEST_TRAVEL = 100.0
 
 
 @dataclass
@@ -157,7 +157,7 @@ class JointCurve:
                         return self._joined(found)
             q, t, x = new, s, there
             found.low, found.high = min(found.low, x), max(found.high, x)
-            if self.period == math.inf and abs(x - first) > FAR * self.unit:
+            if self.period == math.inf and abs(x - first) > LONGEST_TRAVEL * self.unit:
                 found.trouble = "the driver can go on without end"
                 return found
             step = min(1.3 * step, tol.CIRCUIT_STEP_LONGEST)

@@ -39,7 +39,7 @@ from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
 #: Distance along a length, in model lengths, after which it is said to have no end.
-FAR = 1e3
+LONGEST_TRAVEL = 1e3
 #: Places on a path at which it is examined: a prime, so that none is where branches meet, a whole
 #: part of a turn away from the start.
 STATIONS = 61
@@ -122,7 +122,10 @@ class _Curve:
         if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
-            spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
+            spans = [
+                self.system.length * 10.0**k
+                for k in range(1, round(math.log10(LONGEST_TRAVEL)) + 1)
+            ]
         for span in spans:
             found = self._stop(sign * span)
             if found is not None:

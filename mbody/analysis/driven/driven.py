@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mbody.model.study import Instants
 
 #: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
-FAR = 1e3
+LONGEST_TRAVEL = 1e3
 
 Analysis = TypeVar("Analysis", bound=Callable[..., Solution])
 
@@ -172,7 +172,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
             given = np.stack([begin, end])
             s = given[:, 0, 0] if grid.mode == BY_DRIVER else np.array([0.0, 1.0])
             path = TimeGrid(grid.mode, np.ascontiguousarray(s), np.zeros(2), given)
-        if (np.abs(end - begin)[:, 0] > FAR).any() or (end[:, 0] == begin[:, 0]).all():
+        if (np.abs(end - begin)[:, 0] > LONGEST_TRAVEL).any() or (end[:, 0] == begin[:, 0]).all():
             return False
         with warnings.catch_warnings():
             warnings.simplefilter("error", ModelWarning)

@@ -83,7 +83,7 @@ class LoadEnds:
 #: Directions to go from each place.
 DIRECTIONS = 8
 #: Places at most, and how far from the start in model lengths.
-MOST, FAR = 2400, 8.0
+MOST, GREATEST_DISTANCE = 2400, 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,7 +264,9 @@ class Cover:
     def has_run_away(self, q: Array) -> bool:
         """Whether a position is further from the start than the cover goes."""
         displacement = (q - self.start.q) / self.scale
-        return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+        return (
+            float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > GREATEST_DISTANCE
+        )
 
     @property
     def borders(self) -> int:

@@ -288,7 +288,7 @@ def unused_points(mechanism: Mechanism) -> list[str]:
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
 #: How far beside a position the gap is looked at again; joints that are named.
-BESIDE, NAMED = 0.1, 6
+OFFSET, NAMED = 0.1, 6
 
 
 def violations(system: System, work: Work) -> np.ndarray:
@@ -370,11 +370,11 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
             return
         here, motion = work.q.copy(), report.motions[0]
         for sign in (1.0, -1.0):  # where links are only stretched the gap opens fast
-            work.q[:size] = here[:size] + sign * BESIDE * (scale * motion)[:, None]
+            work.q[:size] = here[:size] + sign * OFFSET * (scale * motion)[:, None]
             shifted = np.abs(_least(system, work, joints))
             moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
             if (
-                moved < 0.3 * BESIDE * float(np.abs(motion).max())
+                moved < 0.3 * OFFSET * float(np.abs(motion).max())
                 or shifted.max() > tol.LOOP_GAP_SLIGHT
             ):
                 return

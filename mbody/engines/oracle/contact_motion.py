@@ -37,7 +37,7 @@ from mbody.system.system import System
 # functions take complex coordinates, so that steps give derivatives.
 
 #: A gap that is never closed.
-FAR = 1e9
+NEVER_CLOSED = 1e9
 
 Array = np.ndarray
 
@@ -146,7 +146,7 @@ class OracleContacts:
                 along = dx * ux + dy * uy
                 beyond = np.real(along) < 0.0 or np.real(along) > np.real(whole)
                 if beyond and candidate.radius == 0.0:
-                    return FAR + 0.0 * dx, -uy, ux, cx, cy
+                    return NEVER_CLOSED + 0.0 * dx, -uy, ux, cx, cy
                 if beyond:
                     if np.real(along) > 0.0:
                         dx, dy = cx - ex, cy - ey
