@@ -296,7 +296,7 @@ def _history(name: str, text: str) -> Any:
 
 
 def _last(mechanism: Any, to: Any) -> float:
-    """When the motion is to end; the analysis refuses a motion without one."""
+    """End of the motion; the analysis refuses a motion without one."""
     args = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
     return 0.0 if args is None else number_in(mechanism, args, "time", "simulate", "until")
 

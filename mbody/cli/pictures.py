@@ -222,7 +222,7 @@ def draw(args: Any) -> int:
 
 
 def _positions(args: Any) -> int | None:
-    """How many positions are wanted."""
+    """Number of positions that are wanted."""
     text = args.positions
     if text is None:
         return None

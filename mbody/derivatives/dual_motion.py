@@ -361,7 +361,7 @@ class GuardDuals:
         return [candidate for contact in machine.contacts for candidate in contact.candidates(at)]
 
     def _along(self, number: int, now: DualInstant) -> Any:
-        """How far a contact point is from the nearer end of its edge, within it; None of arcs."""
+        """Distance of a contact point from the nearer end of its edge, within it; None of arcs."""
         candidate = self._candidates[number]
         if candidate.edge is None or candidate.arcs:
             return None

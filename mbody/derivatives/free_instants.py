@@ -57,7 +57,7 @@ PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 
 @dataclass(frozen=True, eq=False)
 class FirstState:
-    """Where a motion begins.
+    """The start of a motion.
 
     `t`: float
     `y` (numbers,): Coordinates, rates, auxiliary states.
@@ -601,7 +601,7 @@ class FreeInstants:
 
     @property
     def notes(self) -> list[str]:
-        """Where there are no derivatives."""
+        """Notes of places without derivatives."""
         sampled = [] if self.walk is None else self.walk.inputs.notes
         return [*self.lost.notes(self.run.mechanism.units.time), *sampled]
 
@@ -723,7 +723,7 @@ class ReleasedInstants:
 
     @property
     def notes(self) -> list[str]:
-        """Where there are no derivatives."""
+        """Notes of places without derivatives."""
         return self.solved_parts[-1].notes if self.solved_parts else []
 
     @property

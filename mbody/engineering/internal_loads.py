@@ -260,8 +260,8 @@ def _numbered(row: Any) -> list[tuple[Wrench, int]]:
 
 
 def _acting_at(run: Solution, body: str, name: str) -> tuple[Array, Array]:
-    """Where a load or a driver acts on a body, world axes: at its place there; a couple at the pin
-    that joins its two bodies; else at the mass centre.
+    """Point at which a load or a driver acts on a body, world axes: at its place there; a couple at
+    the pin that joins its two bodies; else at the mass centre.
     """
     element: Any = run.mechanism[name]
     own = [

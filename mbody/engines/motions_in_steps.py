@@ -184,7 +184,7 @@ def _alike(ours: str, theirs: str, contact: Any) -> bool:
 
 
 def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:
-    """When contacts with restitution, or friction too `with_friction`, are struck."""
+    """Times at which contacts with restitution, or friction too `with_friction`, are struck."""
     fields = ("restitution", "friction") if with_friction else ("restitution",)
     values = run.system.values
     those = {
@@ -196,8 +196,8 @@ def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:
 
 
 def first_of_several(run: Solution) -> float | None:
-    """When something first strikes with restitution while it, or what it strikes, touches others:
-    which of them begins then depends on rounding, and the motion after it on which.
+    """Times at which something first strikes with restitution while it, or what it strikes, touches
+    others: which of them begins then depends on rounding, and the motion after it on which.
     """
     contacts = {one.name: one for one in run.mechanism.contacts}
     struck = set(strikes(run))

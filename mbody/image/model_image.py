@@ -382,7 +382,7 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
 
 
 def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
-    """How far a joint is from where it fits, which others decide."""
+    """Misfit of a joint, which others decide."""
     found, fitting = joint.fit(*ends(instant, joint))
     return found - fitting, DIMENSIONS["length"], ""
 

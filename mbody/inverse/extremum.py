@@ -468,7 +468,7 @@ class _Range:
 
 
 def extremum(one: SearchVariable, values: Values, slopes: Slopes, noise: Array) -> Extremum:
-    """Where the last column is greatest while no other is negative. `noise` (columns,)."""
+    """Place at which the last column is greatest while no other is negative. `noise` (columns,)."""
     for width in TURNS if one.angle else WIDTHS:
         space = _Range(one, width)
         profile = space.profile(values, slopes, noise)
@@ -679,7 +679,7 @@ def _nothing() -> None:
 def best_climb(
     rows: Residuals, equations: int, wanted: Sequence[SearchVariable], sign: float
 ) -> ClimbResult:
-    """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`."""
+    """Maximum of the objective, times a sign: of rows as those of `Trials.rows`."""
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
     grids = [one.grid for one in wanted]

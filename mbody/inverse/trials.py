@@ -85,7 +85,7 @@ class SearchVariable:
 
     @property
     def grid(self) -> Array:
-        """Where it is tried, in steps."""
+        """Place at which it is tried, in steps."""
         low, high, start = (part / self.scale for part in (self.low, self.high, self.start))
         if math.isfinite(low) and math.isfinite(high):
             return np.linspace(low, high, 73)
@@ -110,7 +110,7 @@ class SearchVariable:
         return start + math.remainder(u - start, turn) if abs(u - start) > 0.5 * turn else u
 
     def distance(self, a: float, b: float) -> float:
-        """How far two values are from each other, in steps."""
+        """Distance of two values from each other, in steps."""
         if self.turns:
             return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
         return abs(a - b)
@@ -178,7 +178,7 @@ class Trials:
 
     @property
     def start(self) -> Array:
-        """Where the search begins, in steps of the unknowns: (unknowns,)."""
+        """Start of the search, in steps of the unknowns: (unknowns,)."""
         return np.array([one.start / one.scale for one in self.wanted])
 
     @property

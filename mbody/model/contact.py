@@ -69,7 +69,7 @@ def rolling_from(
 def _arm_end(
     row: ConstraintPrimitive, side: int, at: Numbers, poses: Mapping[str, Pose]
 ) -> tuple[Any, Any]:
-    """Where the arm of the row on one of its bodies ends, in axes of the ground."""
+    """End of the arm of the row on one of its bodies, in axes of the ground."""
     body = (row.i, row.j)[side]
     x, y, angle = poses[body]
     (cx, cy), c, s = at.point(f"{body}.cg"), np.cos(angle), np.sin(angle)
@@ -205,7 +205,7 @@ def contact_candidates(i: Side, j: Side) -> list[MakeCandidate]:
 
 
 def _edges(shape: Shape) -> int:
-    """How many straight edges a shape has."""
+    """Number of straight edges of a shape."""
     if isinstance(shape, Polygon):
         return len(shape.polygon)
     return int(isinstance(shape, Line | Segment))

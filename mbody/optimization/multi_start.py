@@ -286,7 +286,7 @@ class MultiStart:
     merits: tuple[np.ndarray, np.ndarray] | None = field(default=None)
 
     def mark(self) -> None:
-        """Where a search may be stopped."""
+        """The point at which a search may be stopped."""
         if self.seen is not None:
             self.seen(self.done, self.count * len(self.screen.aims))
 
@@ -324,7 +324,7 @@ class MultiStart:
         return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
-        """Where searches begin: the start that was given, then the best of many that are apart."""
+        """Starts of the searches: the one that was given, then the best of many that are apart."""
         ranges = self.ranges
         if self.spread is None or self.merits is None:
             many = max(LEAST, EACH * len(ranges.names), 4 * self.count)

@@ -918,7 +918,7 @@ def _rows(found: object) -> Grid:
 
 
 def references(subject: Subject) -> list[Block]:
-    """Where the model comes from, and the books of the method."""
+    """Origin of the model, and the books of the method."""
     books = [*BOOKS, OF_MOTION] if subject.run.analysis == "simulate" else list(BOOKS)
     source = subject.mechanism.source
     return [Items([f"Model: {source}.", *books] if source else books)]

@@ -113,7 +113,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[ContactPointHistory]:
 
 
 def _away(one: ContactPointHistory) -> float:
-    """How far open a place is; behind an edge it is none."""
+    """Gap of a place; behind an edge it is none."""
     gap = float(one.gap[0])
     return gap if gap > 0.0 else np.inf
 

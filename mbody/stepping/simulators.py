@@ -728,7 +728,7 @@ class Simulators(ScalarFallback):
 
 
 def _count(system: System, n: Any) -> int:
-    """How many motions there are."""
+    """Number of motions."""
     if n is None and system.batch is not None:
         return int(system.batch)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:

@@ -206,13 +206,13 @@ def circuits_summary(found: Circuits) -> str:
 
 
 def closing_data(found: AssemblyModes) -> dict[str, int | bool | str | None]:
-    """How many modes there are and which one is used, ready for JSON."""
+    """Number of modes and which one is used, ready for JSON."""
     used = None if found.used is None else found.used.name
     return {"count": len(found), "complete": found.complete, "used": used}
 
 
 def closing_line(found: AssemblyModes) -> list[str]:
-    """How many modes there are and which one is used, in a sentence."""
+    """Number of modes and which one is used, in a sentence."""
     where = " and ".join(_value(name, value, found) for name, value in found.at.items())
     proof = "" if found.complete else ", and maybe in more"
     ways = many(len(found), "way")

@@ -346,7 +346,7 @@ def certified(result: Any) -> list[str]:
 
 
 def _events(solution: Solution) -> list[str]:
-    """How often each event occurred, and when, the first few times."""
+    """Number of occurrences of each event, and the times of the first few."""
     unit, lines = solution.mechanism.units.time, []
     for name in dict.fromkeys(_event_name(one) for one in solution.events):
         times = [one.t for one in solution.events if _event_name(one) == name]

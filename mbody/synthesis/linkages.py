@@ -306,7 +306,7 @@ class LinkageCandidate:
 
 @dataclass(frozen=True)
 class Effort:
-    """How many designs are tried, how many of them refined, and the seed of the random ones."""
+    """Numbers of designs that are tried and that are refined, and the seed of the random ones."""
 
     search: int
     starts: int

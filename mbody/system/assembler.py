@@ -190,7 +190,7 @@ def _integers(values: Sequence[Any]) -> np.ndarray:
 
 
 def _starts(sizes: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Where each of groups of these sizes begins, and the end of the last."""
+    """Beginning of each of groups of these sizes, and the end of the last."""
     return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
@@ -346,7 +346,7 @@ def without_nodes(layout: Layout, off: Array) -> Layout:
 
 
 def designs_of(numbers: Mapping[str, Any]) -> int:
-    """How many designs there are in numbers by name, floats or arrays (designs,).
+    """Number of designs in numbers by name, floats or arrays (designs,).
 
     >>> designs_of({"a": 1.0, "b": np.zeros(3)})
     3

@@ -531,7 +531,7 @@ class FormulaRows:
         return np.array(self.rows, dtype=np.int64).reshape(-1, 4)
 
     def _row_of(self, code: int, a: int, b: int) -> int:
-        """Where a number is, recorded if it was not yet."""
+        """Place of a number, recorded if it was not yet."""
         if (code, a, b) not in self._known:
             self._known[code, a, b] = self.count
             self.rows.append((code, a, b, self.count))

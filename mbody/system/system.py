@@ -372,7 +372,7 @@ class System:
 
     @property
     def record_rows(self) -> int:
-        """How many numbers are kept of an instant (`mbody.kernels.layout`)."""
+        """Count of the numbers that are kept of an instant (`mbody.kernels.layout`)."""
         L = self.layout
         return self.friction_rows.stop + L.owns + len(L.input_row)
 

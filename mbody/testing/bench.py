@@ -417,7 +417,7 @@ class Bench:
         return {"ground": _frame(rng, self.length, turned)}
 
     def other_centres(self, rng: np.random.Generator) -> dict[str, Array]:
-        """How far each mass centre moves, in the old link axes."""
+        """Displacement of each mass centre, in the old link axes."""
         return {body.name: rng.normal(size=2) * self.length for body in self.bodies}
 
     def redrawn(self, axes: Frames, centres: Shifts | None = None) -> Bench:

@@ -604,7 +604,7 @@ class _Work:
         own: np.ndarray,
         links: np.ndarray,
     ) -> np.ndarray:
-        """Where the numbers of an instant go: (linkages, numbers)."""
+        """Places of the numbers of an instant: (linkages, numbers)."""
         nodes, places = self.made.joints.shape[1], self.made.links.shape[2]
         link, place = plan.places
         at = order.places[lot[:, None], link, place]

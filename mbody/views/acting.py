@@ -132,7 +132,7 @@ def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]
 
 
 def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
-    """Where a torque is drawn: about the pin on which the body turns, else at its place."""
+    """Place of the symbol of a torque: about the pin on which the body turns, else at its place."""
     if wrench.kind not in ("driver", "load") or wrench.force > 0.0:
         return place
     ends = [name for name in pose.mechanism[wrench.cause].bodies if name != body]  # type: ignore[attr-defined]  # of a driver or a load
@@ -351,7 +351,7 @@ def force_arrow(
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
-    """How far from its place an arrow begins: outside the pin, or the slider."""
+    """Distance of the beginning of an arrow from its place: outside the pin, or the slider."""
     for block, angle in sketch.blocks:
         if np.hypot(*(block - place)) < sketch.size("pin"):
             along, across = (

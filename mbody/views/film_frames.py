@@ -226,7 +226,7 @@ class FilmSet:
             yield label, self.pixels(place), outward
 
     def instant(self, frame: int) -> str:
-        """Where the motion is, in words."""
+        """Drivers and time of a frame, in words."""
         run, stretch = self.main.run, self.stretches[0]
         parts = []
         for driver in run.mechanism.drivers[:2]:
@@ -495,7 +495,7 @@ def _along(a: Array, b: Array) -> Array:
 
 
 def _inside(points: Array, at: Array, half: Any) -> Array:
-    """How many points a name at each of these places covers."""
+    """Number of points that a name at each of these places covers."""
     away = np.abs(points - at[:, None])
     return np.asarray((away < half).all(axis=2).sum(axis=1))
 

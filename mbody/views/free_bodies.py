@@ -511,7 +511,7 @@ def _table(
 
 
 def _application_point(one: Acting, pose: Pose) -> str:
-    """Where it acts, in a word."""
+    """Place of action, in a word."""
     if one.dashed or one.wrench.kind == "coupling":
         return "at G"
     if one.wrench.kind in ("joint", "contact"):

@@ -385,7 +385,7 @@ class CentreSelection:
         return [self.place(group[0]) for group in self.groups]
 
     def place(self, one: InstantCentre) -> Array:
-        """Where a centre is."""
+        """Place of a centre."""
         return np.array([one.x[self.pose.k], one.y[self.pose.k]])
 
     def mark(self, sketch: Sketch) -> None:

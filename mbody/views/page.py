@@ -175,7 +175,7 @@ class _FreeBodies:
         return found | ({"p": anchor} if anchor else {})
 
     def _pivot(self, element: Any, body: str, parts: Array) -> dict[str, Any]:
-        """Where a torque without a force is drawn: about the pin on which the body turns."""
+        """Place of the symbol of a pure torque: about the pin on which the body turns."""
         if np.any(parts[:2]):
             return {}
         others = [name for name in element.bodies if name != body]

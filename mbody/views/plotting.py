@@ -237,7 +237,7 @@ def _check_log(
 
 
 def _events(run: Solution) -> list[tuple[float, str]]:
-    """When events occurred, with their names."""
+    """Times of events, with their names."""
     if run.mechanism.drivers and run.analysis != "simulate":
         return []
     several = len({event.contact for event in run.events if event.contact}) > 1

@@ -120,7 +120,7 @@ def _extent(sketch: SceneSketch, text: str) -> Array:
 def _cost(
     middles: Array, half: Array, lines: Array, occupied: Sequence[tuple[Array, Array]]
 ) -> float:
-    """How much a name (instants, 2) would cover."""
+    """Area that a name (instants, 2) would cover."""
     away = np.abs(lines - middles[:, None, :])
     inside = (away < half * 1.05).all(axis=2)
     total = 0.25 * float(inside.sum()) / len(middles)

@@ -276,7 +276,7 @@ def _world(pose: np.ndarray, body: int, arm: complex) -> complex:
 
 
 def _distances(linkage: Linkage) -> list[float]:
-    """How many pairs lead from a driven body to every other one, the ground left out."""
+    """Number of pairs that lead from a driven body to every other one, the ground left out."""
     found = [np.inf] * (linkage.bodies + 1)
     names = {name: n for n, name in enumerate(linkage.names)}
     here = {names[d.bodies[1]] for d in linkage.system.drivers} - {linkage.bodies}

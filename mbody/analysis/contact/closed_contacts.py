@@ -91,7 +91,7 @@ class ContactChoice:
             self._roll(name)
 
     def _free_motions(self, G: Array) -> int:
-        """How many motions rows leave."""
+        """Number of motions that rows leave."""
         return rank_of(G).free
 
     def _row(self, number: int) -> Array:
@@ -136,7 +136,7 @@ class ContactChoice:
 
     @property
     def left(self) -> int:
-        """How many motions are left."""
+        """Number of motions that are left."""
         return self._free_motions(self.G)
 
     @property

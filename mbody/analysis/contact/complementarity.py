@@ -500,7 +500,7 @@ class FrictionProblem:
     # -- by trying modes ----------------------------------------------------------------------
 
     def count_modes(self) -> float:
-        """How many sets of modes there are."""
+        """Number of sets of modes."""
         found = 1.0
         pressed = {one.normal for one in self.tangents if one.normal >= 0}
         for one in self.tangents:
@@ -555,7 +555,7 @@ class FrictionProblem:
 
     @property
     def _softest(self) -> float:
-        """How far a force moves itself at most; 1 where all follows drivers, so that none does."""
+        """Greatest motion of a force by itself; 1 where all follows drivers, so that none does."""
         return float(np.diag(self.delassus).max()) or 1.0
 
     def _newton(self, closed: Array, slip_signs: Array, start: Array) -> tuple[Array, Array]:

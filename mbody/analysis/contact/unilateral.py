@@ -383,7 +383,7 @@ class Unilateral:
 
     @functools.cached_property
     def places(self) -> tuple[Array, Array, Array, Array]:
-        """Where the rows are: their nodes; of all numbers of their blocks the row, the place and
+        """Places of the rows: their nodes; of all numbers of their blocks the row, the place and
         the coordinate.
         """
         L = self.layout

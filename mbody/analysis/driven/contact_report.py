@@ -312,7 +312,7 @@ def _has_ends(candidate: ContactCandidate) -> bool:
 
 
 def _distance_past(found: Solution, contact: OneSided, candidate: ContactCandidate) -> Array:
-    """How far a place is past an end of its edge, negative within: (instants,), or (designs,
+    """Distance of a place past an end of its edge, negative within: (instants,), or (designs,
     instants).
     """
     assert candidate.edge is not None
@@ -481,7 +481,7 @@ def _not_unique(found: Solution) -> list[str]:
 
 
 def _uncertain(found: Solution) -> list[str]:
-    """Where the condition of uniqueness does not hold, and it does not jam."""
+    """Notes of instants at which the condition of uniqueness does not hold, and it does not jam."""
     report = found.friction
     assert report is not None
     if report.certified.all():

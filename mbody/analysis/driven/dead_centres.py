@@ -95,7 +95,7 @@ def _range_note(system: System, start: ClosedPosition, driver: Any) -> str:
 
 
 def ends(system: System, start: ClosedPosition, driver: Any) -> Ends:
-    """How far one driver can go from a closed position, the others fixed."""
+    """Range of one driver from a closed position, the others fixed."""
     curve = _Curve(system, start, driver)
     return Ends(curve.value, curve.end(-1.0), curve.end(1.0))
 
@@ -133,7 +133,7 @@ class _Curve:
         return sign * math.inf
 
     def _stop(self, change: float) -> float | None:
-        """Where the driver stops on its way; None where it does not."""
+        """Place at which the driver stops on its way; None where it does not."""
         stopped, places = self._path(change)
         if self.system.rows > LARGEST:
             return stopped

@@ -80,7 +80,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
 
 
 def inertialess(system: System, t: float, q: Array) -> int:
-    """How many free motions have no inertia at q (coordinates,), beside what replaces it."""
+    """Number of free motions that have no inertia at q (coordinates,), beside what replaces it."""
     own = system.mass[: system.coordinates, 0]
     if too_large(system) or own.all():
         return 0
@@ -215,7 +215,7 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
-    """How many motions are free beside a place, at least."""
+    """Least number of motions that are free beside a place."""
     adjacent = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
     return min((len(p.motions) for p in adjacent if p is not None), default=len(here.motions))
 

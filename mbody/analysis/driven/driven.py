@@ -144,7 +144,7 @@ def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
 
 
 def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
-    """Where the drivers of one design stand at the first instant."""
+    """Positions of the drivers of one design at the first instant."""
     if system.batch is not None:
         return {}
     laws = {
@@ -513,8 +513,8 @@ def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
 
 
 def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
-    """When the law of a driver takes values: an angle at the first turn that has it, and angles in
-    a row from the beginning of the law or later at their own turns, as 360 deg after 0.
+    """Times at which the law of a driver takes values: an angle at the first turn that has it, and
+    angles in a row from the beginning of the law or later at their own turns, as 360 deg after 0.
     """
     law = system.law_of(driver)
     if not driver.angular:
@@ -533,7 +533,7 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
 
 
 def _time(law: Law, driver: Driver, places: list[float]) -> float:
-    """When the law of a driver is first at one of some places, in their order."""
+    """Time at which the law of a driver is first at one of some places, in their order."""
     why: ModelError | None = None
     for place in places:
         try:

@@ -389,7 +389,7 @@ def _tension(a: Wrench, b: Wrench) -> float:
 
 
 def _meeting(forces: list[Wrench], length: float) -> tuple[float, float] | None:
-    """Where the lines of three forces in equilibrium meet: of the two that cross most steeply."""
+    """Point at which the lines of three forces in equilibrium meet: the steepest two."""
     pairs = [(forces[m], forces[n]) for m in range(3) for n in range(m)]
     a, b = max(pairs, key=lambda pair: abs(_sine(*pair)))
     if abs(_sine(a, b)) < LINES_PARALLEL:

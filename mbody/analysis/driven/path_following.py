@@ -324,7 +324,7 @@ class MotionPieces:
         return self._machine_code
 
     def gap(self, ends: np.ndarray) -> float:
-        """How far the ends of pieces, (rows, lanes), are from where the next ones begin, in model
+        """Distance of the ends of pieces, (rows, lanes), from where the next ones begin, in model
         lengths and radians.
         """
         gaps = ends[: len(self.seeds), :-1] - self.seeds[:, 1:]

@@ -187,7 +187,7 @@ class BranchPassage:
         return (crossing_note(found, self.system.mechanism.units.time),) if found else ()
 
     def least(self, last: float) -> BranchDistance | None:
-        """How near the motion came to another branch."""
+        """Least distance of the motion from another branch."""
         found = [one for one in self.crossings if one.t <= last]
         if found:
             return BranchDistance(0.0, found[0].t)
@@ -559,7 +559,7 @@ class _SingularStart:
             self.own = self.y[2 * n :].copy()
 
     def _next_change(self) -> float:
-        """How long it is until inputs jump or laws have corners."""
+        """Time until inputs jump or laws have corners."""
         system = self.system
         return Interruptions(system, self.work, self.t, self.t + self.longest).next(self.t) - self.t
 

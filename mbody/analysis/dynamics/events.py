@@ -452,7 +452,7 @@ class EventIntegration(Integration):
         return max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
 
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
-        """Where a step from t on is sampled."""
+        """Times at which a step from t on is sampled."""
         return np.concatenate([t + np.arange(1, count) / count * h, wanted])
 
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:

@@ -183,7 +183,7 @@ def find_steady(motion: Evaluated) -> bool:
 
 
 def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: float) -> Array | None:
-    """Where rates vanish, by Newton's method from z; None where it does not converge."""
+    """State at which rates vanish, by Newton's method from z; None where it does not converge."""
     found = rates(z)
     for _ in range(ITERATIONS):
         if np.abs(found).max() <= small:

@@ -129,12 +129,12 @@ class MotionCurve:
         return walk
 
     def arclengths(self, walk: Walk) -> Array:
-        """How far along a walk its nodes are."""
+        """Arc lengths of the nodes of a walk."""
         q = np.array([node.place.q for node in walk.nodes]) / self.scale
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
 
     def arclength_of(self, node: Node, walk: Walk) -> float:
-        """How far along a walk a node is."""
+        """Arc length of a node of a walk."""
         displacements = np.array(
             [(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes]
         )
@@ -487,7 +487,7 @@ class _CurveIsolation:
         self.divide(middle, other, part)
 
     def _certain(self, cubic: Array, ends: tuple[float, float], error: float) -> int:
-        """How many zeros the residual force has, 0 or 1; −1 where that is not certain."""
+        """Number of zeros of the residual force, 0 or 1; −1 where that is not certain."""
         x = np.sort(np.append(X, _turning(cubic)))
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
@@ -571,7 +571,7 @@ class _CurveIsolation:
 
 
 def _turning(cubic: Array) -> Array:
-    """Where a cubic is greatest or least within its interval."""
+    """Places at which a cubic is greatest or least within its interval."""
     a, b, c = 3.0 * cubic[3], cubic[2], cubic[1]  # a x² + 2 b x + c = 0
     square = b * b - a * c
     if square < 0.0:

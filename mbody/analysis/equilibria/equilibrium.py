@@ -607,7 +607,7 @@ class _RestResults:
         return RestBand(ends[0], ends[1], motion.leader, numbers)
 
     def _distance(self, band: Band, place: Place) -> float:
-        """How far a place is from what is known of a band."""
+        """Distance of a place from what is known of a band."""
         return min(self.manifold.distance(node.place.q, place.q) for node in band.inside)
 
     def _pose(self, place: Place) -> dict[str, tuple[float, float, float]]:

@@ -214,7 +214,7 @@ class Follower:
         return None
 
     def between(self, here: Point, there: Point, function: Callable[[Point], float]) -> Point:
-        """Where what changes its sign between two points of the curve passes zero (Illinois)."""
+        """Zero of what changes its sign between two points of the curve (Illinois)."""
         low, high = here, there
         first, last = function(low), function(high)
         top = max(abs(first), abs(last))
@@ -662,7 +662,7 @@ def equilibrium_curve(
 
 
 def _begin(at: Any, low: float, high: float) -> float:
-    """Where in the span a curve begins."""
+    """Place in the span at which a curve begins."""
     if at is None:
         return low
     number = isinstance(at, (int, float, np.floating)) and not isinstance(at, bool)

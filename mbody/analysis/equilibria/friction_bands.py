@@ -307,8 +307,8 @@ class _Located:
             yield from (sample, found) if ahead else (found, sample)
 
     def _nearest(self, one: Node, other: Node, sign: float) -> tuple[Node, float] | None:
-        """Where the sign times the reserve is least between two nodes, by golden sections; the
-        first place at which it is negative.
+        """Place at which the sign times the reserve is least between two nodes, by golden sections;
+        the first place at which it is negative.
         """
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         low, high, best = 0.0, 1.0, None
@@ -332,7 +332,7 @@ class _Located:
         return best
 
     def end(self, left: Sample, right: Sample) -> Node:
-        """Where the reserve is zero between two neighbours; across a corner the one that holds."""
+        """Zero of the reserve between two neighbours; across a corner the one that holds."""
         (one, a, smooth), (other, b, _) = left, right
         holding = one if a >= 0.0 else other
         if not smooth:

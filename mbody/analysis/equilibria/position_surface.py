@@ -161,7 +161,7 @@ class Cover:
         self.nodes.append(node)
 
     def distances(self, name: Array) -> Array:
-        """How far every place is."""
+        """Distance of every place."""
         return np.asarray(np.abs(self._names[: len(self.nodes)] - name).max(axis=1))
 
     def within(self, names: Array, limits: Array | float) -> tuple[Array, Array, Array]:
@@ -270,7 +270,7 @@ class Cover:
 
     @property
     def borders(self) -> int:
-        """How many closed lines the rim consists of."""
+        """Number of closed lines of the rim."""
         left, count = list(self.rim), 0
         while left:
             ring, count = [left.pop()], count + 1
@@ -514,7 +514,7 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
 
 
 def _distance(cover: Cover, one: Array, other: Array) -> float:
-    """How far two positions are from each other, whole turns left out."""
+    """Distance of two positions from each other, whole turns left out."""
     return float(np.abs(cover.name(one) - cover.name(other)).max())
 
 
@@ -646,7 +646,7 @@ class TangentChart:
         return np.asarray(self.low + self.step * [i, j])
 
     def grid(self, y: Array) -> Array:
-        """Where coordinates are on the grid: (…, 2)."""
+        """Places of coordinates on the grid: (…, 2)."""
         return np.asarray((y - self.low) / self.step)
 
     def left_open(self, at: Array) -> bool:
@@ -693,7 +693,7 @@ class PolarChart(TangentChart):
         return np.asarray(self.centre + radius * np.array([np.cos(angle), np.sin(angle)]))
 
     def grid(self, y: Array) -> Array:
-        """Where coordinates are on the grid: (…, 2)."""
+        """Places of coordinates on the grid: (…, 2)."""
         x, z = np.moveaxis(y - self.centre, -1, 0)
         angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
         return np.asarray((np.stack([np.hypot(x, z), angle], axis=-1) - self.low) / self.step)

@@ -294,7 +294,7 @@ def _loose(parts: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _in_data(bodies: int) -> int:
-    """How many free motions `data` lists."""
+    """Number of free motions that `data` lists."""
     return max(FEWEST, IN_DATA // (3 * max(bodies, 1)))
 
 

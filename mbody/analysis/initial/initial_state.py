@@ -392,7 +392,7 @@ def parameters_of(system: System) -> dict[str, Any]:
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
-    """When drivers are released, by name."""
+    """Times at which drivers are released, by name."""
     drivers = [driver.name for driver in mechanism.drivers]
     for name in given:
         if name not in drivers:

@@ -380,7 +380,7 @@ class _Stages:
         self.work.time[:] = t
 
     def all(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where the paths end, (designs, coordinates + 3), and how far they come, (designs,)."""
+        """Ends of the paths, (designs, coordinates + 3), and how far they come, (designs,)."""
         count = len(self.values)
         poses, progress, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
         slope = np.zeros_like(poses)

@@ -267,7 +267,7 @@ class Manifold:
         return np.asarray((8.0 * inner - outer) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
     def distance(self, one: Array, other: Array) -> float:
-        """How far two positions are from each other, whole turns left out."""
+        """Distance of two positions from each other, whole turns left out."""
         difference = ((one - other) / self.scale).reshape(-1, 3)
         difference[:, 2] = np.remainder(difference[:, 2] + np.pi, 2.0 * np.pi) - np.pi
         return float(np.abs(difference).max())

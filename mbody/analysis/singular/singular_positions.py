@@ -203,7 +203,7 @@ def _branches(A: Array) -> ConeBranches:
 
 
 def _most(A: Array) -> int:
-    """How many lines such a cone has at most, where lines are all it has (Bézout)."""
+    """Greatest number of lines of such a cone, where lines are all it has (Bézout)."""
     sizes = np.linalg.svd(A.reshape(len(A), -1), compute_uv=False)
     rank = (
         int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE * sizes[0]).sum())
@@ -575,7 +575,7 @@ def norm(y: Array) -> float:
 
 
 def along(T: Array, here: Singular) -> Array:
-    """Where a start is along a branch (unknowns,); time is no displacement."""
+    """Place of a start along a branch (unknowns,); time is no displacement."""
     free = still(T, here.clock)
     return np.asarray((free @ here.y) @ free)
 

@@ -210,7 +210,7 @@ class DenseFriction:
         return gx / whole, gy / whole
 
     def _rate(self, joint: Any) -> float:
-        """How fast the surfaces slide, or turn, on each other."""
+        """Speed at which the surfaces slide, or turn, on each other."""
         index = self.reference.index
         if isinstance(joint, Revolute | BandBrake | Clutch | Gear | RackPinion | Rolling):
             i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
