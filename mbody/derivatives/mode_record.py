@@ -22,7 +22,7 @@ from mbody.kernels.layout import Layout, Work
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
 from mbody.laws.kernels import MAX, OPERATIONS, SIGN, STEP, VARIABLE
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
 from mbody.solution.solution import Solution
@@ -155,7 +155,7 @@ def with_formulas_of_the_instant(system: System) -> System:
             replaced.append(replace(load, **made))
     if not replaced:
         return system
-    return with_numbers_of(assemble(with_replaced(system.mechanism, replaced, ())), system.values)
+    return with_numbers_of(assemble(with_changed(system.mechanism, replaced, ())), system.values)
 
 
 def _of_the_instant(law: Expression, variable: str) -> MeasuredFormula:

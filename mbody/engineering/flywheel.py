@@ -15,7 +15,7 @@ from mbody.core.tolerances import RATE_CONSTANT, RTOL_FINE
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation, link_energy
 from mbody.errors import ModelError, ModelWarning
 from mbody.laws import Table
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
 from mbody.solution.doubts import Inherited, inherited
@@ -136,7 +136,7 @@ class FlywheelSizing(Inherited):
         first = 3 * self.run.system.bodies[driver.body]
         whole = float(self.run.system.mass[first + 2, 0]) + self.inertia
         changes = [replace(body, inertia=whole, spread=None)]
-        machine = with_replaced(machine, changes, ("inertia", "spread.")).copied()
+        machine = with_changed(machine, changes, ("inertia", "spread.")).copied()
         machine.add(Torque(f"{self.driver}_mean", driver.body, value=self.fluctuation.mean))
         ratio = abs(float(self.speeds[0]) / self.speed)
         guess, rates = {}, {}

@@ -13,7 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -196,7 +196,7 @@ def with_counterweights(
     inertias of these are numbers then and follow no formulas.
     """
     bodies = [_loaded(machine, system, name, own) for name, own in weights.items()]
-    return with_replaced(machine, bodies, ("mass", "weight", "inertia", "cg.", "spread."))
+    return with_changed(machine, bodies, ("mass", "weight", "inertia", "cg.", "spread."))
 
 
 def _loaded(

@@ -12,7 +12,7 @@ from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
@@ -222,7 +222,7 @@ def spring_balance(
     if still:
         notes.append(listed(still) + STILL)
     stiffness = dict(zip(names, found, strict=True))
-    made = with_replaced(
+    made = with_changed(
         described,
         [replace(described[name], stiffness=k) for name, k in stiffness.items()],  # type: ignore[call-arg]
         ["stiffness"],

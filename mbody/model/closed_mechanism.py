@@ -108,16 +108,14 @@ def _without(machine: Mechanism, gone: set[str]) -> dict[str, Formula]:
 # -- A mechanism with other numbers in some of its elements ------------------------------------
 
 
-def with_replaced(
-    machine: Mechanism, elements: Iterable[Element], keys: Iterable[str]
-) -> Mechanism:
+def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable[str]) -> Mechanism:
     """The mechanism with other elements in the place of those of their names. Their numbers that
     begin with one of the keys, such as ``"mass"``, follow no formulas any more; others do.
 
     >>> from dataclasses import replace
     >>> from mbody import makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5)
-    >>> with_replaced(machine, [replace(machine["crank"], mass=2.0)], ["mass"])["crank"].mass
+    >>> with_changed(machine, [replace(machine["crank"], mass=2.0)], ["mass"])["crank"].mass
     2.0
     """
     new = list(elements)

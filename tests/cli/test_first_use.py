@@ -17,7 +17,7 @@ from mbody.exchange import other_program
 from mbody.exchange.pmks import pmks_from_text
 from mbody.files.model import json_schema
 from mbody.files.model.problems import SECTIONS
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 from mbody.model.study import REDUCTIONS, Instants, Measure
 from mbody.teaching import KINDS, new_model
 from mbody.views.labels import Label, Places
@@ -312,7 +312,7 @@ def test_inertias_and_losses_have_everyday_units_too(capsys):
     # printed to six digits
     assert len(rows["SI"]) == 2 and rows["mm-N-s"] == pytest.approx(rows["SI"], rel=2e-5)
     machine = mbody.makers.slider_crank(50, 200, masses=("1 kg",) * 3, speed=30, units="mm-N-s")
-    rough = with_replaced(machine, [replace(machine["A"], friction=0.1, pin_radius=10.0)], [])
+    rough = with_changed(machine, [replace(machine["A"], friction=0.1, pin_radius=10.0)], [])
     run = mbody.kinetostatics(rough, turn="motor", instants=73)
     line = next(line for line in str(run).partition("FRICTION")[2].splitlines() if line[:1] == "A")
     peak, watts = (float(cell) for cell in line.split()[1:3])

@@ -15,7 +15,7 @@ from mbody.engineering import force_balance, shaking_force
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from mbody.model.body import SecondMoments, SlenderRod
-from mbody.model.closed_mechanism import with_replaced
+from mbody.model.closed_mechanism import with_changed
 
 CASES = {
     "norton_fourbar": ({"crank": "3 in", "rocker.O4": 5.0}, 4),
@@ -129,7 +129,7 @@ def crank_only(x, y):
     machine = mbody.gallery.load("slider_crank")
     size = np.hypot(x, y)
     crank = replace(machine["crank"], mass=size / 0.3, cg=(0.3 * x / size, 0.3 * y / size))
-    run = mbody.kinetostatics(unloaded(with_replaced(machine, [crank], ["mass"])), turn=True)
+    run = mbody.kinetostatics(unloaded(with_changed(machine, [crank], ["mass"])), turn=True)
     return float(np.sqrt((shaking_force(run).magnitude[:-1] ** 2).mean()))
 
 
@@ -221,7 +221,7 @@ def test_the_spread_of_a_mass(spread):
     machine = scotch_yoke(0.0)
     inertia = {"point": 0.0}.get(spread, 0.4) if isinstance(spread, str) else 0.4
     crank = replace(machine["crank"], cg=(0.2, 0.1), inertia=inertia, spread=spread)
-    found = force_balance(with_replaced(machine, [crank], []), {"crank": 0.4})
+    found = force_balance(with_changed(machine, [crank], []), {"crank": 0.4})
     made, (one,) = found.mechanism["crank"], found.counterweights
     reduced = 1.0 * one.mass / (1.0 + one.mass)
     dx, dy = one.x - 0.2, one.y - 0.1
