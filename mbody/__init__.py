@@ -241,13 +241,13 @@ presentation.register(
 )
 presentation.register(
     "notebook",
-    Crosscheck="mbody.views.notebook_html:shown",
-    Equilibria="mbody.views.notebook_html:shown",
-    Mechanism="mbody.views.notebook_html:shown",
-    Modes="mbody.views.notebook_html:shown",
-    Solution="mbody.views.notebook_html:shown",
-    Sweep="mbody.views.notebook_html:shown",
-    System="mbody.views.notebook_html:shown",
+    Crosscheck="mbody.views.notebook_html:html_of",
+    Equilibria="mbody.views.notebook_html:html_of",
+    Mechanism="mbody.views.notebook_html:html_of",
+    Modes="mbody.views.notebook_html:html_of",
+    Solution="mbody.views.notebook_html:html_of",
+    Sweep="mbody.views.notebook_html:html_of",
+    System="mbody.views.notebook_html:html_of",
 )
 presentation.register("certificate", Solution="mbody.solution.checks:certificate_of")
 presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_body")

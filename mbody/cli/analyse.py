@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.dynamics.interruptions import shown
+from mbody.analysis.dynamics.interruptions import progress_display
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import equal_steps, model_of, named_values, path_of, whole_number
 from mbody.cli.streams import UsageError, check_printed, message
@@ -55,14 +55,14 @@ def analyse(args: Any) -> int:
         print(run)
         if found is not None and output:
             print(efficiency_line(run, output, found))
-    return exit_status(run, shown=args.json or (args.csv != "-" and not wants_equations))
+    return exit_status(run, printed=args.json or (args.csv != "-" and not wants_equations))
 
 
-def exit_status(result: Any, shown: bool = True) -> int:
-    """The exit status of a result; what it says of itself goes to stderr unless stdout has `shown`
-    it.
+def exit_status(result: Any, printed: bool = True) -> int:
+    """The exit status of a result; what it says of itself goes to stderr unless it is `printed`
+    on stdout.
     """
-    if not shown:
+    if not printed:
         for doubt in result.doubts:
             message(f"mbody: doubtful: {doubt.message}")
         doubtful = {doubt.message for doubt in result.doubts}
@@ -278,7 +278,7 @@ def simulate(args: Any) -> int:
         print(json.dumps(run.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
     elif args.csv != "-":
         print(run)
-    return exit_status(run, shown=args.json or args.csv != "-")
+    return exit_status(run, printed=args.json or args.csv != "-")
 
 
 def _history(name: str, text: str) -> Any:
@@ -296,7 +296,7 @@ def _history(name: str, text: str) -> Any:
 
 
 def _last(mechanism: Any, to: Any) -> float:
-    """When the motion is to end; the analysis refuses a motion without one."""
+    """End of the motion; the analysis refuses a motion without one."""
     args = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
     return 0.0 if args is None else number_in(mechanism, args, "time", "simulate", "until")
 
@@ -311,7 +311,7 @@ def _number(text: str, option: str) -> float:
 def _progress(args: Any, until: float) -> Callable[[float], None]:
     """A function that shows the time reached on a terminal, and stops the motion at Ctrl-C."""
     shows = not args.json and sys.stderr is not None and sys.stderr.isatty()
-    show = shown(until) if shows else None
+    show = progress_display(until) if shows else None
 
     def progress(t: float) -> None:
         interrupt.mark()
@@ -357,7 +357,7 @@ def assemblies(args: Any) -> int:
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], np.ndarray | None]:
@@ -416,7 +416,7 @@ def transmission(args: Any) -> int:
         print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def _by_contact(mechanism: Mechanism, output: str) -> bool:

@@ -59,7 +59,7 @@ def sweep(args: Any) -> int:
         print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
     elif args.csv != PRINTED:
         print(found)
-    return exit_status(found, shown=args.json or args.csv != PRINTED)
+    return exit_status(found, printed=args.json or args.csv != PRINTED)
 
 
 def note_plain(mechanism: Mechanism, varied: Mapping[str, str]) -> None:
@@ -280,7 +280,7 @@ def optimize(args: Any) -> int:
     elif args.csv != PRINTED or not any(cases[name]["values"] for name in cases):
         print("\n\n\n".join(texts))
     else:
-        exit_status(whole, shown=False)
+        exit_status(whole, printed=False)
     return 1 if doubts or stopped else 0
 
 

@@ -57,11 +57,11 @@ def _command() -> str:
 
     if shutil.which("mbody"):
         return "mbody"
-    beside = Path(sys.executable).parent / "mbody"
-    if not beside.exists():
+    installed = Path(sys.executable).parent / "mbody"
+    if not installed.exists():
         return f"{sys.executable} -m mbody"
     here = Path.cwd()
-    return str(beside.relative_to(here) if beside.is_relative_to(here) else beside)
+    return str(installed.relative_to(here) if installed.is_relative_to(here) else installed)
 
 
 def _comparison(run: Solution) -> list[str]:
@@ -148,7 +148,7 @@ def derive(args: Any) -> int:
         message(f"wrote {args.output}")
     else:
         print(text)
-    return exit_status(run, shown=False)
+    return exit_status(run, printed=False)
 
 
 # -- `mbody explain ELEMENT`: what a kind of element is ----------------------------------------

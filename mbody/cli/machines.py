@@ -44,7 +44,7 @@ def shaking(args: Any) -> int:
         print(found)
         if orders:
             print(_table(run, shafts))
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def cycle_run(args: Any, mechanism: Mechanism, analysis: str = "kinetostatics") -> Solution:
@@ -117,7 +117,7 @@ def flywheel(args: Any) -> int:
         print(found)
         if proof is not None:
             print(_line(proof))
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def _line(proof: FlywheelProof) -> str:
@@ -148,7 +148,7 @@ def motor(args: Any) -> int:
         print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def _row(text: str) -> list[str]:
@@ -195,7 +195,7 @@ def bearings(args: Any) -> int:
         print(json.dumps(head | {"bearings": rows}, ensure_ascii=False, allow_nan=False))
     else:
         print(_summary(run, found, classes))
-    return exit_status(run, shown=True)
+    return exit_status(run, printed=True)
 
 
 def _revolutes(mechanism: Mechanism) -> list[str]:
@@ -309,7 +309,7 @@ def cam(args: Any) -> int:
         print(json.dumps(head | found.data(angle), ensure_ascii=False, allow_nan=False))
     elif not printed:
         print(found)
-    return exit_status(found, shown=not printed)
+    return exit_status(found, printed=not printed)
 
 
 def _print_undercut(machine: Mechanism, args: Any) -> bool:

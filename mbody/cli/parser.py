@@ -732,8 +732,8 @@ class _Parser(argparse.ArgumentParser):
 
         options = re.findall(r"--[a-z-]+", self.format_usage())
         for word in words:
-            if near := difflib.get_close_matches(word.partition("=")[0], options, 1, 0.85):
-                return f": did you mean {near[0]}?"
+            if similar := difflib.get_close_matches(word.partition("=")[0], options, 1, 0.85):
+                return f": did you mean {similar[0]}?"
         return ""
 
     def error(self, message: str) -> NoReturn:

@@ -101,7 +101,7 @@ def internal(args: Any) -> int:
         print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
     else:
         print(found)
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 # -- `mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations ----
@@ -132,10 +132,10 @@ def poles(args: Any) -> int:
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
     else:
         # of a model's own instants the first, of a motion the last, of those that are named all
-        shown = [len(run) - 1] if args.to is not None else range(len(run))
-        for k in shown if args.at or args.over or args.to is not None else [0]:
+        instants = [len(run) - 1] if args.to is not None else range(len(run))
+        for k in instants if args.at or args.over or args.to is not None else [0]:
             print(_table(run, found, k))
-    return exit_status(found, shown=args.json)
+    return exit_status(found, printed=args.json)
 
 
 def _table(run: Solution, found: InstantCentres, k: int) -> str:
@@ -192,7 +192,7 @@ def draw(args: Any) -> int:
     check_ending(args.output)
     count = _positions(args)
     mechanism = model_of(args)
-    shown = {"paths": args.path, "only": named_bodies(args.only) or ()}
+    options = {"paths": args.path, "only": named_bodies(args.only) or ()}
     marks = {
         "poles": args.poles,
         "polygons": args.polygons,
@@ -204,7 +204,7 @@ def draw(args: Any) -> int:
     plain = count is None and args.to is None and wanted is mechanism.ask and not args.assembly
     free = mechanism.simulation is not None and wanted is None
     if plain and (free or not (mechanism.drivers or args.forces)):
-        return _written(drawn(mechanism, forces=args.forces, **shown, **marks), args.output)
+        return _written(drawn(mechanism, forces=args.forces, **options, **marks), args.output)
     marked = any(marks.values())
     if marked and (args.series or args.strip):
         raise UsageError(
@@ -216,13 +216,13 @@ def draw(args: Any) -> int:
     run = _motion(args, mechanism, count)
     instants = _instants(args, run, count)
     if args.series:
-        return _series(args, run, instants, shown)
-    figure = drawn(run, instants, args.forces, strip=args.strip, **shown, **marks)
+        return _series(args, run, instants, options)
+    figure = drawn(run, instants, args.forces, strip=args.strip, **options, **marks)
     return _written(figure, args.output)
 
 
 def _positions(args: Any) -> int | None:
-    """How many positions are wanted."""
+    """Number of positions that are wanted."""
     text = args.positions
     if text is None:
         return None
@@ -270,13 +270,13 @@ def _instants(args: Any, run: Solution, count: int | None) -> list[int]:
     return list(dict.fromkeys(steps if forward else steps[::-1]))
 
 
-def _series(args: Any, run: Solution, instants: list[int], shown: Any) -> int:
+def _series(args: Any, run: Solution, instants: list[int], options: Any) -> int:
     """A file for each instant, all of one scale and size."""
     from mbody.views.drawing import draw_series
 
     path = Path(args.output)
     digits = len(str(len(instants)))
-    for n, figure in enumerate(draw_series(run, instants, args.forces, **shown), 1):
+    for n, figure in enumerate(draw_series(run, instants, args.forces, **options), 1):
         _written(figure, str(path.with_name(f"{path.stem}-{n:0{digits}d}{path.suffix}")))
     return 0
 
@@ -469,8 +469,8 @@ def _runs(args: Any) -> dict[str, Solution]:
         if args.to is not None and (args.at or args.over):
             raise UsageError("give --to, or --at or --over, not both")
         wanted = question(args, mechanism.ask)
-        changed = {key: value for key, value in design if key in others}
-        system = _with_values(mechanism, changed)
+        values = {key: value for key, value in design if key in others}
+        system = _with_values(mechanism, values)
         found[name] = motion(system, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args))
         interrupt.done()
     args.set = own
@@ -558,8 +558,8 @@ def report(args: Any) -> int:
     mechanism = model_of(args)
     other = None
     if args.compare:
-        changed = {one.partition("=")[0].strip() for one in args.compare}
-        kept = [one for one in args.set if one.partition("=")[0].strip() not in changed]
+        compared = {one.partition("=")[0].strip() for one in args.compare}
+        kept = [one for one in args.set if one.partition("=")[0].strip() not in compared]
         other = model_of(Namespace(model=args.model, set=kept + args.compare, units=args.units))
     wanted = question(args, mechanism.ask)
     against = named_bodies(args.against)
@@ -585,7 +585,7 @@ def report(args: Any) -> int:
         from pathlib import Path
 
         webbrowser.open(Path(files[0]).resolve().as_uri())
-    return exit_status(found, shown=False)
+    return exit_status(found, printed=False)
 
 
 def _labels(args: Any) -> tuple[str, str]:

@@ -42,8 +42,8 @@ def misfitting(solution: DualSolution, names: Sequence[str]) -> set[str]:
     for joint in solution.mechanism.joints:
         if not joint.spaced:
             continue
-        apart, wanted = joint.fit(*ends(solution, joint))
-        off = apart - wanted
+        distance, wanted = joint.fit(*ends(solution, joint))
+        off = distance - wanted
         if isinstance(off, DualNumber):
             most = np.abs(np.atleast_2d(off.tangents)).max(axis=0)
             # lengths by lengths are near 1, and angles of a marker at most the model length
@@ -115,10 +115,12 @@ class DrivenInstants:
         """
         system = self.run.system
         whole = self.run.record.table(slice(0, system.record_rows))
-        apart = np.abs(record.values[:, : whole.shape[1]] - whole[instants])
+        difference = np.abs(record.values[:, : whole.shape[1]] - whole[instants])
         fine = np.isfinite(whole)
         greatest = np.abs(whole[fine]).max(initial=0.0)
-        return np.asarray(~(fine[instants] & (apart <= INSTANT_SAME_AGAIN * greatest)).all(axis=1))
+        return np.asarray(
+            ~(fine[instants] & (difference <= INSTANT_SAME_AGAIN * greatest)).all(axis=1)
+        )
 
     def _workspace(self, count: int, with_loads: bool) -> DualWorkspace:
         """A workspace for so many instants, one that is free where there is one."""

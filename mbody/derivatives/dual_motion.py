@@ -166,7 +166,7 @@ class DualMotion:
             return parts[0]
         names = [n for n in vars(parts[0]) if n != "t"]
         return DualInstant(
-            parts[0].t, *(_beside([getattr(one, n) for one in parts]) for n in names)
+            parts[0].t, *(_concatenated([getattr(one, n) for one in parts]) for n in names)
         )
 
     def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
@@ -293,7 +293,7 @@ def _product(a: DualNumber, b: DualNumber) -> DualNumber:
     return DualNumber(a.value * b.value, tangents)
 
 
-def _beside(parts: Sequence[DualNumber]) -> DualNumber:
+def _concatenated(parts: Sequence[DualNumber]) -> DualNumber:
     """The first number's value with the tangents of all parts side by side."""
     return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
 
@@ -361,7 +361,7 @@ class GuardDuals:
         return [candidate for contact in machine.contacts for candidate in contact.candidates(at)]
 
     def _along(self, number: int, now: DualInstant) -> Any:
-        """How far a contact point is from the nearer end of its edge, within it; None of arcs."""
+        """Distance of a contact point from the nearer end of its edge, within it; None of arcs."""
         candidate = self._candidates[number]
         if candidate.edge is None or candidate.arcs:
             return None
@@ -482,11 +482,11 @@ class ChangeTimes:
                 continue
             if self.guards.behind(other, now):
                 continue
-            beside = self._zero(stretch, other, now, ahead)
-            if beside is None and other.kind == "close":
+            zero = self._zero(stretch, other, now, ahead)
+            if zero is None and other.kind == "close":
                 # of edges on one line one comes upon the other where it passes its end
-                beside = self._zero(stretch, Guard("enter", other.number), now, ahead)
-            gone = True if beside is None else self._differ(row, beside)
+                zero = self._zero(stretch, Guard("enter", other.number), now, ahead)
+            gone = True if zero is None else self._differ(row, zero)
             self.lost.lose(gone, end, together)
         if end - self.before[0] <= self.short:
             self.lost.lose(self._differ(row, self.before[1]), end, together)
@@ -616,8 +616,8 @@ class ImpactDuals:
             )
             if tied.any():
                 return None
-            taken = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
-            supports.append(taken[_independent(A[np.ix_(taken, taken)])])
+            support = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
+            supports.append(support[_independent(A[np.ix_(support, support)])])
             return z
 
         plain = self._after(now, closed, -1, first)
@@ -628,8 +628,8 @@ class ImpactDuals:
             left = iter(supports)
 
             def again(A: Array, b: Array, left: Any = left) -> Array:
-                taken, z = next(left), np.zeros(len(b), dtype=complex)
-                z[taken] = np.linalg.solve(A[np.ix_(taken, taken)], -b[taken])
+                support, z = next(left), np.zeros(len(b), dtype=complex)
+                z[support] = np.linalg.solve(A[np.ix_(support, support)], -b[support])
                 return z
 
             found = self._after(now, closed, k, again)

@@ -66,7 +66,7 @@ class Combination:
     def __str__(self) -> str:
         return _sum(self.terms)
 
-    def shown(self, values: Mapping[str, float]) -> float:
+    def rounded(self, values: Mapping[str, float]) -> float:
         """Its value, 0 where it is rounding beside the parts of the sum."""
         greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
         return 0.0 if abs(self.value) <= tol.FIT_DIRECTION_NONE * greatest else self.value
@@ -268,7 +268,7 @@ class Fit(Inherited):
                 Column("unit", units, text=True),
             ]
         )
-        shown = table(
+        combinations = table(
             [
                 Column("DATA", list(self.residual), text=True),
                 Column("residual", [number(value) for value in self.residual.values()]),
@@ -276,8 +276,8 @@ class Fit(Inherited):
             ]
         )
         head = f"{self.count} data; low and high of {100.0 * self.confidence:g} % confidence"
-        lines = [self.model, "", *rows, "", *shown, "", head]
-        lines += [f"determined: {one} = {number(one.shown(whole))}" for one in self.combinations]
+        lines = [self.model, "", *rows, "", *combinations, "", head]
+        lines += [f"determined: {one} = {number(one.rounded(whole))}" for one in self.combinations]
         return "\n".join(
             [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
         )
@@ -350,8 +350,8 @@ class _ResidualSearch:
         """The least from a start, and what is known there."""
         numbers, known = start, self._known(start, sigma)
         for _ in range(CHOICES):
-            held = list(known.pivots)
-            free = np.array([k for k in range(len(start)) if k not in held], dtype=int)
+            fixed = list(known.pivots)
+            free = np.array([k for k in range(len(start)) if k not in fixed], dtype=int)
             if not len(free):
                 raise ModelError(
                     f"fit: none of {listed(self.units)} changes any of the data: measure others"

@@ -604,7 +604,7 @@ class FitProblem:
         return squares, counts
 
     def ranges(self) -> Array:
-        """How far the data of each column go."""
+        """Range of the data of each column."""
         rows = [
             np.concatenate([one.values[k] for one in self.series]) for k in range(len(self.columns))
         ]

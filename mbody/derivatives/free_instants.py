@@ -57,7 +57,7 @@ PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 
 @dataclass(frozen=True, eq=False)
 class FirstState:
-    """Where a motion begins.
+    """The start of a motion.
 
     `t`: float
     `y` (numbers,): Coordinates, rates, auxiliary states.
@@ -343,15 +343,15 @@ class DualWalk:
             self._check_sides(stretch, y)
             begun, now = self._end_time(stretch, y)
             if stretch.guard is not None:
-                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
-                changes[near] = np.nan
+                at_end = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                changes[at_end] = np.nan
             elif self._ends(stretch):
-                near = inside[t[inside] == stretch.end]
-                changes[near] = now.record.tangents if now is not None else np.nan
-                self.lost.without(changes, near)
+                at_end = inside[t[inside] == stretch.end]
+                changes[at_end] = now.record.tangents if now is not None else np.nan
+                self.lost.without(changes, at_end)
             elif (moving := begun.tangents != 0.0).any():
-                near = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
-                self._meet(changes, near, stretch.end, moving)
+                at_end = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
+                self._meet(changes, at_end, stretch.end, moving)
             before = stretch
         self.y = y
         return DualNumber(values, changes)
@@ -372,14 +372,14 @@ class DualWalk:
         y = self._moved(y, now, DualNumber(begun.value, later))
         return DualNumber(begun.value, begun.tangents + later), y
 
-    def _meet(self, changes: Array, near: Array, t: float, moving: Array) -> None:
+    def _meet(self, changes: Array, instants: Array, t: float, moving: Array) -> None:
         """Leaves derivatives to positions alone where a time that the parameters move falls on an
         instant.
         """
         n = self.system.coordinates
-        if near.size:
+        if instants.size:
             rows = np.arange(n, self.motion.rows)
-            changes[np.ix_(near, rows, np.flatnonzero(moving))] = np.nan
+            changes[np.ix_(instants, rows, np.flatnonzero(moving))] = np.nan
             self.inputs.meet(t, moving)
 
     # -- the beginning of a stretch -----------------------------------------------------------
@@ -404,19 +404,19 @@ class DualWalk:
             derivative = np.zeros(len(y.value))
         elif derivative is None:
             derivative = motion.at(stretch, begun, y, self.tangents).derivative.value
-        held = y.tangents - np.outer(derivative, begun.tangents)
+        tangents = y.tangents - np.outer(derivative, begun.tangents)
         first = y.value if stretch.y is None else stretch.y
-        y = DualNumber(first, held)
+        y = DualNumber(first, tangents)
         if not len(stretch.on):
             return y
         self._at_the_beginning(stretch, begun, moved, y)
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         after = motion.at(stretch, still, y, self.tangents).y
         units = motion.scale[: len(first), None]
-        most = np.abs(held / units).max(axis=0, initial=0.0)
-        apart = np.abs((after.tangents - held) / units).max(axis=0, initial=0.0)
+        most = np.abs(tangents / units).max(axis=0, initial=0.0)
+        difference = np.abs((after.tangents - tangents) / units).max(axis=0, initial=0.0)
         limit = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
-        wrong = apart > limit * np.maximum(most, self.tangents.resolved)
+        wrong = difference > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
             why = "other numbers move apart what touches, or move what sticks, at the beginning"
@@ -571,9 +571,9 @@ class DualWalk:
 
 def _within(stretch: ModeStretch, t: Array) -> Array:
     """Times of a stretch; those that differ from its ends by rounding are its ends."""
-    near = tol.TIMES_SAME * np.abs(t)
-    found = np.where(t - stretch.t <= near, stretch.t, t)
-    return np.where(stretch.end - t <= near, stretch.end, found)
+    tolerance = tol.TIMES_SAME * np.abs(t)
+    found = np.where(t - stretch.t <= tolerance, stretch.t, t)
+    return np.where(stretch.end - t <= tolerance, stretch.end, found)
 
 
 class FreeInstants:
@@ -601,7 +601,7 @@ class FreeInstants:
 
     @property
     def notes(self) -> list[str]:
-        """Where there are no derivatives."""
+        """Notes of places without derivatives."""
         sampled = [] if self.walk is None else self.walk.inputs.notes
         return [*self.lost.notes(self.run.mechanism.units.time), *sampled]
 
@@ -650,8 +650,8 @@ class FreeInstants:
         if not machine.controllers:
             return
         kept = self.run.record.table(slice(0, n))[instants]
-        apart = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
-        if float(apart.max(initial=0.0)) <= max(
+        difference = np.abs(records.value[:, :n] - kept) / (motion.scale[:n] + np.abs(kept))
+        if float(difference.max(initial=0.0)) <= max(
             tol.STATE_REPEATED, tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
         ):
             return
@@ -718,18 +718,18 @@ class ReleasedInstants:
         own = [name for name in self.names if name in system.values]
         self.values = spread(dual_values(system, own), own, self.names)
         self.parts = _parts(run)
-        self.parts_followed: list[FreeInstants] = []
+        self.solved_parts: list[FreeInstants] = []
         self.lost = LostNumbers(self.names, first.t, first.lost)
 
     @property
     def notes(self) -> list[str]:
-        """Where there are no derivatives."""
-        return self.parts_followed[-1].notes if self.parts_followed else []
+        """Notes of places without derivatives."""
+        return self.solved_parts[-1].notes if self.solved_parts else []
 
     @property
     def events(self) -> list[EventTime]:
         """Those of all parts."""
-        return [one for part in self.parts_followed for one in part.events]
+        return [one for part in self.solved_parts for one in part.events]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives."""
@@ -739,20 +739,20 @@ class ReleasedInstants:
         first_load = system.record_rows + 1 + 3 * len(system.drivers)
         rows = first_load + loads * system.coordinates
         values, changes = np.zeros((len(t), rows)), np.zeros((len(t), rows, len(self.names)))
-        self.parts_followed = []
+        self.solved_parts = []
         for k, run in enumerate(self.parts):
             part = FreeInstants(run, first, self.names, system)
             inside = t >= run.initial_states[0].first if k else np.ones(len(t), dtype=bool)
             if k < len(self.parts) - 1:
                 inside &= t < run.t[-1]
             places = np.searchsorted(run.t, t[inside])
-            before = self.parts_followed[-1] if k else None
+            before = self.solved_parts[-1] if k else None
             found = part.rows(places, with_loads, before)
             self._widen(run, found, np.flatnonzero(inside), values, changes)
-            self.parts_followed.append(part)
+            self.solved_parts.append(part)
             if k < len(self.parts) - 1:
                 first = self._going_on(part, self.parts[k + 1])
-        self.lost = self.parts_followed[-1].lost
+        self.lost = self.solved_parts[-1].lost
         record = DualRecord(values, changes, first_load, system.coordinates)
         return self._since_release(t, dual_solution(self.run, self.values, record), record)
 

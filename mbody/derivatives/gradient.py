@@ -172,10 +172,10 @@ def compared_with_differences(
         return replace(found, notes=(*found.notes, note))
     jacobian, notes = found.jacobian.copy(), list(found.notes)
     for k, column in enumerate(columns):
-        low, near, up, most = (np.asarray(one[k]) for one in ends)
-        wide, narrow = 0.5 * (most - low), up - near
+        low, down, up, most = (np.asarray(one[k]) for one in ends)
+        wide, narrow = 0.5 * (most - low), up - down
         rows = np.nan_to_num(jacobian[k])
-        apart = np.abs(2.0 * rows @ change - narrow)
+        difference = np.abs(2.0 * rows @ change - narrow)
         scale = 2.0 * np.abs(rows * change).sum(axis=-1)
         limit = tol.DERIVATIVE_ALLOWED * np.maximum(
             scale, np.abs(narrow)
@@ -186,7 +186,7 @@ def compared_with_differences(
             * fine
             * np.abs(np.asarray(found.value[column.name])).max(initial=0.0)
         )
-        if (apart > np.maximum(limit, noise)).any():
+        if (difference > np.maximum(limit, noise)).any():
             jacobian[k] = np.nan
             notes.append(
                 f"'{column.name}' has no derivative: differences of motions are others, as "
@@ -258,17 +258,17 @@ class _ModalMeasure:
 def mode_gradient(balanced: Equilibrium, measure: Any, by: Mapping[str, str]) -> Gradient:
     """Derivatives of measures of the modes at an equilibrium by numbers, names by those given."""
     names = list(by.values())
-    beside = _PerturbedEquilibrium(balanced, names)
-    linear = linearize(beside.instants.driven, at=beside.run, free=beside.drivers)
-    (found,) = modes(beside.instants.driven, at=beside.run, free=beside.drivers)
+    equilibrium = _PerturbedEquilibrium(balanced, names)
+    linear = linearize(equilibrium.instants.driven, at=equilibrium.run, free=equilibrium.drivers)
+    (found,) = modes(equilibrium.instants.driven, at=equilibrium.run, free=equilibrium.drivers)
     wanted = _wanted(measure, linear, len(found))
     places = list(dict.fromkeys(place for one in wanted for place in one.places))
-    sizes = number_sizes(beside.instants.driven, names)
+    sizes = number_sizes(equilibrium.instants.driven, names)
     jacobian, notes = np.zeros((len(wanted), len(names))), list[str]()
     for k, name in enumerate(names):
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
-            changes = beside.changes(
+            changes = equilibrium.changes(
                 name, tol.DIFFERENCE_STEP_MATRICES * (sizes[k] or 1.0), linear, places
             )
         except (ModelError, SolveError) as error:
@@ -357,8 +357,8 @@ class _PerturbedEquilibrium:
                 return None
             ends.append((one.mass, one.damping, one.stiffness, _motions_of(one, places)))
         return [
-            (8.0 * (up - near) - (most - low)) / (12.0 * step)
-            for low, near, up, most in zip(*ends, strict=True)
+            (8.0 * (up - down) - (most - low)) / (12.0 * step)
+            for low, down, up, most in zip(*ends, strict=True)
         ]
 
 

@@ -143,7 +143,7 @@ def with_formulas_of_the_instant(system: System) -> System:
     """The system in which laws of loads that jump are formulas of the instant, whose jumps are
     followed; the same where there are none.
     """
-    changed = []
+    replaced = []
     for load in system.mechanism.loads:
         made: dict[str, Any] = {}
         for name, law in _laws(load).items():
@@ -152,16 +152,16 @@ def with_formulas_of_the_instant(system: System) -> System:
             if known and isinstance(law, Expression) and JUMPING.search(law.text):
                 made[name] = _of_the_instant(law, "t" if of_time else "x")
         if made:
-            changed.append(replace(load, **made))
-    if not changed:
+            replaced.append(replace(load, **made))
+    if not replaced:
         return system
-    return with_numbers_of(assemble(with_changed(system.mechanism, changed, ())), system.values)
+    return with_numbers_of(assemble(with_changed(system.mechanism, replaced, ())), system.values)
 
 
 def _of_the_instant(law: Expression, variable: str) -> MeasuredFormula:
     names = tuple(OPERATIONS[code] for code in law.program)
-    taken = (variable,) * sum(code == VARIABLE for code in law.program)
-    return MeasuredFormula(law.text, names, taken, law.constants)
+    variables = (variable,) * sum(code == VARIABLE for code in law.program)
+    return MeasuredFormula(law.text, names, variables, law.constants)
 
 
 def _laws(element: Any) -> dict[str, Law]:

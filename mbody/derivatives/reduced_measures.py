@@ -25,7 +25,7 @@ from mbody.solution.tracing import Recording, Rule
 from mbody.sweeps.job import MeasuredColumn, reduced
 
 #: Names of functions in formulas by NumPy's.
-SHOWN = {"absolute": "abs", "minimum": "min", "maximum": "max"}
+FORMULA_NAMES = {"absolute": "abs", "minimum": "min", "maximum": "max"}
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def _at_zero(column: MeasuredColumn) -> str:
 
 def _listed(found: set[str]) -> str:
     """Functions by their names in formulas."""
-    return " and ".join(f"'{SHOWN.get(name, name)}'" for name in sorted(found))
+    return " and ".join(f"'{FORMULA_NAMES.get(name, name)}'" for name in sorted(found))
 
 
 def _tied(
@@ -197,8 +197,8 @@ def _tied(
     signs = np.where(values < 0.0, -1.0, 1.0) if column.by == "peak" else np.ones(len(values))
     changes = signs[:, None] * tangents
     top = np.abs(changes).max(initial=0.0)
-    apart = np.abs(changes - changes[0]).max(axis=1, initial=0.0)
-    others = np.flatnonzero(apart > DERIVATIVES_EQUAL * top)
+    difference = np.abs(changes - changes[0]).max(axis=1, initial=0.0)
+    others = np.flatnonzero(difference > DERIVATIVES_EQUAL * top)
     if not len(others):
         return []
     return [

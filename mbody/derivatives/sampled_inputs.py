@@ -229,12 +229,12 @@ class SampledInputs:
         """Set the inputs of a stretch; tangents with theirs."""
         for name in (name for one in self.sampled for name in one.state.controller.sets):
             stretch.inputs[name] = float(self.now[name].value)
-        held = self.now | {
+        inputs = self.now | {
             name: DualNumber(x, np.zeros(self.width))
             for name, x in stretch.inputs.items()
             if name not in self.now
         }
-        rows = [held[name].tangents for name in self.motion.hold]
+        rows = [inputs[name].tangents for name in self.motion.hold]
         return replace(tangents, hold=np.array(rows).reshape(-1, self.width))
 
     def sample(
@@ -285,9 +285,9 @@ class SampledInputs:
         """How all of these move; numbers that move them apart are lost."""
         if not rows:
             return np.zeros(self.width)
-        apart = np.ptp(rows, axis=0) > TIMES_MOVE_ALIKE * np.abs(rows).max(axis=0)
-        self.lost.lose(apart, t, "samples fall together there that move apart")
-        return np.where(apart, 0.0, rows[0])
+        unlike = np.ptp(rows, axis=0) > TIMES_MOVE_ALIKE * np.abs(rows).max(axis=0)
+        self.lost.lose(unlike, t, "samples fall together there that move apart")
+        return np.where(unlike, 0.0, rows[0])
 
     def meet(self, t: float, moving: Array) -> None:
         """Note an instant on which a sample falls that numbers move."""

@@ -144,7 +144,7 @@ def cam_places(cam: CamFollower) -> np.ndarray:
 Array = np.ndarray
 
 #: Instants that are shown.
-SHOWN = 13
+LISTED_INSTANTS = 13
 
 
 @dataclass(frozen=True)
@@ -334,7 +334,12 @@ def _summary(found: CamAnalysis) -> str:
         ]
     )
     last = len(found.t) - 1
-    kept = sorted({round(n * last / (min(SHOWN, last + 1) - 1 or 1)) for n in range(SHOWN)})
+    kept = sorted(
+        {
+            round(n * last / (min(LISTED_INSTANTS, last + 1) - 1 or 1))
+            for n in range(LISTED_INSTANTS)
+        }
+    )
     kept = [k for k in kept if k <= last]
     lines += [
         "",
@@ -486,14 +491,14 @@ class FollowerPath:
     def _excess(self, limit: float | None) -> Callable[[FollowerPath], float]:
         """By how much the limits are exceeded, -1 where they are kept."""
 
-        def found(path: FollowerPath) -> float:
+        def excess(path: FollowerPath) -> float:
             if not path.base_radius() > 0.0 or not path.clearance() > 0.0:
                 return math.inf
             if limit is None:
                 return -1.0
             return float(path.pressure_angle().max()) - limit
 
-        return found
+        return excess
 
     def _pitch(self) -> tuple[Array, Array]:
         """Derivatives of the pitch curve in the cam's axes by θ, rotated back into the ground's."""
@@ -514,10 +519,10 @@ class FollowerPath:
         if self.along:
             c = (np.conj(n) * self.along).real
             return h, -c * self.first, h + c * self.second
-        over, beside = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
+        over, across = (np.conj(n) * self.pivot).real, (np.conj(1j * n) * self.pivot).real
         # dχ/dθ = x′ − 1
         slope = self.first - 1.0
-        rate, rate2 = beside * self.first, beside * self.second - over * self.first**2
+        rate, rate2 = across * self.first, across * self.second - over * self.first**2
         return h, rate / slope, h + (rate2 * slope - rate * self.second) / slope**3
 
 
@@ -534,7 +539,7 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     (40.0, (6.123233995736766e-17+1j))
     """
     follower = joint.j.body
-    held = [
+    guides = [
         one
         for one in run.mechanism.joints
         if set(one.bodies) == {"ground", follower} and isinstance(one, Prismatic | Revolute)
@@ -546,13 +551,13 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
     steady = np.abs(omega).min() > tol.CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
     if (
-        len(held) != 1
+        len(guides) != 1
         or moved > tol.CAM_CENTRE_FIXED * size
         or not steady
         or np.ptp(np.sign(omega))
     ):
         return None
-    (guide,) = held
+    (guide,) = guides
     p = seen - middle
     v, a = place.vx + 1j * place.vy, place.ax + 1j * place.ay
     numbers = run.system.numbers
@@ -768,15 +773,15 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
     for _ in range(ZOOMS):
         values = np.linspace(low, high, GRID)
         try:
-            near = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
+            finer = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
         except SolveError:
             return best
-        found, where = _pressure(near, cam)
+        found, where = _pressure(finer, cam)
         n = int(np.nanargmax(np.abs(found)))
         if abs(found[n]) >= best.value:
             best = CamPlace(float(abs(found[n])), float(where[n]))
         low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
-        pose = pose_at(near, max(n - 1, 0))
+        pose = pose_at(finer, max(n - 1, 0))
     return best
 
 

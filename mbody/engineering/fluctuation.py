@@ -25,7 +25,7 @@ Array = np.ndarray
 
 
 def cycle_revolutions(angle: Array, what: str) -> int:
-    """How many whole revolutions the angles (instants,) [rad] make, both ends included."""
+    """Number of whole revolutions that the angles (instants,) [rad] make, both ends included."""
     steps = np.diff(angle)
     revolutions = abs(angle[-1] - angle[0]) / (2.0 * math.pi) if angle.size else 0.0
     one_way = angle.size > 2 and ((steps > 0.0).all() or (steps < 0.0).all())

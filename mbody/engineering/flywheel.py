@@ -328,11 +328,11 @@ def _over_cycle(run: Solution, found: Fluctuation) -> tuple[Array, Array, Array]
     return angle[0] + sign * fine, np.maximum(curves[0], 0.0), curves[1]
 
 
-def _coefficient(kinetic: Array, gained: Array, held: float) -> tuple[float, Array]:
+def _coefficient(kinetic: Array, gained: Array, flywheel_energy: float) -> tuple[float, Array]:
     """The coefficient of fluctuation with that energy of a flywheel at the mean speed, and the
     speed as a part of its mean; infinite where it would reach zero.
     """
-    carried = held + kinetic
+    carried = flywheel_energy + kinetic
     if not carried.min() > 0.0:
         return math.inf, np.full(kinetic.shape, np.nan)
 

@@ -351,7 +351,7 @@ class ForceBalance(Inherited):
         # a moment is rounding beside what the forces would have at the size of the mechanism
         floor = tol.PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
         parts[2:] = [part if part > floor else 0.0 for part in parts[2:]]
-        shown = table(
+        rows_of_orders = table(
             [
                 Column("GREATEST", ["shaking force", "shaking moment"], text=True),
                 Column("before", [number(parts[0]), number(parts[2])]),
@@ -362,7 +362,7 @@ class ForceBalance(Inherited):
         head = f"{self.conditions} conditions; "
         head += "complete balance" if self.complete else f"{100.0 * self.left:.3g} % is left"
         notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        lines = [self.mechanism.name, "", *rows, "", *shown, "", head, *notes]
+        lines = [self.mechanism.name, "", *rows, "", *rows_of_orders, "", head, *notes]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -700,8 +700,8 @@ def _reason(
             f"{head}: {listed(stuck)} {verb} no way to the ground through pins, so that "
             "counterweights on links balance only a part (contour theorem)"
         )
-    taken = {place.body for place in wanted}
-    others = [body.name for body in system.mechanism.bodies if body.name not in taken]
+    named = {place.body for place in wanted}
+    others = [body.name for body in system.mechanism.bodies if body.name not in named]
     radius = float(np.mean(list(wanted.values())))
     for name in others:
         if _would_do({**wanted, Marker(name, (0.0, 0.0)): radius}, blocks, present):

@@ -149,10 +149,10 @@ def indicator(run: Solution, cylinder: str, *, opposite: bool = False) -> Indica
     vx, vy = second.vx - first.vx, second.vy - first.vy
     place = ux * dx + uy * dy
     speed = ux * vx + uy * vy + body.omega * (ux * dy - uy * dx)
-    near, far = (load.far, load.near) if opposite else (load.near, load.far)
+    head, crank_end = (load.far, load.near) if opposite else (load.near, load.far)
     area = float((load.opposite_area if opposite else load.area) or 0.0)
-    sign = 1.0 if far > near else -1.0
-    volume = area * (load.clearance + sign * (place - near))
+    sign = 1.0 if crank_end > head else -1.0
+    volume = area * (load.clearance + sign * (place - head))
     rate = area * sign * speed
     pairs = zip(place.tolist(), speed.tolist(), strict=True)
     pressure = np.array([load.pressure(*pair, opposite=opposite) for pair in pairs])

@@ -433,12 +433,12 @@ class KennedyLine:
     through: tuple[tuple[str, str], tuple[str, str]]
 
 
-def shown_by_joints(mechanism: Mechanism) -> set[Pair]:
+def centres_of_joints(mechanism: Mechanism) -> set[Pair]:
     """Pairs of bodies whose instant centre a joint shows: a pin, the normal of a guide, a pitch
     point, a point of rolling contact.
 
     >>> import mbody
-    >>> len(shown_by_joints(mbody.makers.four_bar(1, 3, 2, 3.5)))
+    >>> len(centres_of_joints(mbody.makers.four_bar(1, 3, 2, 3.5)))
     4
     """
     kinds = Revolute, Prismatic, Fixed, Gear, RackPinion, Rolling
@@ -461,7 +461,7 @@ def kennedy_lines(
     """
     pairs = [one.bodies for one in centres.pairs]
     at = {frozenset(one.bodies): one.homogeneous(centres.length)[instant] for one in centres.pairs}
-    known = shown_by_joints(mechanism)
+    known = centres_of_joints(mechanism)
     found: list[KennedyLine] = []
     while True:
         new = []
@@ -489,10 +489,10 @@ def _crossing(lines: dict[str, np.ndarray]) -> tuple[float, tuple[str, ...]]:
     names, whole = list(lines), np.array(list(lines.values()))
     sizes = np.linalg.norm(whole, axis=1)
     units = whole / np.maximum(sizes, tol.TINY)[:, None]
-    apart = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
+    sines = np.linalg.norm(np.cross(units[:, None], units[None, :]), axis=2)
     # lines through centres that are one point, or of which one is missing, are none
     sound = sizes > tol.LINES_PARALLEL
-    apart = np.where(np.triu(sound[:, None] & sound, 1), apart, 0.0)
-    one, other = np.unravel_index(int(np.argmax(apart)), apart.shape)
-    best = float(apart[one, other])
+    sines = np.where(np.triu(sound[:, None] & sound, 1), sines, 0.0)
+    one, other = np.unravel_index(int(np.argmax(sines)), sines.shape)
+    best = float(sines[one, other])
     return best, (names[one], names[other]) if best > 0.0 else ()

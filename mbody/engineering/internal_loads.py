@@ -189,7 +189,7 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
                 names = [
                     name
                     for name in link.points
-                    if _apart((x, y), at.point(f"{link.name}.{name}"))
+                    if _distance((x, y), at.point(f"{link.name}.{name}"))
                     <= tol.POINT_SAME * run.system.length
                 ]
                 for name in names[:1]:
@@ -204,7 +204,7 @@ def _ends(run: Solution, link: Body) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _apart(a: Any, b: Any) -> float:
+def _distance(a: Any, b: Any) -> float:
     return float(np.hypot(a[0] - b[0], a[1] - b[1]))
 
 
@@ -262,8 +262,8 @@ def _numbered(row: Any) -> list[tuple[Wrench, int]]:
 
 
 def _acting_at(run: Solution, body: str, name: str) -> tuple[Array, Array]:
-    """Where a load or a driver acts on a body, world axes: at its place there; a couple at the pin
-    that joins its two bodies; else at the mass centre.
+    """Point at which a load or a driver acts on a body, world axes: at its place there; a couple at
+    the pin that joins its two bodies; else at the mass centre.
     """
     element: Any = run.mechanism[name]
     own = [

@@ -141,11 +141,11 @@ def relative_path(
     """
     seen = run[relative_to]
     into, rotation = np.exp(-1j * seen.angle), 1j * seen.omega
-    apart = moving.x - seen.x + 1j * (moving.y - seen.y)
+    offset = moving.x - seen.x + 1j * (moving.y - seen.y)
     rate = moving.vx - seen.vx + 1j * (moving.vy - seen.vy)
     second = moving.ax - seen.ax + 1j * (moving.ay - seen.ay)
-    second = second - 2.0 * rotation * rate - (1j * seen.alpha + seen.omega**2) * apart
-    return into * apart, into * (rate - rotation * apart), into * second
+    second = second - 2.0 * rotation * rate - (1j * seen.alpha + seen.omega**2) * offset
+    return into * offset, into * (rate - rotation * offset), into * second
 
 
 def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotion:

@@ -81,14 +81,14 @@ def path_curvature(
     """
     run = as_solution(run)
     check_moving(run, "the curvature of a path is")
-    apart, v, a = relative_path(run, run.point(place), relative_to)
+    position, v, a = relative_path(run, run.point(place), relative_to)
     speed = np.abs(v)
     speed = np.where(speed > RATE_NONE_COORDINATE * speed.max(initial=0.0), speed, np.nan)
     curvature = (np.conj(v) * a).imag / speed**3
     bent = np.where(np.abs(curvature) * run.system.length > CURVATURE_NONE, curvature, np.nan)
     # numbers that are none stand for cusps and straight paths
     with np.errstate(divide="ignore", invalid="ignore"):
-        centre = apart + 1j * v / speed / bent
+        centre = position + 1j * v / speed / bent
         radius = 1.0 / np.abs(curvature)
     return PathCurvature(curvature, radius, centre.real, centre.imag, **inherited(run))
 

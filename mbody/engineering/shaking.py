@@ -487,14 +487,14 @@ class ShakingOrders(Inherited):
         unit = self.run.mechanism.units
         floor = tol.FORCE_NONE * self.size
         moment_floor = floor * self.run.system.length
-        shown = [
+        listed_orders = [
             k
             for k in range(len(self.orders))
             if self.force[k] > floor
             or self.moment[k] > moment_floor
             or self.orders[k] in (1.0, 2.0)
         ]
-        columns = [Column("ORDER", [f"{self.orders[k]:g}" for k in shown])]
+        columns = [Column("ORDER", [f"{self.orders[k]:g}" for k in listed_orders])]
         for title, values, least, dimension in (
             ("fx", self.fx, floor, unit.force),
             ("fy", self.fy, floor, unit.force),
@@ -502,7 +502,7 @@ class ShakingOrders(Inherited):
             ("against it", np.abs(self.backward), floor, unit.force),
             ("moment", self.moment, moment_floor, unit.of("torque")),
         ):
-            columns.append(Column(title, numbers(values[shown], least), dimension))
+            columns.append(Column(title, numbers(values[listed_orders], least), dimension))
         force, moment = (
             part if part > least else 0.0
             for part, least in zip(self.peak, (floor, moment_floor), strict=True)

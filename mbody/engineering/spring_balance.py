@@ -113,7 +113,9 @@ class SpringBalance(Inherited):
             [
                 Column("GREATEST EFFORT", drivers, text=True),
                 Column("before", [number(_peak(self.before[name])) for name in drivers]),
-                Column("after", [_shown(_peak(self.after[name]), floor) for name in drivers]),
+                Column(
+                    "after", [_number_above(_peak(self.after[name]), floor) for name in drivers]
+                ),
                 Column(
                     "unit",
                     [unit.of("torque" if angular[name] else "force") for name in drivers],
@@ -405,7 +407,7 @@ def _peak(effort: Array) -> float:
     return float(np.abs(effort).max(initial=0.0))
 
 
-def _shown(value: float, floor: float) -> str:
+def _number_above(value: float, floor: float) -> str:
     return number(value if value > floor else 0.0)
 
 

@@ -88,8 +88,8 @@ class _Pair:
         self.run, self.at, self.element = run, reading(system), element
         self.angle_i, self.w_i, self.a_i = self.rotation(i.body)
         self.angle_j, self.w_j, self.a_j = self.rotation(j.body)
-        near, far = self.place("i", i), self.place("j", j)
-        self.d, self.v, self.a = (b - a for a, b in zip(near, far, strict=True))
+        at_i, at_j = self.place("i", i), self.place("j", j)
+        self.d, self.v, self.a = (b - a for a, b in zip(at_i, at_j, strict=True))
 
     def rotation(self, body: str) -> tuple[Array, Array, Array]:
         one = self.run[body]
@@ -126,7 +126,7 @@ class _Pair:
         sizes = np.hypot(*self.a) + 2.0 * np.abs(w) * np.hypot(*self.v)
         return first, second, size, sizes + (np.abs(alpha) + w * w) * np.hypot(*self.d)
 
-    def apart(self) -> Rates:
+    def distance(self) -> Rates:
         """Derivatives of |Δ|."""
         length = np.hypot(*self.d)
         e = self.d / length
@@ -164,7 +164,7 @@ def _of_joint(pair: _Pair, joint: Any) -> list[Rates]:
         size = np.abs(ri * pair.w_i) + np.abs(rj * pair.w_j)
         sizes = np.abs(ri * pair.a_i) + np.abs(rj * pair.a_j) + size * size / abs(whole)
         rows = [(rolled, change, size, sizes)]
-        return rows if isinstance(joint, Gear) else [pair.apart(), *rows]
+        return rows if isinstance(joint, Gear) else [pair.distance(), *rows]
     radius = float(number[f"{joint.name}.radius"])
     line = pair.angle_i + pair.beta("i")
     first, second, size, sizes = pair.along(line, pair.w_i, pair.a_i)
@@ -185,7 +185,7 @@ def _cam(pair: _Pair, joint: CamFollower) -> Rates:
         angle = face
         omega, more = pair.w_j - pair.w_i, pair.a_j - pair.a_i
     else:
-        rates = pair.apart()
+        rates = pair.distance()
         angle = np.arctan2(pair.d[1], pair.d[0])
         omega, more = pair.polar()
         omega, more = omega - pair.w_i, more - pair.a_i
@@ -210,7 +210,7 @@ def _of_term(system: System, run: Solution, coupling: Any, n: int) -> Rates:
     else:
         pair = _TermPair(system, run, coupling, n)
         if term.distance is not None:
-            rates = pair.apart()
+            rates = pair.distance()
         else:
             line = pair.angle_i + pair.beta("i")
             rates = pair.along(line, pair.w_i, pair.a_i)
@@ -237,7 +237,7 @@ class _TermPair(_Pair):
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """The balance of forces and of power for a result."""
     run, notes = without_pressing_stops(run)
-    loads, taken = _loads(system, run)
+    loads, adopted = _loads(system, run)
     n, count = len(system.mechanism.bodies), len(run)
     mass = reading(system).masses
     motion = np.zeros((3, count, n, 3))
@@ -274,8 +274,8 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
         expected["torque"] = BALANCE_EXPECTED + ratio
         reasons["torque"] = "contacts of a step act in its middle, bodies are at its end"
     rows = comparison.rows(expected, reasons)
-    if taken:
-        notes.append(f"taken from our result as forces: {listed(taken)}")
+    if adopted:
+        notes.append(f"taken from our result as forces: {listed(adopted)}")
     return CrosscheckResult("balance", tuple(rows), (), tuple(notes))
 
 
@@ -284,7 +284,7 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     loads, names = system.mechanism.loads, [body.name for body in system.mechanism.bodies]
     mass = reading(system).masses[:, 0]
     found = np.zeros((len(run), len(names), 3))
-    taken = [
+    adopted = [
         one.name
         for one in loads
         if not has_force_law(one) and (type(one) is not Gravity or follows_formula(one))
@@ -302,12 +302,12 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
             if has_force_law(load):
                 for body, wrench in wrenches(system, load, poses, t).items():
                     found[k, names.index(body)] += wrench
-        if taken:
+        if adopted:
             whole = each_load_of(run, k)
             for n, load in enumerate(loads):
-                if load.name in taken:
+                if load.name in adopted:
                     found[k] += whole[n]
-    return found, taken
+    return found, adopted
 
 
 def _passed_in_a_step(run: Solution) -> Array:

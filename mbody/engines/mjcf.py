@@ -255,9 +255,9 @@ class Document:
         self.origin[name] = place
         (px, py, rotation), (x, y, theta) = self.pose[parent], self.pose[own]
         ox, oy = self.origin[parent]
-        far = placed(x, y, theta, place)
-        near = placed(px, py, rotation, (ox, oy))
-        dx, dy = far[0] - near[0], far[1] - near[1]
+        frame = placed(x, y, theta, place)
+        parent_frame = placed(px, py, rotation, (ox, oy))
+        dx, dy = frame[0] - parent_frame[0], frame[1] - parent_frame[1]
         c, s = math.cos(rotation), math.sin(rotation)
         half = 0.5 * (theta - rotation)
         made = ET.SubElement(
@@ -425,9 +425,9 @@ class ClosureWriter:
     def _under_pin(self, joint: Joint, i: MarkerFrame, j: MarkerFrame) -> MarkerFrame:
         """The place of a slot that coincides with its pin at the start."""
         x, y, theta = self.document.pose[joint.i.body]
-        near, far = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
+        at_i, at_j = placed(x, y, theta, (i.x, i.y)), (j.x, j.y)
         c, s = math.cos(theta + i.angle), math.sin(theta + i.angle)
-        along = c * (far[0] - near[0]) + s * (far[1] - near[1])
+        along = c * (at_j[0] - at_i[0]) + s * (at_j[1] - at_i[1])
         return MarkerFrame(
             i.x + along * math.cos(i.angle), i.y + along * math.sin(i.angle), i.angle
         )
@@ -466,13 +466,13 @@ class ClosureWriter:
         pins = [joint for joint in self.machine.joints if type(joint) is Revolute]
         while pending:
             name, (x, y) = pending.pop()
-            for joint, own, far in ((one, *ends) for one in pins for ends in ("ij", "ji")):
-                on, to = getattr(joint, own).body, getattr(joint, far).body
+            for joint, own, other in ((one, *ends) for one in pins for ends in ("ij", "ji")):
+                on, to = getattr(joint, own).body, getattr(joint, other).body
                 px, py = self.system.numbers.arm(joint, own)
-                near = abs(px - x) + abs(py - y) <= tol.POINT_SAME * self.system.length
-                if on == name and near and to not in found:
+                at_place = abs(px - x) + abs(py - y) <= tol.POINT_SAME * self.system.length
+                if on == name and at_place and to not in found:
                     found.add(to)
-                    pending.append((to, self.system.numbers.arm(joint, far)))
+                    pending.append((to, self.system.numbers.arm(joint, other)))
         return found
 
     def _couple_angles(self, element: Element, terms: Sequence[tuple[float, str, str]]) -> None:

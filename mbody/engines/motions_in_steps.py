@@ -31,7 +31,7 @@ Array = np.ndarray
 #: Steps of the longest length over the whole motion, and instants that are compared, at most.
 STEPS, SAMPLES = 1000, 40
 #: Lengths of one group, in parts of the first; and of the groups, of which the last is the finest.
-APART, GROUPS = (1.0, 0.83, 0.71), (1.0, 0.5, 0.25)
+STEP_LENGTHS, GROUPS = (1.0, 0.83, 0.71), (1.0, 0.5, 0.25)
 #: Times by which our result may be farther from that of the finest steps than those of all lengths
 #: are from each other: the error is a third of that by order 1, the same by order ½.
 MARGIN = {1.0: 1.5, 0.5: 3.0}
@@ -54,9 +54,9 @@ class StepwiseCheck:
     """Compares our motion with one in steps."""
 
     def __init__(
-        self, run: Solution, last: float, engine: str, *, order: float, near: float
+        self, run: Solution, last: float, engine: str, *, order: float, time_tolerance: float
     ) -> None:
-        self.run, self.engine, self.order, self.near = run, engine, order, near
+        self.run, self.engine, self.order, self.time_tolerance = run, engine, order, time_tolerance
         there = np.flatnonzero((run.t > run.t[0]) & (run.t <= last))
         picked = np.linspace(0, len(there) - 1, min(len(there), SAMPLES)).round().astype(int)
         self.instants = there[np.unique(picked)] if len(there) else there
@@ -77,7 +77,8 @@ class StepwiseCheck:
             return [], [Inexpressible("motion", why)], []
         longest = float(self.times[-1] - self.times[0]) / STEPS
         groups = [
-            [integrate(self.counts(part * group * longest)) for part in APART] for group in GROUPS
+            [integrate(self.counts(part * group * longest)) for part in STEP_LENGTHS]
+            for group in GROUPS
         ]
         motions = [one for group in groups for one in group]
         motions += [coarse(self.counts(longest))] if coarse else []
@@ -122,11 +123,11 @@ class StepwiseCheck:
                 if not seen.any():
                     blind.append(name)
                     continue
-                apart = np.abs(mine - finest[:, b, part]) / top
-                k = int(np.argmax(np.where(seen, apart / expected, -1.0)))
+                difference = np.abs(mine - finest[:, b, part]) / top
+                k = int(np.argmax(np.where(seen, difference / expected, -1.0)))
                 pair = float(mine[k]), float(finest[k, b, part])
                 why = f"its steps, of order {self.order:g}: how far those of all lengths are apart"
-                rows.append(Row(name, *pair, float(apart[k]), float(expected[k]), why))
+                rows.append(Row(name, *pair, float(difference[k]), float(expected[k]), why))
         most = f"{tol.COMPARISON_BLIND:.0%}"
         why = f"steps of {self.engine} of several lengths differ by more than {most}"
         return rows, [Inexpressible(name, why) for name in blind]
@@ -140,8 +141,8 @@ class StepwiseCheck:
                 continue
             theirs = list(zip(*(one.modes[contact.name] for one in motions), strict=True))
             changes = [float(self.run.t[0]), *(one.t for one in self.run.events if one.contact)]
-            near = [
-                any(abs(t - change) <= self.near * span for change in changes)
+            at_change = [
+                any(abs(t - change) <= self.time_tolerance * span for change in changes)
                 for t in self.times[1:].tolist()
             ]
             modes, press = self.run.mode(contact.name), self.run.contact(contact.name)
@@ -150,7 +151,7 @@ class StepwiseCheck:
             unloaded = np.abs(press) <= tol.FORCE_NONE * np.abs(press).max()
             certain = [
                 (mine, said[0])
-                for mine, said, close, k in zip(ours, theirs, near, self.instants, strict=True)
+                for mine, said, close, k in zip(ours, theirs, at_change, self.instants, strict=True)
                 if len(set(said)) == 1 and said[0] and not close
                 if mine == "open" or not unloaded[k]
             ]
@@ -183,7 +184,7 @@ def _alike(ours: str, theirs: str, contact: Any) -> bool:
 
 
 def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:
-    """When contacts with restitution, or friction too `with_friction`, are struck."""
+    """Times at which contacts with restitution, or friction too `with_friction`, are struck."""
     fields = ("restitution", "friction") if with_friction else ("restitution",)
     values = run.system.values
     those = {
@@ -195,8 +196,8 @@ def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:
 
 
 def first_of_several(run: Solution) -> float | None:
-    """When something first strikes with restitution while it, or what it strikes, touches others:
-    which of them begins then depends on rounding, and the motion after it on which.
+    """Times at which something first strikes with restitution while it, or what it strikes, touches
+    others: which of them begins then depends on rounding, and the motion after it on which.
     """
     contacts = {one.name: one for one in run.mechanism.contacts}
     struck = set(strikes(run))
@@ -206,8 +207,8 @@ def first_of_several(run: Solution) -> float | None:
         before = int(np.searchsorted(run.t, event.t)) - 1
         own = set(contacts[event.contact].bodies) - {"ground"}
         for other in contacts.values():
-            beside = other.name != event.contact and own & set(other.bodies)
-            if beside and before >= 0 and run.mode(other.name)[before] != "open":
+            shares_body = other.name != event.contact and own & set(other.bodies)
+            if shares_body and before >= 0 and run.mode(other.name)[before] != "open":
                 return event.t
     return None
 
@@ -232,10 +233,12 @@ def by_newtons_law(system: System, run: Solution) -> float:
         )
     except (ModelError, SolveError):
         return strikes(run)[0]
-    apart = np.zeros(len(run))
+    difference = np.zeros(len(run))
     for body in run.mechanism.bodies:
         mine, theirs = run[body.name], again[body.name]
         for key, unit in (("x", system.length), ("y", system.length), ("angle", 1.0)):
-            apart = np.maximum(apart, np.abs(getattr(mine, key) - getattr(theirs, key)) / unit)
-    differs = np.flatnonzero(apart > tol.COMPARISON_IMPACTS_SAME)
+            difference = np.maximum(
+                difference, np.abs(getattr(mine, key) - getattr(theirs, key)) / unit
+            )
+    differs = np.flatnonzero(difference > tol.COMPARISON_IMPACTS_SAME)
     return float(run.t[differs[0] - 1]) if len(differs) else float(run.t[-1])

@@ -217,7 +217,7 @@ def _displacement(branch: Branch, run: Solution) -> tuple[Any, Any, Any]:
         _point_motion(pose, at) for pose, at in ((parent, branch.on_parent), (body, branch.on_body))
     ]
     (dx, dy), (dvx, dvy), (dax, day) = (
-        tuple(far - near for near, far in zip(a, b, strict=True))
+        tuple(at_j - at_i for at_i, at_j in zip(a, b, strict=True))
         for a, b in zip(*ends, strict=True)
     )
     direction = parent.angle + branch.on_parent.angle
@@ -320,9 +320,9 @@ class _PointPair:
 
     def __init__(self, i: str, j: str, at_i: MarkerFrame, at_j: MarkerFrame, bodies: Any) -> None:
         self.i, self.j, self.a, self.b = i, j, bodies[i], bodies[j]
-        self.near = self.a.place + self.a.relative_position(at_i)
+        self.place_on_i = self.a.place + self.a.relative_position(at_i)
         self.place = self.b.place + self.b.relative_position(at_j)
-        self.d = self.place - self.near
+        self.d = self.place - self.place_on_i
         # the point of body i that coincides with the place on j
         relative = self.place - self.a.place, self.place - self.b.place
         self.v = self.b.velocity_at(relative[1]) - self.a.velocity_at(relative[0])

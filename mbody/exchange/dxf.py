@@ -341,9 +341,9 @@ def _written(ezdxf: Any, parts: list[PartOutline], width: float, scale: float, u
     document.layers.add(MARKS, color=8)
     extents = importlib.import_module("ezdxf.bbox").extents
     space, across, gap = document.modelspace(), 0.0, width * scale
-    taken = {MARKS.lower(), "0", "defpoints"}
+    used = {MARKS.lower(), "0", "defpoints"}
     for n, part in enumerate(parts):
-        layer = _layer(part.name, taken)
+        layer = _layer(part.name, used)
         document.layers.add(layer, color=1 + n % 6)
         block = document.blocks.new(layer)
         _draw(block, part, layer, scale)
@@ -359,12 +359,12 @@ def _written(ezdxf: Any, parts: list[PartOutline], width: float, scale: float, u
     return stream.getvalue()
 
 
-def _layer(name: str, taken: set[str]) -> str:
+def _layer(name: str, used: set[str]) -> str:
     """A name that a layer may have."""
     plain = re.sub(r'[<>/\\":;?*|=`,]', "_", name)
-    while plain.lower() in taken:
+    while plain.lower() in used:
         plain += "_"
-    taken.add(plain.lower())
+    used.add(plain.lower())
     return plain
 
 

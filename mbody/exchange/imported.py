@@ -189,18 +189,18 @@ class DrawnLinkage:
 
     def gears(self, label: str, i: str, j: str, centres: tuple[Place, Place], touch: Place) -> None:
         """Two wheels whose pitch circles touch at a place of the line of their centres."""
-        (a, b), apart = centres, math.dist(*centres)
+        (a, b), distance = centres, math.dist(*centres)
         radii = math.dist(a, touch), math.dist(b, touch)
         size = max(radii)
-        internal = abs(abs(radii[0] - radii[1]) - apart) <= FILE_PLACES_SAME * size
-        if not internal and abs(sum(radii) - apart) > FILE_PLACES_SAME * size:
+        internal = abs(abs(radii[0] - radii[1]) - distance) <= FILE_PLACES_SAME * size
+        if not internal and abs(sum(radii) - distance) > FILE_PLACES_SAME * size:
             raise refusal(
                 f"the gear joint {label}",
                 f"it is {radii[0]:g} and {radii[1]:g} from the centres of {i} and {j}, which are "
-                f"{apart:g} apart: it must be where the pitch circles touch, on the line of the "
+                f"{distance:g} apart: it must be where the pitch circles touch, on the line of the "
                 "centres",
             )
-        if not apart > FILE_PLACES_SAME * size or min(radii) <= FILE_PLACES_SAME * size:
+        if not distance > FILE_PLACES_SAME * size or min(radii) <= FILE_PLACES_SAME * size:
             raise refusal(f"the gear joint {label}", "wheels about one place do not touch")
         places = self.point(i, f"{label}_i", a), self.point(j, f"{label}_j", b)
         phase = math.atan2(b[1] - a[1], b[0] - a[0])

@@ -270,12 +270,12 @@ class _DrawingReader:
     def _on_line(self, connector: _Connector, start: Place, angle: float) -> None:
         """Refuse a slider that is drawn beside its line."""
         x, y = connector.at[0] - start[0], connector.at[1] - start[1]
-        beside = abs(y * math.cos(angle) - x * math.sin(angle))
+        distance = abs(y * math.cos(angle) - x * math.sin(angle))
         size = max(math.dist(a.at, b.at) for a in self.connectors.values() for b in [connector])
-        if beside > FILE_RADII_SAME * size:
+        if distance > FILE_RADII_SAME * size:
             raise refusal(
                 connector.name,
-                f"it is drawn {beside:g} {self.made.length_unit} beside the line of its limits",
+                f"it is drawn {distance:g} {self.made.length_unit} beside the line of its limits",
             )
 
     def _centre(self, connector: _Connector, a: Place, b: Place, radius: float) -> Place:

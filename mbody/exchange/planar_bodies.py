@@ -446,12 +446,12 @@ class _Planar:
         return f"{self.names[body]}.{name}"
 
     def _body_names(self) -> dict[int, str]:
-        names, taken = {0: "ground"}, {"ground", "gravity"}
+        names, used = {0: "ground"}, {"ground", "gravity"}
         for body in range(1, self.model.nbody):
             wanted = self.name("BODY", body)
-            while wanted in taken:
+            while wanted in used:
                 wanted += "_"
-            taken.add(wanted)
+            used.add(wanted)
             names[body] = wanted
         return names
 

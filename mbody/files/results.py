@@ -27,7 +27,7 @@ from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import certificate, heading, unit_symbols
-from mbody.solution.histories import EventRecord, one_design, shown_states
+from mbody.solution.histories import EventRecord, one_design, reported_states
 from mbody.solution.measures import found_by, measured
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def _loads(solution: Solution, in_unit: Callable[[Any], np.ndarray]) -> dict[str
 def _signals(solution: Solution, angle: str) -> dict[str, Any]:
     """Histories of inputs and of auxiliary states, with their units, where there are some."""
     machine = solution.mechanism
-    own = {"inputs": machine.inputs, "states": shown_states(machine)}
+    own = {"inputs": machine.inputs, "states": reported_states(machine)}
     return {
         key: {
             one.name: {"unit": unit, "values": _list(values)}

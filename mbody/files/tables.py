@@ -18,7 +18,7 @@ from mbody.model.contact import joined
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import certificate
-from mbody.solution.histories import auxiliary_history, one_design, shown_states
+from mbody.solution.histories import auxiliary_history, one_design, reported_states
 from mbody.solution.measures import found_by, measured, prescribed_rate
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ def own_column(solution: Solution, element: Any, angle: str = "rad") -> tuple[np
 def _signals(solution: Solution, angle: str) -> dict[str, np.ndarray]:
     """Inputs and auxiliary states."""
     found = {}
-    for one in (*solution.mechanism.inputs, *shown_states(solution.mechanism)):
+    for one in (*solution.mechanism.inputs, *reported_states(solution.mechanism)):
         values, unit = own_column(solution, one, angle)
         found[f"{one.name} [{unit}]" if unit else one.name] = values
     return found

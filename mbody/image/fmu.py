@@ -317,21 +317,21 @@ def _units(variables: list[UnitVariable]) -> list[str]:
         si = si_unit(one.unit)
         if not si.name:
             continue
-        shown = found.setdefault(si.name, (si, {}))[1]
-        name = _shown(one.unit)
+        display_units = found.setdefault(si.name, (si, {}))[1]
+        name = _display_unit(one.unit)
         if name:
-            shown[name] = si_unit(name).factor
+            display_units[name] = si_unit(name).factor
     lines = ["  <UnitDefinitions>"]
-    for name, (si, shown) in found.items():
+    for name, (si, display_units) in found.items():
         lines += [f"    <Unit name={quoteattr(name)}>", f"      <BaseUnit{_base(si.dimension)}/>"]
-        for text, factor in shown.items():
+        for text, factor in display_units.items():
             given = {"name": text, "factor": repr(1.0 / factor)}
             lines.append(f"      <DisplayUnit{_attributes(given)}/>")
         lines.append("    </Unit>")
     return [*lines, "  </UnitDefinitions>"]
 
 
-def _shown(unit: str) -> str:
+def _display_unit(unit: str) -> str:
     """In which unit a variable is shown: the model's own, angles in degrees; empty: in SI."""
     if unit == "rad":
         return "deg"
@@ -353,12 +353,12 @@ def _base(dimension: Dimension) -> str:
 
 def _in_units(one: UnitVariable) -> dict[str, Any]:
     """Start and units of a variable."""
-    si, shown = si_unit(one.unit), _shown(one.unit)
+    si, display_unit = si_unit(one.unit), _display_unit(one.unit)
     found: dict[str, Any] = {} if one.start is None else {"start": repr(float(one.start))}
     if si.name:
         found["unit"] = si.name
-        if shown:
-            found["displayUnit"] = shown
+        if display_unit:
+            found["displayUnit"] = display_unit
     return found
 
 
@@ -473,7 +473,7 @@ def to_fmu(
         raise ModelError(f"units are of FMI {known}, not {brief(version)}: give one of them")
     system = as_system(model)
     image = to_image(system, 2, ("free",))
-    variables = tuple(_told_apart(_variables(system, image)))
+    variables = tuple(_with_distinct_names(_variables(system, image)))
     files = fmu_binaries() if binaries is None else binaries
     identifier = _identifier(system.mechanism.name if name is None else name)
     text = description(version, _facts(system, image, identifier), variables)
@@ -512,7 +512,7 @@ def _identifier(name: str) -> str:
 def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
     """Every entry of the image that is a variable; of an auxiliary state and an input, one."""
     about = image.manifest
-    taken = {*about["inputs"], *about["states"]}
+    signals = {*about["inputs"], *about["states"]}
     constants = {f"{name}.value" for name in about["inputs"]}
     measured = {one["name"]: one["of"] for one in about["measures"]}
     for reference, entry in enumerate(image.entries):
@@ -527,12 +527,12 @@ def _variables(system: System, image: ModelImage) -> Iterable[UnitVariable]:
         elif entry.kind == STATE_ENTRY:
             rate = f"auxiliary state, integrated with the motion: {_rate(system, one)}"
             yield UnitVariable(reference, one, STATE, unit, _start(image, entry), rate)
-        elif entry.kind == MEASURE_ENTRY and one not in taken:
+        elif entry.kind == MEASURE_ENTRY and one not in signals:
             text = "" if measured[one] == one else measured[one]
             yield UnitVariable(reference, one, OUTPUT, unit, None, text)
 
 
-def _told_apart(variables: Iterable[UnitVariable]) -> Iterable[UnitVariable]:
+def _with_distinct_names(variables: Iterable[UnitVariable]) -> Iterable[UnitVariable]:
     """Variables with distinct names: where a parameter and a measure have one name, the later one
     has its kind appended.
     """

@@ -382,7 +382,7 @@ def _wanted(instant: Solution) -> Iterator[tuple[str, str, Any]]:
 
 
 def _misfit(instant: Solution, joint: Joint) -> tuple[Any, Dimension, str]:
-    """How far a joint is from where it fits, which others decide."""
+    """Misfit of a joint, which others decide."""
     found, fitting = joint.fit(*ends(instant, joint))
     return found - fitting, DIMENSIONS["length"], ""
 
@@ -575,7 +575,7 @@ def enter_free(
         "notes": [*_notes(system), *integration.notes],
         "rtol": request.settings.rtol,
         "times": [first, last],
-        "every": _apart(system, last - first),
+        "every": _interval(system, last - first),
     }
 
 
@@ -600,7 +600,7 @@ def _request(
     return start, state, request
 
 
-def _apart(system: System, whole: float) -> float:
+def _interval(system: System, whole: float) -> float:
     """How far apart the instants of the description are, however many the image keeps."""
     own = system.mechanism.simulation
     if own is not None and own.every is not None:

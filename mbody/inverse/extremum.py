@@ -127,7 +127,7 @@ class Profile:
         return row
 
     @property
-    def found(self) -> Array:
+    def evaluated(self) -> Array:
         """Which samples have values."""
         return np.isfinite(self.y[:, -1])
 
@@ -135,7 +135,7 @@ class Profile:
     def allowed(self) -> Array:
         """At which samples all side conditions hold."""
         margins = self.y[:, :-1] >= -tol.ROW_HOLDS * self.size[:, :-1] - self.noise[:-1]
-        good: Array = self.found & margins.all(axis=1)
+        good: Array = self.evaluated & margins.all(axis=1)
         return good
 
     def _off(self) -> Array:
@@ -146,8 +146,8 @@ class Profile:
         if len(self.x) < 5:
             return off
         k = np.arange(2, len(self.x) - 2)
-        near = np.stack([k - 2, k - 1, k + 1, k + 2])
-        x, y = self.x[near] - self.x[k], self.y[near]
+        neighbours = np.stack([k - 2, k - 1, k + 1, k + 2])
+        x, y = self.x[neighbours] - self.x[k], self.y[neighbours]
         weights = np.ones((4, len(k)))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             for a, b in itertools.permutations(range(4), 2):
@@ -163,8 +163,8 @@ class Profile:
         with np.errstate(invalid="ignore"):
             part = np.abs(fitted - self.y[k]) / (spread + floor / tol.EXTREMUM_CUBIC_ROUGH)
         # places that nearly coincide show nothing
-        apart = np.abs(x).min(axis=0) > tol.EXTREMUM_SPACING_FINEST**2 * self.spacing
-        off[2:-2] = np.where(apart, np.nan_to_num(part).max(axis=1), 0.0)
+        resolved = np.abs(x).min(axis=0) > tol.EXTREMUM_SPACING_FINEST**2 * self.spacing
+        off[2:-2] = np.where(resolved, np.nan_to_num(part).max(axis=1), 0.0)
         return off
 
     def _refine(self) -> None:
@@ -173,7 +173,7 @@ class Profile:
             unresolved = np.flatnonzero(self._off() > tol.EXTREMUM_CUBIC_ROUGH)
             left = np.union1d(unresolved - 1, unresolved)
             wide = np.diff(self.x)[left] > tol.EXTREMUM_SPACING_FINEST * self.spacing
-            known = self.found[left] & self.found[left + 1]
+            known = self.evaluated[left] & self.evaluated[left + 1]
             left = left[wide & known]
             if not left.size:
                 return
@@ -192,11 +192,11 @@ class Profile:
 
     def _edges(self) -> None:
         """Find to rounding where values begin to fail."""
-        k = np.flatnonzero(self.found[1:] != self.found[:-1])
-        sides = np.where(self.found[k], k, k + 1), np.where(self.found[k], k + 1, k)
+        k = np.flatnonzero(self.evaluated[1:] != self.evaluated[:-1])
+        sides = np.where(self.evaluated[k], k, k + 1), np.where(self.evaluated[k], k + 1, k)
         width = self.spacing
-        for far, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
-            good = far
+        for outside, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
+            good = outside
             while abs(good - bad) > tol.EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
                 middle = 0.5 * (good + bad)
                 if middle in (good, bad):
@@ -205,17 +205,19 @@ class Profile:
                     good = middle
                 else:
                     bad = middle
-            if good == far:  # a bound of the number itself, as zero of a mass
+            if good == outside:  # a bound of the number itself, as zero of a mass
                 continue
-            sign = math.copysign(width, far - bad)
-            near = good + sign * np.concatenate([tol.EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)])
-            self.add(np.append(near[(near - far) * sign <= 0.0], good))
+            sign = math.copysign(width, outside - bad)
+            trials = good + sign * np.concatenate(
+                [tol.EXTREMUM_EDGE_NEAR, 10.0 ** np.arange(-9, 0)]
+            )
+            self.add(np.append(trials[(trials - outside) * sign <= 0.0], good))
             self.edges[good] = self._end(good, sign)
 
     def _end(self, edge: float, width: float) -> str:
         """Whether values grow without bound towards an edge, by how fast they grow."""
-        far, middle, near = (self.at(edge + part * width)[-1] for part in tol.EXTREMUM_EDGE_NEAR)
-        if near > middle > far and near - middle > 0.7 * (middle - far):
+        outer, middle, inner = (self.at(edge + part * width)[-1] for part in tol.EXTREMUM_EDGE_NEAR)
+        if inner > middle > outer and inner - middle > 0.7 * (middle - outer):
             return ENDLESS
         return OPEN
 
@@ -288,7 +290,7 @@ class Profile:
 
     # -- greatest values -----------------------------------------------------------------------
 
-    def best(self, near: float) -> Best | None:
+    def best(self, wanted: float) -> Best | None:
         """Where the last column is greatest, of equal ones the nearest to a place; None where no
         sample is allowed.
         """
@@ -305,7 +307,7 @@ class Profile:
             if good[int(np.searchsorted(self.x, x))]:
                 return Best(x, top, ENDLESS)
         equal = np.flatnonzero(y >= top - self._floor)
-        k = int(equal[np.abs(self.x[equal] - near).argmin()])
+        k = int(equal[np.abs(self.x[equal] - wanted).argmin()])
         while y[max(k - 1, 0) : k + 2].max() > y[k]:
             k = int(max(k - 1, 0) + y[max(k - 1, 0) : k + 2].argmax())
         x = float(self.x[k])
@@ -469,7 +471,7 @@ class _Range:
 def extremum(
     one: SearchVariable, values: Values, derivatives: Derivatives, noise: Array
 ) -> Extremum:
-    """Where the last column is greatest while no other is negative. `noise` (columns,)."""
+    """Place at which the last column is greatest while no other is negative. `noise` (columns,)."""
     for width in REVOLUTIONS if one.angle else WIDTHS:
         space = _Range(one, width)
         profile = space.profile(values, derivatives, noise)
@@ -495,7 +497,7 @@ def extremum(
 def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
     """Unknowns close to an edge of the range, towards its inside: see `Extremum.inwards`."""
     k = int(np.searchsorted(profile.x, edge))
-    below = k > 0 and bool(profile.found[k - 1])
+    below = k > 0 and bool(profile.evaluated[k - 1])
     step = (-1.0 if below else 1.0) * profile.spacing
     places = edge + step * np.append(0.0, 10.0 ** np.arange(-14.0, -2.0))
     return tuple(space.u(places).tolist())
@@ -503,17 +505,17 @@ def _inwards(profile: Profile, space: _Range, edge: float) -> tuple[float, ...]:
 
 def _nearest(profile: Profile, space: _Range) -> float:
     """Unknown with the least violation of conditions: see `Extremum.nearest`."""
-    if not profile.found.any():
+    if not profile.evaluated.any():
         return math.nan
     margins = profile.y[:, :-1] / np.maximum(profile.size[:, :-1], tol.TINY)
     worst = np.nan_to_num(margins.min(axis=1, initial=0.0), nan=-np.inf)
-    worst[~profile.found] = -np.inf
+    worst[~profile.evaluated] = -np.inf
     return float(space.u(profile.x[[int(worst.argmax())]])[0])
 
 
 def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
     """Runs of samples without values, from edge to edge."""
-    found = np.concatenate([[True], profile.found, [True]])
+    found = np.concatenate([[True], profile.evaluated, [True]])
     x = np.concatenate([profile.x[:1], profile.x, profile.x[-1:]])
     begins, ends = np.flatnonzero(found[:-1] & ~found[1:]), np.flatnonzero(~found[:-1] & found[1:])
     return tuple(
@@ -531,7 +533,7 @@ def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
 #: Starts of climbs, samples that check them, and combinations of binding rows that are tried.
 STARTS, CLIMB_SAMPLES, CORNERS = 12, 80, 60
 #: An unknown without bounds is sought so many steps about a place, then farther.
-SEVERAL_UNKNOWNS_REACHES = (10.0, 1e2, 1e3, 1e4)
+BOX_HALF_WIDTHS = (10.0, 1e2, 1e3, 1e4)
 
 
 @dataclass(frozen=True)
@@ -601,7 +603,7 @@ class _Hill:
         self.rows, self.equations, self.sign = rows, equations, sign
         self.wanted = wanted
         self.start = np.array([one.start / one.scale for one in wanted])
-        self.low, self.high = self._box(self.start, SEVERAL_UNKNOWNS_REACHES[-1])
+        self.low, self.high = self._box(self.start, BOX_HALF_WIDTHS[-1])
         bounds = np.array([one.bounds for one in wanted])
         self.given = bounds == np.stack([self.low, self.high], axis=1)
         residuals, size = rows(self.start[None])
@@ -613,8 +615,10 @@ class _Hill:
     def _box(self, middle: Array, half_width: float) -> tuple[Array, Array]:
         """Bounds of a search about a place: those of the unknowns, where they have none, so far."""
         bounds = np.array([one.bounds for one in self.wanted])
-        far = np.array([one.revolution or half_width for one in self.wanted])
-        return np.maximum(bounds[:, 0], middle - far), np.minimum(bounds[:, 1], middle + far)
+        half_widths = np.array([one.revolution or half_width for one in self.wanted])
+        return np.maximum(bounds[:, 0], middle - half_widths), np.minimum(
+            bounds[:, 1], middle + half_widths
+        )
 
     def _linearized_at(self, x: Array) -> _Place | None:
         here = self.rows.about(x)
@@ -625,7 +629,7 @@ class _Hill:
         widened as long as climbs end at its sides.
         """
         end = np.clip(u, self.low, self.high)
-        for half_width in SEVERAL_UNKNOWNS_REACHES:
+        for half_width in BOX_HALF_WIDTHS:
             low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
             program = Program(self._linearized_at, (low, high), self.aim, self.limits, _nothing)
@@ -635,9 +639,9 @@ class _Hill:
             if found is None:
                 return None
             end = found.at.x
-            near = tol.EXTREMUM_VALUES_SAME * (high - low)
-            inner = (end <= low + near) & (low > self.low)
-            inner |= (end >= high - near) & (high < self.high)
+            tolerance = tol.EXTREMUM_VALUES_SAME * (high - low)
+            inner = (end <= low + tolerance) & (low > self.low)
+            inner |= (end >= high - tolerance) & (high < self.high)
             if not inner.any():
                 break
         return np.asarray(np.clip(end, self.low, self.high))
@@ -678,7 +682,7 @@ def _nothing() -> None:
 def best_climb(
     rows: Residuals, equations: int, wanted: Sequence[SearchVariable], sign: float
 ) -> ClimbResult:
-    """Where the objective, times a sign, is greatest: of rows as those of `Trials.rows`."""
+    """Maximum of the objective, times a sign: of rows as those of `Trials.rows`."""
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
     grids = [one.grid for one in wanted]
@@ -715,8 +719,11 @@ def best_climb(
     top, best = max(ends + others, key=lambda pair: pair[0])
     floor = tol.EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
     agreeing = sum(value >= top - floor for value, _ in ends)
-    near = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
-    on_end = np.stack([best <= hill.low + near, best >= hill.high - near], axis=1) & ~hill.given
+    tolerance = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
+    on_end = (
+        np.stack([best <= hill.low + tolerance, best >= hill.high - tolerance], axis=1)
+        & ~hill.given
+    )
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
     better = not ends or max(value for value, _ in ends) < top - floor
     return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, better)

@@ -53,7 +53,7 @@ class Refusals:
 
     def at(self, u: float) -> str:
         """A value of the one unknown, given in steps, with its unit."""
-        value, unit = self.wanted[0].shown(u, self.mechanism)
+        value, unit = self.wanted[0].in_unit(u, self.mechanism)
         return f"{value:.6g} {unit}".strip()
 
     def values(self, u: Array) -> tuple[dict[str, float], dict[str, str]]:
@@ -61,7 +61,7 @@ class Refusals:
         values, units = {}, {}
         for part, one in zip(u, self.wanted, strict=True):
             name = one.unknown.name
-            values[name], units[name] = one.shown(float(part), self.mechanism)
+            values[name], units[name] = one.in_unit(float(part), self.mechanism)
         return values, units
 
     def listing(self, values: dict[str, float], units: dict[str, str]) -> str:
@@ -307,8 +307,8 @@ class Solver:
         """Refuse the only solution where it is beyond a bound."""
         for part, one in zip(u, self.wanted, strict=True):
             if not one.allows(part):
-                value, unit = one.shown(float(part), self.mechanism)
-                low, high = (one.shown(bound, self.mechanism)[0] for bound in one.bounds)
+                value, unit = one.in_unit(float(part), self.mechanism)
+                low, high = (one.in_unit(bound, self.mechanism)[0] for bound in one.bounds)
                 between = f"{low:g} to {high:g} {unit}".rstrip()
                 raise SolveError(
                     f"{listed(self.question.conditions)} holds at '{one.unknown.name}' = "
@@ -474,7 +474,7 @@ class Solver:
             return False
         for place in found:
             pairs = zip(self.wanted, u, place.base, strict=True)
-            if all(one.apart(a, b) <= tol.UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
+            if all(one.distance(a, b) <= tol.UNKNOWNS_SAME * (1.0 + abs(a)) for one, a, b in pairs):
                 return False
         return True
 

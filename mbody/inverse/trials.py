@@ -86,7 +86,7 @@ class SearchVariable:
 
     @property
     def grid(self) -> Array:
-        """Where it is tried, in steps."""
+        """Place at which it is tried, in steps."""
         low, high, start = (part / self.scale for part in (self.low, self.high, self.start))
         if math.isfinite(low) and math.isfinite(high):
             return np.linspace(low, high, 73)
@@ -110,13 +110,13 @@ class SearchVariable:
         start, period = self.start / self.scale, 2.0 * math.pi / self.scale
         return start + math.remainder(u - start, period) if abs(u - start) > 0.5 * period else u
 
-    def apart(self, a: float, b: float) -> float:
-        """How far two values are from each other, in steps."""
+    def distance(self, a: float, b: float) -> float:
+        """Distance of two values from each other, in steps."""
         if self.revolves:
             return abs(math.remainder(a - b, 2.0 * math.pi / self.scale))
         return abs(a - b)
 
-    def shown(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
+    def in_unit(self, u: float, mechanism: Mechanism) -> tuple[float, str]:
         """A value as results give it, and its unit."""
         value, dimension = u * self.scale, self.dimension
         own = mechanism.units.of(dimension) if dimension else ""
@@ -142,10 +142,10 @@ class TrialResult:
     redundant: bool
     ratio: float = 1.0
 
-    def leaps_from(self, near: TrialResult) -> bool:
+    def leaps_from(self, nearby: TrialResult) -> bool:
         """Whether the branch of a place nearby may have been left on the way."""
-        rotation = max(abs(self.poses[name][2] - pose[2]) for name, pose in near.poses.items())
-        return rotation > tol.BRANCH_LEAP or self.side != near.side
+        rotation = max(abs(self.poses[name][2] - pose[2]) for name, pose in nearby.poses.items())
+        return rotation > tol.BRANCH_LEAP or self.side != nearby.side
 
 
 class Trials:
@@ -179,7 +179,7 @@ class Trials:
 
     @property
     def start(self) -> Array:
-        """Where the search begins, in steps of the unknowns: (unknowns,)."""
+        """Start of the search, in steps of the unknowns: (unknowns,)."""
         return np.array([one.start / one.scale for one in self.wanted])
 
     @property
@@ -272,11 +272,11 @@ class Trials:
 
     def run(self, u: Array) -> Solution:
         """The analysis with one set of values, in steps; errors as of the analysis."""
-        near = self.known[self._nearest(u)]
+        nearest = self.known[self._nearest(u)]
         with warnings.catch_warnings():
             # a place far away may be on another branch: the solution is looked at, not it
             warnings.simplefilter("ignore", ModelWarning)
-            return self.analysis(self._system(u), t=self.time, guess=near.poses)
+            return self.analysis(self._system(u), t=self.time, guess=nearest.poses)
 
     def rows(self, relations: list[Relation], objective: str, us: Array) -> tuple[Array, Array]:
         """right − left of every relation, then the objective, and the size of their terms. (trials,
@@ -313,8 +313,8 @@ class Trials:
         """The least pivot of the trial nearest to a place, as a part of its diagonal; 1 where rows
         are redundant, whose pivots show nothing.
         """
-        near = self.known[self._nearest(u)]
-        return 1.0 if near.redundant else near.ratio
+        nearest = self.known[self._nearest(u)]
+        return 1.0 if nearest.redundant else nearest.ratio
 
     def _system(self, u: Array) -> System:
         return self.system.with_values({k: v[0] for k, v in self._values(u[None]).items()})
@@ -331,19 +331,19 @@ class Trials:
             there = self._from(u, self.known[0].poses)
             return None if there is None else there.run
         nearest = self._nearest(u)
-        near, begin = self.known[nearest], self.places[nearest]
-        direct = there = self._from(u, near.poses)
+        neighbour, begin = self.known[nearest], self.places[nearest]
+        direct = there = self._from(u, neighbour.poses)
         done, part = 0.0, 1.0
-        while there is None or there.leaps_from(near):
+        while there is None or there.leaps_from(neighbour):
             part *= 0.5
             # without any progress a gap is in the way, which no small step passes
             if part < (tol.WAY_STEP_SMALLEST if done or there else tol.WAY_STEP_SMALL):
                 break
-            there = self._from(begin + (done + part) * (u - begin), near.poses)
-            if there is not None and not there.leaps_from(near):
+            there = self._from(begin + (done + part) * (u - begin), neighbour.poses)
+            if there is not None and not there.leaps_from(neighbour):
                 done += part
-                near = self._remember(there, begin + done * (u - begin))
-                there, part = self._from(u, near.poses), 1.0 - done
+                neighbour = self._remember(there, begin + done * (u - begin))
+                there, part = self._from(u, neighbour.poses), 1.0 - done
         else:
             return self._remember(there, u).run
         # beyond a gap in which loops do not close its side is all that is known of a branch

@@ -80,17 +80,17 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
     places = [path for path, value in _leaves(tree) if _parsed(value) is not None]
     places = [path for path in places if path[0] in DESCRIBING]
     chance = random.Random(1)
-    changed: list[dict[Path, float]] = [{}, {}]
+    variants: list[dict[Path, float]] = [{}, {}]
     for path in places:
         value = _number(tree, path)
-        for one in changed:
+        for one in variants:
             part = chance.uniform(0.5, 1.5)
             one[path] = value * (1.0 + DIFFERENCE_STEP_FILE_NUMBERS * part) if value else part
-    good = _allowed(tree, places, changed)
+    good = _allowed(tree, places, variants)
     before = _values(tree, {})
-    first, second = (_values(tree, {p: c[p] for p in good}) for c in changed)
+    first, second = (_values(tree, {p: c[p] for p in good}) for c in variants)
     ratios = {
-        path: (changed[1][path] - _number(tree, path)) / (changed[0][path] - _number(tree, path))
+        path: (variants[1][path] - _number(tree, path)) / (variants[0][path] - _number(tree, path))
         for path in good
     }
     found: dict[Path, dict[str, float]] = {}
@@ -98,11 +98,11 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         if name not in before or first[name] == before[name]:
             continue
         ratio = (second[name] - before[name]) / (first[name] - before[name])
-        near = [path for path in good if abs(ratios[path] - ratio) <= DIFFERENCE_RATIOS_SAME]
-        if len(near) != 1:
+        matching = [path for path in good if abs(ratios[path] - ratio) <= DIFFERENCE_RATIOS_SAME]
+        if len(matching) != 1:
             continue
-        path = near[0]
-        value, x = _number(tree, path), changed[0][path]
+        path = matching[0]
+        value, x = _number(tree, path), variants[0][path]
         factor = before[name] / value if value else first[name] / x
         if abs(factor * x - first[name]) <= DIFFERENCE_RATIOS_SAME * abs(first[name]):
             found.setdefault(path, {})[name] = factor
@@ -167,16 +167,19 @@ def _values(tree: Any, numbers: dict[Path, float]) -> dict[str, float]:
     return dict(assemble(built(_with(tree, new))).values)
 
 
-def _allowed(tree: Any, places: list[Path], changed: list[dict[Path, float]]) -> list[Path]:
+def _allowed(tree: Any, places: list[Path], variants: list[dict[Path, float]]) -> list[Path]:
     """Places whose numbers may be changed: counts and choices may not."""
     try:
-        for one in changed:
+        for one in variants:
             _values(tree, {path: one[path] for path in places})
     except (ModelError, ValueError, TypeError):
         if len(places) < 2:
             return []
         half = len(places) // 2
-        return [*_allowed(tree, places[:half], changed), *_allowed(tree, places[half:], changed)]
+        return [
+            *_allowed(tree, places[:half], variants),
+            *_allowed(tree, places[half:], variants),
+        ]
     return places
 
 

@@ -69,7 +69,7 @@ class Anchor:
 
     body: str
     made: Any
-    shown: Array
+    in_scene: Array
     base: Array
     other: Array
     key: str = ""
@@ -88,14 +88,14 @@ class Anchors:
     ) -> None:
         self.scene, self.data, self.changeable = scene, data, changeable
         self.system: System = changeable.system
-        self.shown = SceneSketch(Pose(scene.run, 0), scene.unit, scene.small)
+        self.sketch = SceneSketch(Pose(scene.run, 0), scene.unit, scene.small)
         chance = random.Random(2)
         steps = {name: self._step(name) * chance.uniform(0.5, 1.5) for name in names}
         steps = {name: step for name, step in steps.items() if step}
         # directions of markers turn shapes, for which there are no rules
         self.rotations = {name: step for name, step in steps.items() if MARKER.search(name)}
         self.steps = {name: step for name, step in steps.items() if name not in self.rotations}
-        self.other_system = self._changed(self.steps)
+        self.other_system = self._system_with(self.steps)
         self.driven = len(scene.run) > 1 and scene.run.analysis in DRIVEN
         try:
             self.base, self.other = self._sketch(self.system), self._sketch(self.other_system)
@@ -129,7 +129,7 @@ class Anchors:
             else DIFFERENCE_STEP_SHAPES * value
         )
 
-    def _changed(self, changes: dict[str, float]) -> System:
+    def _system_with(self, changes: dict[str, float]) -> System:
         return self.system.with_values(
             {name: float(self.system.values[name]) + by for name, by in changes.items()}
         )
@@ -156,14 +156,14 @@ class Anchors:
     # -- anchors ----------------------------------------------------------------------------------
 
     def _add(self, body: str, made: Any, plain: Any, key: str = "") -> int:
-        """An anchor: traced, and as the numbers (shown, base, other) have it."""
+        """An anchor: traced, and as the numbers (in_scene, base, other) have it."""
         try:
             for part in made if made is not None else ():
                 self.recording.place_of(part)
         except Untraceable:
             made = None
-        shown, base, other = (np.array(one, dtype=float) for one in plain)
-        self.anchors.append(Anchor(body, made, shown, base, other, key))
+        place, base, other = (np.array(one, dtype=float) for one in plain)
+        self.anchors.append(Anchor(body, made, place, base, other, key))
         return len(self.anchors) - 1
 
     def _find_anchors(self) -> None:
@@ -193,7 +193,7 @@ class Anchors:
         """Both ends of a guide, which are those of the travel in the whole motion."""
         body, rail, slides = guide(joint)
         ends = []
-        for sketch in (self.shown, self.base, self.other):
+        for sketch in (self.sketch, self.base, self.other):
             world = np.array(travel(sketch, joint))
             ends.append(on(body).kept(world, sketch.pose.run, sketch.pose.k))
         low, high = (
@@ -220,18 +220,18 @@ class Anchors:
         block = self.base.size("block")
 
         def made(values: Any, numbers: Numbers) -> list[Any]:
-            near, far, spare = (
+            head_end, crank_end, spare = (
                 values[f"{load.name}.{key}"] for key in ("near", "far", "clearance")
             )
             plain = self.system.values
             sign = math.copysign(1.0, plain[f"{load.name}.near"] - plain[f"{load.name}.far"])
-            near, far, thick = sign * near, sign * far, 0.3 * block
-            ahead = near - far + spare + thick + 1.3 * block
+            head_end, crank_end, thick = sign * head_end, sign * crank_end, 0.3 * block
+            ahead = head_end - crank_end + spare + thick + 1.3 * block
             if sign * plain[f"{load.name}.near"] < 0.0:
-                ahead = np.maximum(np.minimum(ahead, -near - spare - thick), 0.0)
+                ahead = np.maximum(np.minimum(ahead, -head_end - spare - thick), 0.0)
             angle, (x, y) = numbers.angle(load, "i"), numbers.arm(load, "i")
             c, s = sign * np.cos(angle), sign * np.sin(angle)
-            head, mouth = near + ahead + spare + thick, far + ahead - spare - thick
+            head, mouth = head_end + ahead + spare + thick, crank_end + ahead - spare - thick
             return [
                 (x + head * c, y + head * s),
                 (x + mouth * c, y + mouth * s),
@@ -257,7 +257,7 @@ class Anchors:
 
     def _nearest(self, body: str, at: Array) -> int:
         return min(
-            self._anchors_on(body), key=lambda n: float(np.hypot(*(self.anchors[n].shown - at)))
+            self._anchors_on(body), key=lambda n: float(np.hypot(*(self.anchors[n].in_scene - at)))
         )
 
 
@@ -295,7 +295,7 @@ def shape_places(
     scene: Scene, data: dict[str, Any], changeable: Changeable, names: Iterable[str]
 ) -> ShapePlaces:
     """The rules by which a scene follows these numbers."""
-    return _Follower(scene, data, changeable, list(names)).found()
+    return _Follower(scene, data, changeable, list(names)).places()
 
 
 class _Follower(Anchors):
@@ -303,7 +303,7 @@ class _Follower(Anchors):
 
     # -- rules ------------------------------------------------------------------------------------
 
-    def found(self) -> ShapePlaces:
+    def places(self) -> ShapePlaces:
         """All rules."""
         base, other = self.base.record.shapes, self.other.record.shapes
         own = self._unsorted()
@@ -340,24 +340,24 @@ class _Follower(Anchors):
 
     def _unsorted(self) -> list[KeptShape]:
         """The shapes of the scene in the order in which they were drawn: both are sorted alike."""
-        drawn = sketched(self.shown.pose, self.scene.unit, self.scene.small)
+        drawn = sketched(self.sketch.pose, self.scene.unit, self.scene.small)
         return drawn.record.shapes
 
-    def _shape(self, shown: KeptShape, base: KeptShape, other: KeptShape) -> Any:
+    def _shape(self, shape: KeptShape, base: KeptShape, other: KeptShape) -> Any:
         """The rule of one shape, None where it stays as it is on its carrier, or "loose"."""
-        name = shown.look.name
+        name = shape.look.name
         if name.startswith("link:"):
-            return self._link(name.removeprefix("link:"), shown)
+            return self._link(name.removeprefix("link:"), shape)
         sign = not name.startswith(MEASURED)
-        if shown.carrier.end is not None and (sign or name.startswith(("rod:", "rope:"))):
+        if shape.carrier.end is not None and (sign or name.startswith(("rod:", "rope:"))):
             return None
         if name.startswith("tie:"):
-            return self._tie(shown)
-        body = self._body(shown.carrier)
-        pair = self._stretched(body, shown, base, other)
+            return self._tie(shape)
+        body = self._body(shape.carrier)
+        pair = self._stretched(body, shape, base, other)
         if pair is not None:
-            return self._placed(shown, pair)
-        if not base.points.shape == other.points.shape == shown.points.shape:
+            return self._placed(shape, pair)
+        if not base.points.shape == other.points.shape == shape.points.shape:
             return None if _along(base, other, self.same) else "loose"
         moved, grown = other.points - base.points, other.radius - base.radius
         finite = np.isfinite(moved).all(axis=1)
@@ -365,34 +365,34 @@ class _Follower(Anchors):
             float(np.abs(moved[finite]).max()) <= self.same and abs(grown) <= self.same
         ):
             return None
-        if shown.carrier.end is not None:
+        if shape.carrier.end is not None:
             return "loose"
         at = self._rigid(body, base.points, moved, finite)
-        if shown.kind == "circle":
+        if shape.kind == "circle":
             radius = self._radius(grown) if abs(grown) > self.same else -1
             if at is None or radius is None:
                 return "loose"
-            return self._placed(shown, [(at, at, 0.0)]) | ({"r": radius} if radius >= 0 else {})
+            return self._placed(shape, [(at, at, 0.0)]) | ({"r": radius} if radius >= 0 else {})
         if at is not None:
             return {"at": at}
-        rows = self._rows(body, shown, moved, finite)
+        rows = self._rows(body, shape, moved, finite)
         if rows is not None:
-            return self._placed(shown, rows)
+            return self._placed(shape, rows)
         scaled = self._scaled(body, base, moved, finite)
         if scaled is not None:
             return scaled
         if sign and body not in self.system.bodies and body != "ground":
             return None
-        extent = np.ptp(shown.points[finite], axis=0).max()
+        extent = np.ptp(shape.points[finite], axis=0).max()
         if sign and extent < SMALL * self.scene.unit:
-            return {"at": self._nearest(body, shown.points[finite].mean(axis=0))}
+            return {"at": self._nearest(body, shape.points[finite].mean(axis=0))}
         return None if _along(base, other, self.same) else "loose"
 
     def _stretched(
-        self, body: str, shown: KeptShape, base: KeptShape, other: KeptShape
+        self, body: str, shape: KeptShape, base: KeptShape, other: KeptShape
     ) -> list[tuple[int, int, float]] | None:
         """Rows of what lies between both ends of a guide or a cylinder."""
-        if base.points.shape != other.points.shape or shown.kind == "circle":
+        if base.points.shape != other.points.shape or shape.kind == "circle":
             return None
         moved = other.points - base.points
         finite = np.isfinite(moved).all(axis=1)
@@ -400,7 +400,7 @@ class _Follower(Anchors):
             return None
         for a, b in self.spans:
             if self.anchors[a].body == body:
-                rows = self._between(a, b, shown, base, moved, finite)
+                rows = self._between(a, b, shape, base, moved, finite)
                 if rows is not None:
                     return rows
         return None
@@ -412,7 +412,7 @@ class _Follower(Anchors):
             return name
         for load in self.system.mechanism.loads:
             if isinstance(load, ReciprocatingCylinder):
-                site = self.shown.pose.site(load, "j")
+                site = self.sketch.pose.site(load, "j")
                 if carrier.start == site and carrier.rotates_with == load.i.body:
                     return f"{load.name}.piston"
         return ""
@@ -432,7 +432,7 @@ class _Follower(Anchors):
         return float(np.abs(a - b).max()) <= self.same
 
     def _rows(
-        self, body: str, shown: KeptShape, moved: Array, finite: Array
+        self, body: str, shape: KeptShape, moved: Array, finite: Array
     ) -> list[tuple[int, int, float]] | None:
         """The anchor with which every point moves."""
         rows = []
@@ -441,16 +441,16 @@ class _Follower(Anchors):
             fits = [n for n in own if self._equal(self.anchors[n].moved, moved[k])]
             if not fits:
                 return None
-            place = shown.points[k]
-            n = min(fits, key=lambda n: float(np.hypot(*(self.anchors[n].shown - place))))
+            place = shape.points[k]
+            n = min(fits, key=lambda n: float(np.hypot(*(self.anchors[n].in_scene - place))))
             rows.append((n, n, 0.0))
         return rows
 
     def _between(
-        self, a: int, b: int, shown: KeptShape, base: KeptShape, moved: Array, finite: Array
+        self, a: int, b: int, shape: KeptShape, base: KeptShape, moved: Array, finite: Array
     ) -> list[tuple[int, int, float]] | None:
         one, two = self.anchors[a], self.anchors[b]
-        direction, long = two.base - one.base, two.shown - one.shown
+        direction, long = two.base - one.base, two.in_scene - one.in_scene
         if not np.hypot(*direction) or not np.hypot(*long):
             return None
         change = two.moved - one.moved
@@ -459,24 +459,24 @@ class _Follower(Anchors):
         for k in np.flatnonzero(finite):
             part = float((base.points[k] - one.base) @ direction / (direction @ direction))
             off = one.moved + min(max(part, 0.0), 1.0) * change - moved[k]
-            if float(np.abs(off).max()) > self.same + slack * (not shown.look.name):
+            if float(np.abs(off).max()) > self.same + slack * (not shape.look.name):
                 return None
         rows = []
-        for point in shown.points[np.isfinite(shown.points).all(axis=1)]:
-            there = float((point - one.shown) @ long / (long @ long))
+        for point in shape.points[np.isfinite(shape.points).all(axis=1)]:
+            there = float((point - one.in_scene) @ long / (long @ long))
             rows.append((a, b, min(max(there, 0.0), 1.0)))
         return rows
 
-    def _placed(self, shown: KeptShape, rows: list[tuple[int, int, float]]) -> dict[str, Any]:
+    def _placed(self, shape: KeptShape, rows: list[tuple[int, int, float]]) -> dict[str, Any]:
         """Rows with what lies between the place of the anchors and the point."""
         found: list[Any] = []
         remaining = iter(rows)
-        for point in shown.points:
+        for point in shape.points:
             if not np.isfinite(point).all():
                 found.append(None)
                 continue
             a, b, part = next(remaining)
-            one, two = self.anchors[a].shown, self.anchors[b].shown
+            one, two = self.anchors[a].in_scene, self.anchors[b].in_scene
             x, y = point - (one + part * (two - one))
             found.append([a, b, part, float(x), float(y)])
         return {"rows": found}
@@ -509,22 +509,24 @@ class _Follower(Anchors):
                     return {"at": n, "out": target}
         return None
 
-    def _tie(self, shown: KeptShape) -> Any:
+    def _tie(self, shape: KeptShape) -> Any:
         """The line from a link to its mass centre, which is the origin of its axes."""
-        near = 2.0 * self.shown.size("pin")
+        tolerance = 2.0 * self.sketch.size("pin")
         own = [
             n
-            for n in self._anchors_on(shown.carrier.rotates_with)
-            if self.anchors[n].key != shown.carrier.rotates_with
+            for n in self._anchors_on(shape.carrier.rotates_with)
+            if self.anchors[n].key != shape.carrier.rotates_with
         ]
-        far = [
-            n for n in own if np.hypot(*(self.anchors[n].shown - self.anchors[own[0]].shown)) > near
+        distant = [
+            n
+            for n in own
+            if np.hypot(*(self.anchors[n].in_scene - self.anchors[own[0]].in_scene)) > tolerance
         ]
-        return {"tie": [own[0], far[0]]} if far else "loose"
+        return {"tie": [own[0], distant[0]]} if distant else "loose"
 
-    def _link(self, body: str, shown: KeptShape) -> Any:
+    def _link(self, body: str, shape: KeptShape) -> Any:
         """A plate or bar about its nodes."""
-        sketch = self.shown
+        sketch = self.sketch
         half = sketch.size("link")
         nodes = link_places(sketch, body)
         run, k = sketch.pose.run, sketch.pose.k
@@ -534,8 +536,10 @@ class _Follower(Anchors):
             if len(nodes) == 0 or np.hypot(*kept[0]) > half:
                 own.append(self._key(body))
             half *= 1.0 if len(own) > 1 and len(nodes) else 1.8
-        near = POINT_SAME * self.system.length
-        if any(min(np.hypot(*(self.anchors[n].shown - at)) for n in own) > near for at in kept):
+        tolerance = POINT_SAME * self.system.length
+        if any(
+            min(np.hypot(*(self.anchors[n].in_scene - at)) for n in own) > tolerance for at in kept
+        ):
             return "loose"
         return {"nodes": own, "half": half}
 
@@ -583,7 +587,7 @@ class _Follower(Anchors):
         for name, moves in tested:
             step = self.steps.get(name) or self.rotations[name]
             try:
-                made = self._sketch(self._changed({name: step})).record.shapes
+                made = self._sketch(self._system_with({name: step})).record.shapes
             except (ModelError, SolveError):
                 found[name] = "its loops do not close with it"
                 continue
@@ -601,7 +605,7 @@ class _Follower(Anchors):
     def _program(self, rules: dict[str, Any]) -> dict[str, Any]:
         count = len(self.targets)
         for one in self.anchors:
-            self.targets += one.made if one.made is not None else one.shown.tolist()
+            self.targets += one.made if one.made is not None else one.in_scene.tolist()
         program = self.recording.program(self.targets)
         return {
             "inputs": list(self.changeable.rules),
@@ -612,23 +616,23 @@ class _Follower(Anchors):
             "targets": program.targets.tolist(),
             "numbers": count,
             "bodies": [self._index(one.body) for one in self.anchors],
-            "shown": np.round([one.shown for one in self.anchors], 12).tolist(),
+            "shown": np.round([one.in_scene for one in self.anchors], 12).tolist(),
         }
 
     def _index(self, body: str) -> int:
         return self.system.bodies.get(body, -2) + 1
 
 
-def _same(a: KeptShape, b: KeptShape, near: float) -> bool:
+def _same(a: KeptShape, b: KeptShape, tolerance: float) -> bool:
     """Whether two shapes differ by rounding only."""
     return a is b or (
         a.points.shape == b.points.shape
-        and abs(a.radius - b.radius) <= near
-        and float(np.nanmax(np.abs(a.points - b.points), initial=0.0)) <= near
+        and abs(a.radius - b.radius) <= tolerance
+        and float(np.nanmax(np.abs(a.points - b.points), initial=0.0)) <= tolerance
     )
 
 
-def _along(a: KeptShape, b: KeptShape, near: float) -> bool:
+def _along(a: KeptShape, b: KeptShape, tolerance: float) -> bool:
     """Whether a line, a road or rail, moves along itself only; its ends are no dimension."""
     if a.kind != "line" or (a.look.name and not a.look.name.startswith(("rail:", "road:"))):
         return False
@@ -637,7 +641,9 @@ def _along(a: KeptShape, b: KeptShape, near: float) -> bool:
     middle = first.mean(axis=0)
     _, _, axes = np.linalg.svd(first - middle, full_matrices=False)
     off, there = (first - middle) @ axes[1], (second - middle) @ axes[1]
-    return bool(abs(off.min() - there.min()) <= near and abs(off.max() - there.max()) <= near)
+    return bool(
+        abs(off.min() - there.min()) <= tolerance and abs(off.max() - there.max()) <= tolerance
+    )
 
 
 #: Dimensions of numbers that shapes follow, or do not.
@@ -690,9 +696,9 @@ def live_part(run: Solution) -> dict[str, Any]:
     names = [name for one in text.numbers for name in one.factors]
     places: dict[str, Any] = {}
     try:
-        followed = shape_places(found, scene_data(found, []), changeable, names)
-        places = {"program": followed.program, "rules": followed.rules}
-        unmoved = followed.unmoved
+        places_of_shapes = shape_places(found, scene_data(found, []), changeable, names)
+        places = {"program": places_of_shapes.program, "rules": places_of_shapes.rules}
+        unmoved = places_of_shapes.unmoved
     except (ModelError, SolveError) as error:
         unmoved = {name: str(error) for name in names if _shapes(system, name)}
     return {

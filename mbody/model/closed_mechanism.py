@@ -120,9 +120,9 @@ def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable
     """
     new = list(elements)
     made = with_others(machine, set(), new)
-    changed = tuple(f"{element.name}.{key}" for element in new for key in keys)
-    kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(changed)}
-    made.formulas = kept if changed else dict(machine.formulas)
+    prefixes = tuple(f"{element.name}.{key}" for element in new for key in keys)
+    kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(prefixes)}
+    made.formulas = kept if prefixes else dict(machine.formulas)
     return made.copied()
 
 

@@ -69,7 +69,7 @@ def rolling_from(
 def _row_end(
     row: ConstraintPrimitive, side: int, at: Numbers, poses: Mapping[str, Pose]
 ) -> tuple[Any, Any]:
-    """Where the row is fixed on one of its bodies, in axes of the ground."""
+    """End of the row is fixed on one of its bodies, in axes of the ground."""
     body = (row.i, row.j)[side]
     x, y, angle = poses[body]
     (cx, cy), c, s = at.point(f"{body}.cg"), np.cos(angle), np.sin(angle)
@@ -205,7 +205,7 @@ def contact_candidates(i: Side, j: Side) -> list[MakeCandidate]:
 
 
 def _edges(shape: Shape) -> int:
-    """How many straight edges a shape has."""
+    """Number of straight edges of a shape."""
     if isinstance(shape, Polygon):
         return len(shape.polygon)
     return int(isinstance(shape, Line | Segment))
@@ -307,10 +307,10 @@ def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
         rj = -rj
     elif isinstance(j[1], Ring):
         ri = -ri
-    apart, bodies, positions = ri + rj, (_body(i[0]), _body(j[0])), [*position_i, *position_j]
-    law = Signal(Constant(0.0), [apart])
+    distance, bodies, positions = ri + rj, (_body(i[0]), _body(j[0])), [*position_i, *position_j]
+    law = Signal(Constant(0.0), [distance])
     normal = ConstraintPrimitive("clearance", *bodies, "l", positions, law, active_set=True)
-    parameters = [*positions, ri / apart, rj / apart, 0.0]
+    parameters = [*positions, ri / distance, rj / distance, 0.0]
     tangent = ConstraintPrimitive("slipping", *bodies, "l", parameters, active_set=True)
     sign = -1.0 if inside else 1.0
     # within a ring both touch on the side that the centre of the inner one is on

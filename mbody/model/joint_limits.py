@@ -128,7 +128,7 @@ class JointLimit(JointContact):
     def overlapping(
         self, depth: float, place: tuple[float, float], values: Mapping[str, Any], units: UnitSystem
     ) -> str:
-        """Where the joint is, and its limit."""
+        """Place of the joint, and its limit."""
         limit = float(values[f"{self.joint.name}.limits.{self.end}"])
         at = limit - depth if self.end == "low" else limit + depth
         unit = "deg" if self._angular else units.length

@@ -51,7 +51,7 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
         return name, dimension_named(mechanism, name)
     owner, _, key = name.partition(".")
     if owner not in mechanism:
-        known = listed(_often_found(mechanism))
+        known = listed(_common_unknowns(mechanism))
         raise ModelError(
             f"there is no number {brief(name)} to find (there are: {known}, and those of bodies)",
             name,
@@ -70,7 +70,7 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
     raise ModelError(f"there is no number {brief(name)} to find (there are: {known})", name)
 
 
-def _often_found(mechanism: Mechanism) -> list[str]:
+def _common_unknowns(mechanism: Mechanism) -> list[str]:
     """Parameters, accelerations of drivers, and loads and inputs of one number."""
     forces = (*mechanism.loads, *mechanism.inputs)
     loads = [load.name for load in forces if f"{load.name}.value" in load.numbers()]

@@ -286,8 +286,11 @@ class State(Element):
         except FormulaError as error:
             raise ModelError(f"'{self.name}': rate: {error}", self.name) from None
         made = {f"{self.name}.rate.{key}": formula for key, formula in numbers.items()}
-        changed: Any = law
-        return dataclasses.replace(self, rate=changed), {**made, f"{self.name}.rate": self.rate}
+        compiled_law: Any = law
+        return dataclasses.replace(self, rate=compiled_law), {
+            **made,
+            f"{self.name}.rate": self.rate,
+        }
 
 
 def rate_names(state: State) -> frozenset[str]:

@@ -73,7 +73,7 @@ class Evaluation:
         )
 
     def mobility(self) -> tuple[float, np.ndarray, int]:
-        """How far the motion is from a singular position: the square of the rate of the drivers by
+        """Distance of the motion from a singular position: the square of the rate of the drivers by
         that of what moves most, in model lengths and radians, where it is least; its derivatives,
         and the instant. It falls to zero like the distance that is left to a dead centre.
         """
@@ -126,7 +126,7 @@ class Evaluator:
 
     @property
     def instants(self) -> int:
-        """How many instants are requested."""
+        """Number of instants that are requested."""
         return len(self.grid.t) - self.before
 
     def present(self) -> np.ndarray:

@@ -98,10 +98,10 @@ def ranges_of(
 def _beyond(system: System, given: str, name: str, own: float, bounds: tuple[float, float]) -> str:
     """The note of a number whose bounds leave the description out."""
     unit = unit_of(system.mechanism, name)
-    near = float(np.clip(own, *bounds))
+    clipped = float(np.clip(own, *bounds))
     return (
         f"'{given}' is {own:.6g} {unit}".rstrip()
-        + f" in the description, beyond its bounds: the first search begins at {near:.6g} {unit}"
+        + f" in the description, beyond its bounds: the first search begins at {clipped:.6g} {unit}"
     ).rstrip()
 
 
@@ -180,8 +180,8 @@ class Screen:
         """A copy whose designs are closed from the position of an evaluated one."""
         job = self.job
         if job is not None and isinstance(job.course, BatchSetup):
-            near = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
-            job = replace(job, course=near)
+            started = replace(job.course, pose=at.pose, origin=at.run.system.par[:, 0].copy())
+            job = replace(job, course=started)
         return Screen(job, self.evaluator, self.aims, self.limits, at.x)
 
     @functools.cached_property
@@ -245,7 +245,7 @@ def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> 
 #: Designs of the hypercube for each number and each search, and the least number of them.
 EACH, LEAST = 24, 256
 #: Starts are apart by this part of the ranges, where there are enough.
-APART = 0.15
+START_SPACING = 0.15
 
 
 @dataclass(frozen=True)
@@ -286,7 +286,7 @@ class MultiStart:
     merits: tuple[np.ndarray, np.ndarray] | None = field(default=None)
 
     def mark(self) -> None:
-        """Where a search may be stopped."""
+        """The point at which a search may be stopped."""
         if self.seen is not None:
             self.seen(self.done, self.count * len(self.screen.aims))
 
@@ -319,12 +319,12 @@ class MultiStart:
         if not feasible:
             raise self._none(min(found, key=lambda one: one.broken), limits)
         best = min(feasible, key=lambda one: one.value)
-        near = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
-        agreeing = sum(one.value <= best.value + near for one in feasible)
+        tolerance = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
+        agreeing = sum(one.value <= best.value + tolerance for one in feasible)
         return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
 
     def starts(self, aim: Aim) -> list[np.ndarray]:
-        """Where searches begin: the start that was given, then the best of many that are apart."""
+        """Starts of the searches: the one that was given, then the best of many that are apart."""
         ranges = self.ranges
         if self.spread is None or self.merits is None:
             many = max(LEAST, EACH * len(ranges.names), 4 * self.count)
@@ -341,11 +341,11 @@ class MultiStart:
         order = _by_merit(values[:, self.screen.aims.index(aim)], margins, closing)
         chosen = [ranges.start] if sound else []
         width = ranges.high - ranges.low
-        for apart in (APART, 0.0):
+        for spacing in (START_SPACING, 0.0):
             for k in order:
                 x = self.spread[k]
-                far = [np.abs((x - other) / width).max() for other in chosen]
-                if len(chosen) < self.count and min(far, default=1.0) > apart:
+                distances = [np.abs((x - other) / width).max() for other in chosen]
+                if len(chosen) < self.count and min(distances, default=1.0) > spacing:
                     chosen.append(x)
         begun = [x for x in chosen if self.evaluator(x) is not None]
         if not begun:

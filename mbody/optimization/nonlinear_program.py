@@ -90,9 +90,9 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     from scipy.optimize import linprog
 
     n = len(at.u)
-    near = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
-    near |= at.limits <= at.limits.min(initial=np.inf)
-    own, derivatives = at.limits[near], at.by_limits[near]
+    may_bind = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
+    may_bind |= at.limits <= at.limits.min(initial=np.inf)
+    own, derivatives = at.limits[may_bind], at.by_limits[may_bind]
     top = at.aims + np.abs(at.by_aims).sum(axis=1) * box
     high = top >= at.aims.max() - np.abs(at.by_aims[at.aims.argmax()]).sum() * box
     aims, by_aims = at.aims[high], at.by_aims[high]
@@ -173,7 +173,7 @@ class Bound(Protocol):
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Where a search ended.
+    """The end of a search.
 
     `at`: Evaluation, or another design with derivatives
     `value`: What is least, with the sign that makes it so.
@@ -217,7 +217,7 @@ class Program:
         self.mobile = at.mobility()[0] / FASTEST**2
 
     def broken(self, at: Any) -> float:
-        """How much the worst limit is broken, as a part of its size; 0 where all hold."""
+        """Violation of the worst limit, as a part of its size; 0 where all hold."""
         assert self.sizes is not None
         parts = [limit.margin(at) / s for limit, s in zip(self.limits, self.sizes, strict=True)]
         return max(0.0, -min(parts, default=0.0))
@@ -456,7 +456,7 @@ class _Chosen:
 
 
 def _lowest(values: np.ndarray) -> np.ndarray:
-    """Where a row is lower than both neighbours, and the lowest of all."""
+    """Places at which a row is lower than both neighbours, and the lowest of all."""
     if len(values) < 3:
         return np.arange(len(values))
     inner = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:])) + 1

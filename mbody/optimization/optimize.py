@@ -55,15 +55,15 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
     part.
     """
     found = []
-    for near in tol.LIMIT_BINDS:
-        found.append(_binding(program, at, near))
+    for tolerance in tol.LIMIT_BINDS:
+        found.append(_binding(program, at, tolerance))
         if found[-1][1] <= tol.LIMIT_BALANCED:
             break
     return min(found, key=lambda pair: pair[1])
 
 
-def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Binding], float]:
-    """Binding limits and residual with all limits as near as `near`."""
+def _binding(program: Program, at: Evaluation, tolerance: float) -> tuple[list[Binding], float]:
+    """Binding limits and residual with all limits within `tolerance`."""
     from scipy.optimize import nnls
 
     width, sizes = program.width, program.sizes or []
@@ -72,21 +72,21 @@ def _binding(program: Program, at: Evaluation, near: float) -> tuple[list[Bindin
     for n, (limit, size) in enumerate(zip(program.limits, sizes, strict=True)):
         rows = limit.rows(at)
         left = np.abs(rows.values) if limit.equal else rows.values
-        for k in np.flatnonzero(left <= near * size):
+        for k in np.flatnonzero(left <= tolerance * size):
             for sign in (1.0, -1.0) if limit.equal else (1.0,):
                 columns.append(sign * rows.derivatives[k] * width / size)
                 about.append((n, int(rows.instants[k]), -1, False, sign * size))
     own, derivative, instant = at.mobility()
-    if own < program.mobile * (1.0 + near):
+    if own < program.mobile * (1.0 + tolerance):
         columns.append(derivative * width / program.mobile)
         about.append((-2, instant, -1, False, program.mobile))
     for j in range(len(width)):
         for upper, gap in ((False, at.x[j] - program.low[j]), (True, program.high[j] - at.x[j])):
-            if gap <= near * 1e-2 * width[j]:
+            if gap <= tolerance * 1e-2 * width[j]:
                 columns.append((-1.0 if upper else 1.0) * np.eye(len(width))[j])
                 about.append((-1, -1, j, upper, width[j]))
     rows = program.aim.rows(at)
-    top = np.flatnonzero(rows.values >= rows.values.max() - near * program.scale)
+    top = np.flatnonzero(rows.values >= rows.values.max() - tolerance * program.scale)
     derivatives = rows.derivatives[top] * width / program.scale
     # weights of the instants that share the greatest value: their sum is 1
     heavy = 1e3 * max(1.0, float(np.abs(derivatives).max(initial=0.0)))
@@ -325,8 +325,8 @@ def pareto_front(
     kept = [n for n, own in enumerate(both) if not _beaten(own, both)]
     order = sorted(kept, key=lambda n: tuple(both[n]))
     span = np.maximum(np.ptp(both[order], axis=0), tol.TINY)
-    near = [float(np.hypot(*((both[n] - both[order].min(axis=0)) / span))) for n in order]
-    knee = order[int(np.argmin(near))]
+    distances = [float(np.hypot(*((both[n] - both[order].min(axis=0)) / span))) for n in order]
+    knee = order[int(np.argmin(distances))]
     names = search.ranges.given
     front = tuple(
         ParetoPoint(

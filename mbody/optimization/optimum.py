@@ -54,8 +54,8 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
     tree = tomllib.loads(text)
     for name, (x, y, angle) in link_poses(run.take([0])).items():
         if name in tree["bodies"]:
-            shown = f"{math.degrees(angle)!r} deg"
-            tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": shown}
+            angle_text = f"{math.degrees(angle)!r} deg"
+            tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": angle_text}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         made = from_toml(toml(tree))
@@ -84,13 +84,13 @@ def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> No
     wrong = [name for name, value in values.items() if not _same(float(found[name]), value)]
     if not wrong:
         return
-    changed = [name for name in named if name in wrong] or named
-    others = listed([name for name in wrong if name not in changed][:3])
-    also = f" ({others})" if changed != wrong else ""
+    numbers = [name for name in named if name in wrong] or named
+    others = listed([name for name in wrong if name not in numbers][:3])
+    also = f" ({others})" if numbers != wrong else ""
     raise ModelError(
-        f"the model file of '{made.name}' makes {listed(changed)} of a number that gives others "
+        f"the model file of '{made.name}' makes {listed(numbers)} of a number that gives others "
         f"too{also}: give it one of its own; run.system has the numbers of the optimum",
-        changed[0],
+        numbers[0],
     )
 
 

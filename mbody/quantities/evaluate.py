@@ -89,7 +89,7 @@ PER = ("length", "mass", "angle", "force", "torque", "power", "current", "voltag
 LONG_NAME = 4  # letters of a unit of pint that is allowed without a number
 TRIGONOMETRIC = ("sin", "cos", "tan")
 #: Functions that give a plain number, whatever the units of their arguments.
-APART = (*TRIGONOMETRIC, "sign", "step")
+PLAIN_FUNCTIONS = (*TRIGONOMETRIC, "sign", "step")
 INVERSE = ("asin", "acos", "atan", "atan2")
 SI = unit_system("SI")
 
@@ -172,7 +172,7 @@ def has_units(node: Node, scope: Scope) -> bool:
 
     Arguments of sin, cos, tan, sign and step do not count: ``9*cos(45 deg)`` is a plain number.
     """
-    for part in walk(node, except_in=APART):
+    for part in walk(node, except_in=PLAIN_FUNCTIONS):
         if isinstance(part, Measured):
             return True
         if isinstance(part, Call) and part.function in INVERSE:
@@ -253,7 +253,7 @@ class _Evaluation:
                 return self.power(node)
             case Binary(operator=operator, a=a, b=b):
                 return self.binary(operator, self.of(a), self.of(b))
-            case Call(function=function, arguments=(below,)) if function in APART:
+            case Call(function=function, arguments=(below,)) if function in PLAIN_FUNCTIONS:
                 units = self.checked and has_units(below, self.scope)
                 inside = _Evaluation(self.scope, units, self.checked, self.whole)
                 return self.call(function, [inside.of(below)])
@@ -370,7 +370,7 @@ class _Evaluation:
             if first not in (NUMBER, ANGLE):
                 raise FormulaError(f"'{function}' takes an angle, not {dimension_text(first)}")
             result = NUMBER
-        elif function in APART:
+        elif function in PLAIN_FUNCTIONS:
             result = NUMBER
         elif function in ("asin", "acos", "atan", "exp", "log"):
             if first != NUMBER:

@@ -282,8 +282,8 @@ def substituted(value: Any, instead: Callable[[Formula], Any]) -> Any:
     if names:
         fields = {field: getattr(value, field) for field in names}
         made = {name: substituted(part, instead) for name, part in fields.items()}
-        changed = {name: part for name, part in made.items() if part is not fields[name]}
-        return dataclasses.replace(value, **changed) if changed else value
+        differing = {name: part for name, part in made.items() if part is not fields[name]}
+        return dataclasses.replace(value, **differing) if differing else value
     return value
 
 

@@ -169,7 +169,7 @@ def _within(x: Node, low: Node, high: Node) -> Node:
 
 # precedence: a part within one of higher precedence needs brackets
 SUM, PRODUCT, FACTOR, POWER, MEASURED, PART = range(6)
-SHOWN = 15  # digits of a number that is written without a power of ten
+MOST_DIGITS = 15  # digits of a number that is written without a power of ten
 
 
 def text_of(node: Node) -> str:
@@ -233,8 +233,8 @@ def _number(value: Fraction) -> tuple[str, int]:
     if decimals == 0:
         short = digits.rstrip("0")
         zeros = len(digits) - len(short)
-        return (digits if len(digits) <= SHOWN or not short else f"{short}e{zeros}"), PART
-    if max(len(digits), decimals) > SHOWN:
+        return (digits if len(digits) <= MOST_DIGITS or not short else f"{short}e{zeros}"), PART
+    if max(len(digits), decimals) > MOST_DIGITS:
         return f"{digits}e-{decimals}", PART
     return f"{digits[:-decimals] or 0}.{digits[-decimals:].rjust(decimals, '0')}", PART
 

@@ -58,14 +58,14 @@ class Grid:
     columns: Sequence[Cells]
 
     @property
-    def shown(self) -> list[Cells]:
+    def filled_columns(self) -> list[Cells]:
         """The columns that have cells."""
         return [column for column in self.columns if any(column.cells)]
 
     @property
     def widths(self) -> list[int]:
         """Letters of the longest cell of each column, of its title and unit."""
-        heads = [max(len(_bare(one.title)), len(_bare(one.unit))) for one in self.shown]
+        heads = [max(len(_bare(one.title)), len(_bare(one.unit))) for one in self.filled_columns]
         cells = zip(*self.rows, strict=True)
         return [
             max(head, *(len(_bare(cell)) for cell in own))
@@ -77,7 +77,7 @@ class Grid:
         """The cells of each row."""
         columns = [
             column.cells if column.text else [typeset(cell) for cell in column.cells]
-            for column in self.shown
+            for column in self.filled_columns
         ]
         return zip(*columns, strict=True)
 

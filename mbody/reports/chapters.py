@@ -172,17 +172,17 @@ def freebody(subject: Subject) -> list[Block]:
     if not subject.marked or not (subject.loaded or run.analysis == "simulate"):
         return []
     bodies = [body.name for body in subject.mechanism.bodies]
-    shown = bodies[:LINKS]
+    listed = bodies[:LINKS]
     blocks: list[Block] = [
         Text(
             "Every link alone, to scale; d'Alembert's forces −m·a_{G} and torques −I·α are dashed. "
             "Beside it its force polygon, which closes."
         )
     ]
-    if len(bodies) > len(shown):
-        blocks.append(Text(f"The first {len(shown)} of {len(bodies)} links are shown."))
-    for k in subject.marked[: max(1, MOST // len(shown))]:
-        for n, body in enumerate(shown, 2):
+    if len(bodies) > len(listed):
+        blocks.append(Text(f"The first {len(listed)} of {len(bodies)} links are shown."))
+    for k in subject.marked[: max(1, MOST // len(listed))]:
+        for n, body in enumerate(listed, 2):
             figure = draw_free_bodies(run, [body], [k], headed=False)
             caption = f"Link {n}, {body}: {when(run, k)}"
             blocks.append(Picture(f"freebody-{k}-{body}", figure, caption))
@@ -920,7 +920,7 @@ def _rows(found: object) -> Grid:
 
 
 def references(subject: Subject) -> list[Block]:
-    """Where the model comes from, and the books of the method."""
+    """Origin of the model, and the books of the method."""
     books = [*BOOKS, OF_MOTION] if subject.run.analysis == "simulate" else list(BOOKS)
     source = subject.mechanism.source
     return [Items([f"Model: {source}.", *books] if source else books)]

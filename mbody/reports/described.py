@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 #: Free motions and parts of the input that are listed.
-SHOWN = 40
+MOST_LISTED = 40
 #: Instants beside the first that a sketch of a whole revolution shows, faded.
 FADED = 3
 #: Fields of a body that the table of links has.
@@ -224,8 +224,8 @@ def _flat(value: Any) -> str:
             for name, part in value.items()
         )
     if isinstance(value, list):
-        shown = ", ".join(_flat(part) for part in value[:SHOWN])
-        return f"({shown}{', …' if len(value) > SHOWN else ''})"
+        parts = ", ".join(_flat(part) for part in value[:MOST_LISTED])
+        return f"({parts}{', …' if len(value) > MOST_LISTED else ''})"
     return re.sub(r"\s+", " ", str(value))
 
 

@@ -154,7 +154,7 @@ class Subject:
         return columns
 
     def place(self, instant: int) -> str:
-        """Where one instant is, in words."""
+        """Drivers or time of one instant, in words."""
         return ", ".join(
             f"{title} = {cells[0]}{'°' if unit == 'deg' else f' {unit}'}"
             for title, cells, unit in self.where([instant])

@@ -207,12 +207,12 @@ def _html_block(block: Block, numbered: Iterator[int]) -> str:
 
 def _html_grid(grid: Grid) -> str:
     """A table; the first column names the rows, a column without a title says what the rows are."""
-    shown = grid.shown
+    filled = grid.filled_columns
     heads = "".join(
         f'<th role="columnheader" scope="col"{_class(column.text)}>'
         f"{_html_text(column.title) or '<span>what</span>'}"
         f"{f'<span class=unit>{html.escape(column.unit)}</span>' if column.unit else ''}</th>"
-        for column in shown
+        for column in filled
     )
     rows = []
     for row in grid.rows:
@@ -220,7 +220,7 @@ def _html_grid(grid: Grid) -> str:
         cells = "".join(
             f'<td role="cell" data-label="{_label(column)}"{_class(column.text)}>'
             f"{_html_text(cell)}</td>"
-            for column, cell in zip(shown[1:], values, strict=True)
+            for column, cell in zip(filled[1:], values, strict=True)
         )
         rows.append(
             f'<tr role="row"><th role="rowheader" scope="row">{_html_text(first)}</th>{cells}</tr>'
@@ -231,7 +231,7 @@ def _html_grid(grid: Grid) -> str:
     # roles are named, as a narrow screen shows rows as blocks, which would lose them
     table = f'<table role="table">{caption}{head}<tbody role="rowgroup">{body}</tbody></table>'
     name = html.escape(f"Table: {grid.title}")  # another name than that of its chapter
-    kind = "table wide" if len(shown) > NARROW else "table"
+    kind = "table wide" if len(filled) > NARROW else "table"
     return f'<div class="{kind}" tabindex="0" role="region" aria-label="{name}">{table}</div>'
 
 
@@ -342,9 +342,11 @@ def _markdown_file(block: FileText) -> list[str]:
 def _markdown_grid(grid: Grid) -> list[str]:
     heads = [
         _cell(f"{column.title} [{column.unit}]" if column.unit else column.title)
-        for column in grid.shown
+        for column in grid.filled_columns
     ]
-    rules = [":--" if n == 0 or column.text else "--:" for n, column in enumerate(grid.shown)]
+    rules = [
+        ":--" if n == 0 or column.text else "--:" for n, column in enumerate(grid.filled_columns)
+    ]
     rows = [" | ".join(map(_cell, row)) for row in grid.rows]
     table = [" | ".join(heads), " | ".join(rules), *rows]
     return [f"**{_markdown_text(grid.title)}**", "", *(f"| {line} |" for line in table)]
@@ -456,7 +458,7 @@ def _latex_block(block: Block, folder: str, numbered: Iterator[int]) -> list[str
 
 def _latex_grid(grid: Grid) -> list[str]:
     """A table that may go on on the next page; text columns share what is left."""
-    shown, widths = grid.shown, grid.widths
+    filled, widths = grid.filled_columns, grid.widths
     size, letters = next((one for one in SIZES if sum(widths) + len(widths) <= one[1]), SIZES[-1])
     left = letters - len(widths) - sum(w for w in widths if w <= LONG)
     long = [n for n, w in enumerate(widths) if w > LONG] if sum(widths) > letters else []
@@ -465,10 +467,10 @@ def _latex_grid(grid: Grid) -> list[str]:
         rf">{{\raggedright\arraybackslash}}p{{{share / letters:.2f}\linewidth}}"
         if n in long
         else ("l" if n == 0 or column.text else "r")
-        for n, column in enumerate(shown)
+        for n, column in enumerate(filled)
     ]
-    heads = [_latex_text(column.title) for column in shown]
-    units = [_latex_text(column.unit) for column in shown]
+    heads = [_latex_text(column.title) for column in filled]
+    units = [_latex_text(column.unit) for column in filled]
     rows = [" & ".join(map(_latex_text, row)) + r" \\" for row in grid.rows]
     head = [r"\toprule", " & ".join(heads) + r" \\"]
     if any(units):
@@ -478,7 +480,7 @@ def _latex_grid(grid: Grid) -> list[str]:
         rf"{{{size}\setlength{{\tabcolsep}}{{3pt}}",
         rf"\begin{{longtable}}[l]{{@{{}}{''.join(kinds)}@{{}}}}",
         # the title is a row, so that no page ends with it
-        rf"\multicolumn{{{len(shown)}}}{{@{{}}l@{{}}}}{{\textbf{{{_latex_text(grid.title)}}}}} \\",
+        rf"\multicolumn{{{len(filled)}}}{{@{{}}l@{{}}}}{{\textbf{{{_latex_text(grid.title)}}}}} \\",
         *head,
         r"\endfirsthead",
         *head,
@@ -622,19 +624,19 @@ def _typst_block(block: Block, numbered: Iterator[int]) -> str:
 
 def _typst_grid(grid: Grid) -> str:
     """A table; columns of long text share the width that is left."""
-    shown = grid.shown
+    filled = grid.filled_columns
     # only where the table is wider than the page, and columns of text alone
-    full = sum(grid.widths) + 2 * len(shown) > LETTERS
+    full = sum(grid.widths) + 2 * len(filled) > LETTERS
     long = [
         full and width > 22 and column.text
-        for column, width in zip(shown, grid.widths, strict=True)
+        for column, width in zip(filled, grid.widths, strict=True)
     ]
     widths = ", ".join("1fr" if wide else "auto" for wide in long)
     sides = ", ".join(
-        "left" if n == 0 or column.text else "right" for n, column in enumerate(shown)
+        "left" if n == 0 or column.text else "right" for n, column in enumerate(filled)
     )
     heads = []
-    for column in shown:
+    for column in filled:
         unit = f'\\ #text(fill: rgb("#56616c"))[{_typst_text(column.unit)}]' if column.unit else ""
         heads.append(f"[*{_typst_text(column.title)}*{unit}]")
     cells = ", ".join(f"[{_typst_text(cell)}]" for row in grid.rows for cell in row)

@@ -103,7 +103,7 @@ def momentum(run: Result, about: PlaceLike = (0.0, 0.0)) -> Momentum:
 
 
 def _reference_point(run: Result, about: PlaceLike) -> tuple[Any, Any]:
-    """Where the place is: numbers, or arrays over the instants."""
+    """Coordinates of the place: numbers, or arrays over the instants."""
     if isinstance(about, str | Marker):
         at = run.point(about)
         return at.x, at.y

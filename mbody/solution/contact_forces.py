@@ -225,8 +225,8 @@ def friction_pairs(system: System) -> tuple[FrictionPair, ...]:
     ):
         e = int(L.active_set[tangent])
         owner: Any = system.owners[e][0]
-        apart = owner.role == "contact" and not owner.closed
-        found.append(FrictionPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), apart))
+        is_open = owner.role == "contact" and not owner.closed
+        found.append(FrictionPair(owner.name, FRICTION_KINDS[kind], e, int(parameter), is_open))
     return tuple(found)
 
 
@@ -308,19 +308,19 @@ def sticking_pairs(solution: Result) -> Array:
     shape = (*np.shape(solution.record.take(0)), len(pairs))
     if solution.analysis == "statics":
         return np.broadcast_to(np.array(holds, dtype=bool), shape)
-    found, near = np.zeros(shape, dtype=bool), None
+    found, at_rest = np.zeros(shape, dtype=bool), None
     first = 3 * system.coordinates
     for n in np.flatnonzero(holds):
         force = np.abs(solution.record.take(first + PER_PRIMITIVE * pairs[n].primitive))
         top = force.max(axis=-1, keepdims=True)
         if not (force.min(axis=-1, keepdims=True) > CONTACT_FORCE_AT_REST * top).all():
-            near = np.zeros(shape, dtype=bool) if near is None else near
-            near[..., n] = ~(
+            at_rest = np.zeros(shape, dtype=bool) if at_rest is None else at_rest
+            at_rest[..., n] = ~(
                 force > CONTACT_FORCE_AT_REST * np.fmax.reduce(force, axis=-1, keepdims=True)
             )
-    if near is None:
+    if at_rest is None:
         return found
-    every, sticking = (one if solution.record.batch else one[None] for one in (near, found))
+    every, sticking = (one if solution.record.batch else one[None] for one in (at_rest, found))
     for design, own in enumerate(every):
         instants = np.flatnonzero(own.any(axis=1))
         if instants.size:

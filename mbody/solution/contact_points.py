@@ -113,7 +113,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[ContactPointHistory]:
 
 
 def _away(one: ContactPointHistory) -> float:
-    """How far open a place is; behind an edge it is none."""
+    """Gap of a place; behind an edge it is none."""
     gap = float(one.gap[0])
     return gap if gap > 0.0 else np.inf
 
@@ -150,8 +150,8 @@ def _history(
         force += np.column_stack([run.primitive_history(e, part) for part in (2, 3)])
     force = -force if candidate.swapped else force
     words = run.mode(contact.name)
-    near = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
-    closed = near & np.array([word != "open" for word in words])
+    within_gap = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
+    closed = within_gap & np.array([word != "open" for word in words])
     mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
     mu, static = contact.coefficients(run.system.numbers)
     numbers = float(mu), float(static)
@@ -175,9 +175,9 @@ def _edge(
     away = centre - begin
     gap = (away * normal).sum(axis=1) - radius
     along_edge = (away * u).sum(axis=1)
-    near = CONTACT_GAP_CLOSED_RESULT * run.system.length
+    tolerance = CONTACT_GAP_CLOSED_RESULT * run.system.length
     endless = not np.isfinite(length)
-    along = endless | ((along_edge >= -near) & (along_edge <= float(length) + near))
+    along = endless | ((along_edge >= -tolerance) & (along_edge <= float(length) + tolerance))
     return centre - radius * normal, normal, gap, along, (tip, first, None)
 
 
@@ -187,14 +187,14 @@ def _round(
     """Two circles, of which one may be hollow."""
     x, y = (float(part) for part in candidate.normal.parameters[:2])
     assert candidate.normal.signal is not None and candidate.tangent is not None
-    apart = float(candidate.normal.signal.parameters[0])  # the sum of the radii
-    ri = float(candidate.tangent.parameters[4]) * apart
+    distance = float(candidate.normal.signal.parameters[0])  # the sum of the radii
+    ri = float(candidate.tangent.parameters[4]) * distance
     start: Place = (first, x, y)
     here, there = moved(run, start), moved(run, tip)
     separation = there - here
     length = np.hypot(*separation.T)
     d = separation / np.maximum(length, TINY)[:, None]
-    gap = candidate.sign * (length - apart)
+    gap = candidate.sign * (length - distance)
     normal = candidate.sign * d
     place = here + ri * d + gap[:, None] * normal
     always = np.ones(len(run), dtype=bool)

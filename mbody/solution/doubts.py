@@ -111,8 +111,8 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     # a result that finds its status by its doubts keeps how it ended
     ending = getattr(found, "ending", None)
     status = status_of(found.status, every) if ending is None else ending
-    changed: Result = replace(found, doubts=every, notes=notes, status=status)
-    return changed
+    doubtful: Result = replace(found, doubts=every, notes=notes, status=status)
+    return doubtful
 
 
 def succeeded(status: str) -> bool:

@@ -175,7 +175,7 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
     by = {name: gained[:, k] for k, name in enumerate(names)}
     potential, work, lost = (np.zeros(len(records)) for _ in range(3))
     frictional = works_of_pairs(system)
-    taken = {name: np.zeros(len(records)) for name in (*frictional.values(), *stops)}
+    works = {name: np.zeros(len(records)) for name in (*frictional.values(), *stops)}
     named = {} if together else _named(system, records)
     for name, part in by.items():
         if name in named:
@@ -183,7 +183,7 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
         load = None if together else loads.get(name)
         if name in stops or name in frictional:
             lost -= part
-            taken[frictional.get(name, name)] -= part
+            works[frictional.get(name, name)] -= part
         elif load is not None and load.dissipative:
             lost -= part
         elif load is not None and load.potential:
@@ -201,4 +201,4 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
     balance = whole - whole[:1]
     forces = records[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
     rounding = ENERGY_ROUNDING * system.length * float(np.abs(forces).max(initial=0.0))
-    return Energy(kinetic, potential, work, lost, balance, by, taken, rounding)
+    return Energy(kinetic, potential, work, lost, balance, by, works, rounding)

@@ -377,7 +377,7 @@ class Result(Protocol):
 # -- Histories of inputs and of auxiliary states -----------------------------------------------
 
 
-def shown_states(mechanism: Mechanism) -> list[Any]:
+def reported_states(mechanism: Mechanism) -> list[Any]:
     """The auxiliary states that tables and summaries have: not those that only add up energies,
     which are in the account of energy.
     """
@@ -474,7 +474,7 @@ def ends(solution: Result, element: Element) -> tuple[Any, Any, Any, Any]:
 
 
 def reaction_point(solution: Result, element: Any) -> tuple[Array, Array]:
-    """Where the force of an element acts: its place on j, or the point of contact."""
+    """Point of action of the force of an element: its place on j, or the point of contact."""
     x, y = place(solution, element, "j")
     offset = _offset(solution, element) if element.role == "joint" else None
     return (x, y) if offset is None else (x + offset[0], y + offset[1])

@@ -129,8 +129,8 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
         force, torque = sign * (fx * ux + fy * uy), 0.0 * torque
     elif load.by_angle:
         angle, rate = relative_angle(solution, load)
-    beside = beside_line(solution, load) if load.on_line else (None,) * 4
-    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate, *beside)
+    line = across_line(solution, load) if load.on_line else (None,) * 4
+    return LoadHistory(name, body, other, fx, fy, torque, force, length, angle, rate, *line)
 
 
 def argument(solution: Result, element: Any, field: str) -> Array | None:
@@ -233,7 +233,7 @@ def stretched(solution: Result, load: Load) -> tuple[Array, Array, tuple[Array, 
     return length, ux * (jvx - ivx) + uy * (jvy - ivy), (ux, uy)
 
 
-def beside_line(solution: Result, load: Load) -> tuple[Array, Array, Array, Array]:
+def across_line(solution: Result, load: Load) -> tuple[Array, Array, Array, Array]:
     """Of the place on j beside the line through i on the ground: its height, its velocity along
     and across the line, and the rate of its body.
     """
@@ -750,8 +750,8 @@ def formula_value(
             stack.append(next(constants))
         elif curves and operation in curves:
             curve = curves[operation]
-            taken = [stack.pop() for _ in curve.takes][::-1]
-            stack.append(curve.at(*taken))
+            arguments = [stack.pop() for _ in curve.takes][::-1]
+            stack.append(curve.at(*arguments))
         elif operation in ONE:
             stack.append(ONE[operation](stack.pop()))
         else:

@@ -102,7 +102,7 @@ def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
         return j.angle - i.angle, j.omega - i.omega, j.alpha - i.alpha
     if not isinstance(driver, DistanceDriver | CoordinateDriver):
         raise Untraceable(f"the motion of a {type(driver).__name__}")
-    (x, y), (vx, vy), (ax, ay) = _apart(result, driver)
+    (x, y), (vx, vy), (ax, ay) = _separation(result, driver)
     if isinstance(driver, DistanceDriver):
         length = np.hypot(x, y)
         rate = (x * vx + y * vy) / length
@@ -116,7 +116,7 @@ def driven_motion(result: Any, driver: Any) -> tuple[Any, Any, Any]:
     return along, rate, c * ax + s * ay + rotation
 
 
-def _apart(result: Any, element: Any) -> list[tuple[Any, Any]]:
+def _separation(result: Any, element: Any) -> list[tuple[Any, Any]]:
     """The vector from the place on i to that on j, with both derivatives, world axes."""
     (ix, iy), (jx, jy) = (_motion(result, element, side) for side in "ij")
     return [(b - a, d - c) for a, b, c, d in zip(ix, jx, iy, jy, strict=True)]

@@ -50,7 +50,7 @@ class Inputs(MutableMapping[str, float]):
     def __init__(
         self,
         values: Mapping[str, float],
-        changed: Callable[[int, float], Any],
+        on_change: Callable[[int, float], Any],
         others: Mapping[str, tuple[str, Callable[[], float]]] | None = None,
         number: Callable[[str, Any], float] = lambda name, value: float(value),
         drivers: Mapping[str, str] | None = None,
@@ -59,7 +59,7 @@ class Inputs(MutableMapping[str, float]):
         self.names = tuple(values)
         self._index = {name: n for n, name in enumerate(self.names)}
         self._values = [float(value) for value in values.values()]
-        self._changed, self._others, self._number = changed, dict(others or {}), number
+        self._on_change, self._others, self._number = on_change, dict(others or {}), number
 
     def __getitem__(self, name: str) -> float:
         place = self._index.get(name)
@@ -83,7 +83,7 @@ class Inputs(MutableMapping[str, float]):
             if name in self._drivers:
                 raise jumping(name, self._drivers[name])
             self._values[place] = value
-            self._changed(place, value)
+            self._on_change(place, value)
 
     def __delitem__(self, name: str) -> None:
         if name not in self:

@@ -294,12 +294,12 @@ class LaneInputs(MutableMapping[str, Array]):
         lanes: LaneMotion,
         others: dict[str, str],
         number: Callable[[str, Any], float],
-        changed: Callable[[], None],
+        on_change: Callable[[], None],
         drivers: Mapping[str, str] | None = None,
     ) -> None:
         self._drivers = dict(drivers or {})
         self.names, self._lanes, self._others = names, lanes, others
-        self._number, self._changed = number, changed
+        self._number, self._on_change = number, on_change
 
     def __getitem__(self, name: str) -> Array:
         return self._lanes.row(self._lanes.many.inputs, self._input_index(name))
@@ -317,7 +317,7 @@ class LaneInputs(MutableMapping[str, Array]):
                 raise jumping(name, self._drivers[name])
             table[:, place, :] = given
             lanes.many.stale[different] = 1.0
-            self._changed()
+            self._on_change()
 
     def _input_index(self, name: str) -> int:
         if name in self.names:

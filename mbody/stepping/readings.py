@@ -221,15 +221,15 @@ class Readings:
     def _show(self, integration: Stepwise, settings: IntegrationSettings) -> None:
         """Read from this integration."""
         self._integration, self._settings = integration, settings
-        y, slots, shown = integration.y, integration.state, integration.shown.reshape(-1)
-        self._slots, self._shown = memoryview(slots.data), memoryview(shown.data)
+        y, slots, record = integration.y, integration.state, integration.present_record.reshape(-1)
+        self._slots, self._present_record = memoryview(slots.data), memoryview(record.data)
         self._present = Present(self.system, memoryview(y.data), self._slots, self._instant_record)
         self._named: dict[str, BodyNow | PointNow] = {}
         self._values: dict[Any, Any] = {}
         self._measures: dict[Any, Read] = {}
-        self._changed()
+        self._invalidate()
 
-    def _changed(self) -> None:
+    def _invalidate(self) -> None:
         """Nothing that was evaluated holds any more."""
         self._record_valid = False
         self._certified: Solution | None = None
@@ -344,7 +344,7 @@ class Readings:
         if not self._record_valid:
             self._integration.instant()
             self._record_valid = True
-        return self._shown
+        return self._present_record
 
     def _instant(self) -> Solution:
         """The present instant as a result."""

@@ -62,14 +62,15 @@ class Nearest:
     """A state that joints and drivers allow.
 
     `q`, `v` (coordinates,)
-    `far`: The greatest difference of a place from what it was to be, in model lengths and radians.
+    `distance`: The greatest difference of a place from what it was to be, in model lengths and
+        radians.
     `notes`: What is not as it was to be.
     `regularization`: Of redundant rows; zero where there are none.
     """
 
     q: Array
     v: Array
-    far: float
+    distance: float
     notes: tuple[str, ...]
     regularization: float
 
@@ -134,9 +135,9 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     notes: tuple[str, ...] = ()
     if here is None:
         still = _stationary_motions(system, start.work, q, rates, rates=True)
-        near = nearest_rates(system, start.work, (*rates, *still))
-        v = system.coordinate_units * near.v
-        lacking, fast = (near.met - near.given.p)[: len(rates)], near.fast
+        nearest = nearest_rates(system, start.work, (*rates, *still))
+        v = system.coordinate_units * nearest.v
+        lacking, fast = (nearest.met - nearest.given.p)[: len(rates)], nearest.fast
     else:
         v, notes = branch_rates(system, here, t, q, rates)
         lacking, fast = np.zeros(len(rates)), 1.0
@@ -208,10 +209,10 @@ def _continued_position(
         ]
         found = fitted_places(system, work, candidates, np.append(q, ground))
         if found is None:
-            shown = ", ".join(one.with_value(system, one.value) for one in places[:NAMED])
+            texts = ", ".join(one.with_value(system, one.value) for one in places[:NAMED])
             unit = system.mechanism.units.time
             raise SolveError(
-                f"reset: the loops of '{system.mechanism.name}' do not close near {shown or 'it'} "
+                f"reset: the loops of '{system.mechanism.name}' do not close near {texts or 'it'} "
                 f"at t = {t:.6g} {unit}: give values that its joints allow",
                 places[0].body if places else None,
             )
@@ -221,7 +222,7 @@ def _continued_position(
 
 def _sentence(system: System, wrong: Sequence[tuple[Prescribed, float]]) -> str:
     """Sentence on prescribed values that were not met, in the user's units."""
-    shown = [
+    texts = [
         f"{one.with_value(system, one.value + part * one.unit(system))}, not "
         f"{one.with_value(system, one.value).partition(' = ')[2]}"
         for one, part in wrong[:NAMED]
@@ -229,7 +230,7 @@ def _sentence(system: System, wrong: Sequence[tuple[Prescribed, float]]) -> str:
     more = f", and {len(wrong) - NAMED} more" if len(wrong) > NAMED else ""
     return (
         f"the reset does not fit joints and drivers: the nearest state that fits was taken, with "
-        f"{'; '.join(shown)}{more}"
+        f"{'; '.join(texts)}{more}"
     )
 
 
@@ -336,8 +337,8 @@ class Simulator(MechanicsNow):
         if whole.batch is not None:
             raise ModelError("a Simulator takes one design: choose one of the batch with design(n)")
         errors = tolerances(whole, rtol, atol)
-        held, whole = whole, with_contacts_of_joints(whole)
-        self._start = first_instant_with_contacts(held, whole, start, guess, rates)
+        closed_system, whole = whole, with_contacts_of_joints(whole)
+        self._start = first_instant_with_contacts(closed_system, whole, start, guess, rates)
         t, q, v = state_of(whole, self._start)
         self._request = motion_request(
             whole,
@@ -416,7 +417,7 @@ class Simulator(MechanicsNow):
         decides = isinstance(engine, StepwiseContacts)
         if decides or choose_branch(self.system, self._start, (t, q, v)) is None:
             engine.start_at(t, q, v, own)
-            self._changed()
+            self._invalidate()
             return
         # the motion begins at a singular position: its first part is found as a whole
         self._origin = t, q.copy(), v.copy()
@@ -576,7 +577,7 @@ class Simulator(MechanicsNow):
             self._lead_out(given.t)
             return
         self._integration.go_on_from(given.checkpoint)
-        self._changed()
+        self._invalidate()
 
     def _unfit(self, given: Any) -> str:
         """Why a state cannot be gone on from exactly; else nothing."""
@@ -668,11 +669,11 @@ class Simulator(MechanicsNow):
         given = prescribed_values(system, {} if to is None else left)
         own = self._auxiliary_states(given_states) if given_states else None
         when = first.t if when is None else when
-        near = nearest_state(system, when, first.q, given)
-        self._integration.regularize(near.regularization)
+        nearest = nearest_state(system, when, first.q, given)
+        self._integration.regularize(nearest.regularization)
         self._first_inputs(first)
-        self._begin(when, near.q, near.v, near.notes, own)
-        return near.far
+        self._begin(when, nearest.q, nearest.v, nearest.notes, own)
+        return nearest.distance
 
     def _first_inputs(self, state: SimulatorState) -> None:
         self.inputs.set_all(state.inputs)

@@ -76,7 +76,7 @@ def reset_states(
     for row, name in enumerate(names):
         if isinstance(to, Mapping) and name in to:
             y[:, 2 * n + row] = _own_values(system, row, to[name], len(which))
-    far, left = np.zeros(len(which)), np.ones(len(which), dtype=bool)
+    distance, left = np.zeros(len(which)), np.ones(len(which), dtype=bool)
     if system.batch is None and np.ptp(t) == 0.0:
         q, v, good = _on_lanes(system, float(t[0]), base[:, :n], places, values)
         y[good, :n], y[good, n : 2 * n] = q[good], v[good]
@@ -87,11 +87,11 @@ def reset_states(
             replace(given_place, value=float(values[m, k])) for m, given_place in enumerate(places)
         ]
         try:
-            near = nearest_state(one, float(t[k]), base[k, :n], given)
+            nearest = nearest_state(one, float(t[k]), base[k, :n], given)
         except (ModelError, SolveError) as error:
             raise type(error)(f"motion {which[k]}: {error}", error.element) from error
-        y[k, :n], y[k, n : 2 * n], far[k] = near.q, near.v, near.far
-    return y, far
+        y[k, :n], y[k, n : 2 * n], distance[k] = nearest.q, nearest.v, nearest.distance
+    return y, distance
 
 
 def _prescribed(system: System, to: Any, count: int) -> tuple[list[Prescribed], Array]:
@@ -451,7 +451,9 @@ class Simulators(ScalarFallback):
             if name not in names
         }
         drivers = driver_inputs(self.system.mechanism, self.system.numbers)
-        self.inputs = LaneInputs(names, self._lanes, others, self._number, self._changed, drivers)
+        self.inputs = LaneInputs(
+            names, self._lanes, others, self._number, self._invalidate, drivers
+        )
         self._begin_all()
 
     def _number(self, name: str, value: Any) -> float:
@@ -459,7 +461,7 @@ class Simulators(ScalarFallback):
         own = next(one for one in machine.inputs if one.name == name)
         return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
 
-    def _changed(self) -> None:
+    def _invalidate(self) -> None:
         """Invalidates readings after a change of state or inputs."""
         self._record_valid = False
 
@@ -487,7 +489,7 @@ class Simulators(ScalarFallback):
         for k in which.tolist():
             for by_state in (self._states, self._reasons, self._doubts):
                 by_state.pop(k, None)
-        self._changed()
+        self._invalidate()
         if self._on_lanes:
             lanes.begin(which, t, y)
             slots = lanes.some(many.state, which)
@@ -556,7 +558,7 @@ class Simulators(ScalarFallback):
         lanes, many = self._lanes, self._lanes.many
         targets = np.where(ok, until, now)
         lanes.put(many.state, UNTIL, np.arange(self.n), targets)
-        self._changed()
+        self._invalidate()
         if self._on_lanes:
             lanes.go_on()
         for k in np.flatnonzero((self.t < targets) & (many.bad[: self.n] > 0.0)).tolist():
@@ -621,7 +623,7 @@ class Simulators(ScalarFallback):
             getattr(many, name)[:] = given.arrays[name]
         self._states, self._reasons = dict(given.alone), dict(given.reasons)
         self._doubts = dict(given.doubts)
-        self._changed()
+        self._invalidate()
 
     def reset(
         self, which: Any = None, to: Mapping[str, Any] | None = None, *, t: Number | None = None
@@ -665,14 +667,14 @@ class Simulators(ScalarFallback):
                 lanes.put_all(getattr(many, name), chosen, values)
             many.stale[places], many.bad[chosen] = flags
             self._states, self._reasons, self._doubts = kept
-            self._changed()
+            self._invalidate()
             raise
 
     def _reset(self, which: Array, to: Any, t: Any) -> Array:
         lanes, many, first = self._lanes, self._lanes.many, self._first
-        far = np.zeros(len(which))
+        distance = np.zeros(len(which))
         if not len(which):
-            return far
+            return distance
         if to is None and t is None:
             width = many.stale.shape[1]
             for name in ROWS:
@@ -687,16 +689,16 @@ class Simulators(ScalarFallback):
                     self._states[k] = first.alone[k]
                 if k in first.doubts:
                     self._doubts[k] = first.doubts[k]
-            self._changed()
-            return far
+            self._invalidate()
+            return distance
         base = lanes.some(first.arrays["y"], which)
         when = lanes.some(first.arrays["state"], which)[:, TIME]
         if t is not None:
             when = np.full(len(which), self._times(t, "reset: t")[0])
-        y, far = reset_states(self.system, which, when, base, {} if to is None else to)
+        y, distance = reset_states(self.system, which, when, base, {} if to is None else to)
         lanes.put_all(many.inputs, which, lanes.some(first.arrays["inputs"], which))
         self._begin(which, when, y)
-        return far
+        return distance
 
     def _chosen(self, which: Any) -> Array:
         """Numbers of the motions that a mask or numbers mean."""
@@ -726,7 +728,7 @@ class Simulators(ScalarFallback):
 
 
 def _count(system: System, n: Any) -> int:
-    """How many motions there are."""
+    """Number of motions."""
     if n is None and system.batch is not None:
         return int(system.batch)
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:

@@ -189,7 +189,7 @@ class Stepwise(Integration):
         return self.system.work(masses=True), memory
 
     @functools.cached_property
-    def shown(self) -> Array:
+    def present_record(self) -> Array:
         """Record of an instant, (rows, 1): see `instant`."""
         return np.zeros((self.system.record_rows, 1))
 
@@ -241,7 +241,7 @@ class Stepwise(Integration):
         self.extremes = {}
         self.first, self.state[TIME] = t, t
         n, own = 2 * self.system.coordinates, self.system.auxiliary_rows.start
-        self.y[:n], self.shown[:, 0] = record[:n], record
+        self.y[:n], self.present_record[:, 0] = record[:n], record
         self.y[n:] = record[own : own + self.system.layout.owns]
 
     def _clear(self) -> None:
@@ -271,9 +271,9 @@ class Stepwise(Integration):
             code = self._advance(until, 1, self.outputs)
             if code in (MORE, DONE) and state.item(TIME) == until:
                 return ""
-        return self._far(until)
+        return self._advance_in_steps(until)
 
-    def _far(self, until: float) -> str:
+    def _advance_in_steps(self, until: float) -> str:
         """Advances to `until` in any number of steps; the state is restored after an error."""
         saved, self.until = self.snapshot(), until
         self.state[LAST_STEP_ALLOWED] = 1.0
@@ -311,7 +311,7 @@ class Stepwise(Integration):
 
     def _no_outputs(self) -> Outputs:
         """None but the work since the reference."""
-        records, work = np.empty((0, len(self.shown), 1)), np.zeros((1, self.causes))
+        records, work = np.empty((0, len(self.present_record), 1)), np.zeros((1, self.causes))
         return Outputs(times=np.empty(0), pages=records, work=work)
 
     def _set_times(self) -> None:
@@ -381,7 +381,7 @@ class Stepwise(Integration):
         if sampled != [one.name for one in self.system.mechanism.controllers]:
             return "is of another mechanism, with other controllers"
         parts = (restart.y, restart.gained, given.reference, given.near)
-        mine = (self.y, self._gained, self.shown, self.work.near)
+        mine = (self.y, self._gained, self.present_record, self.work.near)
         if [part.shape for part in parts] != [part.shape for part in mine]:
             return "is of another mechanism, with other elements"
         before, t = self.y.copy(), float(self.state[TIME])
@@ -394,7 +394,7 @@ class Stepwise(Integration):
         # at rest what accelerations there are is rounding
         velocity_scale = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
         size = velocity_scale**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
-        moved = np.abs((self.shown[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
+        moved = np.abs((self.present_record[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
         if (
             off.max(initial=0.0) > tol.ACCELERATIONS_AGREE * size
             or moved.max(initial=0.0) > tol.ACCELERATIONS_AGREE
@@ -413,18 +413,18 @@ class Stepwise(Integration):
     # -- records -------------------------------------------------------------------------------
 
     def instant(
-        self, inputs: Array | None = None, held: Mapping[str, float] | None = None
+        self, inputs: Array | None = None, input_values: Mapping[str, float] | None = None
     ) -> Array:
         """Record of the present instant, (rows, 1), with the present inputs or with others, set
-        from outside or `held` between set times; the motion is left unchanged.
+        from outside or `input_values` between set times; the motion is left unchanged.
         """
-        (work, memory), record = self._probe, self.shown
+        (work, memory), record = self._probe, self.present_record
         memory.y[:] = self.y
         memory.state[TIME] = self.state[TIME]
         work.signal[:] = self.work.signal
         if inputs is not None:
             work.signal[list(self.free_inputs.values()), 0] = inputs
-        for name, value in (held or {}).items():
+        for name, value in (input_values or {}).items():
             work.signal[self.interruptions.hold[name], 0] = value
         initial_derivative(self.layout, work, memory, REFINEMENTS, record)
         raise_user_error(self.system)
@@ -497,7 +497,7 @@ class StepwiseEvents(Stepwise, EventIntegration):
             self.until = until
             self._begin_steps()
         self.passage.whole = until - self.first
-        return "" if self._quiet(until) else self._far(until)
+        return "" if self._quiet(until) else self._advance_in_steps(until)
 
     def _quiet(self, until: float) -> bool:
         """Go on by one short step that nothing crosses; False, where that is not certain.
@@ -553,9 +553,9 @@ class StepwiseEvents(Stepwise, EventIntegration):
         super().refresh()
         self.late = False
 
-    def _far(self, until: float) -> str:
+    def _advance_in_steps(self, until: float) -> str:
         self._renew()
-        return super()._far(until)
+        return super()._advance_in_steps(until)
 
     def _all_steps(self) -> str:
         self._forget()
@@ -629,7 +629,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
         self.shared = None
         self.guards, self.transition, self.contact_notes = [], ModeTransition(), []
-        self.changed_at, self.changes, self.ending = -np.inf, 0, ""
+        self.last_change, self.changes, self.ending = -np.inf, 0, ""
         self.work.anchor[:] = 0.0
         self.work.par[:] = self.probe.par
         self.on = np.zeros(len(self.on))
@@ -676,7 +676,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             closed=frozenset(self.transition.closed),
             guards=tuple(self.guards),
             fresh=dict(self.fresh),
-            changes=(self.changed_at, self.changes),
+            changes=(self.last_change, self.changes),
             notes=tuple(self.contact_notes),
             lost=self.lost.copy(),
         )
@@ -699,7 +699,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.struck, self.beyond = dict(given.struck), set(given.beyond)
         self.transition = ModeTransition(set(given.closed))
         self.guards, self.fresh = list(given.guards), dict(given.fresh)
-        self.changed_at, self.changes = given.changes
+        self.last_change, self.changes = given.changes
         self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""
 
@@ -726,13 +726,13 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     # -- records of contacts -------------------------------------------------------------------
 
     def instant(
-        self, inputs: Array | None = None, held: Mapping[str, float] | None = None
+        self, inputs: Array | None = None, input_values: Mapping[str, float] | None = None
     ) -> Array:
         """Record of the present instant, (rows, 1), in the present modes."""
         probe = self._probe[0]
         for part, own in zip(self._rows_of(probe), self._rows_of(self.work), strict=True):
             part[:] = own
-        return super().instant(inputs, held)
+        return super().instant(inputs, input_values)
 
     def _solution(self, status: str) -> Solution:
         kept = self.kept_modes
@@ -817,10 +817,10 @@ def _find_values(integration: StepwiseEvents) -> None:
     """Values of events at other states than the present one, where no forces are in them."""
     integration.at = np.zeros_like(integration.y), np.zeros_like(integration.state)
     y, slots = (memoryview(part.data) for part in integration.at)
-    beside = Present(integration.system, y, slots, _no_record)
+    present = Present(integration.system, y, slots, _no_record)
     with contextlib.suppress(Exception):  # what no list of operations gives, or forces
         found = [
-            beside.read(evaluate_measure(beside.instant, one)[0]) for one in integration.measures
+            present.read(evaluate_measure(present.instant, one)[0]) for one in integration.measures
         ]
         for value in found:
             value()

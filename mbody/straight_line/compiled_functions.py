@@ -53,7 +53,7 @@ class MotionWriter(FunctionWriter):
             self._put("found", n, self._load(variable))
 
     def _lane_address(self, name: str, row: Any) -> Any:
-        """Where a row of the caller's has the numbers of these lanes."""
+        """Place of the numbers of these lanes in a row of the caller's."""
         row = ir.Constant(I64, row) if isinstance(row, int) else row
         place = self.b.add(self.b.mul(row, self.word["lanes"]), self.low)
         address = self.b.add(self.word[name], self.b.mul(place, ir.Constant(I64, 8)))
@@ -169,7 +169,7 @@ class MotionWriter(FunctionWriter):
                 b.store(self._lane(value, lane), self._element(self.word["output"], place))
 
     def _output_place(self, row: Any, lane: int) -> Any:
-        """Where a lane of the output begins: (rows, lanes, stride)."""
+        """Beginning of a lane of the output: (rows, lanes, stride)."""
         b = self.b
         lanes = b.add(b.mul(row, self.word["lanes"]), b.add(self.low, ir.Constant(I64, lane)))
         return b.mul(lanes, self.word["stride"])

@@ -130,11 +130,11 @@ def recorded_pieces(described: Description) -> tuple[dict[str, Piece], dict[Row,
         raise Untraceable("which pairs slide depends on numbers")
     # once with nothing known, for the rows that a step changes: of those nothing is known before it
     first = _pieces(_PieceRecorder(described, {}), set())
-    changed = {row for piece in first.values() for row in piece.stored}
+    stored_rows = {row for piece in first.values() for row in piece.stored}
     repeated = {row for name, piece in first.items() if _repeats(name) for row in piece.stored}
     beginning = _PieceRecorder(described, dict(initial))
     prologue = beginning.piece(_prologue(described))
-    settled = {row: value for row, value in beginning.known.items() if row not in changed}
+    settled = {row: value for row, value in beginning.known.items() if row not in stored_rows}
     pieces = _pieces(_PieceRecorder(described, dict(settled)), repeated)
     return {"prologue": prologue, **pieces}, settled
 

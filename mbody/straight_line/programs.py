@@ -125,7 +125,7 @@ class MotionCall:
 
 
 def _address(array: np.ndarray) -> int:
-    """Where the numbers of an array are; `ctypes.data` takes four times as long."""
+    """Address of the numbers of an array; `ctypes.data` takes four times as long."""
     found: int = array.__array_interface__["data"][0]
     return found
 

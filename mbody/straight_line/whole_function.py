@@ -209,9 +209,9 @@ class FunctionWriter(ABC):
         """A row of the places behind; the pieces have the last one at first, that before it as the
         third, and go on to the second.
         """
-        which, beside = divmod(row, self.place_rows)
+        which, offset = divmod(row, self.place_rows)
         begin = self.b.load(self.at[("last", "second", "before")[which]])
-        return self._element(self.past, self.b.add(begin, ir.Constant(I64, beside)))
+        return self._element(self.past, self.b.add(begin, ir.Constant(I64, offset)))
 
     # ------------------------------------------------------------------------------------------
     # Instants

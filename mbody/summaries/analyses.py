@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 
 #: Free motions and joints that are shown.
-SHOWN_JOINTS = 12
+LISTED_JOINTS = 12
 #: What holds in one direction only: one of it, several, and how it is counted.
 ONE_SIDED = {
     "contacts": ("contact", "contacts", "open"),
@@ -133,8 +133,8 @@ def _redundant(report: Mobility) -> list[str]:
     words = [
         name if most == 1 else f"{name} (up to {count})" for name, count in report.redundant.items()
     ]
-    if len(words) > SHOWN_JOINTS:
-        words[SHOWN_JOINTS:] = [f"{len(words) - SHOWN_JOINTS} joints more"]
+    if len(words) > LISTED_JOINTS:
+        words[LISTED_JOINTS:] = [f"{len(words) - LISTED_JOINTS} joints more"]
     rows = many(report.of_joints.redundant, "row")
     where = " at this position" if report.of_joints.singular else ""
     names = " or ".join([", ".join(words[:-1]), words[-1]])
@@ -155,19 +155,19 @@ def _one_sided(report: Mobility) -> list[str]:
 def _motions(title: str, motions: Sequence[FreeMotion]) -> list[str]:
     if not motions:
         return ["", f"{title}: none"]
-    wide = len(str(min(SHOWN_JOINTS, len(motions))))
+    wide = len(str(min(LISTED_JOINTS, len(motions))))
     lines = ["", title, "─" * len(title)]
-    for n, motion in enumerate(motions[:SHOWN_JOINTS], 1):
+    for n, motion in enumerate(motions[:LISTED_JOINTS], 1):
         lines += paragraph(motion.words, f"{n:>{wide}}  ")
-    if len(motions) > SHOWN_JOINTS:
-        lines.append(f"{'':>{wide}}  and {len(motions) - SHOWN_JOINTS} more")
+    if len(motions) > LISTED_JOINTS:
+        lines.append(f"{'':>{wide}}  and {len(motions) - LISTED_JOINTS} more")
     return lines
 
 
 # -- Summaries of assembly modes, circuits and dead centres ---------------------------------------
 
 #: Modes that are shown.
-SHOWN_ASSEMBLY_MODES = 40
+LISTED_ASSEMBLY_MODES = 40
 
 
 def assemblies_summary(found: AssemblyModes) -> str:
@@ -206,13 +206,13 @@ def circuits_summary(found: Circuits) -> str:
 
 
 def closing_data(found: AssemblyModes) -> dict[str, int | bool | str | None]:
-    """How many modes there are and which one is used, ready for JSON."""
+    """Number of modes and which one is used, ready for JSON."""
     used = None if found.used is None else found.used.name
     return {"count": len(found), "complete": found.complete, "used": used}
 
 
 def closing_line(found: AssemblyModes) -> list[str]:
-    """How many modes there are and which one is used, in a sentence."""
+    """Number of modes and which one is used, in a sentence."""
     where = " and ".join(_value(name, value, found) for name, value in found.at.items())
     proof = "" if found.complete else ", and maybe in more"
     ways = many(len(found), "way")
@@ -221,8 +221,8 @@ def closing_line(found: AssemblyModes) -> list[str]:
     if used is not None and (len(found) > 1 or not found.complete):
         name = "" if used.name == str(used.number) else f" {used.name}"
         chosen = f"; the guesses choose {used.number}{name}"
-    shown = "it" if len(found) == 1 else "them"
-    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows {shown}"
+    pronoun = "it" if len(found) == 1 else "them"
+    text = f"it closes in {ways}{proof} at {where}{chosen}; mbody assemblies shows {pronoun}"
     return paragraph(text, "ASSEMBLIES   ")
 
 
@@ -247,7 +247,7 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     if not len(found) and found.complete:
         proof = "; it is proven that the loops close nowhere there"
     lines += ["", *paragraph(counted + proof), ""]
-    modes = list(found)[:SHOWN_ASSEMBLY_MODES]
+    modes = list(found)[:LISTED_ASSEMBLY_MODES]
     names = [body.name for body in machine.bodies]
     first = [n == 0 for _ in modes for n in range(len(names))]
 
@@ -269,8 +269,8 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     columns.append(Column("angle", angles([place[2] for place in places]) if places else [], "deg"))
     if modes:
         lines += table(columns)
-    if len(found) > SHOWN_ASSEMBLY_MODES:
-        lines.append(f"and {len(found) - SHOWN_ASSEMBLY_MODES} more")
+    if len(found) > LISTED_ASSEMBLY_MODES:
+        lines.append(f"and {len(found) - LISTED_ASSEMBLY_MODES} more")
     return lines
 
 
@@ -307,20 +307,20 @@ def _dead_centres(found: DeadCentres) -> str:
         none = f"'{found.driver}' has no dead centre in any mode"
         return f"{none}: it is proven that it turns all the way round"
     angular = found.angular
-    shown = [_dead_value(found, value) for value in found.values.tolist()]
+    texts = [_dead_value(found, value) for value in found.values.tolist()]
     proof = "; it is proven that there are no more" if found.complete else ""
     note = ""
-    if angular and shown:
+    if angular and texts:
         note = f". '{found.driver}' does not turn all the way round in every mode"
     elif angular:
         note = ". Whether it turns all the way round in every mode is not proven"
-    return f"dead centres of '{found.driver}': {', '.join(shown) or 'none was met'}{proof}{note}"
+    return f"dead centres of '{found.driver}': {', '.join(texts) or 'none was met'}{proof}{note}"
 
 
 # -- The readable summary of equilibria: what ``print(mbody.equilibrium(machine))`` shows --------
 
 #: Positions, links and joints that are shown.
-SHOWN_EQUILIBRIA = 12
+LISTED_EQUILIBRIA = 12
 
 
 def equilibrium_summary(found: Equilibria) -> str:
@@ -340,34 +340,34 @@ def equilibrium_summary(found: Equilibria) -> str:
     count = len(found)
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"equilibrium at t = {number(found.t)} {found.units.time}: {counted}"
-    shown = list(found)[:SHOWN_EQUILIBRIA]
+    listed_ones = list(found)[:LISTED_EQUILIBRIA]
     lines = title(found.mechanism, when, found.units)
-    tables = [_positions, _links, _forces] if shown else []
-    for rows in (*(one(found, shown) for one in tables), _bands(found)):
+    tables = [_positions, _links, _forces] if listed_ones else []
+    for rows in (*(one(found, listed_ones) for one in tables), _bands(found)):
         lines += ["", *rows] if rows else []
-    if count > SHOWN_EQUILIBRIA:
-        lines.append(f"and {count - SHOWN_EQUILIBRIA} more")
-    notes = [f"{n}: {note}" for n, one in enumerate(shown, 1) for note in one.notes]
+    if count > LISTED_EQUILIBRIA:
+        lines.append(f"and {count - LISTED_EQUILIBRIA} more")
+    notes = [f"{n}: {note}" for n, one in enumerate(listed_ones, 1) for note in one.notes]
     return "\n".join(even([*lines, *noted([*notes, *found.notes])]))
 
 
-def _positions(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+def _positions(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Stability, stiffness and frequencies; of several free motions the least of each."""
-    least = [_least(e.stiffness) for e in shown]
-    one = all(len(e.motions) == 1 for e in shown)
-    leaders = {e.motions[0].leader for e in shown}
-    angular = all(e.motions[0].turns for e in shown)
+    least = [_least(e.stiffness) for e in listed_ones]
+    one = all(len(e.motions) == 1 for e in listed_ones)
+    leaders = {e.motions[0].leader for e in listed_ones}
+    angular = all(e.motions[0].turns for e in listed_ones)
     unit = found.units.of("torsion stiffness" if angular else "stiffness") if one else ""
     title = "stiffness" if one else "least stiffness"
     if one and len(leaders) == 1:
         title += f" of {leaders.pop()}"
-    frequencies = [number(e.frequencies[0]) if e.frequencies else "" for e in shown]
+    frequencies = [number(e.frequencies[0]) if e.frequencies else "" for e in listed_ones]
     columns = [
-        Column("REST", [str(n) for n in range(1, len(shown) + 1)], text=True, whole=True),
-        Column("", [e.stability for e in shown], text=True, whole=True),
+        Column("REST", [str(n) for n in range(1, len(listed_ones) + 1)], text=True, whole=True),
+        Column("", [e.stability for e in listed_ones], text=True, whole=True),
         Column(title, numbers(least), unit),
         Column("frequency", frequencies, f"rad/{found.units.time}"),
-        Column("residual", [f"{e.residual:.1e}" if e.residual else "0" for e in shown]),
+        Column("residual", [f"{e.residual:.1e}" if e.residual else "0" for e in listed_ones]),
     ]
     return table(columns)
 
@@ -376,7 +376,7 @@ def _bands(found: Equilibria) -> list[str]:
     """Link axes of the leader at both ends of the bands in which friction holds."""
     rows = [
         (n, band, word, None if end is None else end[band.leader])
-        for n, band in enumerate(found.bands[:SHOWN_EQUILIBRIA], 1)
+        for n, band in enumerate(found.bands[:LISTED_EQUILIBRIA], 1)
         for word, end in (("from", band.low), ("to", band.high))
         if not band.everywhere
     ]
@@ -420,11 +420,11 @@ def _least(stiffness: np.ndarray) -> float:
     return least if abs(least) > PRINTED_NONE * float(np.abs(sizes).max()) else 0.0
 
 
-def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+def _links(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Mass centre and angle of every link at every equilibrium."""
-    bodies = [body.name for body in shown[0].solution.mechanism.bodies][:SHOWN_EQUILIBRIA]
-    rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(shown, 1)]
-    unit, floor = found.units.length, PRINTED_NONE * shown[0].solution.system.length
+    bodies = [body.name for body in listed_ones[0].solution.mechanism.bodies][:LISTED_EQUILIBRIA]
+    rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(listed_ones, 1)]
+    unit, floor = found.units.length, PRINTED_NONE * listed_ones[0].solution.system.length
     columns = [
         Column("LINK", [name if n == 1 else "" for n, name, _ in rows], text=True),
         Column("at", [str(n) for n, _, _ in rows], whole=True),
@@ -435,14 +435,14 @@ def _links(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     return table(columns)
 
 
-def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
+def _forces(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Joint forces, and efforts of the fixed drivers and of couplings."""
-    mechanism = shown[0].solution.mechanism
+    mechanism = listed_ones[0].solution.mechanism
     names, unit = force_names(mechanism), found.units.of
-    floor = max(force_floor(e.solution) for e in shown)
+    floor = max(force_floor(e.solution) for e in listed_ones)
     cells: list[tuple[str, str, int, float, float]] = []
-    for joint in mechanism.joints[:SHOWN_EQUILIBRIA]:
-        for n, e in enumerate(shown, 1):
+    for joint in mechanism.joints[:LISTED_EQUILIBRIA]:
+        for n, e in enumerate(listed_ones, 1):
             force = e.reaction(joint.name, on=names[joint.name][1])
             labels = (names[joint.name][0], joint.name)
             cells.append((*labels, n, float(force.fx[0]), float(force.fy[0])))
@@ -460,7 +460,7 @@ def _forces(found: Equilibria, shown: list[Equilibrium]) -> list[str]:
     )
     elements: tuple[Driver | Coupling, ...] = (*mechanism.drivers, *mechanism.couplings)
     for element in elements:
-        efforts = [float(e.solution.effort(element.name)[0]) for e in shown]
+        efforts = [float(e.solution.effort(element.name)[0]) for e in listed_ones]
         what = unit(element.effort_dimension)
         row = ", ".join(number(effort) for effort in efforts)
         lines += paragraph(f"{row} {what}", f"effort of {element.name}   ")
@@ -485,9 +485,9 @@ def curve_summary(curve: EquilibriumCurve) -> str:
     machine, last = curve.solution.mechanism, len(curve) - 1
     marks = {0: "begin", last: "end"}
     marks |= dict.fromkeys(curve.folds, "fold") | dict.fromkeys(curve.crossings, "crossing")
-    changed = [n for n in range(1, last) if curve.stability[n] != curve.stability[n - 1]]
-    alone = {n for n in changed if n not in marks and n - 1 not in marks}
-    rows = sorted({*marks, *alone})[: 2 * SHOWN_EQUILIBRIA]
+    stability_changes = [n for n in range(1, last) if curve.stability[n] != curve.stability[n - 1]]
+    alone = {n for n in stability_changes if n not in marks and n - 1 not in marks}
+    rows = sorted({*marks, *alone})[: 2 * LISTED_EQUILIBRIA]
     bodies = [body.name for body in machine.bodies][:6]
     onward = [curve.stability[min(n + 1, last)] for n in rows]
     columns = [
@@ -519,7 +519,7 @@ def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]
 # -- The readable summary of modes: what ``print(mbody.modes(machine))`` shows -------------------
 
 #: Positions, modes of each, and leaders of a mode that are shown.
-SHOWN_MODES, MODES, LEADERS = 6, 20, 4
+LISTED_MODES, MODES, LEADERS = 6, 20, 4
 
 
 def modes_summary(found: Modes) -> str:
@@ -539,12 +539,12 @@ def modes_summary(found: Modes) -> str:
     counted = f"{count} rest position{'' if count == 1 else 's'}"
     when = f"modes at t = {number(found.t)} {found.units.time}: {counted}"
     lines = title(found.mechanism, when, found.units)
-    for n, one in enumerate(list(found)[:SHOWN_MODES], 1):
+    for n, one in enumerate(list(found)[:LISTED_MODES], 1):
         lines += ["", *paragraph(f"{one.stability}, at {_where(one)}", f"REST {n}   ")]
         lines += _table(found, one)
         lines += [line for note in one.notes for line in paragraph(note, "NOTE   ")]
-    if count > SHOWN_MODES:
-        lines.append(f"and {count - SHOWN_MODES} more")
+    if count > LISTED_MODES:
+        lines.append(f"and {count - LISTED_MODES} more")
     return "\n".join(even([*lines, *certified(found)]))
 
 
@@ -568,29 +568,29 @@ def _where(one: ModesAt) -> str:
 
 
 def _table(found: Modes, one: ModesAt) -> list[str]:
-    shown = one.modes[:MODES]
-    if not shown:
+    modes = one.modes[:MODES]
+    if not modes:
         return ["no mode: nothing that is free has inertia"]
     time = found.units.time
     cycles = "Hz" if time == "s" else f"1/{time}"
-    frequencies, oscillates = [m.frequency for m in shown], [bool(m.frequency) for m in shown]
+    frequencies, oscillates = [m.frequency for m in modes], [bool(m.frequency) for m in modes]
     swinging = [
         cell if on else "" for cell, on in zip(numbers(frequencies), oscillates, strict=True)
     ]
-    hertz = [m.hertz for m in shown]
+    hertz = [m.hertz for m in modes]
     often = [cell if on else "" for cell, on in zip(numbers(hertz), oscillates, strict=True)]
-    damped = any(m.damping_ratio and m.frequency for m in shown)
-    ratios = [number(m.damping_ratio) if m.frequency else "" for m in shown]
-    decaying = [m.decay_rate for m in shown]
+    damped = any(m.damping_ratio and m.frequency for m in modes)
+    ratios = [number(m.damping_ratio) if m.frequency else "" for m in modes]
+    decaying = [m.decay_rate for m in modes]
     rates = [cell if x else "" for cell, x in zip(numbers(decaying), decaying, strict=True)]
     columns = [
-        Column("MODE", [str(n) for n in range(1, len(shown) + 1)], text=True, whole=True),
-        Column("", [m.words for m in shown], text=True, whole=True),
+        Column("MODE", [str(n) for n in range(1, len(modes) + 1)], text=True, whole=True),
+        Column("", [m.words for m in modes], text=True, whole=True),
         Column("frequency", swinging, f"rad/{time}"),
         Column("", often, cycles),
-        Column("damping ratio", ratios if damped else [""] * len(shown)),
+        Column("damping ratio", ratios if damped else [""] * len(modes)),
         Column("decay rate", rates, f"1/{time}"),
-        Column("shape", [_shape(one, m) for m in shown], text=True),
+        Column("shape", [_shape(one, m) for m in modes], text=True),
     ]
     lines = table(columns)
     return [*lines, f"and {len(one) - MODES} more"] if len(one) > MODES else lines
@@ -694,7 +694,7 @@ def _joints(found: AnswerCase) -> list[str]:
 # -- Summary of a transmission -------------------------------------------------------------------
 
 #: Instants that are shown.
-SHOWN_INSTANTS = 13
+LISTED_INSTANTS = 13
 
 
 def transmission_summary(found: Transmission) -> str:
@@ -722,8 +722,8 @@ def transmission_summary(found: Transmission) -> str:
     last = len(found) - 1
     kept = sorted(
         {
-            round(n * last / (min(SHOWN_INSTANTS, len(found)) - 1 or 1))
-            for n in range(SHOWN_INSTANTS)
+            round(n * last / (min(LISTED_INSTANTS, len(found)) - 1 or 1))
+            for n in range(LISTED_INSTANTS)
         }
     )
     kept = [k for k in kept if k <= last]
@@ -753,7 +753,7 @@ def _cells(values: Any) -> list[str]:
 # -- The readable summary of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------
 
 #: Quantities of an engine that are shown, where some differ and where all agree: the worst first.
-SHOWN_QUANTITIES, SHOWN_WHERE_ALL_AGREE = 16, 8
+LISTED_QUANTITIES, LISTED_IF_ALL_AGREE = 16, 8
 
 
 def crosscheck_summary(report: Any) -> str:
@@ -773,9 +773,9 @@ def _engine_lines(name: str, result: Any) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was used."""
     rows = sorted(result.rows, key=_relative_difference, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
-    shown = SHOWN_QUANTITIES if differ else SHOWN_WHERE_ALL_AGREE
-    lines = _quantity_table(result.engine, rows[:shown])
-    more = len(rows) - shown
+    most = LISTED_QUANTITIES if differ else LISTED_IF_ALL_AGREE
+    lines = _quantity_table(result.engine, rows[:most])
+    more = len(rows) - most
     summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
     summary += f" {len(rows)} quantities"
     summary += f" ({more} not shown, nearer than these)" if more > 0 else ""

@@ -15,7 +15,7 @@ from mbody.model.contact import joined
 from mbody.model.element import AuxiliaryState
 from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.solution.histories import auxiliary_history, shown_states
+from mbody.solution.histories import auxiliary_history, reported_states
 from mbody.solution.measures import found_by, measured
 from mbody.summaries.text_table import (
     ABOUT,
@@ -64,10 +64,10 @@ def contacts(solution: Solution) -> list[str]:
     driven = solution.analysis != "simulate"
     if driven:  # its frictional joints are in a table of their own
         names = [name for name in names if name in pressing]
-    shown = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
+    texts = [", ".join(dict.fromkeys(map(str, modes[n]))) for n in names]
     if not solution.has_forces:
         columns = [Column("CONTACTS", names, text=True)]
-        return table([*columns, Column("", shown, text=True, whole=True)])
+        return table([*columns, Column("", texts, text=True, whole=True)])
     floor = force_floor(solution)
     most = [float(np.abs(solution.contact(n)).max()) if n in pressing else 0.0 for n in names]
     strikes = [
@@ -91,7 +91,7 @@ def contacts(solution: Solution) -> list[str]:
         for title, kind, cells in kinds
     ]
     if driven:
-        return table([*columns, Column("", shown, text=True, whole=True)])
+        return table([*columns, Column("", texts, text=True, whole=True)])
     columns += [
         Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),
         Column("at the end", [str(modes[n][-1]) for n in names], text=True),
@@ -305,8 +305,8 @@ def measures(solution: Solution) -> list[str]:
             number(np.fmax.reduce(values, axis=None)),
         )
         cells["unit"].append(unit)
-        shown = ("", "", extremes[0]) if alone else (*extremes, "")
-        for key, cell in zip(("least", "greatest", "value"), shown, strict=True):
+        texts = ("", "", extremes[0]) if alone else (*extremes, "")
+        for key, cell in zip(("least", "greatest", "value"), texts, strict=True):
             cells[key].append(cell)
     columns = [
         Column("MEASURES", cells["name"], text=True),
@@ -322,7 +322,7 @@ def measures(solution: Solution) -> list[str]:
 # -- The table of points on a summary of one instant: places, velocities, accelerations ----------
 
 #: Points that a summary shows.
-SHOWN = 24
+LISTED_POINTS = 24
 
 
 def points(solution: Solution) -> list[str]:
@@ -330,7 +330,7 @@ def points(solution: Solution) -> list[str]:
     names = moving_points(solution.mechanism)
     if not names:
         return []
-    found = [solution.point(name) for name in names[:SHOWN]]
+    found = [solution.point(name) for name in names[:LISTED_POINTS]]
     x, y, vx, vy, ax, ay = (
         np.array([getattr(one, key)[0] for one in found])
         for key in ("x", "y", "vx", "vy", "ax", "ay")
@@ -339,7 +339,7 @@ def points(solution: Solution) -> list[str]:
     acceleration = acceleration_scale(solution)
     lines = table(
         [
-            Column("POINTS", names[:SHOWN], text=True),
+            Column("POINTS", names[:LISTED_POINTS], text=True),
             Column("x", numbers(x, PRINTED_NONE * length), unit("length")),
             Column("y", numbers(y, PRINTED_NONE * length), unit("length")),
             Column(
@@ -348,7 +348,7 @@ def points(solution: Solution) -> list[str]:
             Column("a", polars(ax, ay, PRINTED_NONE * acceleration * length), unit("acceleration")),
         ]
     )
-    more = len(names) - SHOWN
+    more = len(names) - LISTED_POINTS
     return [*lines, f"{more} points more are among the data and in tables"] if more > 0 else lines
 
 
@@ -361,7 +361,7 @@ def signals(solution: Solution) -> list[list[str]]:
     the least and the greatest, empty where there are none.
     """
     machine = solution.mechanism
-    states = shown_states(machine)
+    states = reported_states(machine)
     rates = [_rate(one) for one in states]
     return [
         _table(solution, "INPUTS", machine.inputs, []),
@@ -522,8 +522,8 @@ class _Rows:
         for joint in joined(self.mechanism):
             name, on = names[joint.name]
             reaction = self.solution.reaction(joint.name, on)
-            shown = name if name.endswith(joint.name) else f"{name}, {joint.name}"
-            self.add(shown, self.unit("force"), reaction.magnitude, self.floor)
+            label = name if name.endswith(joint.name) else f"{name}, {joint.name}"
+            self.add(label, self.unit("force"), reaction.magnitude, self.floor)
             there = reaction.magnitude > self.floor
             x, y = (np.where(np.abs(c) > self.floor, c, 0.0) for c in (reaction.fx, reaction.fy))
             directions = angles(np.arctan2(y, x))

@@ -133,9 +133,9 @@ def table(columns: Iterable[Column]) -> list[str]:
     ───────────────
     2 crank      25
     """
-    shown = [column for column in columns if any(column.cells)]
-    widths = [column.width for column in shown]
-    texts = [n for n, column in enumerate(shown) if column.text and not column.whole]
+    filled = [column for column in columns if any(column.cells)]
+    widths = [column.width for column in filled]
+    texts = [n for n, column in enumerate(filled) if column.text and not column.whole]
 
     def excess(gap: str) -> int:
         return sum(widths) + len(gap) * (len(widths) - 1) - WIDTH
@@ -143,21 +143,21 @@ def table(columns: Iterable[Column]) -> list[str]:
     gap = GAPS[excess(GAPS[0]) > 0]
     while texts and excess(gap) > 0:
         longest = max(texts, key=lambda n: widths[n])
-        if widths[longest] <= max(8, len(shown[longest].title)):
+        if widths[longest] <= max(8, len(filled[longest].title)):
             break
         widths[longest] -= 1
 
     def line(cells: Iterable[str]) -> str:
         parts = [
             cut(cell, width).ljust(width) if column.text else cell.rjust(width)
-            for cell, width, column in zip(cells, widths, shown, strict=True)
+            for cell, width, column in zip(cells, widths, filled, strict=True)
         ]
         return gap.join(parts).rstrip()
 
-    head = [line(column.title for column in shown)]
-    if any(column.unit for column in shown):
-        head.append(line(column.unit for column in shown))
-    rows = [line(cells) for cells in zip(*(column.cells for column in shown), strict=True)]
+    head = [line(column.title for column in filled)]
+    if any(column.unit for column in filled):
+        head.append(line(column.unit for column in filled))
+    rows = [line(cells) for cells in zip(*(column.cells for column in filled), strict=True)]
     return [*head, "─" * max(map(len, (*head, *rows))), *rows]
 
 
@@ -216,7 +216,7 @@ Array = np.ndarray
 ABOUT = "torques about the joint's place on its body j"
 
 #: Times of an event that a summary shows.
-SHOWN = 5
+LISTED_TIMES = 5
 
 
 def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
@@ -346,13 +346,15 @@ def certified(result: Any) -> list[str]:
 
 
 def _events(solution: Solution) -> list[str]:
-    """How often each event occurred, and when, the first few times."""
+    """Number of occurrences of each event, and the times of the first few."""
     unit, lines = solution.mechanism.units.time, []
     for name in dict.fromkeys(_event_name(one) for one in solution.events):
         times = [one.t for one in solution.events if _event_name(one) == name]
-        shown = ", ".join(f"{t:.6g}" for t in times[:SHOWN]) + (", …" if len(times) > SHOWN else "")
+        texts = ", ".join(f"{t:.6g}" for t in times[:LISTED_TIMES]) + (
+            ", …" if len(times) > LISTED_TIMES else ""
+        )
         many = f", {len(times)} times" if len(times) > 1 else ""
-        lines += paragraph(f"{name} at t = {shown} {unit}{many}", "EVENT   ")
+        lines += paragraph(f"{name} at t = {texts} {unit}{many}", "EVENT   ")
     return lines
 
 

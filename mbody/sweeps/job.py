@@ -100,9 +100,9 @@ def columns_of(
     names = [column.name for column in found]
     if not names or len(set(names)) < len(names):
         raise ModelError(f"{verb}: measures [{', '.join(names)}]: give each once, at least one")
-    if taken := next((name for name in names if name in TAKEN), ""):
+    if reserved := next((name for name in names if name in TAKEN), ""):
         raise ModelError(
-            f"{verb}: a measure cannot have the name '{taken}', which is a column of every "
+            f"{verb}: a measure cannot have the name '{reserved}', which is a column of every "
             "table: choose another"
         )
     return tuple(found)

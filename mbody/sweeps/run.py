@@ -217,10 +217,10 @@ def sweep(
     samples = drawn(system, parameters)
     columns = columns_of(system.mechanism, measure)
     job = prepared(system, samples.names, columns, analysis, options)
-    count, far = len(samples.values), to is not None or scheduler is not None
+    count, remote = len(samples.values), to is not None or scheduler is not None
     job = job.of_many(count)
-    size = _piece(job, far)
-    if not far and job.grid is not None:  # each thread has two pieces at least
+    size = _piece(job, remote)
+    if not remote and job.grid is not None:  # each thread has two pieces at least
         size = min(size, -(-count // (2 * _threads(system, threads) * LANES)) * LANES)
     kept = ResultsInMemory(job, count) if to is None else Store(to, job, samples, size)
     pieces = kept.missing(list(range(0, count, size)))
@@ -253,8 +253,8 @@ def _threads(system: System, threads: int | None) -> int:
     return 1 if system.has_user_code else threads
 
 
-def _piece(job: Job, far: bool) -> int:
+def _piece(job: Job, remote: bool) -> int:
     """Designs of a piece at most, a multiple of the lanes."""
     if job.course is None:
-        return 4 * SINGLE if far else SINGLE
-    return max(job.block, min(LARGE, 16 * job.block)) if far else job.block
+        return 4 * SINGLE if remote else SINGLE
+    return max(job.block, min(LARGE, 16 * job.block)) if remote else job.block

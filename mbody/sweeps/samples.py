@@ -139,8 +139,8 @@ class Triangular(Scatter):
 
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """±width · (1 − √(2 part′)), part′ from the nearer end."""
-        near = np.minimum(part, 1.0 - part)
-        return np.asarray(width * np.sign(part - 0.5) * (1.0 - np.sqrt(2.0 * near)))
+        tail = np.minimum(part, 1.0 - part)
+        return np.asarray(width * np.sign(part - 0.5) * (1.0 - np.sqrt(2.0 * tail)))
 
 
 #: Designs of one sweep, at most.

@@ -24,7 +24,7 @@ from mbody.system.system import System
 #: Failed designs that a summary names.
 NAMED = 3
 #: Designs up to which each has a row, and how many numbers a row has.
-LISTED, SHOWN = 30, 8
+LISTED, ROW_NUMBERS = 30, 8
 
 
 class ColumnStore(Protocol):
@@ -245,7 +245,7 @@ class Sweep:
             return []  # histories
         for name in measures:
             columns.append(Column(name, numbers(self._column(name)), self.units[name]))
-        return ["", *table(columns[: 1 + SHOWN])]
+        return ["", *table(columns[: 1 + ROW_NUMBERS])]
 
     def __str__(self) -> str:
         machine, failed = self.system.mechanism, self.failures

@@ -29,7 +29,7 @@ ORDERS, POINTS = 8, 128
 #: Positions of the crank at which a curve is computed.
 INSTANTS = 180
 #: Coupler points of one shape, and how far from A they are, in lengths of the carrier.
-EACH, FAR = 8, 1.5
+EACH, LARGEST_DISTANCE = 8, 1.5
 #: Name and number of the form of the file.
 FORM = "mbody atlas 1"
 
@@ -80,7 +80,10 @@ class Atlas:
         each = -(-count // EACH)
         shapes = np.repeat(own.shapes(each, rng), EACH, axis=0)[:count]
         signs = rng.choice(np.array(own.signs), count)
-        radius, angle = FAR * np.sqrt(rng.uniform(size=count)), rng.uniform(0.0, 2.0 * np.pi, count)
+        radius, angle = (
+            LARGEST_DISTANCE * np.sqrt(rng.uniform(size=count)),
+            rng.uniform(0.0, 2.0 * np.pi, count),
+        )
         points = 0.5 + radius * np.exp(1j * angle)
         curves = np.array([_curve(own, *one) for one in zip(shapes, signs, points, strict=True)])
         descriptors = np.array([curve_descriptor(curve) for curve in curves])
@@ -117,10 +120,10 @@ class Atlas:
                 "synthesize: an atlas has closed curves: close the path by its first point, or "
                 "search without an atlas"
             )
-        near = self.nearest(np.column_stack([points.real, points.imag]), count)
+        nearest = self.nearest(np.column_stack([points.real, points.imag]), count)
         found = []
         for sign in kind.signs:
-            own = near[self.senses[near] == sign]
+            own = nearest[self.senses[nearest] == sign]
             found.append((sign, np.unique(self.shapes[own], axis=0)))
         return found
 

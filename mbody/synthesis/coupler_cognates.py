@@ -139,7 +139,7 @@ class _Loop:
         return self.p / self.vectors[1]
 
     def angle(self, body: str) -> float:
-        """Where a link of the first mechanism is."""
+        """Place of a link of the first mechanism."""
         return self.angles[(self.crank, self.coupler, self.rocker).index(body)]
 
 
@@ -251,8 +251,8 @@ def _loop_of(run: Solution, point: str) -> _Loop:
             f"{len(grounded)} and {len(sliding) + len(slots)}",
             body,
         )
-    near = SYNTHESIS_POINT_AT_PIN * abs(made.vectors[1])
-    if min(abs(made.p), abs(made.p - made.vectors[1])) <= near:
+    tolerance = SYNTHESIS_POINT_AT_PIN * abs(made.vectors[1])
+    if min(abs(made.p), abs(made.p - made.vectors[1])) <= tolerance:
         raise ModelError(
             f"cognates: '{point}' is at a pin, whose path is a circle or a line: name another "
             f"point of '{body}'",
@@ -266,7 +266,7 @@ def _first_point(history: Any) -> complex:
 
 
 def _end(run: Solution, joint: Joint, body: str) -> complex:
-    """Where a joint is on one of its bodies."""
+    """Place of a joint on one of its bodies."""
     return _first_point(run.point(joint.i if joint.i.body == body else joint.j))
 
 

@@ -43,7 +43,7 @@ def displaced(where: np.ndarray, angle: np.ndarray) -> Displacements:
 
 
 def places(point: complex, moves: Displacements) -> np.ndarray:
-    """Where a point of the moving plane is in all poses."""
+    """Places of a point of the moving plane in all poses."""
     return np.concatenate([[point], moves[0] * point + moves[1]])
 
 
@@ -596,15 +596,15 @@ def pose_candidates(
 
 
 def motion_size(where: np.ndarray, angle: np.ndarray) -> float:
-    """How large a motion is: how far the origin comes from its mean place, or the poles of the
+    """Size of a motion: how far the origin comes from its mean place, or the poles of the
     displacements from it, but at most some times as far.
     """
     extent = float(np.abs(where - where.mean()).max())
     r, t = displaced(where, angle)
     with np.errstate(all="ignore"):
         poles = np.abs(t / (1.0 - r) - where.mean())
-    far = float(poles[np.isfinite(poles)].max(initial=0.0))
-    return max(extent, min(far, POLES * extent), tol.TINY)
+    distance = float(poles[np.isfinite(poles)].max(initial=0.0))
+    return max(extent, min(distance, POLES * extent), tol.TINY)
 
 
 def _fits(pair: np.ndarray, kind: Kind, low: np.ndarray, high: np.ndarray) -> bool:

@@ -406,7 +406,7 @@ class DesignList(list[Design]):
         ]
         numbers = [Column("NUMBER", names, text=True)]
         numbers += [
-            Column(str(n), [_shown(name, one.values[name]) for name in names])
+            Column(str(n), [_number_text(name, one.values[name]) for name in names])
             for n, one in zip(rows, self, strict=True)
         ]
         numbers.append(Column("unit", [_unit(name, units) for name in names], text=True))
@@ -417,7 +417,7 @@ class DesignList(list[Design]):
         )
 
 
-def _shown(name: str, value: float) -> str:
+def _number_text(name: str, value: float) -> str:
     return number(math.degrees(value) if name.endswith(".angle") else value)
 
 
@@ -699,7 +699,7 @@ class Judge:
         self.kept.sort(key=lambda one: (max(one.error, exact), -_certain(one.transmission_min)))
         return self.kept[:count]
 
-    def far(self) -> list[str]:
+    def off_point_notes(self) -> list[str]:
         """A note where even the first of the kept designs is far from a point."""
         misses = self.kept[0].misses
         worst = int(np.argmax(misses))

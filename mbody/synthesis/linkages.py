@@ -308,7 +308,7 @@ class LinkageCandidate:
 
 @dataclass(frozen=True)
 class Effort:
-    """How many designs are tried, how many of them refined, and the seed of the random ones."""
+    """Numbers of designs that are tried and that are refined, and the seed of the random ones."""
 
     search: int
     starts: int
@@ -352,7 +352,9 @@ def for_path(
     judge.require(f"{kind.name} passes the points without defects within the bounds")
     unknowns = len(low) + (len(points) if timing is None else 1)
     best = judge.best(count, exact)
-    notes = _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.far()
+    notes = (
+        _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.off_point_notes()
+    )
     return DesignList(best, tried, effort.seed, notes)
 
 

@@ -401,7 +401,7 @@ def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> Desig
     judge.take([_ModelCandidate(demand, numbered, one) for one in found], count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
-    notes = [] if demand.angular else judge.far()
+    notes = [] if demand.angular else judge.off_point_notes()
     return DesignList(best, effort.search, effort.seed, notes)
 
 

@@ -162,8 +162,8 @@ def eliminate(slots: Slots) -> Elimination:
     by_slot = np.lexsort((side_at, at, on))
     on, at, numbers = on[by_slot], at[by_slot], numbers[by_slot]
     later, earlier = _pairs(_starts(np.bincount(on, minlength=ground)))
-    apart = at[later] != at[earlier]
-    later, earlier = later[apart], earlier[apart]
+    distinct = at[later] != at[earlier]
+    later, earlier = later[distinct], earlier[distinct]
     formed = block_at(at[earlier], at[later])
     order_of_forms = np.lexsort((on[later], numbers[earlier], numbers[later], formed))
     later, earlier, formed = (part[order_of_forms] for part in (later, earlier, formed))
@@ -190,7 +190,7 @@ def _integers(values: Sequence[Any]) -> np.ndarray:
 
 
 def _starts(sizes: Sequence[int] | np.ndarray) -> np.ndarray:
-    """Where each of groups of these sizes begins, and the end of the last."""
+    """Beginning of each of groups of these sizes, and the end of the last."""
     return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
@@ -234,12 +234,12 @@ def _minimum_degree(graph: list[set[int]]) -> tuple[list[int], list[set[int]]]:
         own = columns[node] = graph[node]
         known = closed[node]
         for other in own:
-            beside = graph[other]
+            adjacent = graph[other]
             if not known:
-                beside |= own
-                beside.discard(other)
-            beside.discard(node)
-            size = len(beside)
+                adjacent |= own
+                adjacent.discard(other)
+            adjacent.discard(node)
+            size = len(adjacent)
             closed[other] = size == degree - 1 or (known and closed[other])
             if size < queued[other]:
                 queued[other] = size
@@ -262,13 +262,13 @@ def blocks_of(
     """
     nodes = len(plan.order)
     active_set = [e for e, primitive in enumerate(primitives) if primitive.active_set]
-    apart = 12 * (first_beyond(nodes, len(plan.more_node)) + len(active_set))
+    further_begin = 12 * (first_beyond(nodes, len(plan.more_node)) + len(active_set))
     further: dict[int, list[int]] = {}
     for n, k in enumerate(plan.more_node):
         further.setdefault(int(k), []).append(6 * n)
     found = []
     for e, primitive in enumerate(primitives):
-        k, first = written[e], apart if primitive.active_set else 12 * nodes
+        k, first = written[e], further_begin if primitive.active_set else 12 * nodes
         at = [12 * k, 12 * k + 6, *(first + n for n in further.get(place[e], []))]
         found.append(dict(zip(primitive.bodies, at, strict=True)) | {"ground": -1})
     return found
@@ -346,7 +346,7 @@ def without_nodes(layout: Layout, off: Array) -> Layout:
 
 
 def designs_of(numbers: Mapping[str, Any]) -> int:
-    """How many designs there are in numbers by name, floats or arrays (designs,).
+    """Number of designs in numbers by name, floats or arrays (designs,).
 
     >>> designs_of({"a": 1.0, "b": np.zeros(3)})
     3
@@ -438,7 +438,7 @@ class _Hook:
 
 #: The unit of length serves a model without positions on bodies whose other lengths are within this
 #: factor of it.
-FAR = 10.0
+LENGTH_RATIO = 10.0
 
 
 def model_length(mechanism: Mechanism, at: Numbers) -> float:
@@ -451,14 +451,14 @@ def model_length(mechanism: Mechanism, at: Numbers) -> float:
         for key, marker in element.places().items():
             distance = math.hypot(*(float(part) for part in at.arm(element, key)))
             (fixed if marker.body == "ground" else moving).append(distance)
-    apart = [abs(float(joint.apart(at))) for joint in mechanism.joints]
-    known = max(moving) or max(fixed) or max(apart, default=0.0)
+    distances = [abs(float(joint.apart(at))) for joint in mechanism.joints]
+    known = max(moving) or max(fixed) or max(distances, default=0.0)
     if known:
         return known
     attempts = (_own_lengths(mechanism, at), _places(mechanism, at))
     sizes = (max(map(abs, lengths), default=0.0) for lengths in attempts)
     other = next((size for size in sizes if size), 1.0)
-    return 1.0 if 1.0 / FAR <= other <= FAR else other
+    return 1.0 if 1.0 / LENGTH_RATIO <= other <= LENGTH_RATIO else other
 
 
 def _own_lengths(mechanism: Mechanism, at: Numbers) -> Iterator[float]:

@@ -233,8 +233,8 @@ def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozense
     for one in machine.inputs:
         if one.name not in inputs:
             continue
-        held = isinstance(one.value, Table) and one.value.interpolation == "hold"
-        if not held and one.name not in setting:
+        is_hold_table = isinstance(one.value, Table) and one.value.interpolation == "hold"
+        if not is_hold_table and one.name not in setting:
             continue
         why = "has a history that holds its values"
         if one.name in setting:
@@ -531,7 +531,7 @@ class FormulaRows:
         return np.array(self.rows, dtype=np.int64).reshape(-1, 4)
 
     def _row_of(self, code: int, a: int, b: int) -> int:
-        """Where a number is, recorded if it was not yet."""
+        """Place of a number, recorded if it was not yet."""
         if (code, a, b) not in self._known:
             self._known[code, a, b] = self.count
             self.rows.append((code, a, b, self.count))

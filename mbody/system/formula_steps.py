@@ -183,7 +183,7 @@ def _quantity(
     if owned.role == "driver":
         return driven_coordinate(steps, owned, at, rate)
     if owned.role == "load" and owned.on_line:
-        return _beside_line(steps, owned, at, key)
+        return _across_line(steps, owned, at, key)
     if owned.role == "load":
         if key == "angle" or owned.by_angle:
             return _relative_angle(steps, owned.by, owned.body, rate)
@@ -281,7 +281,7 @@ def _stretched(steps: StepList, element: Any, at: Numbers, rate: bool) -> Record
     return (dx * vx + dy * vy) / length if rate else length
 
 
-def _beside_line(steps: StepList, load: Any, at: Numbers, key: str) -> Recorded:
+def _across_line(steps: StepList, load: Any, at: Numbers, key: str) -> Recorded:
     """The motion of the place on j beside the line through i: its height, the rate of that, its
     speed along the line, and the rate of j.
     """

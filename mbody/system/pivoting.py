@@ -324,12 +324,12 @@ def _lists(
 
 
 def _places(order: np.ndarray) -> np.ndarray:
-    """Where each number of a permutation is."""
+    """Place of each number of a permutation."""
     found = np.empty_like(order)
     found[order] = np.arange(len(order))
     return found
 
 
 def _starts(owner: np.ndarray, size: int) -> np.ndarray:
-    """Where the list of each of so many owners begins, and the end of the last."""
+    """Beginning of the list of each of so many owners, and the end of the last."""
     return integers(np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=size))]))

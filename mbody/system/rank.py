@@ -26,7 +26,7 @@ LARGE, ITERATIONS = 100, 6
 
 @dataclass(frozen=True, eq=False)
 class RankCounts:
-    """How many coordinates (three a body), rows (of joints and drivers) and independent rows."""
+    """Numbers of coordinates (three a body), rows (of joints and drivers) and independent rows."""
 
     coordinates: int
     rows: int
@@ -79,7 +79,7 @@ def joint_rows(system: System, block: np.ndarray) -> np.ndarray:
 
 
 def _row_places(system: System) -> tuple[np.ndarray, np.ndarray, list[tuple[int, int]]]:
-    """Where in Φ_q, row by row with the ground as last body, each number of the blocks is: places
+    """Place in Φ_q, row by row with the ground as last body, of each number of the blocks: places
     and numbers, no place twice, then (place, number) of three numbers each that are added.
     """
     L = system.layout

@@ -305,10 +305,10 @@ class System:
     ) -> dict[str, Any]:
         """Numbers that change with the parameters among those given."""
         parameters = self.mechanism.parameters
-        changed = {name for name in given if name in parameters}
-        if not changed:
+        varied = {name for name in given if name in parameters}
+        if not varied:
             return {}
-        fixed = sorted(changed & self.mechanism.fixed_parameters)
+        fixed = sorted(varied & self.mechanism.fixed_parameters)
         if fixed:
             raise ModelError(
                 f"parameter '{fixed[0]}' is used in a table, a program, a guess or g of "
@@ -317,7 +317,7 @@ class System:
                 fixed[0],
             )
         # a parameter made of others follows them, unless it was given a value of its own
-        own = {name for name in parameters if name in changed or name not in formulas}
+        own = {name for name in parameters if name in varied or name not in formulas}
         scope = parameters.scope({name: values[name] for name in own})
         found: dict[str, Any] = {}
         for name, formula in formulas.items():
@@ -372,7 +372,7 @@ class System:
 
     @property
     def record_rows(self) -> int:
-        """How many numbers are kept of an instant (`mbody.kernels.layout`)."""
+        """Count of the numbers that are kept of an instant (`mbody.kernels.layout`)."""
         L = self.layout
         return self.friction_rows.stop + L.owns + len(L.input_row)
 
@@ -566,10 +566,10 @@ def with_numbers_of(system: System, values: Mapping[str, Any]) -> System:
     of them follows, and is not fixed by hand.
     """
     for own in (system.mechanism.parameters, system.values):
-        changed = {
+        differing = {
             name: values[name]
             for name in own
             if name in values and (np.ndim(values[name]) or system.values.get(name) != values[name])
         }
-        system = system.with_values(changed) if changed else system
+        system = system.with_values(differing) if differing else system
     return system

@@ -101,7 +101,7 @@ def link_equations(solution: Solution, body: str, instant: int, floor: float) ->
     -F32y + F43y = m3 a3y
     -R23x F32y + R23y F32x + R43x F43y - R43y F43x = I3 α3
     """
-    return _Link(solution, body, instant, floor).found()
+    return _Link(solution, body, instant, floor).equations()
 
 
 class _Link:
@@ -118,7 +118,7 @@ class _Link:
         at = solution[body]
         self.centre = float(at.x[instant]), float(at.y[instant])
 
-    def found(self) -> LinkEquations:
+    def equations(self) -> LinkEquations:
         angular = {driver.name for driver in self.machine.drivers if driver.angular}
         wrenches = free_body(self.run, self.body, self.k)
         touching = Counter(one.cause for one in wrenches if one.kind == "contact")
@@ -223,15 +223,15 @@ class _Link:
         for axis, value in (("x", wrench.fx), ("y", wrench.fy)):
             parts.append(Symbol("F", _along(axis, index), vanishing(sign * value, self.floor)))
         # what is no joint has the components that it has; a joint has both
-        shown = [by_name or bool(part.value) for part in parts]
+        nonzero = [by_name or bool(part.value) for part in parts]
         for n, part in enumerate(parts):
-            if shown[n]:
+            if nonzero[n]:
                 self.sums[n].append(Term(sign, [Factor(part)]))
                 self._meaning(part, wrench, sign, f"along {'xy'[n]}")
         if x.value or y.value:
-            if shown[1]:
+            if nonzero[1]:
                 self.sums[2].append(Term(sign, [Factor(x), Factor(parts[1])]))
-            if shown[0]:
+            if nonzero[0]:
                 self.sums[2].append(Term(-sign, [Factor(y), Factor(parts[0])]))
         if torque is None:
             torque = abs(wrench.torque) > self.floor * self.run.system.length
@@ -541,11 +541,11 @@ class _DerivationWriter:
         cells = []
         for driver, values in zip(self.machine.drivers, rows, strict=True):
             unit = "rad" if driver.angular else length
-            shown = f"{number(values[0])} {length}"
+            quantity = f"{number(values[0])} {length}"
             if driver.angular:
-                shown = f"{number(np.degrees(values[0]))}°"
+                quantity = f"{number(np.degrees(values[0]))}°"
             rates = f"{number(values[1])} {unit}/{time}", f"{number(values[2])} {unit}/{time}²"
-            cells.append((driver.name, driver.coordinate, shown, *rates))
+            cells.append((driver.name, driver.coordinate, quantity, *rates))
         titles = ("Driver", "of", "value", "rate", "acceleration")
         columns = [
             Cells(title, column, text=title in titles[:2])
@@ -607,7 +607,7 @@ class _DerivationWriter:
         }
         blocks: list[Block] = list(_formulas(link.equations))
         if symbols:
-            shown = [
+            rows = [
                 f"{one.rich} = {number(np.degrees(one.value))}°"
                 if one.letter == "φ"
                 else f"{one.rich} = {number(one.value)} {self.unit('length')}"
@@ -617,7 +617,7 @@ class _DerivationWriter:
             words = ["Arms from the mass centre"] if "R" in kinds else []
             words += ["directions of guides"] if "φ" in kinds else []
             named = " and ".join(words)
-            blocks.append(Text(f"{named[0].upper()}{named[1:]}: {', '.join(shown)}."))
+            blocks.append(Text(f"{named[0].upper()}{named[1:]}: {', '.join(rows)}."))
         left = ", ".join(_size(row.residual) for row in link.equations)
         units = f"{self.unit('force')}, {self.unit('force')}, {self.unit('torque')}"
         return [*blocks, Text(f"Left over: {left} ({units}).")]

@@ -349,9 +349,11 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
             cls.__name__.lower(): kind for _, kind, cls in known
         }
         close = difflib.get_close_matches(wanted[:60], words, 4, 0.5)
-        near = list(dict.fromkeys(words[word] for word in close))
-        near += [kind for _, kind, _ in known if wanted and wanted in kind and kind not in near]
-        remedy = f"did you mean {listed(near[:4])}?" if near else "mbody explain lists them"
+        similar = list(dict.fromkeys(words[word] for word in close))
+        similar += [
+            kind for _, kind, _ in known if wanted and wanted in kind and kind not in similar
+        ]
+        remedy = f"did you mean {listed(similar[:4])}?" if similar else "mbody explain lists them"
         raise ModelError(f"there is no element or law '{name[:60]}': {remedy}")
     return tuple(_reference(*one) for one in found)
 
@@ -466,12 +468,14 @@ def _field(field: dataclasses.Field[Any], main: bool, meaning: str) -> FieldRefe
     made = field.default_factory is not dataclasses.MISSING
     zero = default in (0.0, "", ()) and not isinstance(default, bool)
     needed = main or (missing and not made) or (zero and meta.get("sign") == "positive")
-    shown = ""
+    default_text = ""
     if not zero and isinstance(default, (float, str, bool)):
-        shown = f"by default {str(default).lower() if isinstance(default, bool) else default}"
+        default_text = (
+            f"by default {str(default).lower() if isinstance(default, bool) else default}"
+        )
     elif zero and not needed and ("dimension" in meta or "law" in meta):
-        shown = "by default 0"
-    return FieldReference(field.name, _takes(field), needed, shown, meaning)
+        default_text = "by default 0"
+    return FieldReference(field.name, _takes(field), needed, default_text, meaning)
 
 
 def _takes(field: dataclasses.Field[Any]) -> str:

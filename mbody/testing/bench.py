@@ -74,8 +74,8 @@ class Check:
     required: bool = True
 
     def __str__(self) -> str:
-        shown = "skipped" if math.isnan(self.error) else f"{self.error:.1e}"
-        return f"{self.name:<24}{shown:<9}{self.note}".rstrip()
+        text = "skipped" if math.isnan(self.error) else f"{self.error:.1e}"
+        return f"{self.name:<24}{text:<9}{self.note}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -417,7 +417,7 @@ class Bench:
         return {"ground": _frame(rng, self.length, rotated)}
 
     def other_centres(self, rng: np.random.Generator) -> dict[str, Array]:
-        """How far each mass centre moves, in the old link axes."""
+        """Displacement of each mass centre, in the old link axes."""
         return {body.name: rng.normal(size=2) * self.length for body in self.bodies}
 
     def redrawn(self, axes: Frames, centres: Shifts | None = None) -> Bench:

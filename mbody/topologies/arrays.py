@@ -387,7 +387,7 @@ def _mixed(words: np.ndarray) -> Words:
 
 
 def _inverse(order: np.ndarray, size: int) -> np.ndarray:
-    """Where each number of permutations (linkages, size) is."""
+    """Place of each number of permutations (linkages, size)."""
     found = np.empty_like(order)
     np.put_along_axis(found, order, np.broadcast_to(np.arange(size), order.shape), 1)
     return found

@@ -317,8 +317,8 @@ class _Growth:
             u = np.stack([np.cos(angle), np.sin(angle)], axis=2)
             d = through - start
             length = ((x - self.joints[remaining, i[remaining]]) ** 2).sum(axis=1)[:, None]
-            far = d[..., 0] * u[..., 1] - d[..., 1] * u[..., 0]
-            left = length - far**2
+            offset = d[..., 0] * u[..., 1] - d[..., 1] * u[..., 0]
+            left = length - offset**2
             middle = (d * u).sum(axis=2)
             sign = np.sign(middle[:, :1])
             travel = sign * np.sqrt(np.maximum(left, 0.0)) - middle

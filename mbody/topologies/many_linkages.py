@@ -294,7 +294,7 @@ class _GroupContinuation:
 #: Linkages of one topology that are prepared at once.
 BLOCK = 4096
 #: A linkage is far from the origin where its first joint is so many times as far as it is large.
-FAR = 1e3
+DISTANCE_FACTOR = 1e3
 #: Greatest number, in units of the longest link, the time of the motion and force: kernels
 #: compare squares of products of two of them.
 MOST = 1e60
@@ -424,7 +424,7 @@ def linkages(
     >>> found.positions.shape, found.forces.shape, found.failures
     ((1, 200, 4, 2), (1, 200, 3, 2, 2), {})
     """
-    made, far = _near_the_origin(linkage_arrays(arrays))
+    made, moved_by = _moved_to_origin(linkage_arrays(arrays))
     count, nodes = made.joints.shape[:2]
     instants = _checked_count("instants", instants, 2)
     threads = _checked_count("threads", threads, 1)
@@ -457,7 +457,7 @@ def linkages(
     which, joint = np.nonzero(made.ground & np.isnan(positions[:, 0, :, 0]))
     positions[which, :, joint] = made.joints[which, None, joint]
     output[list(failures)] = np.nan
-    for n, place in far.items():
+    for n, place in moved_by.items():
         positions[n] += place
     forces = output[:, :, 2 * nodes : columns - drivers].reshape(count, instants, bars, places, 2)
     angle = np.linspace(0.0, 1.0, instants)[:, None] * motion.turn[:, None]
@@ -539,8 +539,8 @@ class _Work:
         made, motion = self.made, self.motion
         joints = made.joints[lot[:, None], order.joints[lot, : graph.joints]]
         with np.errstate(over="ignore"):
-            apart = joints[:, plan.sides[0]] - joints[:, plan.sides[1]]
-            length = np.hypot(apart[..., 0], apart[..., 1]).max(axis=1)
+            vectors = joints[:, plan.sides[0]] - joints[:, plan.sides[1]]
+            length = np.hypot(vectors[..., 0], vectors[..., 1]).max(axis=1)
         flat = lot[~(length > 0.0)]
         if flat.size:
             self.failures.update(dict.fromkeys(flat.tolist(), "its links have no length"))
@@ -604,7 +604,7 @@ class _Work:
         own: np.ndarray,
         links: np.ndarray,
     ) -> np.ndarray:
-        """Where the numbers of an instant go: (linkages, numbers)."""
+        """Places of the numbers of an instant: (linkages, numbers)."""
         nodes, places = self.made.joints.shape[1], self.made.links.shape[2]
         link, place = plan.places
         at = order.places[lot[:, None], link, place]
@@ -616,7 +616,7 @@ class _Work:
         return np.concatenate([pairs.reshape(len(lot), -1), torques], axis=1)
 
 
-def _near_the_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.ndarray]]:
+def _moved_to_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.ndarray]]:
     """The linkages, those that are far from the origin moved to it, and by how much: coordinates
     would have no figures left for the lengths of the links.
     """
@@ -624,9 +624,9 @@ def _near_the_origin(made: LinkageArrays) -> tuple[LinkageArrays, dict[int, np.n
         return made, {}
     place = made.joints[:, 0]
     with np.errstate(invalid="ignore", over="ignore"):
-        apart = np.abs(made.joints - place[:, None]).max(axis=(1, 2))
+        extent = np.abs(made.joints - place[:, None]).max(axis=(1, 2))
         distance = np.abs(place).max(axis=1)
-        which = np.flatnonzero((distance > FAR * apart) & np.isfinite(distance))
+        which = np.flatnonzero((distance > DISTANCE_FACTOR * extent) & np.isfinite(distance))
     if not which.size:
         return made, {}
     joints, cg = made.joints.copy(), made.cg.copy()

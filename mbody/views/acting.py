@@ -132,7 +132,7 @@ def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]
 
 
 def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
-    """Where a torque is drawn: about the pin on which the body turns, else at its place."""
+    """Place of the symbol of a torque: about the pin on which the body turns, else at its place."""
     if wrench.kind not in ("driver", "load") or wrench.force > 0.0:
         return place
     ends = [name for name in pose.mechanism[wrench.cause].bodies if name != body]  # type: ignore[attr-defined]  # of a driver or a load
@@ -218,21 +218,21 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
     u = direction(angle)
     here = float(u @ (place - pose.place(load, "i")))
     if isinstance(load, ReciprocatingCylinder):
-        near, far = pose.number(load, "near"), pose.number(load, "far")
-        sign, spare = math.copysign(1.0, near - far), pose.number(load, "clearance")
+        head_end, crank_end = pose.number(load, "near"), pose.number(load, "far")
+        sign, spare = math.copysign(1.0, head_end - crank_end), pose.number(load, "clearance")
     else:
-        near, far = _stroke(load, pose, 2.0 * block, here)
+        head_end, crank_end = _stroke(load, pose, 2.0 * block, here)
         sign = -1.0
-        spare = CLEARANCE * abs(near - far)
+        spare = CLEARANCE * abs(head_end - crank_end)
     # from here on counted towards the head
-    near, far, here, thick = sign * near, sign * far, sign * here, 0.3 * block
-    ahead = near - far + spare + thick + 1.3 * block
-    if near < 0.0:  # the place on i lies beyond: it is the head
-        ahead = max(min(ahead, -near - spare - thick), 0.0)
+    head_end, crank_end, here, thick = sign * head_end, sign * crank_end, sign * here, 0.3 * block
+    ahead = head_end - crank_end + spare + thick + 1.3 * block
+    if head_end < 0.0:  # the place on i lies beyond: it is the head
+        ahead = max(min(ahead, -head_end - spare - thick), 0.0)
     w = sign * u
     piston = place + ahead * w
-    head = piston + (near - here + spare + thick) * w
-    mouth = piston + (far - here - spare - thick) * w
+    head = piston + (head_end - here + spare + thick) * w
+    mouth = piston + (crank_end - here - spare - thick) * w
     return Barrel(head, mouth, piston, place, math.atan2(w[1], w[0]))
 
 
@@ -292,7 +292,7 @@ def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
 # -- forces ------------------------------------------------------------------------------------
 
 
-def forces_shown(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
+def drawn_forces(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, str]]:
     """Forces that are drawn: name, place, components, colour, and the body that they act on.
 
     Applied forces always, joint forces if requested, as in the summary: F_ij of
@@ -337,10 +337,10 @@ def force_arrow(
     u = shaft / np.hypot(*shaft)
     clear = _clear(sketch, place, u) * u
     pulls, pushes = place + clear + shaft, place - clear - shaft
-    beside = begins or (
+    along_side = begins or (
         _covered(sketch, place + clear, pulls) <= _covered(sketch, place - clear, pushes)
     )
-    if beside:
+    if along_side:
         free = pulls
         sketch.arrow(place + clear, free, color, name=f"force:{name}")
     else:
@@ -353,7 +353,7 @@ def force_arrow(
 
 
 def _clear(sketch: Sketch, place: Array, u: Array) -> float:
-    """How far from its place an arrow begins: outside the pin, or the slider."""
+    """Distance of the beginning of an arrow from its place: outside the pin, or the slider."""
     for block, angle in sketch.blocks:
         if np.hypot(*(block - place)) < sketch.size("pin"):
             along, across = (
@@ -439,7 +439,7 @@ def _(load: Spring, sketch: Sketch) -> None:
     with sketch.carried(_carrier(sketch, load, lead=lead)):
         # below sliders, which it presses on
         sketch.line(coil, 1.2, INK, Z["block"] - 0.3, name=f"spring:{load.name}")
-        _beside_middle(sketch, load.name, i, j)
+        _label_middle(sketch, load.name, i, j)
 
 
 @load_symbol.register(Damper)
@@ -448,7 +448,7 @@ def _(load: Damper, sketch: Sketch) -> None:
     _anchored(sketch, load, i, j)
     with sketch.carried(_carrier(sketch, load)):
         _dashpot(sketch, i, j, f"damper:{load.name}", INK, 4.4)
-        _beside_middle(sketch, load.name, i, j)
+        _label_middle(sketch, load.name, i, j)
 
 
 def _carrier(sketch: Sketch, element: Any, *, stretches: bool = True, lead: float = 0.0) -> Carrier:
@@ -481,7 +481,7 @@ def _dashpot(sketch: Sketch, i: Array, j: Array, name: str, color: str, half: fl
     sketch.line([p, j], 1.2, color, Z["block"], name=name)
 
 
-def _beside_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = INK) -> None:
+def _label_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = INK) -> None:
     wanted = heading(j - i) + math.pi / 2.0
     gap = 7.0 * sketch.unit
     sketch.label(
@@ -606,17 +606,17 @@ _CUP = np.linspace(-0.8, 0.8, 12)
 
 def free_radius(sketch: Sketch, centre: Array) -> float:
     """Radius of a new arc at a place, outside the arcs that are already there."""
-    taken = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
+    arcs = sum(np.hypot(*(centre - other)) < sketch.size("pin") for other in sketch.arcs)
     sketch.arcs.append(centre)
-    return (1.0 + 0.5 * taken) * sketch.size("arc")
+    return (1.0 + 0.5 * arcs) * sketch.size("arc")
 
 
 def outward_from(sketch: Sketch, centre: Array, body: str) -> float:
     """The direction in which a body lies from a place [rad]."""
     offsets = [node - centre for node in sketch.pose.nodes[body]]
     offsets.append(sketch.pose.centre(body) - centre)
-    far = max(offsets, key=lambda offset: round(float(np.hypot(*offset)) / sketch.unit, 3))
-    return heading(far) if np.hypot(*far) > sketch.unit else 0.0
+    farthest = max(offsets, key=lambda offset: round(float(np.hypot(*offset)) / sketch.unit, 3))
+    return heading(farthest) if np.hypot(*farthest) > sketch.unit else 0.0
 
 
 # -- drivers -----------------------------------------------------------------------------------

@@ -190,8 +190,8 @@ def _within(pose: Pose, body: str, name: str, shape: Shape, node: Array) -> bool
         return bool(np.hypot(*(node - centre)) <= radius * (1.0 + 1e-9))
     assert isinstance(shape, Polygon)
     corners = np.array(_corners(pose, body, shape))
-    near = POINT_SAME * float(np.ptp(corners, axis=0).max())
-    return within(node, corners) or bool((np.hypot(*(corners - node).T) <= near).any())
+    tolerance = POINT_SAME * float(np.ptp(corners, axis=0).max())
+    return within(node, corners) or bool((np.hypot(*(corners - node).T) <= tolerance).any())
 
 
 @functools.singledispatch

@@ -15,7 +15,7 @@ from mbody.analysis.dynamics.interruptions import counted
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
 from mbody.views.film_frames import FilmSet, film_svg, lasting
-from mbody.views.page import runs_of, shown_names
+from mbody.views.page import check_names, runs_of
 from mbody.views.page_data import SECONDS
 from mbody.views.style import styled
 
@@ -88,7 +88,7 @@ def animate(
     """
     ending = _ending(path)
     runs = runs_of(model)
-    shown_names(show)
+    check_names(show)
     first = next(iter(runs.values()))
     second = SECONDS.get(first.mechanism.units.of("time"), 1.0)
     lasts = lasting(first, second) if duration is None else _positive(duration, "duration", "s")

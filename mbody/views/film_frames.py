@@ -16,7 +16,7 @@ from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE, DRAWN_RETUR
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
-from mbody.views.acting import forces_shown, notation
+from mbody.views.acting import drawn_forces, notation
 from mbody.views.frame import nice, rounded_number
 from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history
 from mbody.views.labels import drawable, extent, symbolic
@@ -193,7 +193,7 @@ class FilmSet:
             if shape.sign_condition and not self.there(shape, n)[frame]:
                 continue
             axes = self.carried[n][shape.carrier]
-            yield shape, self.pixels(shape.carrier.shown(shape.points, axes, frame))
+            yield shape, self.pixels(shape.carrier.in_world(shape.points, axes, frame))
 
     def left_out(self, shape: KeptShape) -> bool:
         """Whether a shape is of a kind that is not shown."""
@@ -216,7 +216,7 @@ class FilmSet:
             return
         for label in self.main.labels:
             axes = self.carried[0][label.carrier]
-            place = label.carrier.shown(label.anchor, axes, frame)[0]
+            place = label.carrier.in_world(label.anchor, axes, frame)[0]
             outward = label.direction
             if label.rotates:
                 _, u, _ = (part[frame] for part in axes)
@@ -226,7 +226,7 @@ class FilmSet:
             yield label, self.pixels(place), outward
 
     def instant(self, frame: int) -> str:
-        """Where the motion is, in words."""
+        """Drivers and time of a frame, in words."""
         run, stretch = self.main.run, self.stretches[0]
         parts = []
         for driver in run.mechanism.drivers[:2]:
@@ -273,7 +273,7 @@ class FilmSet:
     def _forces(self, run: Solution, stretch: Stretch) -> list[FilmArrow]:
         found = []
         pose = Pose(run, 0)
-        for name, _, _, color, _ in forces_shown(pose, run.has_forces):
+        for name, _, _, color, _ in drawn_forces(pose, run.has_forces):
             if color == LOAD:
                 load = run.load(name)
                 site = pose.site(run.mechanism[name], "at")
@@ -387,9 +387,11 @@ def film_names(film: FilmSet) -> list[FilmName]:
     arrows = [one for one in film.arrows if one.text]
     forces = [named(one.text, one.color, False) for one in arrows]
     for frame in range(count if names or forces else 0):
-        shown = list(film.labels(frame))
-        crowd = _Crowd(film, frame, [anchor for label, anchor, _ in shown if not label.rotates])
-        for name, (label, anchor, outward) in zip(names, shown, strict=True):
+        placed_labels = list(film.labels(frame))
+        crowd = _Crowd(
+            film, frame, [anchor for label, anchor, _ in placed_labels if not label.rotates]
+        )
+        for name, (label, anchor, outward) in zip(names, placed_labels, strict=True):
             gap = label.gap * film.scale + 1.5 * film.point
             crowd.put(name, frame, _spots(anchor, outward, label.rotates, gap, name.half))
         for name, one in zip(forces, arrows, strict=True):
@@ -414,14 +416,14 @@ def _spots(anchor: Array, outward: Array, rotates: bool, gap: float, half: Array
                 found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
         return np.array(found)
     first = math.atan2(outward[1], outward[0])
-    for far in (0.0, 13.0):
+    for extra in (0.0, 13.0):
         for rotation in ROTATIONS:
             u = direction(first + rotation)
             distance = (
-                gap + far + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
+                gap + extra + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
             )
             x, y = anchor + distance * u
-            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (far > 0.0)))
+            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (extra > 0.0)))
     return np.array(found)
 
 
@@ -433,12 +435,14 @@ def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
         float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST))),
         float(half @ np.abs(across)),
     )
-    found = [(*(place + vector + (far + clear) * u), 0.7 * (far > 4.0)) for far in (4.0, 17.0)]
-    for far in (4.0, 15.0):
+    found = [
+        (*(place + vector + (extra + clear) * u), 0.7 * (extra > 4.0)) for extra in (4.0, 17.0)
+    ]
+    for extra in (4.0, 15.0):
         for part in (0.9, 0.55):
             for side in (1.0, -1.0):
-                spot = place + part * vector + side * (far + aside) * across
-                found.append((*spot, (0.6 if far > 4.0 else 0.4) + 0.3 * (1.0 - part)))
+                spot = place + part * vector + side * (extra + aside) * across
+                found.append((*spot, (0.6 if extra > 4.0 else 0.4) + 0.3 * (1.0 - part)))
     return np.array(found)
 
 
@@ -491,7 +495,7 @@ def _along(a: Array, b: Array) -> Array:
 
 
 def _inside(points: Array, at: Array, half: Any) -> Array:
-    """How many points a name at each of these places covers."""
+    """Number of points that a name at each of these places covers."""
     away = np.abs(points - at[:, None])
     return np.asarray((away < half).all(axis=2).sum(axis=1))
 
@@ -771,7 +775,7 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
                 last = None
             lines = [
                 _path(
-                    _down(film, film.pixels(carrier.shown(shape.points, axes, k))),
+                    _down(film, film.pixels(carrier.in_world(shape.points, axes, k))),
                     shape.kind == "polygon",
                 )
                 for k in order
@@ -787,19 +791,19 @@ def _shapes(film: FilmSet, n: int, order: list[int], timing: str) -> list[str]:
                 found.append("</g></g>")
             found.append(_carried(film, axes, order, timing))
             last = carrier
-        shown = ""
+        visibility = ""
         if shape.sign_condition:
             states = ";".join("visible" if film.there(shape, n)[k] else "hidden" for k in order)
-            shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
+            visibility = f'<animate attributeName="visibility" values="{states}" {timing}/>'
         # in the axes of the carrier, y down
         own = shape.points * (film.scale, -film.scale)
         if shape.kind == "circle":
             (x, y), r = own[0], shape.radius * film.scale
             at = f'cx="{x:.2f}" cy="{y:.2f}" r="{r:.2f}"'
-            found.append(f"<circle {at} {_look(film, shape)}>{shown}</circle>")
+            found.append(f"<circle {at} {_look(film, shape)}>{visibility}</circle>")
         else:
             line = _path(own, shape.kind == "polygon")
-            found.append(f'<path d="{line}" {_look(film, shape)}>{shown}</path>')
+            found.append(f'<path d="{line}" {_look(film, shape)}>{visibility}</path>')
     if last is not None:
         found.append("</g></g>")
     return found
@@ -839,14 +843,14 @@ def _arrow(film: FilmSet, one: Any, order: list[int], timing: str) -> list[str]:
 
 
 def _moving_text(
-    text: str, moves: str, color: str, size: int, italic: bool, timing: str, shown: str
+    text: str, moves: str, color: str, size: int, italic: bool, timing: str, visibility: str
 ) -> str:
     style = "italic" if italic else "normal"
     return (
         f'<g><animateTransform attributeName="transform" type="translate" values="{moves}" '
-        f'{timing}/>{shown}<text font-family="{SERIF}" font-size="{size}" font-style="{style}" '
-        f'fill="{color}" text-anchor="middle" stroke="{PAPER}" stroke-width="3" '
-        f'paint-order="stroke">{_runs(text)}</text></g>'
+        f'{timing}/>{visibility}<text font-family="{SERIF}" font-size="{size}" '
+        f'font-style="{style}" fill="{color}" text-anchor="middle" stroke="{PAPER}" '
+        f'stroke-width="3" paint-order="stroke">{_runs(text)}</text></g>'
     )
 
 
@@ -864,15 +868,15 @@ def _name(film: FilmSet, name: FilmName, order: list[int], timing: str) -> str:
     there = np.isfinite(name.at[:, 0])
     if not there.any():
         return ""
-    near = np.flatnonzero(there)
-    at = name.at[near[np.clip(np.searchsorted(near, order, "right") - 1, 0, None)]]
+    placed = np.flatnonzero(there)
+    at = name.at[placed[np.clip(np.searchsorted(placed, order, "right") - 1, 0, None)]]
     moves = ";".join(f"{x:.1f} {film.height - y + 4.5:.1f}" for x, y in at.tolist())
     italic = name.italic or name.text.startswith("$")
-    shown = ""
+    visibility = ""
     if not there.all():
         states = ";".join("visible" if there[k] else "hidden" for k in order)
-        shown = f'<animate attributeName="visibility" values="{states}" {timing}/>'
-    return _moving_text(name.text, moves, name.color, 14, italic, timing, shown)
+        visibility = f'<animate attributeName="visibility" values="{states}" {timing}/>'
+    return _moving_text(name.text, moves, name.color, 14, italic, timing, visibility)
 
 
 def _svg_text(

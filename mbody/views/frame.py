@@ -71,7 +71,7 @@ BAR, FILLED = 0.21, 0.72
 #: Letters of a name beside its bar.
 LETTERS = 13
 #: Nearer than this part of the axis two marks of events are one.
-APART = 0.004
+MARK_SPACING = 0.004
 
 #: Words, fill, edge and hatching of each mode, in the order of the key; the hatching distinguishes
 #: them without colours.
@@ -131,8 +131,8 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
     rows = [_row(run, name, places) for name in names]
     if len(rows) <= MOST:
         return rows, 0
-    shown = sorted(range(len(rows)), key=lambda n: -len(rows[n].spans))[:MOST]
-    return [rows[n] for n in sorted(shown)], len(rows) - MOST
+    numbers = sorted(range(len(rows)), key=lambda n: -len(rows[n].spans))[:MOST]
+    return [rows[n] for n in sorted(numbers)], len(rows) - MOST
 
 
 def _row(run: Solution, name: str, x: Array) -> ModeRow:
@@ -190,14 +190,14 @@ def _impacts(axes: Axes, row: ModeRow, n: int) -> None:
     if not row.impacts:
         return
     ends = [row.spans[0].low, row.spans[-1].high]
-    near = APART * abs(ends[1] - ends[0])
-    shown: list[float] = []
+    spacing = MARK_SPACING * abs(ends[1] - ends[0])
+    drawn: list[float] = []
     for x in sorted(row.impacts):
-        if not shown or x - shown[-1] >= near:
-            shown.append(x)
+        if not drawn or x - drawn[-1] >= spacing:
+            drawn.append(x)
     axes.plot(
-        shown,
-        [n + 0.12] * len(shown),
+        drawn,
+        [n + 0.12] * len(drawn),
         ls="none",
         marker="v",
         ms=3.6,
@@ -310,8 +310,8 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
             length = pose.mechanism.units.of("length")
             values.append(f"{driver.name} at {rounded_number(value)} {length}")
     values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
-    near = [one.name for one in pose.run.events if _nearest(pose, one.t)]
-    values += list(dict.fromkeys(near))[:3]
+    events = [one.name for one in pose.run.events if _nearest(pose, one.t)]
+    values += list(dict.fromkeys(events))[:3]
     lines = [(name, SIZE["title"], INK) for name in names]
     return [*lines, (", ".join(values).replace("$", r"\$"), 0.9 * SIZE["text"], SOFT)]
 
@@ -376,8 +376,8 @@ def _modes(sketch: Sketch, x: float, y: float) -> float:
         words = f"friction circles {rounded_number(sketch.enlarged)} : 1"
         x = _key_text(sketch, x + size, y, words, FORCE)
     words_of = {mode: look[0] for mode, look in MODES.items()} | dict.fromkeys(SLIDES, "slides")
-    shown = dict.fromkeys("slip+" if mode in SLIDES else mode for mode in sketch.modes)
-    for mode in shown:
+    names = dict.fromkeys("slip+" if mode in SLIDES else mode for mode in sketch.modes)
+    for mode in names:
         x += 16.0 * sketch.unit
         mark(sketch, np.array([x, y]), mode, np.array([0.0, 1.0]), f"key:{mode}")
         gap = 3.0 * sketch.size("pin") if mode in SLIDES else sketch.size("pin")

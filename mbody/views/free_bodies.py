@@ -19,7 +19,7 @@ from mbody.model.loads import Force, Gravity
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
 from mbody.views.frame import nice, rounded_number
-from mbody.views.labels import Label, beside, drawable, extent
+from mbody.views.labels import Label, drawable, extent, places_around
 from mbody.views.links import lone_link, scale_of
 from mbody.views.pose import Pose, heading
 from mbody.views.shapes import arc, direction
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 #: Points: a polygon that is narrower has its sides beside each other, so far apart.
-FLAT, APART = 5.0, 6.0
+FLAT, SIDE_SPACING = 5.0, 6.0
 #: Strokes of d'Alembert's forces.
 DASHES = (0, (4.0, 2.2))
 
@@ -71,7 +71,7 @@ def force_polygon(sketch: Sketch, forces: Sequence[Acting], scale: float) -> flo
     middle = corners.mean(axis=0)
     for n, force in enumerate(ordered):
         rank = seen.index(n) - 0.5 * (len(seen) - 1) if n in seen else 0.0
-        shift = rank * APART * across if flat else np.zeros(2)
+        shift = rank * SIDE_SPACING * across if flat else np.zeros(2)
         tail, tip = corners[n] + shift, corners[n + 1] + shift
         shaft = tip - tail
         length = float(np.hypot(*shaft))
@@ -98,8 +98,8 @@ def _label(sketch: Sketch, force: Acting, tail: Array, shaft: Array, out: Array)
     for side, cost in ((out, 0.0), (-out, 1.0)):
         for part in (0.5, 0.4, 0.6, 0.25, 0.75, 0.1, 0.9):
             for ring in range(4):
-                far = 2.0 + 8.0 * ring + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
-                x, y = tail + part * shaft + far * side
+                distance = 2.0 + 8.0 * ring + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
+                x, y = tail + part * shaft + distance * side
                 own = cost + 0.6 * ring + 0.5 * abs(part - 0.5)
                 label.spots.append((float(x), float(y), own))
     sketch.labels.append(label)
@@ -109,22 +109,22 @@ def _free_side(corners: Array, seen: list[int], n: int, across: Array) -> Array:
     """The side of an arrow among parallel ones on which fewer lie beside its middle."""
     along = np.array([across[1], -across[0]])
     half = 0.5 * float((corners[n] + corners[n + 1]) @ along)
-    beside = {1.0: 0, -1.0: 0}
+    crossings = {1.0: 0, -1.0: 0}
     for other in seen:
         ends = sorted(float(corners[k] @ along) for k in (other, other + 1))
         if other != n and ends[0] <= half <= ends[1]:
-            beside[1.0 if other > n else -1.0] += 1
-    return across if beside[1.0] < beside[-1.0] or n == max(seen) else -across
+            crossings[1.0 if other > n else -1.0] += 1
+    return across if crossings[1.0] < crossings[-1.0] or n == max(seen) else -across
 
 
 def _flat(corners: Array) -> tuple[bool, Array]:
     """Whether all corners are nearly on one line, and the direction across it."""
     away = corners - corners[0]
-    far = away[int(np.argmax(np.hypot(*away.T)))]
-    length = float(np.hypot(*far))
+    farthest = away[int(np.argmax(np.hypot(*away.T)))]
+    length = float(np.hypot(*farthest))
     if length == 0.0:
         return True, np.array([0.0, 1.0])
-    across = np.array([-far[1], far[0]]) / length
+    across = np.array([-farthest[1], farthest[0]]) / length
     return float(np.ptp(corners @ across)) < FLAT, across
 
 
@@ -370,21 +370,21 @@ def _arrow(sketch: Sketch, one: Acting, scale: float, others: Sequence[Array]) -
     label = Label(one.text, [], color=one.color, name=f"label:{one.gid}")
     width, height = (sketch.unit * part for part in sketch.places.measured(label))
     wanted = heading(free - one.place)
-    label.spots = beside(free, (width, height), 3.0 * sketch.unit, wanted, 0.8)
+    label.spots = places_around(free, (width, height), 3.0 * sketch.unit, wanted, 0.8)
     across = np.array([-u[1], u[0]])
     for side in (across, -across):
-        far = 2.5 * sketch.unit + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
+        distance = 2.5 * sketch.unit + 0.5 * (width * abs(side[0]) + height * abs(side[1]))
         for part in (0.5, 0.65, 0.35, 0.8):
-            x, y = tail + part * (tip - tail) + far * side
+            x, y = tail + part * (tip - tail) + distance * side
             label.spots.append((float(x), float(y), 0.25))
     sketch.labels.append(label)
 
 
-def _passes(tail: Array, tip: Array, place: Array, near: float) -> bool:
+def _passes(tail: Array, tip: Array, place: Array, clearance: float) -> bool:
     """Whether an arrow runs over a place."""
     shaft = tip - tail
     part = np.clip((place - tail) @ shaft / float(shaft @ shaft), 0.0, 1.0)
-    return float(np.hypot(*(tail + part * shaft - place))) < near
+    return float(np.hypot(*(tail + part * shaft - place))) < clearance
 
 
 def _torque_arrow(sketch: Sketch, one: Acting, body: str) -> None:
@@ -511,7 +511,7 @@ def _table(
 
 
 def _application_point(one: Acting, pose: Pose) -> str:
-    """Where it acts, in a word."""
+    """Place of action, in a word."""
     if one.dashed or one.wrench.kind == "coupling":
         return "at G"
     if one.wrench.kind in ("joint", "contact"):

@@ -35,7 +35,7 @@ BEYOND, SHORTEST, SEEN = 9.0, 30.0, 9.0
 #: What has more contacts than this has no names of them.
 NAMED = 24
 #: A gap beyond this part of the model length is not shown.
-FAR = 0.35
+GREATEST_GAP = 0.35
 #: More places than these, by the kinds of their marks, are not kept for a moving picture.
 MOST = 400
 
@@ -73,7 +73,7 @@ def _decided(run: Solution, element: Any) -> bool:
 def _gap(sketch: Sketch, one: ContactPointHistory) -> None:
     """Draws a gap: a dashed circle, and a dotted line to the nearest point."""
     gap = float(one.gap[0])
-    if not 0.0 < gap < FAR * sketch.pose.system.length:
+    if not 0.0 < gap < GREATEST_GAP * sketch.pose.system.length:
         return
     place, other = one.place[0], one.other[0]
     name = f"contact:{one.contact}"
@@ -158,7 +158,7 @@ def sticking_symbol(joint: Joint, sketch: Sketch) -> None:
                 mark(sketch, place, "stick", np.array([1.0, 0.0]), f"sticks:{joint.name}")
 
 
-def modes_shown(pose: Pose) -> list[str]:
+def drawn_modes(pose: Pose) -> list[str]:
     """Which marks a picture of an instant has, for its key."""
     run, k = pose.run, pose.k
     names = [one.name for one in run.mechanism.contacts if one.name in run.modes]
@@ -209,7 +209,7 @@ def _hanging(i: Array, j: Array, slack: float) -> Array:
 
 
 def contact_forces(pose: Pose) -> list[tuple[str, Array, Array, str, str]]:
-    """Forces at contacts that are drawn, as of `forces_shown`: on j by i, at each place."""
+    """Forces at contacts that are drawn, as of `drawn_forces`: on j by i, at each place."""
     run, found = pose.run, []
     elements = (*run.mechanism.contacts, *run.mechanism.groups)
     for element in elements:

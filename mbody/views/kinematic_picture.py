@@ -24,16 +24,16 @@ from mbody.model.element import listed
 from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
-from mbody.views.acting import driver_symbol, force_arrow, forces_shown, load_symbol
+from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
 from mbody.views.frame import captions, key_row, nice, rounded_number
 from mbody.views.friction_symbols import (
     circle_scale,
     contact_forces,
     contact_symbol,
+    drawn_modes,
     friction_circles,
     line_of_action,
-    modes_shown,
     sticking_symbol,
 )
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
@@ -158,12 +158,12 @@ def faded(sketch: Sketch, pose: Pose, selection: ElementSelection, part: float) 
 
 def longest_force(poses: Sequence[Pose], forces: bool, selection: ElementSelection) -> float:
     """The greatest force of several instants, by which all their arrows are drawn."""
-    rows = [row for pose in poses for row in _shown_forces(pose, forces, selection)]
+    rows = [row for pose in poses for row in _selected_forces(pose, forces, selection)]
     return max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
 
 
-def _shown_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
-    every = forces_shown(pose, forces)
+def _selected_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
+    every = drawn_forces(pose, forces)
     if forces and pose.run.has_forces:
         every += contact_forces(pose)
     if not selection.only:
@@ -238,7 +238,7 @@ def sketch_mechanism(
         load_symbol(load, sketch)
     for driver in selection.between(mechanism.drivers):
         driver_symbol(driver, sketch, _driven(pose, driver) if forces else symbolic(driver.name))
-    rows = [] if sketch.kinematic else _shown_forces(pose, forces, selection)
+    rows = [] if sketch.kinematic else _selected_forces(pose, forces, selection)
     if longest is None:
         longest = max((float(np.hypot(*vector)) for _, _, vector, _, _ in rows), default=0.0)
     if longest > 0.0:
@@ -291,7 +291,7 @@ def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -
     if forces:
         sketch.enlarged = circle_scale(pose, sketch.unit, joints)
         friction_circles(sketch, joints, sketch.enlarged)
-    sketch.modes = modes_shown(pose)
+    sketch.modes = drawn_modes(pose)
 
 
 def _pin_labels(sketch: Sketch) -> None:
@@ -370,28 +370,28 @@ class CentreSelection:
     """Which centres of an instant are drawn.
 
     `centres`: InstantCentres
-    `near`: Those within the picture, the ones at one point together.
+    `groups`: Those within the picture, the ones at one point together.
     `words`: What is said of those that are not.
     """
 
     centres: InstantCentres
     pose: Pose
-    near: list[list[InstantCentre]]
+    groups: list[list[InstantCentre]]
     words: list[str]
 
     @property
     def places(self) -> list[Array]:
         """One of each group."""
-        return [self.place(group[0]) for group in self.near]
+        return [self.place(group[0]) for group in self.groups]
 
     def place(self, one: InstantCentre) -> Array:
-        """Where a centre is."""
+        """Place of a centre."""
         return np.array([one.x[self.pose.k], one.y[self.pose.k]])
 
     def mark(self, sketch: Sketch) -> None:
         """Draw the lines below, the centres and their symbols above."""
         self._lines(sketch)
-        for group in self.near:
+        for group in self.groups:
             place = self.place(group[0])
             kept = [one for one in group if one.permanence != "instantaneous"]
             names = sorted((self.centres.symbol(one) for one in group), key=_number)
@@ -404,7 +404,7 @@ class CentreSelection:
             else:
                 radius = max(0.62 * sketch.size("pin"), 2.0 * sketch.unit)
                 sketch.disc(place, radius, POLE, PAPER, 0.9, Z["pin"] + 0.2, name=gid)
-            if len(self.near) > MOST_SYMBOLS:
+            if len(self.groups) > MOST_SYMBOLS:
                 continue
             away = place - sketch.pose.middle
             wanted = (
@@ -418,13 +418,13 @@ class CentreSelection:
 
     def _lines(self, sketch: Sketch) -> None:
         """Through each constructed centre the lines on which it is found."""
-        near = {one.bodies for group in self.near for one in group}
+        in_view = {one.bodies for group in self.groups for one in group}
         thin = len(self.centres) > MANY
         drawn: list[tuple[Array, Array]] = []
         for line in kennedy_lines(self.centres, sketch.pose.mechanism, self.pose.k):
-            if line.pair not in near or (thin and "ground" not in line.pair):
+            if line.pair not in in_view or (thin and "ground" not in line.pair):
                 continue
-            ends = self._ends(line.pair, line.through, near, sketch)
+            ends = self._ends(line.pair, line.through, in_view, sketch)
             if ends is not None:
                 _join(drawn, ends, sketch.unit)
         for n, ends in enumerate(drawn):
@@ -443,7 +443,7 @@ class CentreSelection:
         self,
         pair: tuple[str, str],
         through: tuple[tuple[str, str], tuple[str, str]],
-        near: set[tuple[str, str]],
+        in_view: set[tuple[str, str]],
         sketch: Sketch,
     ) -> tuple[Array, Array] | None:
         """The part of a line between centres that are drawn, a little longer."""
@@ -451,7 +451,7 @@ class CentreSelection:
         at = [self.place(self.centres[pair])]
         for other in through:
             one = self.centres[other]
-            if one.kind[k] == "finite" and one.bodies in near:
+            if one.kind[k] == "finite" and one.bodies in in_view:
                 at.append(self.place(one))
             elif one.kind[k] == "infinite":
                 at.append(
@@ -460,18 +460,18 @@ class CentreSelection:
         if len(at) < 2:
             return None
         whole = np.array(at)
-        far = whole - whole[0]
-        offset = far[int(np.argmax(np.hypot(*far.T)))]
+        offsets = whole - whole[0]
+        offset = offsets[int(np.argmax(np.hypot(*offsets.T)))]
         length = float(np.hypot(*offset))
         if length < sketch.unit:
             return None
         u = offset / length
-        along = far @ u
+        along = offsets @ u
         more = 9.0 * sketch.unit
         return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
 
 
-def _shown_number(value: float, length: float) -> str:
+def _rounded_number(value: float, length: float) -> str:
     return rounded_number(value if abs(value) > DRAWN_NONE * length else 0.0)
 
 
@@ -495,7 +495,7 @@ def _join(lines: list[tuple[Array, Array]], ends: tuple[Array, Array], unit: flo
     lines.append((start, end))
 
 
-def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSelection:
+def drawn_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSelection:
     """Choose the centres that a picture shows. `corners` (2, 2)."""
     k, machine = pose.k, pose.mechanism
     middle = corners.mean(axis=0)
@@ -512,7 +512,7 @@ def shown_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
             left.append(one)
             continue
         if (np.abs(place - middle) > half).any():
-            at = ", ".join(_shown_number(float(part), pose.system.length) for part in place)
+            at = ", ".join(_rounded_number(float(part), pose.system.length) for part in place)
             outside.append(f"{centres.symbol(one)} at ({at})")
             continue
         for group in groups:
@@ -945,7 +945,7 @@ def kinematic_picture(
     pose, selection = Pose(run, 0), ElementSelection(run.mechanism, ())
     corners = bounds(pose)
     centres = instant_centres(run) if marks.poles else None
-    poles = None if centres is None else shown_poles(centres, pose, corners)
+    poles = None if centres is None else drawn_poles(centres, pose, corners)
     extent = np.array(poles.places) if poles is not None else np.empty((0, 2))
     wide = np.ptp(corners, axis=0).max()
     frame = np.vstack([corners, extent]) if len(extent) else corners
@@ -1017,8 +1017,8 @@ def _laid_out(
     below all.
     """
     sizes = [(high - low) / unit for _, low, high, unit in parts]
-    main, beside = sizes[0], sizes[1:]
-    stacked = len(beside) == 2 and sum(size[1] for size in beside) + GAP <= 1.25 * max(
+    main, others = sizes[0], sizes[1:]
+    stacked = len(others) == 2 and sum(size[1] for size in others) + GAP <= 1.25 * max(
         main[1], 250.0
     )
     columns = [[1, 2]] if stacked else [[n] for n in range(1, len(parts))]

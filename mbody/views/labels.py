@@ -143,7 +143,7 @@ def together(names: Sequence[str]) -> str:
     return ", ".join(symbolic(name) for name in names)
 
 
-def beside(
+def places_around(
     anchor: Any, size: tuple[float, float], gap: float, wanted: float, rotation_cost: float = 1.0
 ) -> list[tuple[float, float, float]]:
     """Places around a point at the distance `gap`, best in the direction `wanted` [rad]."""
@@ -236,12 +236,12 @@ def _inside(lines: Array, x: Array, y: Array, half_x: Array, half_y: Array) -> A
         start = lines[:, k] - middle
         parallel = np.abs(offset[:, k]) < TINY
         component = np.where(parallel, 1.0, offset[:, k])
-        near, far = (-half - start) / component, (half - start) / component
-        near, far = np.minimum(near, far), np.maximum(near, far)
+        first, last = (-half - start) / component, (half - start) / component
+        first, last = np.minimum(first, last), np.maximum(first, last)
         outside = parallel & (np.abs(start) > half)
-        near, far = np.where(parallel, -np.inf, near), np.where(parallel, np.inf, far)
-        near = np.where(outside, np.inf, near)
-        enter, leave = np.maximum(enter, near), np.minimum(leave, far)
+        first, last = np.where(parallel, -np.inf, first), np.where(parallel, np.inf, last)
+        first = np.where(outside, np.inf, first)
+        enter, leave = np.maximum(enter, first), np.minimum(leave, last)
     length = np.hypot(offset[:, 0], offset[:, 1])
     # a line that is shorter than wide counts by its width
     return np.clip(leave - enter, 0.0, None) * np.maximum(length, lines[:, 4])

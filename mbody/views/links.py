@@ -86,8 +86,8 @@ def _has_symbol(sketch: Sketch, body: str) -> bool:
 def mass_centre(sketch: Sketch, body: str) -> None:
     """The sign of a mass centre, where it is not at a joint."""
     centre = sketch.pose.centre(body)
-    near = 1.2 * sketch.size("pin")
-    if sketch.kinematic or not sketch.pose.mass(body) or sketch.pose.at_joint(centre, near):
+    clearance = 1.2 * sketch.size("pin")
+    if sketch.kinematic or not sketch.pose.mass(body) or sketch.pose.at_joint(centre, clearance):
         return
     sketch.centres.append(centre)
     _line_to_centre(sketch, body, centre)
@@ -303,13 +303,13 @@ def link_lines(sketch: Sketch, bodies: Sequence[str]) -> None:
     centre.
     """
     pose, gap = sketch.pose, np.full((1, 2), np.nan)
-    near = POINT_SAME * pose.system.length
+    tolerance = POINT_SAME * pose.system.length
     parts: list[Array] = []
     for body in bodies:
-        nodes = unique(pose.nodes[body], near)
+        nodes = unique(pose.nodes[body], tolerance)
         if len(nodes) < 2:
             nodes = [*nodes, pose.centre(body)]
-        corners = np.array(nodes) if len(nodes) < 3 else hull(nodes, near)
+        corners = np.array(nodes) if len(nodes) < 3 else hull(nodes, tolerance)
         parts += [corners, corners[:1], gap] if len(corners) > 2 else [corners, gap]
     look: dict[str, Any] = {"name": "links", "weight": 0.0}
     sketch.line(np.vstack(parts), WIDTH, INK, Z["link"], **look)

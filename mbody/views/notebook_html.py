@@ -18,11 +18,11 @@ LINES, HIGH = 60, "16em"
 STYLE = "display:flex;flex-wrap:wrap;gap:1.5em;align-items:flex-start"
 
 
-def shown(result: Any) -> str:
+def html_of(result: Any) -> str:
     """HTML of a mechanism, a system, or a result.
 
     >>> import mbody
-    >>> page = shown(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5)))
+    >>> page = html_of(mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5)))
     >>> page.count("<pre"), "four-bar" in page
     (1, True)
     """

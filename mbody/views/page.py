@@ -49,19 +49,19 @@ LINKS = 60
 
 
 def free_bodies_data(
-    run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]
+    run: Solution, data: Mapping[str, Any], scene: Mapping[str, Any]
 ) -> dict[str, Any] | None:
     """Data of the free-body diagram of every link, beside the histories of an HTML page."""
     if not run.has_forces or len(run.mechanism.bodies) > LINKS:
         return None
-    return _FreeBodies(run, data, shown).found()
+    return _FreeBodies(run, data, scene).data_of_links()
 
 
 class _FreeBodies:
     """Collects the forces of all links."""
 
-    def __init__(self, run: Solution, data: Mapping[str, Any], shown: Mapping[str, Any]) -> None:
-        self.run, self.data, self.shown = run, data, shown
+    def __init__(self, run: Solution, data: Mapping[str, Any], scene: Mapping[str, Any]) -> None:
+        self.run, self.data, self.scene = run, data, scene
         self.pose = Pose(run, 0)
         self.machine, self.system = run.mechanism, run.system
         self.histories: dict[str, Any] = {}
@@ -69,7 +69,7 @@ class _FreeBodies:
         self.loads = np.array([each_load_of(run, k) for k in range(len(run))])
         self.still = run.analysis == "statics"
 
-    def found(self) -> dict[str, Any]:
+    def data_of_links(self) -> dict[str, Any]:
         """All links."""
         bodies = {body.name: list(self._on(body.name)) for body in self.machine.bodies}
         masses = {}
@@ -96,7 +96,7 @@ class _FreeBodies:
                 **{"fx": said[0], "fy": said[1], "m": said[2]},
             }
 
-        drawn = [(one["of"], one.get("load")) for one in self.shown["forces"]]
+        drawn = [(one["of"], one.get("load")) for one in self.scene["forces"]]
         for joint in machine.joints:
             if body in (joint.i.body, joint.j.body):
                 own = run.reaction(joint.name, on=body)
@@ -144,7 +144,7 @@ class _FreeBodies:
 
     def _touches(self, body: str) -> Iterator[tuple[str, dict[str, Any], Array]]:
         """Forces of contacts and ropes on a body, at the places of their arrows: (2, instants)."""
-        for n, one in enumerate(self.shown["forces"]):
+        for n, one in enumerate(self.scene["forces"]):
             if "own" in one:
                 ends = self.machine[one["of"]].bodies  # type: ignore[attr-defined]  # a contact
                 if body in ends:
@@ -171,11 +171,11 @@ class _FreeBodies:
 
     def _anchored_site(self, site: Place, anchor: str = "") -> dict[str, Any]:
         name, x, y = site
-        found: dict[str, Any] = {"at": [self.shown["bodies"].index(name), x, y]}
+        found: dict[str, Any] = {"at": [self.scene["bodies"].index(name), x, y]}
         return found | ({"p": anchor} if anchor else {})
 
     def _pivot(self, element: Any, body: str, parts: Array) -> dict[str, Any]:
-        """Where a torque without a force is drawn: about the pin on which the body turns."""
+        """Place of the symbol of a pure torque: about the pin on which the body turns."""
         if np.any(parts[:2]):
             return {}
         others = [name for name in element.bodies if name != body]
@@ -237,7 +237,7 @@ def plain_runs(text: str) -> list[list[str]]:
 #: With more bodies than this, or more numbers, a page has no centres and no polygons.
 BODIES, NUMBERS = 12, 200_000
 #: Further from the middle of the motion than so many times its size a centre is left out.
-FAR = 6.0
+CENTRE_RANGE = 6.0
 #: Digits of the greatest velocity of a polygon: a tenth of a pixel has four.
 DIGITS = 5
 
@@ -268,8 +268,8 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
         return None
     places = max(0, 3 - math.floor(math.log10(scene.unit)))
     low, high = np.asarray(scene.low, dtype=float), np.asarray(scene.high, dtype=float)
-    middle, far = 0.5 * (low + high), FAR * float(np.hypot(*(high - low)))
-    centres = [_centre(run, found, one, middle, far, places) for one in found.pairs]
+    middle, range_limit = 0.5 * (low + high), CENTRE_RANGE * float(np.hypot(*(high - low)))
+    centres = [_centre(run, found, one, middle, range_limit, places) for one in found.pairs]
     return {
         "centres": [one for one in centres if one is not None],
         "polygons": {one.quantity: _polygon(one) for one in polygons},
@@ -277,12 +277,17 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
 
 
 def _centre(
-    run: Solution, found: InstantCentres, one: InstantCentre, middle: Array, far: float, places: int
+    run: Solution,
+    found: InstantCentres,
+    one: InstantCentre,
+    middle: Array,
+    range_limit: float,
+    places: int,
 ) -> dict[str, Any] | None:
     """A centre that is somewhere near; None of one that never is."""
     x, y = np.array(one.x), np.array(one.y)
     with np.errstate(invalid="ignore"):
-        away = ~(np.hypot(x - middle[0], y - middle[1]) <= far)
+        away = ~(np.hypot(x - middle[0], y - middle[1]) <= range_limit)
     if away.all():
         return None
     x[away] = y[away] = np.nan
@@ -364,7 +369,7 @@ PARTS = (
     "viewer",
 )
 #: What a page shows in the beginning beside what it always shows.
-SHOWN = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
+VISIBLE_NAMES = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
 
 
 def view(
@@ -414,7 +419,7 @@ def view(
     True
     """
     runs = runs_of(model)
-    shown_names(show)
+    check_names(show)
     return Viewer(runs, tuple(plots), None if paths is None else tuple(paths), tuple(show), command)
 
 
@@ -448,11 +453,11 @@ def check_designs(count: int) -> None:
         )
 
 
-def shown_names(show: Sequence[str]) -> None:
+def check_names(show: Sequence[str]) -> None:
     """Refuse what no view can show."""
     for name in show:
-        if name not in SHOWN:
-            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(SHOWN)})")
+        if name not in VISIBLE_NAMES:
+            raise ModelError(f"a view shows no '{name}' (it can show: {', '.join(VISIBLE_NAMES)})")
 
 
 def default_plots(run: Solution) -> list[str]:
@@ -532,13 +537,13 @@ class Viewer:
         free: bool = False,
     ) -> tuple[dict[str, Any], list[str]]:
         found = scene(run)
-        shown = scene_data(found, plots or default_plots(found.run), paths, show)
+        scene_values = scene_data(found, plots or default_plots(found.run), paths, show)
         data = found.run.data()
-        if free and (forces := free_bodies_data(found.run, data, shown)):
-            shown["free"] = forces
+        if free and (forces := free_bodies_data(found.run, data, scene_values)):
+            scene_values["free"] = forces
         if free and (centres := poles_data(found)):
-            shown["poles"] = centres
-        return {"data": numbers(data), "scene": {**shown, "design": name}}, found.notes
+            scene_values["poles"] = centres
+        return {"data": numbers(data), "scene": {**scene_values, "design": name}}, found.notes
 
     @property
     def document(self) -> dict[str, Any]:

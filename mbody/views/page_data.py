@@ -260,8 +260,8 @@ def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[
     for load in run.mechanism.loads:
         if isinstance(load, Force):
             at = {"at": _place_data(pose.site(load, "at"), bodies)}
-            shown = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
-            found.append({**shown, "t": text_runs(symbolic(load.name)), **at})
+            arrow = {"n": f"force:{load.name}", "of": load.name, "sign": 1, "load": 1}
+            found.append({**arrow, "t": text_runs(symbolic(load.name)), **at})
     if not run.has_forces:
         return found
     names = force_names(run.mechanism)
@@ -312,9 +312,10 @@ def _movers(run: Solution, bodies: Sequence[str], more: Sequence[str]) -> list[d
         if max(np.ptp(history.x), np.ptp(history.y)) < DRAWN_NONE * size:
             continue
         ends = np.array([history.x[0], history.y[0]]), np.array([history.x[k], history.y[k]])
-        near = DRAWN_RETURNS * size
+        tolerance = DRAWN_RETURNS * size
         if name not in more and any(
-            np.hypot(*(ends[0] - a)) < near and np.hypot(*(ends[1] - b)) < near for a, b in seen
+            np.hypot(*(ends[0] - a)) < tolerance and np.hypot(*(ends[1] - b)) < tolerance
+            for a, b in seen
         ):
             continue
         if any(one["n"] == name for one in found):

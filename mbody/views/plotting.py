@@ -227,8 +227,8 @@ def _check_log(
 ) -> None:
     """Refuse a logarithmic axis of what has no positive value."""
     rows = [(curve.of or curve.name, curve.values) for curves in panels for curve in curves]
-    shown = [("y", *row) for row in rows] + [("x", one.name, one.values) for one in abscissa]
-    for axis, name, values in shown:
+    rows_by_axis = [("y", *row) for row in rows] + [("x", one.name, one.values) for one in abscissa]
+    for axis, name, values in rows_by_axis:
         if axis in log and not np.any(values > 0.0):
             raise ModelError(
                 f"'{name}' has no positive value, which a logarithmic axis needs: plot another "
@@ -237,7 +237,7 @@ def _check_log(
 
 
 def _events(run: Solution) -> list[tuple[float, str]]:
-    """When events occurred, with their names."""
+    """Times of events, with their names."""
     if run.mechanism.drivers and run.analysis != "simulate":
         return []
     several = len({event.contact for event in run.events if event.contact}) > 1
@@ -421,8 +421,8 @@ def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
             ends.append(float(np.log(end / low) / np.log(top / low)))
         else:
             ends.append((end - low) / (top - low))
-    apart = 1.25 * SIZE["text"] / 72.0 / high
-    places = spread(ends, apart)
+    spacing = 1.25 * SIZE["text"] / 72.0 / high
+    places = spread(ends, spacing)
     for n, (curve, place) in enumerate(zip(curves, places, strict=True)):
         axes.text(
             1.015,
@@ -436,8 +436,8 @@ def _names(axes: Axes, curves: Sequence[PlottedCurve], high: float) -> None:
         )
 
 
-def spread(wanted: Sequence[float], apart: float) -> list[float]:
-    """The numbers, moved as little as possible so that they are `apart` from each other.
+def spread(wanted: Sequence[float], spacing: float) -> list[float]:
+    """The numbers, moved as little as possible so that they are `spacing` from each other.
 
     >>> spread([0.5, 0.5, 0.0], 0.2)
     [0.6, 0.4, 0.0]
@@ -449,7 +449,7 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
         # a group takes in the one above as long as they would overlap
         while groups:
             above, others = groups[-1]
-            if above - middle >= 0.5 * apart * (len(others) + len(members)):
+            if above - middle >= 0.5 * spacing * (len(others) + len(members)):
                 break
             groups.pop()
             total = above * len(others) + middle * len(members)
@@ -459,7 +459,7 @@ def spread(wanted: Sequence[float], apart: float) -> list[float]:
     found = [0.0] * len(wanted)
     for middle, members in groups:
         for k, n in enumerate(members):
-            found[n] = round(middle + apart * (0.5 * (len(members) - 1) - k), 9)
+            found[n] = round(middle + spacing * (0.5 * (len(members) - 1) - k), 9)
     return found
 
 

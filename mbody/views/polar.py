@@ -225,8 +225,8 @@ def _entries(run: Solution, names: Sequence[str]) -> list[str]:
         if name in joints and run.has_forces:
             peak = float(np.nanmax(run.reaction(name).magnitude))
             plain = book[name][0].partition(",")[0] if "," in book[name][0] else book[name][0]
-            shown = notation(book[name][0] if "(" in book[name][0] else plain)
-            found.append(f"{shown} at {name}, peak {rounded_number(peak)} {unit}")
+            symbol = notation(book[name][0] if "(" in book[name][0] else plain)
+            found.append(f"{symbol} at {name}, peak {rounded_number(peak)} {unit}")
         else:
             found.append(name)
     return found

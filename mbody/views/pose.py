@@ -60,7 +60,7 @@ class Carrier:
         part = np.clip(part, 0.0, 1.0)
         return np.column_stack([part, along - part * length, across])
 
-    def shown(self, kept: Array, axes: tuple[Array, Array, Array], k: int) -> Array:
+    def in_world(self, kept: Array, axes: tuple[Array, Array, Array], k: int) -> Array:
         """World points (n, 2) of an instant, of points in these axes."""
         origin, u, length = (part[k] for part in axes)
         along, across = kept[:, -2], kept[:, -1]
@@ -123,11 +123,13 @@ class Pose:
         places = np.array(found).reshape(-1, 2)
         return np.asarray(places[np.argsort(places[:, 0], kind="stable")])
 
-    def at_joint(self, place: Array, near: float) -> bool:
-        """Whether a place is nearer to that of a joint than `near`."""
-        ends = np.searchsorted(self.joint_places[:, 0], [place[0] - near, place[0] + near])
-        apart = self.joint_places[slice(*ends.tolist())] - place
-        return bool((np.hypot(apart[:, 0], apart[:, 1]) < near).any())
+    def at_joint(self, place: Array, clearance: float) -> bool:
+        """Whether a place is nearer to that of a joint than `clearance`."""
+        ends = np.searchsorted(
+            self.joint_places[:, 0], [place[0] - clearance, place[0] + clearance]
+        )
+        offsets = self.joint_places[slice(*ends.tolist())] - place
+        return bool((np.hypot(offsets[:, 0], offsets[:, 1]) < clearance).any())
 
     def centre(self, body: str) -> Array:
         """The mass centre of a body."""

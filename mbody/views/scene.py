@@ -106,7 +106,7 @@ def _obstacles(
         if shape.carrier not in axes:
             axes[shape.carrier] = shape.carrier.axes(run)
         own = axes[shape.carrier]
-        found.append(np.array([shape.carrier.shown(kept, own, k) for k in instants]))
+        found.append(np.array([shape.carrier.in_world(kept, own, k) for k in instants]))
     return np.concatenate(found, axis=1) if found else np.zeros((len(instants), 0, 2))
 
 
@@ -120,7 +120,7 @@ def _extent(sketch: SceneSketch, text: str) -> Array:
 def _cost(
     middles: Array, half: Array, lines: Array, occupied: Sequence[tuple[Array, Array]]
 ) -> float:
-    """How much a name (instants, 2) would cover."""
+    """Area that a name (instants, 2) would cover."""
     away = np.abs(lines - middles[:, None, :])
     inside = (away < half * 1.05).all(axis=2)
     total = 0.25 * float(inside.sum()) / len(middles)
@@ -139,7 +139,7 @@ def _rotate_label(
 ) -> None:
     """Rotate a name about its place to where it covers least."""
     axes = label.carrier.axes(sketch.pose.run)
-    anchors = np.array([label.carrier.shown(label.anchor, axes, k)[0] for k in instants])
+    anchors = np.array([label.carrier.in_world(label.anchor, axes, k)[0] for k in instants])
     half = _extent(sketch, label.text)
     first, best = math.atan2(label.direction[1], label.direction[0]), np.inf
     chosen, at = label.direction, anchors
@@ -193,8 +193,8 @@ def _of_link(
         candidate, normal, cost = option
         middles = []
         for k in instants:
-            place = carrier.shown(candidate[None], axes, k)[0]
-            n = carrier.shown(normal[None], axes, k)[0] - axes[0][k]
+            place = carrier.in_world(candidate[None], axes, k)[0]
+            n = carrier.in_world(normal[None], axes, k)[0] - axes[0][k]
             middles.append(place + n * (gap * normal.any() + float(half @ np.abs(n))))
         whole = _cost(np.array(middles), half, lines, occupied) + cost
         if round(whole, 6) < best:
@@ -261,13 +261,13 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
     one_design(run, "a view is of one design")
     if moves:
         _check_moves(run)
-    shown, notes = thinned(run)
-    pose = Pose(shown, 0)
-    low, high, own = _space(shown)
+    thinned_run, notes = thinned(run)
+    pose = Pose(thinned_run, 0)
+    low, high, own = _space(thinned_run)
     unit, small = _scale(pose, low, high, own)
     sketch = sketched(pose, unit, small)
     shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
-    found = Scene(shown, shapes, [], unit, small, low, high, notes, sketch.enlarged)
+    found = Scene(thinned_run, shapes, [], unit, small, low, high, notes, sketch.enlarged)
     if sketch.enlarged != 1.0:
         notes.append(f"friction circles are drawn {sketch.enlarged:g} times as large as they are")
     found.low, found.high = _bounds(found)
@@ -337,8 +337,8 @@ def thinned(run: Solution) -> tuple[Solution, list[str]]:
         return run, []
     index = np.unique(np.round(np.linspace(0, count - 1, most)).astype(np.int64))
     events = np.searchsorted(run.t, [one.t for one in run.events])[: most // 4]
-    near = np.clip(np.concatenate([events - 1, events, events + 1]), 0, count - 1)
-    index = np.unique(np.concatenate([index, near.astype(np.int64)]))
+    at_events = np.clip(np.concatenate([events - 1, events, events + 1]), 0, count - 1)
+    index = np.unique(np.concatenate([index, at_events.astype(np.int64)]))
     note = f"{len(index)} of {count} instants are shown, evenly chosen; results have them all"
     return run.take(index), [note]
 
@@ -379,7 +379,7 @@ def _bounds(found: Scene) -> tuple[Array, Array]:
     for shape in found.shapes:
         carrier = shape.carrier
         for k in [0] if carrier == GROUND_CARRIER else samples(found.run):
-            placed = carrier.shown(shape.points, axes[carrier], k)
+            placed = carrier.in_world(shape.points, axes[carrier], k)
             low = np.fmin(low, np.nanmin(placed, axis=0) - shape.radius)
             high = np.fmax(high, np.nanmax(placed, axis=0) + shape.radius)
     if not np.isfinite(low).all():

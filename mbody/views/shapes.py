@@ -18,15 +18,15 @@ def direction(angle: float) -> Array:
     return np.array([math.cos(angle), math.sin(angle)])
 
 
-def unique(points: Sequence[Any], near: float) -> list[Array]:
-    """The points, without those nearer than `near` to one before.
+def unique(points: Sequence[Any], tolerance: float) -> list[Array]:
+    """The points, without those nearer than `tolerance` to one before.
 
     >>> len(unique([(0, 0), (1, 0), (0, 1e-9)], 1e-6))
     2
     """
     found: list[Array] = []
     for point in map(np.asarray, points):
-        if all(np.hypot(*(point - other)) > near for other in found):
+        if all(np.hypot(*(point - other)) > tolerance for other in found):
             found.append(point)
     return found
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.solution.histories import moved
-from mbody.views.labels import Label, Places, below_line, beside, drawable, extent
+from mbody.views.labels import Label, Places, below_line, drawable, extent, places_around
 from mbody.views.pose import GROUND_CARRIER, Carrier, Pose
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
@@ -324,12 +324,12 @@ class Sketch:
 
     def pin(self, place: Array, label: str) -> None:
         """A pin; several at one place are drawn once, with all their names."""
-        near = 0.5 * self.size("pin")
-        column, row = float(place[0] // near), float(place[1] // near)
-        beside = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-        for n in sorted(n for cell in beside for n in self.pin_cells.get(cell, ())):
+        spacing = 0.5 * self.size("pin")
+        column, row = float(place[0] // spacing), float(place[1] // spacing)
+        cells = [(column + i, row + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        for n in sorted(n for cell in cells for n in self.pin_cells.get(cell, ())):
             other, names = self.pins[n]
-            if np.hypot(*(other - place)) < near:
+            if np.hypot(*(other - place)) < spacing:
                 if label and label not in names:
                     names.append(label)
                 return
@@ -426,7 +426,7 @@ class Sketch:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
         width, height = (self.unit * part for part in Places.measured(made))
-        made.spots = beside(anchor, (width, height), gap, wanted, rotation_cost)
+        made.spots = places_around(anchor, (width, height), gap, wanted, rotation_cost)
         self.labels.append(made)
         return made
 
@@ -562,15 +562,15 @@ class SceneSketch(Sketch):
     ) -> Label:
         """A name at a place that moves; its number, which would change, is left out."""
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)
-        shown = text.partition(" = ")[0]
+        name = text.partition(" = ")[0]
         outward = np.array([np.cos(wanted), np.sin(wanted)])
         kept = carrier.kept(place[None], self.pose.run, self.pose.k)
         color, italic = str(look.get("color", "")), bool(look.get("italic", False))
-        owner = str(look.get("name", "")) or shown
+        owner = str(look.get("name", "")) or name
         self.names.append(
-            KeptLabel(shown, carrier, kept, outward, gap, "element", owner, color, italic)
+            KeptLabel(name, carrier, kept, outward, gap, "element", owner, color, italic)
         )
-        return Label(shown, [])
+        return Label(name, [])
 
     def roomy(self, place: Array, others: list[Array]) -> float:
         """Down, up, left or right [rad], the side on which the links are least in the whole
@@ -591,8 +591,8 @@ class SceneSketch(Sketch):
                 offset = track - place
                 length = np.hypot(*offset.T)
                 along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, TINY)
-                near = length > self.unit
-                total += float(np.mean(np.maximum(0.0, along - 0.6) * near))
+                long_enough = length > self.unit
+                total += float(np.mean(np.maximum(0.0, along - 0.6) * long_enough))
             return total
 
         return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))

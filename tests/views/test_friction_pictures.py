@@ -317,7 +317,7 @@ def test_marks_move_with_the_place_that_touches():
                 there = sign_history(run, shape.sign_condition[0]) > 0
                 axes = shape.carrier.axes(run)
                 for k in np.flatnonzero(there):
-                    middle = shape.carrier.shown(shape.points, axes, k).mean(axis=0)
+                    middle = shape.carrier.in_world(shape.points, axes, k).mean(axis=0)
                     assert middle == pytest.approx(one.place[k], abs=1e-9)
                     checked += 1
     assert checked > 100

@@ -19,7 +19,7 @@ from mbody.engineering import (
     instant_centres,
     velocity_polygon,
 )
-from mbody.engineering.instant_centres import kennedy_lines, shown_by_joints
+from mbody.engineering.instant_centres import centres_of_joints, kennedy_lines
 from mbody.model.joints import Gear, PinSlot, Prismatic, Revolute, Rolling
 
 #: Driven models whose bodies all move, at instants of their own; others are followed in time.
@@ -93,7 +93,9 @@ def test_centres_by_construction_alone(name):
     """
     run = mbody.kinematics(gallery.load(name), [0.013])
     centres = instant_centres(run)
-    known = {pair: homogeneous(centres[tuple(pair)], 0) for pair in shown_by_joints(run.mechanism)}
+    known = {
+        pair: homogeneous(centres[tuple(pair)], 0) for pair in centres_of_joints(run.mechanism)
+    }
     lines = kennedy_lines(centres, run.mechanism)
     for first, second in zip(lines[::2], lines[1::2], strict=True):
         assert first.pair == second.pair

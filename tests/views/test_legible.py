@@ -187,7 +187,7 @@ def test_what_is_always_zero_or_the_same_has_no_place():
     train = grids(report(gallery.load("planetary_train"), ["loads"]), "loads")
     table = train["Efforts and measures"]
     assert set(cells(table, "least")) == set(cells(table, "greatest"))
-    assert not any(one.title == "at sun" for one in table.shown)
+    assert not any(one.title == "at sun" for one in table.filled_columns)
 
 
 def test_means_that_are_rounding_are_zero():

@@ -25,7 +25,7 @@ def runs():
 
 
 def world(found, shape, k):
-    return shape.carrier.shown(shape.points, shape.carrier.axes(found.run), k)
+    return shape.carrier.in_world(shape.points, shape.carrier.axes(found.run), k)
 
 
 def drawn_at(run, k, like):
@@ -49,7 +49,7 @@ def drawn_at(run, k, like):
 
 
 def world_at(shape, run, k):
-    return shape.carrier.shown(shape.points, shape.carrier.axes(run), k)
+    return shape.carrier.in_world(shape.points, shape.carrier.axes(run), k)
 
 
 @pytest.mark.parametrize("name", SHOWN)

@@ -278,7 +278,7 @@ def test_shapes_are_those_that_mbody_draws_for_the_changed_numbers(page, runs, n
         if own.startswith(("driver:", "torque:", "support:")) or not own:
             continue  # signs: they have no dimension
         axes = shape.carrier.axes(changed)
-        here = shape.carrier.shown(shape.points, axes, 0)
+        here = shape.carrier.in_world(shape.points, axes, 0)
         points = np.array(points)
         apart = np.hypot(*(points[:, None] - here[None]).T)
         assert abs(radius - shape.radius) < 1e-6 * run.system.length, own

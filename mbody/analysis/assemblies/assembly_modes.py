@@ -276,7 +276,7 @@ def _world(pose: np.ndarray, body: int, position: complex) -> complex:
 
 
 def _distances(linkage: Linkage) -> list[float]:
-    """How many pairs lead from a driven body to every other one, the ground left out."""
+    """Number of pairs that lead from a driven body to every other one, the ground left out."""
     found = [np.inf] * (linkage.bodies + 1)
     names = {name: n for n, name in enumerate(linkage.names)}
     here = {names[d.bodies[1]] for d in linkage.system.drivers} - {linkage.bodies}
@@ -285,8 +285,10 @@ def _distances(linkage: Linkage) -> list[float]:
         for b in here:
             found[b] = step
         step += 1.0
-        near = {b for pair in linkage.pairs for b in (pair.i, pair.j) if {pair.i, pair.j} & here}
-        here = {b for b in near if b < linkage.bodies and found[b] == np.inf}
+        neighbours = {
+            b for pair in linkage.pairs for b in (pair.i, pair.j) if {pair.i, pair.j} & here
+        }
+        here = {b for b in neighbours if b < linkage.bodies and found[b] == np.inf}
     return found
 
 
@@ -338,12 +340,12 @@ def same_pose(
     count.
     """
     n = system.coordinates
-    apart = (one - other)[:n] / system.coordinate_units
-    apart[2::3] = np.remainder(apart[2::3] + np.pi, 2.0 * np.pi) - np.pi
+    difference = (one - other)[:n] / system.coordinate_units
+    difference[2::3] = np.remainder(difference[2::3] + np.pi, 2.0 * np.pi) - np.pi
     for body in meshed:
         if 3 * body + 2 < n:
-            apart[3 * body + 2] = 0.0
-    return bool(np.abs(apart).max(initial=0.0) < tol.POSITION_SAME)
+            difference[3 * body + 2] = 0.0
+    return bool(np.abs(difference).max(initial=0.0) < tol.POSITION_SAME)
 
 
 #: Boxes that a search may examine: some ten seconds.
@@ -510,8 +512,8 @@ class _GroupSearch:
             self.unresolved.append(Unresolved(reason, bodies, float(spread.max(initial=0.0))))
             return
         for place in _clusters(middle):
-            near = np.abs(middle - place).max(1) < tol.BOX_MIDDLES_SAME
-            low, high = found.low[near].min(0), found.high[near].max(0)
+            same = np.abs(middle - place).max(1) < tol.BOX_MIDDLES_SAME
+            low, high = found.low[same].min(0), found.high[same].max(0)
             reason = f"modes meet at {self._where()}: a dead centre, or nearer to one than 1e-12"
             self.unresolved.append(Unresolved(reason, group, float((high - low).max())))
 
@@ -520,8 +522,8 @@ class _GroupSearch:
         for driver in self.linkage.system.independent_drivers:
             value = self.linkage.driver_values[driver.name]
             unit = self.linkage.system.mechanism.units.length
-            shown = angle_text(value) if driver.angular else f"{value:.10g} {unit}"
-            parts.append(f"'{driver.name}' = {shown}")
+            text = angle_text(value) if driver.angular else f"{value:.10g} {unit}"
+            parts.append(f"'{driver.name}' = {text}")
         return " and ".join(parts) or "this position"
 
     def result(

@@ -60,7 +60,9 @@ def cosine_range(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndar
     return least - BOX_WIDENING_ROUNDING, greatest + BOX_WIDENING_ROUNDING
 
 
-def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
+def first_within(
+    start: np.ndarray, least_angle: np.ndarray, greatest_angle: np.ndarray
+) -> np.ndarray:
     """The least angle t ≥ start whose size, taken within half a revolution, is between near and
     far, 0 ≤ near ≤ far ≤ π.
 
@@ -69,10 +71,10 @@ def first_within(start: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.nda
     """
     revolutions = REVOLUTION * np.floor((start + np.pi) / REVOLUTION)
     t = start - revolutions
-    beyond = np.where(t <= far, t, REVOLUTION - far)
-    inside = np.where(t < near, near, beyond)
-    behind = np.where(t <= -near, t, inside)
-    return np.asarray(np.where(t < -far, -far, behind) + revolutions)
+    beyond = np.where(t <= greatest_angle, t, REVOLUTION - greatest_angle)
+    inside = np.where(t < least_angle, least_angle, beyond)
+    behind = np.where(t <= -least_angle, t, inside)
+    return np.asarray(np.where(t < -greatest_angle, -greatest_angle, behind) + revolutions)
 
 
 def products(
@@ -323,13 +325,23 @@ class LoopRows:
         top, bottom = left[0] / divisor, left[1] / divisor
         top, bottom = np.where(strong, top, 1.0), np.where(strong, bottom, -1.0)
         empty = (top < -1.0 - BOX_WIDENING_ROUNDING) | (bottom > 1.0 + BOX_WIDENING_ROUNDING)
-        near = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - BOX_WIDENING_ROUNDING, 0.0)
-        far = np.minimum(np.arccos(np.clip(bottom, -1.0, 1.0)) + BOX_WIDENING_ROUNDING, np.pi)
-        near, far = np.where(empty, 0.0, near), np.where(empty, np.pi, far)
+        least_angle = np.maximum(np.arccos(np.clip(top, -1.0, 1.0)) - BOX_WIDENING_ROUNDING, 0.0)
+        greatest_angle = np.minimum(
+            np.arccos(np.clip(bottom, -1.0, 1.0)) + BOX_WIDENING_ROUNDING, np.pi
+        )
+        least_angle, greatest_angle = (
+            np.where(empty, 0.0, least_angle),
+            np.where(empty, np.pi, greatest_angle),
+        )
         from_low = (self.ratio * lo[:, self.angle_index])[:, None] + shift
         from_high = -(self.ratio * hi[:, self.angle_index])[:, None] - shift
-        below = (first_within(from_low, near, far) - shift).max(1) - BOX_WIDENING_ROUNDING
-        above = -(first_within(from_high, near, far) + shift).max(1) + BOX_WIDENING_ROUNDING
+        below = (first_within(from_low, least_angle, greatest_angle) - shift).max(
+            1
+        ) - BOX_WIDENING_ROUNDING
+        above = (
+            -(first_within(from_high, least_angle, greatest_angle) + shift).max(1)
+            + BOX_WIDENING_ROUNDING
+        )
         for d, v in enumerate(self.angle_index):
             dead = empty[:, :, d].any(1)
             lo[:, v] = np.where(dead, np.inf, np.maximum(lo[:, v], below[:, d] / self.ratio[d]))
@@ -641,15 +653,15 @@ class _BoxSearch:
         """Boxes that are not covered by a box with one root, which is kept."""
         rows, (lo, hi) = self.rows, box
         x = self._newton(0.5 * (lo + hi))
-        far = BOX_INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_INFLATED_LEAST
-        near = np.isfinite(x).all(1) & (far * self.weight < 2.0).all(1)
+        half_width = BOX_INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_INFLATED_LEAST
+        testable = np.isfinite(x).all(1) & (half_width * self.weight < 2.0).all(1)
         settled = np.zeros(len(lo), dtype=bool)
-        if near.any():
-            points, half = x[near], far[near]
+        if testable.any():
+            points, half = x[testable], half_width[testable]
             Y = np.linalg.pinv(rows.jacobian(points), rcond=SINGULAR_VALUE_BOX_ROOT)
             a, b = rows.krawczyk(Y, points, (points - half, points + half))
             good = ((a > points - half) & (b < points + half)).all(1)
-            settled[np.flatnonzero(near)[good]] = True
+            settled[np.flatnonzero(testable)[good]] = True
             for root in points[good]:
                 # with rows to spare a root of their combinations may be none of their own
                 if np.abs(rows.values(root[None])).max() <= BOX_SPARE_ROWS_OPEN * rows.scale:

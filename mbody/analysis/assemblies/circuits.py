@@ -39,7 +39,7 @@ from mbody.system.system import System
 #: Halvings of an interval with a dead centre in it; steps of one walk.
 HALVINGS, STEPS = 50, 20_000
 #: How far a length may go, in model lengths.
-FAR = 100.0
+LONGEST_TRAVEL = 100.0
 
 
 @dataclass
@@ -157,7 +157,7 @@ class JointCurve:
                         return self._joined(found)
             q, t, x = new, s, there
             found.low, found.high = min(found.low, x), max(found.high, x)
-            if self.period == math.inf and abs(x - first) > FAR * self.unit:
+            if self.period == math.inf and abs(x - first) > LONGEST_TRAVEL * self.unit:
                 found.trouble = "the driver can go on without end"
                 return found
             step = min(1.3 * step, tol.CIRCUIT_STEP_LONGEST)
@@ -405,22 +405,24 @@ def circuits(
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
-            notes.append(_not_followed(number, walk.trouble))
+            notes.append(_incomplete_note(number, walk.trouble))
     ends = [x for one in made for x in one.dead_centres]
     if dead is not None and dead.complete:
         same = _same(dead, tol.POSITION_SAME)
-        missing = [x for x in dead.values if not any(_apart(dead, x, end) < same for end in ends)]
+        missing = [
+            x for x in dead.values if not any(_distance(dead, x, end) < same for end in ends)
+        ]
         complete = complete and not missing
     doubts = list(modes.doubts)
     if not complete and not doubts:
         doubts.append(_incomplete(found.name, dead, notes))
-    shown = dead_centres_of_walks(system, found.name, made) if dead is None else dead
+    centres = dead_centres_of_walks(system, found.name, made) if dead is None else dead
     return Circuits(
         mechanism=system.mechanism,
         driver=found.name,
         modes=modes,
         circuits=tuple(made),
-        dead_centres=shown,
+        dead_centres=centres,
         complete=complete,
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
@@ -444,8 +446,8 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
     same = _same(dead, tol.DEAD_CENTRE_MATCH)
 
     def settled(x: float) -> float:
-        near = [value for value in dead.values.tolist() if _apart(dead, x, value) < same]
-        best = min(near, key=lambda value: _apart(dead, x, value), default=x)
+        candidates = [value for value in dead.values.tolist() if _distance(dead, x, value) < same]
+        best = min(candidates, key=lambda value: _distance(dead, x, value), default=x)
         return x + math.remainder(best - x, REVOLUTION) if dead.angular else best
 
     walk.dead_centres = [settled(x) for x in walk.dead_centres]
@@ -453,7 +455,7 @@ def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
         walk.low, walk.high = settled(walk.low), settled(walk.high)
 
 
-def _apart(dead: DeadCentres, a: float, b: float) -> float:
+def _distance(dead: DeadCentres, a: float, b: float) -> float:
     return abs(math.remainder(a - b, REVOLUTION) if dead.angular else a - b)
 
 
@@ -488,7 +490,7 @@ def _between_lengths(values: list[float], value: float) -> list[float]:
     ]
 
 
-def _not_followed(number: int, trouble: str) -> str:
+def _incomplete_note(number: int, trouble: str) -> str:
     return f"circuit {number} is not followed to its end: {trouble}"
 
 

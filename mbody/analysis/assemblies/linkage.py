@@ -50,7 +50,7 @@ class Pair:
 
     @property
     def rows(self) -> int:
-        """How many equations it is."""
+        """Number of equations."""
         return 2 if self.kind == "pin" else 1
 
 

@@ -91,7 +91,7 @@ class ContactChoice:
             self._roll(name)
 
     def _free_motions(self, G: Array) -> int:
-        """How many motions rows leave."""
+        """Number of motions that rows leave."""
         return rank_of(G).free
 
     def _row(self, number: int) -> Array:
@@ -136,7 +136,7 @@ class ContactChoice:
 
     @property
     def left(self) -> int:
-        """How many motions are left."""
+        """Number of motions that are left."""
         return self._free_motions(self.G)
 
     @property
@@ -421,8 +421,10 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
         for (name, n, _), is_shut in zip(places, kept, strict=False):
             if is_shut:
                 closed[name] = (*closed.get(name, ()), n)
-        apart = (name for (name, _), off in zip(parted, kept[len(places) :], strict=True) if off)
+        open_names = (
+            name for (name, _), off in zip(parted, kept[len(places) :], strict=True) if off
+        )
         system = reclosed(run.system, {name: (own, ()) for name, own in closed.items()})
         instants = np.flatnonzero((table == kept).all(axis=1))
-        found.append(ContactPhase(system, instants, frozenset(apart)))
+        found.append(ContactPhase(system, instants, frozenset(open_names)))
     return found

@@ -500,7 +500,7 @@ class FrictionProblem:
     # -- by trying modes ----------------------------------------------------------------------
 
     def count_modes(self) -> float:
-        """How many sets of modes there are."""
+        """Number of sets of modes."""
         found = 1.0
         pressed = {one.normal for one in self.tangents if one.normal >= 0}
         for one in self.tangents:
@@ -539,10 +539,10 @@ class FrictionProblem:
         if not n:
             return [FrictionSolution(self, np.zeros(0), np.zeros(0), np.zeros(0))]
         big = 1e3 * max(float(np.abs(self.forces).max()), self.greatest / self._softest)
-        far = np.concatenate([closed * big, -np.nan_to_num(slip_signs) * big], axis=1)
-        starts = [np.zeros_like(far)]
+        bounds = np.concatenate([closed * big, -np.nan_to_num(slip_signs) * big], axis=1)
+        starts = [np.zeros_like(bounds)]
         if not self.linear:
-            starts += [np.broadcast_to(self.forces, far.shape), far]
+            starts += [np.broadcast_to(self.forces, bounds.shape), bounds]
         for start in starts:
             forces, regular = self._newton(closed, slip_signs, start)
             for k in np.flatnonzero(regular & self._keeps(forces, closed, slip_signs)):
@@ -557,7 +557,7 @@ class FrictionProblem:
 
     @property
     def _softest(self) -> float:
-        """How far a force moves itself at most; 1 where all follows drivers, so that none does."""
+        """Greatest motion of a force by itself; 1 where all follows drivers, so that none does."""
         return float(np.diag(self.delassus).max()) or 1.0
 
     def _newton(self, closed: Array, slip_signs: Array, start: Array) -> tuple[Array, Array]:
@@ -619,10 +619,10 @@ class FrictionProblem:
             & stationary
             & (np.nan_to_num(slip_signs) * along < -tol.CONTACT_SOLUTION_RESIDUAL * size)
         )
-        apart = (forces[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * big) | (
+        pulling = (forces[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * big) | (
             a[:, :m] < -tol.CONTACT_SOLUTION_RESIDUAL * size
         )
-        return np.asarray(~outside.any(axis=1) & ~apart.any(axis=1))
+        return np.asarray(~outside.any(axis=1) & ~pulling.any(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -692,10 +692,10 @@ def _different(problem: FrictionProblem, found: list[FrictionSolution]) -> list[
 def _same(one: FrictionSolution, other: FrictionSolution) -> bool:
     """Whether both have the same modes, and forces but for the rounding of nearly singular ones."""
     size = float(np.abs(one.forces).max(initial=0.0))
-    near = (
+    close = (
         float(np.abs(one.forces - other.forces).max(initial=0.0)) <= tol.CONTACT_FORCE_SAME * size
     )
-    return near and one.modes() == other.modes()
+    return close and one.modes() == other.modes()
 
 
 def decide_modes(problem: FrictionProblem) -> tuple[list[FrictionSolution], bool]:

@@ -87,26 +87,31 @@ class Corners:
             (one.contact_point, one.end): meeting.get(frozenset({one.corner, one.other}), [])
             for one in ends
         }
-        #: Contact points that may be at ends of their edges; the same edges with the corners beside
-        #: those of these contact points.
-        self.ended, self.beside = _corners_beside(ends)
+        #: Contact points that may be at ends of their edges; the same edges with the corners
+        #: adjacent to those of these contact points.
+        self.ended, self.adjacent = _adjacent_corners(ends)
 
     def passed(
-        self, gaps: Array, rates: Array, along: Array, near: float, velocity_tolerance: float
+        self,
+        gaps: Array,
+        rates: Array,
+        along: Array,
+        gap_tolerance: float,
+        velocity_tolerance: float,
     ) -> Array:
         """Which contact points are none, (points,): by what is no corner, at a corner what is
         behind the edge but for that corner, and what approaches an edge there while another one
         keeps both bodies apart. `along` (contacts, 2): distances from both ends of the edge.
         """
         found = self.never.copy()
-        at_end = (np.abs(along) <= near).any(axis=1)
+        at_end = (np.abs(along) <= gap_tolerance).any(axis=1)
         if at_end.any():
-            behind = at_end[self.ended] & (gaps[self.beside] < -near)
+            behind = at_end[self.ended] & (gaps[self.adjacent] < -gap_tolerance)
             found[self.ended[behind]] = True
         for n in np.flatnonzero(rates < -velocity_tolerance):
-            for end in np.flatnonzero(np.abs(along[n]) <= near):
+            for end in np.flatnonzero(np.abs(along[n]) <= gap_tolerance):
                 found[n] |= any(
-                    gaps[m] >= -near and rates[m] > rates[n] + velocity_tolerance
+                    gaps[m] >= -gap_tolerance and rates[m] > rates[n] + velocity_tolerance
                     for m in self.others.get((int(n), int(end)), ())
                 )
         return found
@@ -125,7 +130,7 @@ def _ends(n: int, candidate: ContactCandidate, length: float) -> list[_EdgeEnd]:
     ]
 
 
-def _corners_beside(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
+def _adjacent_corners(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
     """Of contact points by a corner and on an edge that ends, both as numbers: each, and the
     contact point on the same edge of a corner that an edge joins to that one.
     """
@@ -138,10 +143,10 @@ def _corners_beside(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
         joined[b].add(a)
     point_of = {(*edges[one.contact_point], one.other): one.contact_point for one in ends}
     pairs = {
-        (n, point_of[a, b, beside])
+        (n, point_of[a, b, adjacent])
         for (a, b, corner), n in point_of.items()
-        for beside in joined[corner]
-        if (a, b, beside) in point_of
+        for adjacent in joined[corner]
+        if (a, b, adjacent) in point_of
     }
     found = np.array(sorted(pairs), dtype=np.int64).reshape(-1, 2)
     return found[:, 0], found[:, 1]
@@ -281,7 +286,7 @@ class Unilateral:
         pair_of = {int(s): f for f, s in enumerate(L.friction_tangent)}
         place = {int(e): s for s, e in enumerate(L.active_set)}
         self.contact_points: list[ContactPoint] = []
-        taken: set[int] = set()
+        tangent_pairs: set[int] = set()
         welds = {frozenset(j.bodies): j.name for j in system.mechanism.joints if type(j) is Fixed}
         for contact in system.mechanism.contacts:
             if contact.closed:
@@ -298,7 +303,7 @@ class Unilateral:
             for n, candidate in enumerate(candidates):
                 normal = place[number[contact.name, n]]
                 tangent = place.get(number.get((contact.name, len(candidates) + n), -1), -1)
-                taken.add(pair := pair_of.get(tangent, -1))
+                tangent_pairs.add(pair := pair_of.get(tangent, -1))
                 law = getattr(contact, "law", "poisson")
                 numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
                 self.contact_points.append(
@@ -307,7 +312,7 @@ class Unilateral:
         self.friction_joints = [
             JointPair(system.owners[int(L.active_set[s])][0].name, int(s), f)
             for f, s in enumerate(L.friction_tangent)
-            if f not in taken and _may_stick(system, f)
+            if f not in tangent_pairs and _may_stick(system, f)
         ]
         units = [system.row_kinds[int(e)] for e in L.active_set]
         #: Of every row of the active set, whether it is an angle.
@@ -378,7 +383,7 @@ class Unilateral:
 
     @functools.cached_property
     def places(self) -> tuple[Array, Array, Array, Array]:
-        """Where the rows are: their nodes; of all numbers of their blocks the row, the place and
+        """Places of the rows: their nodes; of all numbers of their blocks the row, the place and
         the coordinate.
         """
         L = self.layout
@@ -509,15 +514,17 @@ class Unilateral:
         """Which edges run through the same corners."""
         return Corners([one.candidate for one in self.contact_points], self.system.length)
 
-    def within_edges(self, rows: Rows, work: Work, near: float, velocity_tolerance: float) -> Array:
+    def within_edges(
+        self, rows: Rows, work: Work, gap_tolerance: float, velocity_tolerance: float
+    ) -> Array:
         """Which contact points are within the ends of their edges, (points,): of those at a corner
         that approach not those that another edge there keeps apart.
         """
         along = self.along(work)
         passed = self.corners.passed(
-            self.gaps(rows), self.approach(rows), along, near, velocity_tolerance
+            self.gaps(rows), self.approach(rows), along, gap_tolerance, velocity_tolerance
         )
-        return np.asarray((along.min(axis=1, initial=np.inf) >= -near) & ~passed)
+        return np.asarray((along.min(axis=1, initial=np.inf) >= -gap_tolerance) & ~passed)
 
     @functools.cached_property
     def bodies(self) -> list[tuple[int, int]]:
@@ -591,7 +598,7 @@ class Unilateral:
         first = 3 * self.system.coordinates + PER_PRIMITIVE * e
         return records[..., first], records[..., first + 1]
 
-    def presses_apart(self, f: int) -> bool:
+    def separates_wheels(self, f: int) -> bool:
         """Whether pair f is of teeth that press their wheels apart."""
         return FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart"
 
@@ -613,9 +620,11 @@ class Overlap:
     depth: float
 
 
-def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Overlap | None:
-    """The contact that overlaps most at the position in a workspace, by more than `near`; None
-    where none does.
+def deepest_overlap(
+    uni: Unilateral, rows: Rows, work: Work, gap_tolerance: float
+) -> Overlap | None:
+    """The contact that overlaps most at the position in a workspace, by more than
+    `gap_tolerance`; None where none does.
     """
     gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
     worst: dict[str, tuple[float, int]] = {}
@@ -626,7 +635,7 @@ def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Ove
             position = tuple(float(part) for part in candidate.position)
             key = point.name, str(candidate.swapped), position, float(candidate.edge_radius)
             edges.setdefault(key, []).append(n)
-        elif gap >= -near:
+        elif gap >= -gap_tolerance:
             continue
         elif candidate.solid == "segment" or candidate.arcs:
             # from behind a thin wall, or an arc, nothing overlaps it but a disc
@@ -637,7 +646,7 @@ def deepest_overlap(uni: Unilateral, rows: Rows, work: Work, near: float) -> Ove
     whole = uni.along(work)
     for (name, _, _, radius), about in edges.items():
         gap, n = _to_polygon(gaps[about] + radius, whole[about])
-        if gap - radius < -near:
+        if gap - radius < -gap_tolerance:
             worst[name] = min(worst.get(name, (0.0, 0)), (gap - radius, about[n]))
     if not worst:
         return None
@@ -655,6 +664,6 @@ def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
     distances = np.hypot(across, past)
     least = distances.min()
     # nearest to a corner both edges there are as near: the one that is seen more squarely decides
-    near = np.flatnonzero(distances <= least * (1.0 + DISTANCE_TIE) + TINY)
-    n = int(near[np.argmax(np.abs(across[near]))])
+    nearest = np.flatnonzero(distances <= least * (1.0 + DISTANCE_TIE) + TINY)
+    n = int(nearest[np.argmax(np.abs(across[nearest]))])
     return float(np.copysign(least, across[n])), n

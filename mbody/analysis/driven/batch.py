@@ -208,8 +208,8 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
             work = system.work(LANES, chosen)
             work.q[:n] = poses[chosen, :n].T
             output, found = runner.on_lanes(work, instants)
-            near = functools.partial(_near, system, chosen, output)
-            runner.branches.on_lanes(found, instants.t, near)
+            workspace_at = functools.partial(_workspace_at, system, chosen, output)
+            runner.branches.on_lanes(found, instants.t, workspace_at)
             output, failed = output[kept], found[FAILED]
         else:
             output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
@@ -222,7 +222,9 @@ def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     return runner.solution(start, grid, Record(blocks, designs, batch=True))
 
 
-def _near(system: System, designs: np.ndarray, output: np.ndarray, k: int, lane: int) -> Work:
+def _workspace_at(
+    system: System, designs: np.ndarray, output: np.ndarray, k: int, lane: int
+) -> Work:
     """A workspace at the position of a step and a lane."""
     work = system.work(designs=int(designs[lane]))
     work.q[: system.coordinates, 0] = output[k, : system.coordinates, lane]

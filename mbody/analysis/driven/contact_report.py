@@ -112,8 +112,8 @@ def pulled(solution: Solution, between: Mapping[str, OneSidedForce] | None = Non
     found = []
     for element in one_sided(solution.system):
         history = one_sided_force(solution, element)
-        shown = history.force
-        t, force, size = np.broadcast_to(history.t, shown.shape), shown, history.size
+        pressing = history.force
+        t, force, size = np.broadcast_to(history.t, pressing.shape), pressing, history.size
         if between is not None and element.name in between:
             more = between[element.name]
             t, force = np.append(t, more.t), np.append(force, more.force)
@@ -142,8 +142,8 @@ def low_between(t: Array, force: Array) -> Array:
 
 def check_fits(solution: Solution) -> None:
     """Refuse wheels that do not fit at some instant, of any design."""
-    for joint, found, wanted, far in _distances(solution):
-        wrong = np.argwhere(far)
+    for joint, found, wanted, misfits in _distances(solution):
+        wrong = np.argwhere(misfits)
         if len(wrong):
             first = tuple(wrong[0].tolist())
             where = _when(solution, float(solution.t[first[-1]]), first)
@@ -153,8 +153,8 @@ def check_fits(solution: Solution) -> None:
 def unfit(solution: Solution) -> np.ndarray:
     """Which designs of a batch have wheels that do not fit at some instant: (designs,)."""
     wrong = np.zeros(solution.record.count, dtype=bool)
-    for _, _, _, far in _distances(solution):
-        wrong |= far.any(axis=-1)
+    for _, _, _, misfits in _distances(solution):
+        wrong |= misfits.any(axis=-1)
     return wrong
 
 
@@ -191,12 +191,12 @@ def _sentence(
     units = solution.mechanism.units
     where = np.unravel_index(int(force.argmin()), force.shape)
     when = _when(solution, float(t[where]), tuple(int(n) for n in where))
-    shown = one_sided_force(solution, element).force
-    count = int((shown < -floor).sum())
+    pressing = one_sided_force(solution, element).force
+    count = int((pressing < -floor).sum())
     if not count:
         when = f"between the instants, most {when}"
-    elif shown.size > 1:
-        when = f"at {count} of {shown.size} instants, most {when}"
+    elif pressing.size > 1:
+        when = f"at {count} of {pressing.size} instants, most {when}"
     first = float(t[force < -floor].min())
     if first < float(t[where]) and not solution.record.batch:
         when = f"{when}, first at t = {first:.6g} {units.time}"
@@ -312,7 +312,7 @@ def _has_ends(candidate: ContactCandidate) -> bool:
 
 
 def _distance_past(found: Solution, contact: OneSided, candidate: ContactCandidate) -> Array:
-    """How far a place is past an end of its edge, negative within: (instants,), or (designs,
+    """Distance of a place past an end of its edge, negative within: (instants,), or (designs,
     instants).
     """
     assert candidate.edge is not None
@@ -369,11 +369,11 @@ def _overlapping(found: Solution) -> list[Doubt]:
         return []
     uni, work, n = Unilateral(system), system.work(), system.coordinates
     looked = np.unique(np.linspace(0, len(found) - 1, LOOKED).astype(int))
-    places, near = found.record.table(slice(0, n)), CONTACT_GAP_NONE * system.length
+    places, gap_tolerance = found.record.table(slice(0, n)), CONTACT_GAP_NONE * system.length
     worst: dict[str, tuple[float, float]] = {}
     for k in looked.tolist():
         work.q[:n, 0], work.time[:] = places[k], found.t[k]
-        one = deepest_overlap(uni, uni.read(work), work, near)
+        one = deepest_overlap(uni, uni.read(work), work, gap_tolerance)
         if one is not None:
             t, depth = worst.get(one.contact, (float(found.t[k]), 0.0))
             worst[one.contact] = t, max(depth, one.depth)
@@ -481,7 +481,7 @@ def _not_unique(found: Solution) -> list[str]:
 
 
 def _uncertain(found: Solution) -> list[str]:
-    """Where the condition of uniqueness does not hold, and it does not jam."""
+    """Notes of instants at which the condition of uniqueness does not hold, and it does not jam."""
     report = found.friction
     assert report is not None
     if report.certified.all():

@@ -39,7 +39,7 @@ from mbody.system.rank import dense, jacobian
 from mbody.system.system import System
 
 #: Distance along a length, in model lengths, after which it is said to have no end.
-FAR = 1e3
+LONGEST_TRAVEL = 1e3
 #: Places on a path at which it is examined: a prime, so that none is where branches meet, a whole
 #: part of a revolution away from the start.
 STATIONS = 61
@@ -95,7 +95,7 @@ def _range_note(system: System, start: ClosedPosition, driver: Any) -> str:
 
 
 def ends(system: System, start: ClosedPosition, driver: Any) -> Ends:
-    """How far one driver can go from a closed position, the others fixed."""
+    """Range of one driver from a closed position, the others fixed."""
     curve = _Curve(system, start, driver)
     return Ends(curve.value, curve.end(-1.0), curve.end(1.0))
 
@@ -122,15 +122,18 @@ class _Curve:
         if self.driver.angular:
             spans = [2.0 * math.pi]
         else:
-            spans = [self.system.length * 10.0**k for k in range(1, round(math.log10(FAR)) + 1)]
+            spans = [
+                self.system.length * 10.0**k
+                for k in range(1, round(math.log10(LONGEST_TRAVEL)) + 1)
+            ]
         for span in spans:
-            found = self._followed(sign * span)
+            found = self._stop(sign * span)
             if found is not None:
                 return found
         return sign * math.inf
 
-    def _followed(self, change: float) -> float | None:
-        """Where the driver stops on its way; None where it does not."""
+    def _stop(self, change: float) -> float | None:
+        """Place at which the driver stops on its way; None where it does not."""
         stopped, places = self._path(change)
         if self.system.rows > LARGEST:
             return stopped
@@ -288,10 +291,10 @@ class _Curve:
             return None
         fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
         roots = fit.deriv().roots()
-        near = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
-        if not near.size or near.min() - p[-1] > 0.2 * np.ptp(p):
+        ahead = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
+        if not ahead.size or ahead.min() - p[-1] > 0.2 * np.ptp(p):
             return None
-        return self.requested + float(fit(near.min())) * self.unit
+        return self.requested + float(fit(ahead.min())) * self.unit
 
 
 # -- Range of a driver up to its dead centres --------------------------------------------------
@@ -337,9 +340,11 @@ class DriverRange(Inherited):
         if self.unlimited:
             whole = "without end" if self.unit else "all the way round"
             return f"'{self.body}' can {verb} {whole}"
-        shown = [v if self.unit else math.degrees(v) for v in self]
-        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in shown)
-        ends = [f"from {low}"] * math.isfinite(shown[0]) + [f"to {high}"] * math.isfinite(shown[1])
+        limits = [v if self.unit else math.degrees(v) for v in self]
+        low, high = (f"{v:.10g} {self.unit or 'deg'}" for v in limits)
+        ends = [f"from {low}"] * math.isfinite(limits[0]) + [f"to {high}"] * math.isfinite(
+            limits[1]
+        )
         return f"'{self.body}' can {verb} {' '.join(ends)}"
 
 

@@ -80,7 +80,7 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
 
 
 def inertialess(system: System, t: float, q: Array) -> int:
-    """How many free motions have no inertia at q (coordinates,), beside what replaces it."""
+    """Number of free motions that have no inertia at q (coordinates,), beside what replaces it."""
     own = system.mass[: system.coordinates, 0]
     if too_large(system) or own.all():
         return 0
@@ -192,18 +192,20 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
     """
     names = [body.name for body in system.mechanism.bodies]
     n, units = system.coordinates, system.mechanism.units
-    moved, changed = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
+    moved, rates = ((found - given) / np.tile(system.coordinate_units, 2)).reshape(2, -1, 3)
     least_velocity = tol.START_MOTION_ROUNDING / (tol.START_CHANGE_REPORTED * (whole or np.inf))
     velocity_scale = max(float(np.abs(given[n:] / system.coordinate_units).max()), least_velocity)
     parts = []
-    if (far := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
-        distance = system.length * far.max()
-        parts.append(f"'{names[int(far.argmax())]}' was moved by {distance:.3g} {units.length}")
+    if (distances := np.hypot(moved[:, 0], moved[:, 1])).max() > tol.START_CHANGE_REPORTED:
+        distance = system.length * distances.max()
+        parts.append(
+            f"'{names[int(distances.argmax())]}' was moved by {distance:.3g} {units.length}"
+        )
     if (rotation := np.abs(moved[:, 2])).max() > tol.START_CHANGE_REPORTED:
         angle = np.degrees(rotation.max())
         parts.append(f"'{names[int(rotation.argmax())]}' was turned by {angle:.3g} deg")
-    if np.abs(changed).max() > tol.START_CHANGE_REPORTED * velocity_scale:
-        b, k = divmod(int(np.abs(changed).argmax()), 3)
+    if np.abs(rates).max() > tol.START_CHANGE_REPORTED * velocity_scale:
+        b, k = divmod(int(np.abs(rates).argmax()), 3)
         before, after = (float(part[n + 3 * b + k]) for part in (given, found))
         rate, unit = ("vx", "vy", "omega")[k], units.of("velocity" if k < 2 else "angular velocity")
         parts.append(f"{rate} of '{names[b]}' is {after:.6g} {unit}, not {before:.6g}")
@@ -213,9 +215,9 @@ def adjusted(system: System, given: Array, found: Array, whole: float = np.inf) 
 
 
 def _nearby(manifold: Manifold, here: Place) -> int:
-    """How many motions are free beside a place, at least."""
-    beside = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
-    return min((len(p.motions) for p in beside if p is not None), default=len(here.motions))
+    """Least number of motions that are free beside a place."""
+    adjacent = [manifold.moved(here, tol.POSITION_BESIDE * motion) for motion in here.motions]
+    return min((len(p.motions) for p in adjacent if p is not None), default=len(here.motions))
 
 
 def _workspace_at(system: System, t: float, q: Array) -> Work:

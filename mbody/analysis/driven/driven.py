@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mbody.model.study import Instants
 
 #: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
-FAR = 1e3
+LONGEST_TRAVEL = 1e3
 
 Analysis = TypeVar("Analysis", bound=Callable[..., Solution])
 
@@ -144,7 +144,7 @@ def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
 
 
 def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
-    """Where the drivers of one design stand at the first instant."""
+    """Positions of the drivers of one design at the first instant."""
     if system.batch is not None:
         return {}
     laws = {
@@ -172,7 +172,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
             given = np.stack([begin, end])
             s = given[:, 0, 0] if grid.mode == BY_DRIVER else np.array([0.0, 1.0])
             path = TimeGrid(grid.mode, np.ascontiguousarray(s), np.zeros(2), given)
-        if (np.abs(end - begin)[:, 0] > FAR).any() or (end[:, 0] == begin[:, 0]).all():
+        if (np.abs(end - begin)[:, 0] > LONGEST_TRAVEL).any() or (end[:, 0] == begin[:, 0]).all():
             return False
         with warnings.catch_warnings():
             warnings.simplefilter("error", ModelWarning)
@@ -215,8 +215,10 @@ def _single(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
     except PathEnded as stuck:
         error = runner.explain(stuck, start, grid)
         # an instant at which branches meet is reached as a limit, where the path goes on
-        near = abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(grid.s)
-        if not near:
+        at_instant = abs(stuck.place - grid.s[stuck.done]) <= tol.PATH_STUCK_AT_INSTANT * np.ptp(
+            grid.s
+        )
+        if not at_instant:
             raise error from None
         return through_change_points(runner, start, grid, {stuck.done}, error)
     return runner.solution(start, grid, record)
@@ -511,8 +513,8 @@ def _values(mechanism: Mechanism, name: str, row: Any) -> np.ndarray:
 
 
 def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
-    """When the law of a driver takes values: an angle at the first turn that has it, and angles in
-    a row from the beginning of the law or later at their own turns, as 360 deg after 0.
+    """Times at which the law of a driver takes values: an angle at the first turn that has it, and
+    angles in a row from the beginning of the law or later at their own turns, as 360 deg after 0.
     """
     law = system.law_of(driver)
     if not driver.angular:
@@ -531,12 +533,12 @@ def _times(system: System, driver: Driver, values: np.ndarray) -> np.ndarray:
 
 
 def _time(law: Law, driver: Driver, places: list[float]) -> float:
-    """When the law of a driver is first at one of some places, in their order."""
+    """Time at which the law of a driver is first at one of some places, in their order."""
     why: ModelError | None = None
     for place in places:
         try:
-            shown = angle_text if driver.angular else "{:g}".format
-            return float(times_of(law, [place], 0.0, shown)[0])
+            write = angle_text if driver.angular else "{:g}".format
+            return float(times_of(law, [place], 0.0, write)[0])
         except ModelError as error:
             why = why or error
     raise ModelError(f"driver '{driver.name}' does not come there by its law: {why}", driver.name)
@@ -554,10 +556,10 @@ def _check_meets(
 ) -> None:
     """Refuse values of a second driver that its law does not have at the times of the first."""
     there = system.law_of(driver)(times)
-    apart = there - values
+    difference = there - values
     if driver.angular:  # at any turn
-        apart = np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi
-    if np.abs(apart).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
+        difference = np.remainder(difference + math.pi, 2.0 * math.pi) - math.pi
+    if np.abs(difference).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{independent.name}' is where you "
             "want it: name one of them, or give t",

@@ -384,12 +384,12 @@ def _tension(a: Wrench, b: Wrench) -> float:
     if a.kind == b.kind == "joint":
         (ax, ay), (bx, by) = (a.x, a.y), (b.x, b.y)
     along = b.fx * (bx - ax) + b.fy * (by - ay)
-    apart = math.hypot(bx - ax, by - ay)
-    return along / apart if apart > 0.0 else 0.0
+    distance = math.hypot(bx - ax, by - ay)
+    return along / distance if distance > 0.0 else 0.0
 
 
 def _meeting(forces: list[Wrench], length: float) -> tuple[float, float] | None:
-    """Where the lines of three forces in equilibrium meet: of the two that cross most steeply."""
+    """Point at which the lines of three forces in equilibrium meet: the steepest two."""
     pairs = [(forces[m], forces[n]) for m in range(3) for n in range(m)]
     a, b = max(pairs, key=lambda pair: abs(_sine(*pair)))
     if abs(_sine(a, b)) < LINES_PARALLEL:

@@ -65,7 +65,7 @@ def blocks_at(system: System, places: np.ndarray) -> list[np.ndarray]:
     return blocks
 
 
-def workspaces_near(system: System, place: np.ndarray) -> tuple[Work, Work]:
+def workspaces_at(system: System, place: np.ndarray) -> tuple[Work, Work]:
     """Workspaces near a position (coordinates,), and a little off, of other numbers."""
     samples = []
     for shift in (0.0, 0.1):
@@ -155,15 +155,17 @@ class BranchRecord:
         if least < self.least:
             self.least = least
             self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
-        apart = tol.PATH_PLACE_SAME * max(float(np.ptp(grid.s)), tol.TINY)
+        same = tol.PATH_PLACE_SAME * max(float(np.ptp(grid.s)), tol.TINY)
         known = np.array([one.s for one in self.change_points if one.design == design])
         for row in passed:
-            if not (np.abs(known - row[0]) <= apart).any():
+            if not (np.abs(known - row[0]) <= same).any():
                 self.change_points.append(ChangePoint(float(row[0]), row[1:].copy(), design))
 
-    def on_lanes(self, found: np.ndarray, t: np.ndarray, near: Callable[[int, int], Work]) -> None:
-        """Adds the record of `follow_lanes`, (FOUND, lanes); t (steps, lanes); `near` gives a
-        workspace at the position of a step and a lane.
+    def on_lanes(
+        self, found: np.ndarray, t: np.ndarray, workspace_at: Callable[[int, int], Work]
+    ) -> None:
+        """Adds the record of `follow_lanes`, (FOUND, lanes); t (steps, lanes); `workspace_at` gives
+        a workspace at the position of a step and a lane.
         """
         from mbody.kernels.continuation_lanes import FAILED, GREATEST, GREATEST_AT
 
@@ -174,7 +176,7 @@ class BranchRecord:
         if greatest[lane] == -math.inf:
             return
         k = int(found[GREATEST_AT, lane])
-        least = branch_distance(self.system.runtime(), near(k, lane), 0.0)
+        least = branch_distance(self.system.runtime(), workspace_at(k, lane), 0.0)
         if least < self.least:
             self.least, self.t = least, float(t[k, lane])
 
@@ -286,7 +288,7 @@ class MotionPieces:
             passed=np.empty((1, 1 + n)),
         )
         self.seeds = self._follow.output[:, :n, 0].T
-        self._near = system.work()
+        self._workspace = system.work()
         self._lengths = 1.0 / system.coordinate_units[:, None]
         self._machine_code: MotionCall | None = None
         self._tried = False
@@ -322,21 +324,21 @@ class MotionPieces:
         return self._machine_code
 
     def gap(self, ends: np.ndarray) -> float:
-        """How far the ends of pieces, (rows, lanes), are from where the next ones begin, in model
+        """Distance of the ends of pieces, (rows, lanes), from where the next ones begin, in model
         lengths and radians.
         """
-        apart = ends[: len(self.seeds), :-1] - self.seeds[:, 1:]
-        apart *= self._lengths
-        return float(np.abs(apart, out=apart).max())
+        gaps = ends[: len(self.seeds), :-1] - self.seeds[:, 1:]
+        gaps *= self._lengths
+        return float(np.abs(gaps, out=gaps).max())
 
-    def near(self, output: np.ndarray, ends: np.ndarray, k: int, lane: int) -> Work:
+    def workspace_at(self, output: np.ndarray, ends: np.ndarray, k: int, lane: int) -> Work:
         """A workspace at the position of a step and a lane, of (steps, rows, lanes) without the
         last step and of that, (rows, lanes).
         """
         n = len(self.seeds)
         found = ends[:n, lane] if k == len(output) else output[k, :n, lane]
-        self._near.q[:n, 0] = found
-        return self._near
+        self._workspace.q[:n, 0] = found
+        return self._workspace
 
 
 #: Memory that is not in use, by system and kind of motion.
@@ -569,8 +571,8 @@ class Runner:
             output[:, :, lane], ends[:, lane] = whole[:-1], whole[-1]
         if not pieces.gap(ends) <= tol.PATH_SEAM * pieces.instants.position_norm:
             return None
-        near = functools.partial(pieces.near, output, ends)
-        self.branches.on_lanes(found, pieces.instants.t, near)
+        workspace_at = functools.partial(pieces.workspace_at, output, ends)
+        self.branches.on_lanes(found, pieces.instants.t, workspace_at)
         return output
 
     def fits_lanes(self, start: ClosedPosition, grid: TimeGrid) -> bool:
@@ -622,8 +624,8 @@ class Runner:
         from mbody.system.pivoting import choose_pivots
 
         def chosen() -> PivotChoices | None:
-            near = workspaces_near(self.system, places[:, 0])
-            return choose_pivots(self.layout, *near, blocks_at(self.system, places.T))
+            workspaces = workspaces_at(self.system, places[:, 0])
+            return choose_pivots(self.layout, *workspaces, blocks_at(self.system, places.T))
 
         found: PivotChoices | None = self.system.once("pivots", chosen)
         return found
@@ -639,8 +641,8 @@ class Runner:
             found = self.seeds(start, grid.take(some))[:, :n]
         except PathEnded:
             found = start.work.q[:n].T
-        near = workspaces_near(self.system, start.work.q[:n, 0])
-        return choose_pivots(self.layout, *near, blocks_at(self.system, found))
+        workspaces = workspaces_at(self.system, start.work.q[:n, 0])
+        return choose_pivots(self.layout, *workspaces, blocks_at(self.system, found))
 
     def solution(
         self, start: ClosedPosition, grid: TimeGrid, record: Record, status: str = "completed"
@@ -995,13 +997,13 @@ def _without_limit(runner: Runner, around: np.ndarray, error: SolveError) -> lis
 
     `error` is raised where the motion does.
     """
-    near, far = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
-    size = np.empty_like(near)
+    inner, outer = np.abs(around[4] - around[3]), np.abs(around[5] - around[2])
+    size = np.empty_like(inner)
     n, primitives = runner.system.coordinates, len(runner.system.owners)
     # rounding is distinguished from growth by the greatest number of the same sort
     for rows in (slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)):
         size[rows] = np.abs(around[:, rows]).max(initial=0.0)
-    growing = (near > 0.8 * far + 1e-5 * size)[:, 0]
+    growing = (inner > 0.8 * outer + 1e-5 * size)[:, 0]
     if growing[: 3 * n].any():
         raise error
     return np.flatnonzero(

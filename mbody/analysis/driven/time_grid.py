@@ -29,7 +29,7 @@ from mbody.system.system import System
 #: Where Linux says how much memory a container may have.
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 #: Bytes of what is kept of a number, and of what else is made of an instant on the way.
-NUMBER, BESIDE = 8, 200
+NUMBER, OTHER_BYTES = 8, 200
 #: Bytes that every process has that could load the kernels: to read the limits takes longer than a
 #: short analysis.
 SMALL = 16e6
@@ -38,7 +38,7 @@ SMALL = 16e6
 def check_room(system: System, instants: int) -> None:
     """Refuse more instants than the memory of this machine can hold."""
     rows = system.record_rows
-    wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + BESIDE)
+    wanted = int(instants) * (NUMBER * rows * int(system.batch or 1) + OTHER_BYTES)
     if wanted < SMALL:
         return
     there = memory()

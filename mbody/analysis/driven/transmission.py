@@ -256,10 +256,10 @@ class _Phase:
         self.point = f"{body}.{point}" if point else ""
         machine = self.system.mechanism
         self.elements = [one for one in joined(machine) if one.name not in phase.open]
-        apart = {e for name in phase.open for e in self.system.primitives_of[name]}
+        open_primitives = {e for name in phase.open for e in self.system.primitives_of[name]}
         primitive = self.system.row_table[0]
         #: Rows of the system that act, of which all numbers of rows are.
-        self.kept = np.flatnonzero([e not in apart for e in primitive])
+        self.kept = np.flatnonzero([e not in open_primitives for e in primitive])
         self.primitive = primitive[self.kept]
         names = [d.name for d in self.system.drivers]
         row = self.system.rows - len(names) + names.index(driver.name)
@@ -698,10 +698,10 @@ def _least(
     for _ in range(ZOOMS):
         values = np.linspace(low, high, GRID)
         try:
-            near = kinematics(run.system, drive={driver.name: values}, guess=pose)
+            finer_run = kinematics(run.system, drive={driver.name: values}, guess=pose)
         except SolveError:
             return best
-        finer = ForcePath(near, driver, point[0], point[2], joint)
+        finer = ForcePath(finer_run, driver, point[0], point[2], joint)
         found = np.array([finer.at(n).angle for n in range(GRID)])
         if not np.isfinite(found).any():
             return best
@@ -709,7 +709,7 @@ def _least(
         if found[n] <= best.value:
             best = LeastAngle(float(found[n]), float(values[n]), best.t)
         low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
-        pose = {name: _link_axes(near, name, max(n - 1, 0)) for name in pose}
+        pose = {name: _link_axes(finer_run, name, max(n - 1, 0)) for name in pose}
     return best
 
 

@@ -187,7 +187,7 @@ class BranchPassage:
         return (crossing_note(found, self.system.mechanism.units.time),) if found else ()
 
     def least(self, last: float) -> BranchDistance | None:
-        """How near the motion came to another branch."""
+        """Least distance of the motion from another branch."""
         found = [one for one in self.crossings if one.t <= last]
         if found:
             return BranchDistance(0.0, found[0].t)
@@ -317,17 +317,17 @@ class _Choice:
             raise undecided(self.system, self.t)
         doubts: tuple[Doubt, ...] = ()
         if len(spaces) > 1 or len(branches.odd):
-            far = [
+            unlike = [
                 n
                 for n in order[1:]
                 if np.abs(motions[n][0] - a).max() > tol.BRANCH_TIE * np.abs(a).max()
             ]
-            if not np.abs(a).max() > 0.0 and not far:
+            if not np.abs(a).max() > 0.0 and not unlike:
                 return None
-            tied = not far and len(spaces) > 1
+            tied = not unlike and len(spaces) > 1
             if tied or (
-                far
-                and constraint[far[0]] - constraint[order[0]]
+                unlike
+                and constraint[unlike[0]] - constraint[order[0]]
                 <= tol.BRANCH_TIE * motions[order[0]][2]
             ):
                 raise self._tied(len(spaces))
@@ -343,16 +343,16 @@ class _Choice:
         """
         here = self.here
         away = norm(here.y)
-        near = onto(here.A, y, here.clock)
-        if near is not None and norm(near - y) <= (tol.BRANCH_VELOCITIES_SAME + 10.0 * away) * norm(
-            y
-        ):
-            T = tangent(here.A, near)
+        fitted = onto(here.A, y, here.clock)
+        if fitted is not None and norm(fitted - y) <= (
+            tol.BRANCH_VELOCITIES_SAME + 10.0 * away
+        ) * norm(y):
+            T = tangent(here.A, fitted)
             if not is_flat(here.A, T):
-                return near
+                return fitted
             if fits(here, T):
                 free = still(T, here.clock)
-                return np.asarray(near + (free @ (y - near)) @ free)
+                return np.asarray(fitted + (free @ (y - fitted)) @ free)
         if away > tol.SINGULAR_DISTANCE_DETERMINED:
             return None
         raise SolveError(
@@ -559,7 +559,7 @@ class _SingularStart:
             self.own = self.y[2 * n :].copy()
 
     def _next_change(self) -> float:
-        """How long it is until inputs jump or laws have corners."""
+        """Time until inputs jump or laws have corners."""
         system = self.system
         return Interruptions(system, self.work, self.t, self.t + self.longest).next(self.t) - self.t
 

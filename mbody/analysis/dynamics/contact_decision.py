@@ -144,7 +144,7 @@ class ModalMotion(Protocol):
         """Velocity scale: the fastest motion in model lengths a time."""
 
     @property
-    def near(self) -> float:
+    def gap_tolerance(self) -> float:
         """Gaps up to this are none [length]."""
 
     def load(self) -> None:
@@ -153,7 +153,7 @@ class ModalMotion(Protocol):
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record."""
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, held: Array) -> None:
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes, and which rows of contact points and frictional joints are on."""
 
 
@@ -288,14 +288,14 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
 
 
-def first_overlap(uni: Unilateral, work: Work, near: float) -> list[int]:
+def first_overlap(uni: Unilateral, work: Work, gap_tolerance: float) -> list[int]:
     """The contact points that are closed at the beginning; refuses shapes that overlap."""
     rows = uni.read(work)
-    found = deepest_overlap(uni, rows, work, near)
+    found = deepest_overlap(uni, rows, work, gap_tolerance)
     if found is not None:
         raise _overlap(uni, work, found)
-    within = uni.within_edges(rows, work, near, 0.0)
-    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= near and within[n]]
+    within = uni.within_edges(rows, work, gap_tolerance, 0.0)
+    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= gap_tolerance and within[n]]
 
 
 def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
@@ -385,7 +385,9 @@ def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
     """Pairs that teeth press apart: their numbers and directions."""
     L, par = uni.layout, uni.system.par
     kinds = range(len(L.friction_kind))
-    return [(f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.presses_apart(f)]
+    return [
+        (f, float(par[int(L.friction_par[f]) + 4, 0])) for f in kinds if uni.separates_wheels(f)
+    ]
 
 
 def model_of(
@@ -713,13 +715,15 @@ class _DecisionState:
     joint_sliding: Array
 
 
-def near_points(motion: ModalMotion, rows: Rows) -> list[int]:
+def closed_points(motion: ModalMotion, rows: Rows) -> list[int]:
     """Contact points whose gap is none, within the ends of their edges; rows of the present
     state.
     """
-    uni, near = motion.uni, motion.near
-    within = uni.within_edges(rows, motion.work, near, tol.RATE_NONE_FRICTION * motion.speed)
-    found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= near) & within)}
+    uni, gap_tolerance = motion.uni, motion.gap_tolerance
+    within = uni.within_edges(
+        rows, motion.work, gap_tolerance, tol.RATE_NONE_FRICTION * motion.speed
+    )
+    found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= gap_tolerance) & within)}
     return sorted((found | motion.transition.closed) - motion.transition.opened - motion.beyond)
 
 
@@ -735,7 +739,7 @@ def decide(motion: ModalMotion) -> Verdict:
         if not _wrong(motion, now, model):
             return Verdict(True, several, complete)
     for one in found:
-        if _changed(motion, now, model, one):
+        if _agreeing_modes(motion, now, model, one):
             return Verdict(True, several, complete)
     return Verdict(False, complete=complete)
 
@@ -747,7 +751,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     velocity_tolerance, approach = tol.RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
     closed = [
         k
-        for k in near_points(motion, rows)
+        for k in closed_points(motion, rows)
         if abs(approach[k]) <= velocity_tolerance or k in transition.closed
     ]
     tangents = [t.tangent for t in uni.contact_points] + [p.tangent for p in uni.friction_joints]
@@ -756,7 +760,9 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     still[list(transition.stopped)] = True
     if transition.stopped:
         sticking = [k for k in np.flatnonzero(still) if k >= count or k in closed]
-        left = _speeds(motion, tangents, _held_rates(motion, rows, [tangents[k] for k in sticking]))
+        left = _speeds(
+            motion, tangents, _rates_when_stopped(motion, rows, [tangents[k] for k in sticking])
+        )
         still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speed) & (
             np.abs(left) <= np.maximum(velocity_tolerance, tol.RATE_NONE_STOPPED * np.abs(speeds))
         )
@@ -774,14 +780,14 @@ def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
     return np.array([rates[row] * unit[row] if row >= 0 else 0.0 for row in tangents])
 
 
-def _held_rates(motion: ModalMotion, rows: Rows, held: list[int]) -> Array:
+def _rates_when_stopped(motion: ModalMotion, rows: Rows, stopped: list[int]) -> Array:
     """Rates of all rows that would be left if some were stopped: what was located as stopped moves
     by rounding, and others with it.
     """
-    held = [row for row in held if row >= 0]
-    W = rows.block[held]
+    stopped = [row for row in stopped if row >= 0]
+    W = rows.block[stopped]
     Y = responses_to(motion.uni, motion.work, W)
-    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[held]
+    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[stopped]
     return np.asarray(rows.rate - rows.block @ (Y @ stops))
 
 
@@ -825,12 +831,12 @@ def _set(
     pressing = dict(zip(now.closed, one.forces, strict=False))
     motion.y[:] = now.y
     motion.load()
-    on, held = _independent(motion, now, modes, pairs, pressing)
-    motion.set_modes(modes, pairs, on, held)
+    on, sticking = _independent(motion, now, modes, pairs, pressing)
+    motion.set_modes(modes, pairs, on, sticking)
     motion.evaluate()
 
 
-def _changed(
+def _agreeing_modes(
     motion: ModalMotion, now: _DecisionState, model: FrictionModel, one: FrictionSolution
 ) -> bool:
     """Change modes that forces and accelerations disagree with until none does."""
@@ -965,7 +971,7 @@ def _independent(
     for row in dense(system, motion.work)[1]:
         independent(row)
     on = np.zeros((len(uni.contact_points), 2), dtype=bool)
-    held = np.zeros(len(uni.friction_joints), dtype=bool)
+    sticking = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
     least = tol.CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
@@ -984,8 +990,8 @@ def _independent(
                 motion.groups[owner].append(k)
     for m, mode in enumerate(pairs):
         if mode == "stick":
-            held[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
+            sticking[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
     for k in closed:
         if pressing[k] <= least:
             on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
-    return on, held
+    return on, sticking

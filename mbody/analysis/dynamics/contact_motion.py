@@ -23,10 +23,10 @@ from mbody.analysis.dynamics.contact_decision import (
     ModalMotion,
     ModeTransition,
     SharedForces,
+    closed_points,
     decide,
     first_overlap,
     force_size,
-    near_points,
     refuse_driven_impact,
     strike,
 )
@@ -155,13 +155,15 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
         if kind == "close":
             gap, along_edge = gaps[:, number], along[:, number]
             # past its ends it is as far from there as it is from them
-            found[k] = np.maximum(gap, -along_edge - motion.near)
+            found[k] = np.maximum(gap, -along_edge - motion.gap_tolerance)
             if guards[k] not in motion.fresh:
                 # what leaves its edge does so first
                 on_one_line = (np.abs(gap) <= flush) & (
                     np.abs(approaches[:, number]) <= velocity_tolerance
                 )
-                found[k, on_one_line] = np.maximum(motion.near - along_edge, -flush)[on_one_line]
+                found[k, on_one_line] = np.maximum(motion.gap_tolerance - along_edge, -flush)[
+                    on_one_line
+                ]
         elif kind == "lock":
             found[k] = approaches[:, number]
         elif kind in ALONG:
@@ -263,7 +265,7 @@ class ModalIntegration(JumpIntegration):
         self.layouts: dict[bytes, Layout] = {}
         #: Open contact points that have left their edge over its end.
         self.beyond: set[int] = set()
-        self.changed_at, self.changes = -np.inf, 0
+        self.last_change, self.changes = -np.inf, 0
         #: Whether rates of drivers have jumped.
         self.jerked = False
         self.transition = ModeTransition()
@@ -317,13 +319,13 @@ class ModalIntegration(JumpIntegration):
         return float((self.scale[n : 2 * n] / self.scale[:n]).max()) * self.system.length
 
     @property
-    def near(self) -> float:
+    def gap_tolerance(self) -> float:
         """Gaps up to this are none [length]."""
         return tol.CONTACT_GAP_CLOSED * self.system.length
 
     def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
         """Set the modes of contact points and frictional joints; which of their rows are on: `on`
-        (points, 2), and `held` (frictional joints,) of those that stick.
+        (points, 2), and `sticking` (frictional joints,) of those that stick.
         """
         uni, work = self.uni, self.work
         rows = np.zeros(len(uni))
@@ -419,14 +421,16 @@ class ModalIntegration(JumpIntegration):
         x = (times[1:-1] - times[:-2]) / h
         low, high, change = g[:, :-2], g[:, 2:], g[:, 2:] - g[:, :-2]
         p, q = h * r[:, :-2], h * r[:, 2:]
-        shown = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
-        error = np.abs(shown - g[:, 1:-1])
-        far = np.minimum(np.minimum(low, high), g[:, 1:-1])
+        interpolated = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
+        error = np.abs(interpolated - g[:, 1:-1])
+        distance = np.minimum(np.minimum(low, high), g[:, 1:-1])
         size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
         return bool(
             (
                 error
-                <= np.maximum(tol.CONTACT_RESERVE_UNSEEN * far, tol.CONTACT_RESERVE_RESOLVED * size)
+                <= np.maximum(
+                    tol.CONTACT_RESERVE_UNSEEN * distance, tol.CONTACT_RESERVE_RESOLVED * size
+                )
             ).all()
         )
 
@@ -449,7 +453,7 @@ class ModalIntegration(JumpIntegration):
             np.diff(times), *(one[k : k + 1] for one in (gaps, rates) for k in (0, 1))
         )
         nearest = max(gaps.max(), np.nan_to_num(between, nan=-np.inf).max())
-        return bool(nearest >= min(-self.near, tol.CONTACT_EDGE_BEHIND * gaps.max()))
+        return bool(nearest >= min(-self.gap_tolerance, tol.CONTACT_EDGE_BEHIND * gaps.max()))
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
@@ -458,10 +462,10 @@ class ModalIntegration(JumpIntegration):
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
         rows = self._look_at(one.t, one.saved.record)
-        if self.uni.gaps(rows)[one.event.number] < -self.near:
+        if self.uni.gaps(rows)[one.event.number] < -self.gap_tolerance:
             return False
         within = self.uni.within_edges(
-            rows, self.probe, self.near, tol.RATE_NONE_FRICTION * self.speed
+            rows, self.probe, self.gap_tolerance, tol.RATE_NONE_FRICTION * self.speed
         )
         return bool(within[one.event.number])
 
@@ -630,9 +634,9 @@ class ContactIntegration(ModalIntegration):
         """Go on from where a guard is zero."""
         t = float(self.state[TIME])
         self.changes = (
-            self.changes + 1 if t - self.changed_at <= tol.TIMES_SAME_MODES * abs(t) else 0
+            self.changes + 1 if t - self.last_change <= tol.TIMES_SAME_MODES * abs(t) else 0
         )
-        self.changed_at = t
+        self.last_change = t
         if self.changes > CHANGES:
             return self._ended(
                 f"contacts and friction change their modes without end, last {self._who(guard)}"
@@ -697,7 +701,7 @@ class ContactIntegration(ModalIntegration):
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
-            closed = near_points(self, rows)
+            closed = closed_points(self, rows)
             speed = self.speed
             hit = [
                 n for n in closed if self.uni.approach(rows)[n] < -tol.RATE_NONE_FRICTION * speed
@@ -807,9 +811,9 @@ class ContactIntegration(ModalIntegration):
     def _wedged(self, hit: list[int]) -> str:
         """No velocities keep all that strikes apart: drivers lead it from two sides."""
         names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
-        shown = ", ".join(f"'{name}'" for name in names)
+        quoted = ", ".join(f"'{name}'" for name in names)
         return self._ended(
-            f"an impact at {shown} has no solution: what strikes is driven against both sides at "
+            f"an impact at {quoted} has no solution: what strikes is driven against both sides at "
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
         )
 
@@ -827,7 +831,7 @@ class ContactIntegration(ModalIntegration):
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
-        closed = near_points(self, self.uni.read(self.work))
+        closed = closed_points(self, self.uni.read(self.work))
         if not closed:
             return self._undecided()
         record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
@@ -865,13 +869,13 @@ class ContactIntegration(ModalIntegration):
     def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
-        who = [n for n in sorted(self.transition.closed)] or near_points(
+        who = [n for n in sorted(self.transition.closed)] or closed_points(
             self, self.uni.read(self.work)
         )
         names = [self.uni.contact_points[k].name for k in who] or [
             p.name for p in self.uni.friction_joints
         ]
-        shown = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
+        quoted = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
         self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
         redundant = "redundant" in self.modes or any(
@@ -882,7 +886,7 @@ class ContactIntegration(ModalIntegration):
             why = "nothing decides the forces of what rests): one of them was taken"
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} several accelerations are "
-            f"consistent with the friction at {shown} ({why}"
+            f"consistent with the friction at {quoted} ({why}"
         )
 
     def _paradox(self) -> str:

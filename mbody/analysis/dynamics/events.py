@@ -66,7 +66,7 @@ def extrema(h: Array, a: Array, b: Array, da: Array, db: Array) -> tuple[Array, 
     return x, value
 
 
-def _hidden(samples: Samples, near: float, unsure: Any) -> tuple[Array, Array, Array]:
+def _hidden(samples: Samples, tolerance: float, unsure: Any) -> tuple[Array, Array, Array]:
     """Extrema of cubics (2, …, intervals), as `extrema` has them, and which of them may hide a zero
     between two samples of the same sign, or two beside the one that the samples show.
     """
@@ -84,22 +84,22 @@ def _hidden(samples: Samples, near: float, unsure: Any) -> tuple[Array, Array, A
     inner = (
         (places > tol.EVENT_EXTREMUM_END)
         & (places < 1.0 - tol.EVENT_EXTREMUM_END)
-        & (h > near)
+        & (h > tolerance)
         & (beyond | back)
     )
     return places, predicted, inner
 
 
-def may_be_zero(t: Array, g: Array, r: Array, near: float) -> Array:
+def may_be_zero(t: Array, g: Array, r: Array, tolerance: float) -> Array:
     """Which of many functions (functions,) have a zero, or an extremum that may hide one: times
-    (instants,), values and rates (functions, instants), and `near` as in `refined`.
+    (instants,), values and rates (functions, instants), and `tolerance` as in `refined`.
     """
-    hides = _hidden((t, g, r), near, np.inf)[2].any(axis=(0, -1))
+    hides = _hidden((t, g, r), tolerance, np.inf)[2].any(axis=(0, -1))
     return np.asarray(hides | _changes_sign(g).any(axis=-1))
 
 
 def refined(
-    sample: Callable[[Array], tuple[Array, Array]], samples: Samples, near: float
+    sample: Callable[[Array], tuple[Array, Array]], samples: Samples, tolerance: float
 ) -> Samples:
     """Samples with extrema added, until no cubic between two of them reaches beyond zero without
     a sample there.
@@ -108,7 +108,7 @@ def refined(
     fresh = np.ones(len(t) - 1, dtype=bool)  # intervals that are still to be looked at
     unsure = np.full(len(t) - 1, np.inf)
     for _ in range(ROUNDS):
-        places, predicted, inner = _hidden((t, g, r), near, unsure)
+        places, predicted, inner = _hidden((t, g, r), tolerance, unsure)
         inner &= fresh
         if not inner.any():
             break
@@ -144,9 +144,9 @@ def bracketed_root(
     value: Callable[[float], float],
     left: tuple[float, float],
     right: tuple[float, float],
-    near: float,
+    tolerance: float,
 ) -> float:
-    """A zero between two places of opposite signs, (x, value) each, to `near`; never many more
+    """A zero between two places of opposite signs, (x, value) each, to `tolerance`; never many more
     steps than bisection.
 
     Oliveira, Takahashi: An enhancement of the bisection method average performance preserving
@@ -158,10 +158,10 @@ def bracketed_root(
     (a, fa), (b, fb) = left, right
     if fb == 0.0:
         return b
-    near = max(near, 4.0 * math.ulp(max(abs(a), abs(b))))
-    slack = near * 2.0 ** (math.ceil(math.log2(max((b - a) / (2.0 * near), 1.0))) + 1)
+    tolerance = max(tolerance, 4.0 * math.ulp(max(abs(a), abs(b))))
+    slack = tolerance * 2.0 ** (math.ceil(math.log2(max((b - a) / (2.0 * tolerance), 1.0))) + 1)
     blunt = 0.2 / (b - a)
-    while b - a > 2.0 * near:
+    while b - a > 2.0 * tolerance:
         middle, half = 0.5 * (a + b), 0.5 * (b - a)
         straight = (b * fa - a * fb) / (fa - fb)
         sign, off = math.copysign(1.0, middle - straight), blunt * (b - a) ** 2
@@ -208,12 +208,12 @@ def rates(system: System, measures: list[Measure], t: Array, records: Array, ste
     """
     n, moment = system.coordinates, tol.EVENT_RATE_STEP * step
     q, v, a = (records[:, k * n : (k + 1) * n] for k in range(3))
-    beside = np.concatenate([records, records])
+    shifted = np.concatenate([records, records])
     middle = q + 0.5 * moment * moment * a
-    beside[:, :n] = np.concatenate([middle + moment * v, middle - moment * v])
-    beside[:, n : 2 * n] = np.concatenate([v + moment * a, v - moment * a])
+    shifted[:, :n] = np.concatenate([middle + moment * v, middle - moment * v])
+    shifted[:, n : 2 * n] = np.concatenate([v + moment * a, v - moment * a])
     times = np.concatenate([t + moment, t - moment])
-    found = values(system, measures, times, beside).reshape(len(measures), 2, -1)
+    found = values(system, measures, times, shifted).reshape(len(measures), 2, -1)
     return np.asarray((found[:, 0] - found[:, 1]) / (2.0 * moment))
 
 
@@ -452,7 +452,7 @@ class EventIntegration(Integration):
         return max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
 
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
-        """Where a step from t on is sampled."""
+        """Times at which a step from t on is sampled."""
         return np.concatenate([t + np.arange(1, count) / count * h, wanted])
 
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
@@ -505,9 +505,9 @@ class EventIntegration(Integration):
         """`wanted` and, where a rate follows from two samples, others beside `times`."""
         if self.carried.all() and not self.guards:
             return wanted
-        return np.unique(np.concatenate([wanted, self._beside(times)]))
+        return np.unique(np.concatenate([wanted, self._second_samples(times)]))
 
-    def _beside(self, times: Array) -> Array:
+    def _second_samples(self, times: Array) -> Array:
         """Times a little later than `times`, a little earlier than the end of the step."""
         last = self.step[1]
         little = tol.EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
@@ -522,14 +522,14 @@ class EventIntegration(Integration):
         carried = np.append(self.carried, np.zeros(len(self.guards), dtype=bool))
         if carried.any():
             measures = [self.measures[n] for n in np.flatnonzero(self.carried)]
-            apart = (self.step[1] - self.step[0]) / OF_A_STEP
-            rising[carried] = rates(self.system, measures, times, records[at], apart)
+            interval = (self.step[1] - self.step[0]) / OF_A_STEP
+            rising[carried] = rates(self.system, measures, times, records[at], interval)
         if not carried.all():
             own = ~carried
-            beside = np.searchsorted(marks, self._beside(times))
-            change = found[own][:, beside] - found[own][:, at]
-            apart = marks[beside] - times
-            rising[own] = change / np.where(apart == 0.0, 1.0, apart)
+            seconds = np.searchsorted(marks, self._second_samples(times))
+            change = found[own][:, seconds] - found[own][:, at]
+            interval = marks[seconds] - times
+            rising[own] = change / np.where(interval == 0.0, 1.0, interval)
         return found[:, at], rising
 
     def _crossings(
@@ -540,11 +540,11 @@ class EventIntegration(Integration):
         """
         brackets = []
         watched: list[Event | Guard] = [*self.events, *self.guards]
-        near = tol.EVENT_LOCATED * (self.step[1] - self.step[0])
-        for k in np.flatnonzero(may_be_zero(times, found, rising, near)).tolist():
+        tolerance = tol.EVENT_LOCATED * (self.step[1] - self.step[0])
+        for k in np.flatnonzero(may_be_zero(times, found, rising, tolerance)).tolist():
             event = watched[k]
             again = functools.partial(self._again, saved, k)
-            t, history, _ = refined(again, (times, found[k], rising[k]), near)
+            t, history, _ = refined(again, (times, found[k], rising[k]), tolerance)
             for n in sign_changes(t, history):
                 left, right = ((float(t[m]), float(history[m])) for m in (n, n + 1))
                 if event.direction * left[1] <= 0.0:
@@ -557,7 +557,7 @@ class EventIntegration(Integration):
                 continue
             one = self._located(saved, event, left, right)
             # what is zero but for rounding where the motion begins crosses nothing
-            begins = not isinstance(event, Guard) and one.t <= self.first + near
+            begins = not isinstance(event, Guard) and one.t <= self.first + tolerance
             if self._counts(one) and not begins:
                 crossings.append(one)
                 ends = min(ends, one.t) if event.stop else ends
@@ -601,8 +601,8 @@ class EventIntegration(Integration):
             self.record = records[-1].copy()
             return float(self._values([which], np.array([t]), records)[0, 0])
 
-        near = tol.EVENT_LOCATED * float(saved.state[NEXT])
-        t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, near)
+        tolerance = tol.EVENT_LOCATED * float(saved.state[NEXT])
+        t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, tolerance)
         value(t, within=False)
         return LocatedZero(t, event, self._save())
 

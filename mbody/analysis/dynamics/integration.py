@@ -329,11 +329,11 @@ class Integration(RateJumps):
             self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
         self.target = min(self.until, self.interruptions.next(t))
 
-    def _read(self, controller: Controller, changed: bool) -> list[float]:
+    def _read(self, controller: Controller, inputs_differ: bool) -> list[float]:
         """Measured values that a controller reads at the present instant, evaluated anew where
         inputs changed.
         """
-        if changed:
+        if inputs_differ:
             self.evaluate()
         return self._readings.of(controller)
 

@@ -183,7 +183,7 @@ def find_steady(motion: Evaluated) -> bool:
 
 
 def _newton(rates: Callable[[Array], Array], z: Array, sizes: Array, small: float) -> Array | None:
-    """Where rates vanish, by Newton's method from z; None where it does not converge."""
+    """State at which rates vanish, by Newton's method from z; None where it does not converge."""
     found = rates(z)
     for _ in range(ITERATIONS):
         if np.abs(found).max() <= small:
@@ -324,9 +324,11 @@ class _WithPassages:
         state, code = motion.stepping.state, MORE
         while count > 0 and code == MORE:
             done, t = state[STEPS], state[TIME]
-            near = state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
+            near_singular = (
+                state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
+            )
             best = state[BEST_CONDITIONING]
-            if state[CONDITIONING] >= tol.CONDITIONING_NEAR_SINGULAR * best and not near:
+            if state[CONDITIONING] >= tol.CONDITIONING_NEAR_SINGULAR * best and not near_singular:
                 code = int(self.kernel(motion, until, count, outputs))
                 nearly = (
                     state[CONDITIONING] < tol.CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]

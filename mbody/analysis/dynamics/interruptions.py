@@ -40,7 +40,7 @@ PATIENCE, BETWEEN = 1.0, 0.2
 WIDTH = 32
 
 
-def shown(until: float) -> Callable[[float], None]:
+def progress_display(until: float) -> Callable[[float], None]:
     """Progress display: a function of the time reached, silent for the first seconds, cleared at
     the last time.
     """
@@ -267,11 +267,11 @@ def holds(law: Any) -> bool:
     return isinstance(law, Table) and law.interpolation == "hold"
 
 
-def without_hold(layout: Layout, held: Mapping[str, int]) -> Layout:
+def without_hold(layout: Layout, rows_by_name: Mapping[str, int]) -> Layout:
     """The layout whose kernels leave the signals of held inputs as they are."""
-    if not held:
+    if not rows_by_name:
         return layout
-    rows = set(held.values())
+    rows = set(rows_by_name.values())
     kept = np.array([row not in rows for row in layout.signal_row], dtype=bool)
     varying = int(kept[: layout.varying].sum())
     return layout.replaced(
@@ -352,19 +352,19 @@ class Interruptions:
 
     def at(self, t: float, read: Reader) -> bool:
         """Do what is due at a set time; whether inputs changed."""
-        changed = False
+        differs = False
         for name, law in self.tables.items():
-            changed = self._set(name, float(law(t))) or changed
+            differs = self._set(name, float(law(t))) or differs
         for one in self.sampled:
             close = TIMES_SAME_SAMPLE * one.controller.every
             if one.anchor + one.count * one.controller.every <= t + close:
                 one.count += 1
-                values = self._called(one, t, read(one.controller, changed))
+                values = self._called(one, t, read(one.controller, differs))
                 one.pending.append((t + one.controller.delay, values))
             while one.pending and one.pending[0][0] <= t + close:
                 for name, value in one.pending.pop(0)[1].items():
-                    changed = self._set(name, value) or changed
-        return changed
+                    differs = self._set(name, value) or differs
+        return differs
 
     def inputs(self) -> dict[str, float]:
         """The values of the held inputs."""
@@ -385,9 +385,9 @@ class Interruptions:
     def _set(self, name: str, value: float) -> bool:
         """Set a held input; whether it changes."""
         row = self.hold[name]
-        changed = bool(self.work.signal[row, 0] != value)
+        differs = bool(self.work.signal[row, 0] != value)
         self.work.signal[row, 0] = value
-        return changed
+        return differs
 
     def _called(self, one: SampledState, t: float, reads: list[float]) -> dict[str, float]:
         """Values that a controller sets at time t, checked."""

@@ -48,7 +48,7 @@ class MotionRequest:
 
 
 def last_time(system: System, until: Any) -> float:
-    """When the motion ends."""
+    """End of the motion."""
     own = system.mechanism.simulation
     if until is None and own is None:
         how = remedy(
@@ -139,7 +139,7 @@ def _settings(
 
 
 def _release(system: System, given: Any) -> dict[str, float]:
-    """When drivers are released, in the order of time."""
+    """Times at which drivers are released, in the order of time."""
     if not isinstance(given, Mapping):
         raise ModelError(f'release must be a table such as {{"motor": 2.0}}, not {given!r}')
     times = check_release(system.mechanism, given)

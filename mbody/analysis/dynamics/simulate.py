@@ -145,13 +145,13 @@ def then(first: Solution, *later: Solution) -> Solution:
         end, begin = float(before.t[-1]), float(after.t[0])
         rows = slice(0, 2 * before.system.coordinates)
         left, right = before.record.table(rows)[-1], after.record.table(rows)[0]
-        apart = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
-        if begin != end or not apart <= tol.STATE_SAME:
+        difference = float((np.abs(left - right) / sizes(before, left)).max(initial=0.0))
+        if begin != end or not difference <= tol.STATE_SAME:
             how = (
                 f"begins at t = {begin:.6g} {unit}, the one before ends at {end:.6g} {unit}"
                 if begin != end
                 else f"begins at t = {begin:.6g} {unit} in another position or at other rates, "
-                f"{apart:.2g} of their size apart"
+                f"{difference:.2g} of their size apart"
             )
             raise ModelError(
                 f"a motion {how}: simulate it with start=run, and keep its first instant"
@@ -501,12 +501,12 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
     """Refuse a motion that does not pass through an instant that was kept."""
     rows = slice(0, 2 * run.system.coordinates)
     ours, theirs = run.record.table(rows)[k], found.record.table(rows)[n]
-    apart = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
-    if not apart <= tol.STATE_REPEATED:
+    difference = float((np.abs(ours - theirs) / sizes(run, ours)).max(initial=0.0))
+    if not difference <= tol.STATE_REPEATED:
         raise SolveError(
             f"the motion, followed again, is at t = {run.t[k]:.6g} {run.mechanism.units.time} "
-            f"apart from what was kept, by {apart:.2g} of its size: controllers or loads in Python "
-            "that are not functions of what they are given make another motion",
+            f"apart from what was kept, by {difference:.2g} of its size: controllers or loads in "
+            "Python that are not functions of what they are given make another motion",
             solution=found,
         )
 
@@ -697,8 +697,8 @@ def simulate(
         # before the first instant is found: drivers may follow inputs
         first = 0.0 if start is None else float(start.t[-1])
         system = with_inputs(system, inputs, first, last)
-    held, system = system, with_contacts_of_joints(system)
-    start = first_instant_with_contacts(held, system, start, guess, rates)
+    closed_system, system = system, with_contacts_of_joints(system)
+    start = first_instant_with_contacts(closed_system, system, start, guess, rates)
     state = state_of(system, start)
     request = motion_request(
         system,
@@ -712,9 +712,9 @@ def simulate(
         release=release,
     )
     if progress is True:
-        from mbody.analysis.dynamics.interruptions import shown
+        from mbody.analysis.dynamics.interruptions import progress_display
 
-        progress = shown(last)
+        progress = progress_display(last)
     try:
         run = integrate_phases(system, start, state, request, progress or None)
     except SolveError as error:
@@ -737,22 +737,22 @@ def _as_system(model: Mechanism | System, method: str | None) -> System:
 
 
 def first_instant_with_contacts(
-    held: System,
+    closed_system: System,
     system: System,
     start: Solution | None,
     guess: Guesses | None,
     rates: Mapping[str, Number] | None,
 ) -> Solution:
-    """The first instant with the joints that can separate closed, as in `held`; where what is given
-    does not agree with that, with them as they are in `system`.
+    """The first instant with the joints that can separate closed, as in `closed_system`; where what
+    is given does not agree with that, with them as they are in `system`.
     """
-    if not any(joint.can_separate for joint in held.mechanism.joints):
+    if not any(joint.can_separate for joint in closed_system.mechanism.joints):
         return first_instant(system, start, guess, rates)
     try:
-        found = first_instant(held, start, guess, rates)
+        found = first_instant(closed_system, start, guess, rates)
     except (ModelError, SolveError):
         return first_instant(system, start, guess, rates)
-    own = held.mechanism.simulation
+    own = closed_system.mechanism.simulation
     if start is None and own is not None and not begins_so(found, own):
         return first_instant(system, start, guess, rates)
     return found

@@ -111,7 +111,7 @@ class MotionCurve:
             walk.smooth.append(smooth)
             chord = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
             arclength += chord
-            if self._far(there) or arclength > longest:
+            if self._has_run_away(there) or arclength > longest:
                 walk.end = "far" if arclength <= longest else "longest"
                 return walk
             if not smooth:
@@ -130,19 +130,21 @@ class MotionCurve:
         return walk
 
     def arclengths(self, walk: Walk) -> Array:
-        """How far along a walk its nodes are."""
+        """Arc lengths of the nodes of a walk."""
         q = np.array([node.place.q for node in walk.nodes]) / self.scale
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
 
     def arclength_of(self, node: Node, walk: Walk) -> float:
-        """How far along a walk a node is."""
+        """Arc length of a node of a walk."""
         displacements = np.array(
             [(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes]
         )
         own = (node.place.q - walk.nodes[0].place.q) / self.scale
         arclengths = self.arclengths(walk)
-        near = int(np.linalg.norm(displacements - own, axis=1).argmin())
-        return float(arclengths[near] + (own - displacements[near]) @ walk.nodes[near].along)
+        nearest = int(np.linalg.norm(displacements - own, axis=1).argmin())
+        return float(
+            arclengths[nearest] + (own - displacements[nearest]) @ walk.nodes[nearest].along
+        )
 
     def passes(self, walk: Walk, place: Place) -> bool:
         """Whether a walk goes through a place, whole revolutions left out."""
@@ -153,10 +155,10 @@ class MotionCurve:
             part = float(to @ chord / (chord @ chord))
             if not -0.01 < part < 1.01 or np.linalg.norm(to) > 2.0 * np.linalg.norm(chord):
                 continue
-            near = between(self, one, other, part)
+            middle = between(self, one, other, part)
             if (
-                near is not None
-                and self.manifold.apart(near.place.q, place.q) < tol.POSITION_SAME_LOOSE
+                middle is not None
+                and self.manifold.distance(middle.place.q, place.q) < tol.POSITION_SAME_LOOSE
             ):
                 return True
         return False
@@ -181,7 +183,7 @@ class MotionCurve:
         )
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
 
-    def _far(self, here: Node) -> bool:
+    def _has_run_away(self, here: Node) -> bool:
         displacement = (here.place.q - self.start.place.q) / self.scale
         return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > RUN_AWAY
 
@@ -234,17 +236,17 @@ class MotionCurve:
             return None
         if np.linalg.norm(to - part * chord) > 0.2 * size:
             return None
-        near = between(self, here, there, part)
-        if near is None or np.abs((near.place.q - target) / self.scale).max() > 0.02 * size:
+        middle = between(self, here, there, part)
+        if middle is None or np.abs((middle.place.q - target) / self.scale).max() > 0.02 * size:
             return None
         # along the tangent both may still be apart, across it they are not on one curve
-        off = (near.place.q - target) / self.scale
-        if np.linalg.norm(off - (off @ near.along) * near.along) > max(
-            1e-2 * abs(off @ near.along), tol.POSITION_SAME_FINE
+        off = (middle.place.q - target) / self.scale
+        if np.linalg.norm(off - (off @ middle.along) * middle.along) > max(
+            1e-2 * abs(off @ middle.along), tol.POSITION_SAME_FINE
         ):
             return None
         place = self.manifold.place(target)
-        return None if place is None else self.node(place, near.along)
+        return None if place is None else self.node(place, middle.along)
 
     def _across(self, here: Node) -> Node | None:
         """The first place behind a corner: where a distance in the constraints passes zero its
@@ -419,10 +421,10 @@ class _CurveIsolation:
                 if one.residual > 0.0 > other.residual:
                     self.found.jumps.append(one)
                 continue
-            beside = [m for m in (n - 1, n + 1) if 0 <= m < len(pairs) and walk.smooth[m]]
+            adjacent = [m for m in (n - 1, n + 1) if 0 <= m < len(pairs) and walk.smooth[m]]
             if walk.closed and len(pairs) > 2:
-                beside = [(n - 1) % len(pairs), (n + 1) % len(pairs)]
-            jump = max((abs(thirds[m] - thirds[n]) for m in beside), default=np.inf)
+                adjacent = [(n - 1) % len(pairs), (n + 1) % len(pairs)]
+            jump = max((abs(thirds[m] - thirds[n]) for m in adjacent), default=np.inf)
             self.divide(one, other, tol.WALK_CUBIC_SURE * jump * sizes[n] ** 3 / 384.0)
 
     def snapped(self, node: Node) -> Node:
@@ -492,7 +494,7 @@ class _CurveIsolation:
         self.divide(middle, other, part)
 
     def _certain(self, cubic: Array, ends: tuple[float, float], error: float) -> int:
-        """How many zeros the residual force has, 0 or 1; −1 where that is not certain."""
+        """Number of zeros of the residual force, 0 or 1; −1 where that is not certain."""
         x = np.sort(np.append(X, _extrema(cubic)))
         powers = x[:, None] ** np.arange(4)
         p = powers @ cubic
@@ -502,13 +504,13 @@ class _CurveIsolation:
         steep = np.abs(derivative) > BAND_DERIVATIVE * error
         # the zero lies between places: both sides of a change of sign belong to it
         signs = np.sign(p)
-        changed = signs[1:] * signs[:-1] <= 0.0
-        near = open_.copy()
-        near[1:] |= changed
-        near[:-1] |= changed
-        if not near.any():
+        sign_changes = signs[1:] * signs[:-1] <= 0.0
+        uncertain = open_.copy()
+        uncertain[1:] |= sign_changes
+        uncertain[:-1] |= sign_changes
+        if not uncertain.any():
             return 0
-        index = np.flatnonzero(near)
+        index = np.flatnonzero(uncertain)
         one_run = index[-1] - index[0] + 1 == len(index)
         same = (np.sign(derivative[index]) == np.sign(derivative[index[0]])).all()
         if not (one_run and same and steep[index].all()):
@@ -567,16 +569,16 @@ class _CurveIsolation:
         best = min(nodes, key=lambda node: abs(node.derivative))
         if abs(best.residual) > 100.0 * self.zero or (best is one and one.residual == 0.0):
             return  # none, or that of the interval before
-        apart = self.curve.manifold.apart
+        distance = self.curve.manifold.distance
         if not any(
-            apart(best.place.q, known.place.q) < tol.POSITION_SAME_WALK
+            distance(best.place.q, known.place.q) < tol.POSITION_SAME_WALK
             for known in self.found.equilibria
         ):
             self.found.equilibria.append(best)
 
 
 def _extrema(cubic: Array) -> Array:
-    """Where a cubic is greatest or least within its interval."""
+    """Places at which a cubic is greatest or least within its interval."""
     a, b, c = 3.0 * cubic[3], cubic[2], cubic[1]  # a x² + 2 b x + c = 0
     square = b * b - a * c
     if square < 0.0:

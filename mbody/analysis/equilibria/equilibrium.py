@@ -216,8 +216,8 @@ class Words:
         search = self.search
         away, least = search.ran_away, search.least
         if away is not None:
-            far = (away.q / self.manifold.scale).reshape(-1, 3)[:, :2]
-            body = self.mechanism.bodies[int(np.abs(far).max(axis=1).argmax())].name
+            displacements = (away.q / self.manifold.scale).reshape(-1, 3)[:, :2]
+            body = self.mechanism.bodies[int(np.abs(displacements).max(axis=1).argmax())].name
             return SolveError(
                 f"no rest position of '{name}': its loads drive '{body}' away without end; hold "
                 "it, by a spring or a stop, or drive it",
@@ -593,7 +593,7 @@ class _EquilibriumResults:
             n
             for n, place in enumerate(places)
             if self.reserve.at(place) > tol.STIFFNESS_ZERO * self.manifold.scale_of(place)
-            and min(every, key=lambda one: self._apart(one, place)) is band
+            and min(every, key=lambda one: self._distance(one, place)) is band
         )
         inside = band.inside[0]
         motion = free_motions(
@@ -608,9 +608,9 @@ class _EquilibriumResults:
             ends.reverse()
         return EquilibriumBand(ends[0], ends[1], motion.leader, numbers)
 
-    def _apart(self, band: Band, place: Place) -> float:
-        """How far a place is from what is known of a band."""
-        return min(self.manifold.apart(node.place.q, place.q) for node in band.inside)
+    def _distance(self, band: Band, place: Place) -> float:
+        """Distance of a place from what is known of a band."""
+        return min(self.manifold.distance(node.place.q, place.q) for node in band.inside)
 
     def _pose(self, place: Place) -> dict[str, tuple[float, float, float]]:
         """Link axes of every body."""

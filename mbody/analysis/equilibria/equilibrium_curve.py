@@ -89,8 +89,8 @@ class Follower:
         if value not in self._manifolds:
             if len(self._manifolds) > 8:
                 self._manifolds.clear()
-            changed = self.system.with_values({self.parameter: self.number(value)})
-            self._manifolds[value] = self.first.other(changed)
+            system = self.system.with_values({self.parameter: self.number(value)})
+            self._manifolds[value] = self.first.other(system)
         return self._manifolds[value]
 
     def derivatives(self, here: Place, value: float, fine: bool = False) -> tuple[Array, Array]:
@@ -109,13 +109,13 @@ class Follower:
             value - 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER,
             value + 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER,
         ):
-            near = both(value + tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
+            inner = both(value + tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
                 value - tol.DIFFERENCE_STEP_FOURTH_ORDER
             )
-            far = both(value + 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
+            outer = both(value + 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - both(
                 value - 2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
             )
-            rates = (8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER)
+            rates = (8.0 * inner - outer) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER)
         G = self.manifold(value).rows(here.q)[1]
         shift, change = rates[: len(G)], rates[len(G) :]
         parameter_motion = np.zeros(len(here.q))
@@ -214,7 +214,7 @@ class Follower:
         return None
 
     def between(self, here: Point, there: Point, function: Callable[[Point], float]) -> Point:
-        """Where what changes its sign between two points of the curve passes zero (Illinois)."""
+        """Zero of what changes its sign between two points of the curve (Illinois)."""
         low, high = here, there
         first, last = function(low), function(high)
         top = max(abs(first), abs(last))
@@ -303,8 +303,8 @@ def together(
     if len(left) != len(here.stiffnesses):
         return None
     went = np.abs(there.stiffnesses[numbers] - here.stiffnesses[numbers])
-    apart = float((np.abs(left[numbers]) * length / went).max())
-    return found if apart**2 <= tol.BRANCH_POINT_GAP else None
+    gap = float((np.abs(left[numbers]) * length / went).max())
+    return found if gap**2 <= tol.BRANCH_POINT_GAP else None
 
 
 def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None:
@@ -370,13 +370,13 @@ def _multiple(
     part = float(zeros[0])
 
     # beside it what passes zero goes by the distance, or by √(distance² + gap) past each other
-    beside = tol.BRANCH_POINT_LOOK / length
-    near = at(part - beside), at(part + beside)
+    offset = tol.BRANCH_POINT_LOOK / length
+    ends = at(part - offset), at(part + offset)
     derivative = float(sides.deriv()(part))
-    if near[0] is None or near[1] is None or not derivative:
+    if ends[0] is None or ends[1] is None or not derivative:
         return None
     gap = (
-        abs((near[1][0] - near[0][0]) / (2.0 * beside * derivative) - 1.0)
+        abs((ends[1][0] - ends[0][0]) / (2.0 * offset * derivative) - 1.0)
         * tol.BRANCH_POINT_LOOK**2
     )
     fit = np.polynomial.chebyshev.chebfit(
@@ -425,11 +425,11 @@ def _solved(
         for kernel in V:
             sides = []
             for step in (tol.DIFFERENCE_STEP_BRANCH_POINT, -tol.DIFFERENCE_STEP_BRANCH_POINT):
-                near = _moved(follower, place, value, parameter_motion, step * kernel)
-                if near is None or len(near.motions) != free:
+                moved = _moved(follower, place, value, parameter_motion, step * kernel)
+                if moved is None or len(moved.motions) != free:
                     return None
-                _, other = _jacobian(follower, near, value + step * float(kernel[-1]))
-                sides.append(_aligned(place, near, other) / size)
+                _, other = _jacobian(follower, moved, value + step * float(kernel[-1]))
+                sides.append(_aligned(place, moved, other) / size)
             rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * tol.DIFFERENCE_STEP_BRANCH_POINT))
         H = np.array(rows)
         r = place.residual / size
@@ -465,11 +465,11 @@ def _jacobian(follower: Follower, place: Place, value: float) -> tuple[Array, Ar
     return parameter_motion, np.column_stack([-K, change])
 
 
-def _aligned(place: Place, near: Place, J: Array) -> Array:
+def _aligned(place: Place, nearby: Place, J: Array) -> Array:
     """J of a place nearby in the free motions of another: the nearest ones, for a null space has no
     basis of its own.
     """
-    u, _, vt = np.linalg.svd(place.motions @ near.motions.T)
+    u, _, vt = np.linalg.svd(place.motions @ nearby.motions.T)
     rotation = u @ vt
     return np.column_stack([rotation @ J[:, :-1] @ rotation.T, rotation @ J[:, -1]])
 
@@ -665,7 +665,7 @@ def equilibrium_curve(
 
 
 def _begin(at: Any, low: float, high: float) -> float:
-    """Where in the span a curve begins."""
+    """Place in the span at which a curve begins."""
     if at is None:
         return low
     number = isinstance(at, (int, float, np.floating)) and not isinstance(at, bool)
@@ -785,9 +785,9 @@ class _Tracer:
     def _round(self, there: Point) -> bool:
         """Whether the curve has come back to its beginning."""
         first, parts = self.path[0], len(self.path)
-        apart = self.follower.first.apart(first.place.q, there.place.q)
-        near = max(apart, abs(first.value - there.value)) < 0.6 * tol.CURVE_STEP_LONGEST
-        return parts > 10 and near and bool(first.direction @ there.direction > tol.CURVE_COSINE)
+        distance = self.follower.first.distance(first.place.q, there.place.q)
+        close = max(distance, abs(first.value - there.value)) < 0.6 * tol.CURVE_STEP_LONGEST
+        return parts > 10 and close and bool(first.direction @ there.direction > tol.CURVE_COSINE)
 
     def _stops(self, here: Point) -> None:
         """The curve ends at a point within its span."""
@@ -822,9 +822,9 @@ class _Tracer:
             return True
         one, other = here.stiffnesses, there.stiffnesses
         alike = len(one) == len(other)
-        changed = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
-        if changed:
-            found = together(self.follower, here, there, changed)
+        sign_changes = [n for n in range(len(one)) if alike and one[n] * other[n] < 0.0]
+        if sign_changes:
+            found = together(self.follower, here, there, sign_changes)
             if found is None:
                 return False
             self._crossed(found.point, found.kind)

@@ -166,11 +166,11 @@ class FrictionReserve:
                 sign * np.sign(rates), self.holds & (rates == 0.0)
             ):
                 forces_by_senses(self.layout, self.work, stored, slip_signs[None], table, reached)
-                taken = sum(
+                power = sum(
                     abs(table[0, PER_PRIMITIVE * pair.primitive, 0] * rate)
                     for pair, rate in zip(self.pairs, rates, strict=True)
                 )
-                most = max(most, np.inf if reached[0, 1] < 1.0 else taken)
+                most = max(most, np.inf if reached[0, 1] < 1.0 else power)
             least = min(least, most - sign * residual)
         return float(least)
 
@@ -294,27 +294,27 @@ class _Located:
                 continue
             before, after = samples[n - 1][1], samples[n + 1][1]
             sign = 1.0 if value >= 0.0 else -1.0
-            near = sign * value <= min(sign * before, sign * after)
+            is_least = sign * value <= min(sign * before, sign * after)
             rise = max(sign * before, sign * after) - sign * value
             if (
-                not near
+                not is_least
                 or min(sign * before, sign * after) < 0.0
                 or sign * value > tol.FRICTION_RESERVE_DEEP * rise
             ):
                 yield sample
                 continue
-            beside = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
-            if beside is None or sign * beside[1] >= 0.0:
+            nearest = self._nearest(samples[n - 1][0], samples[n + 1][0], sign)
+            if nearest is None or sign * nearest[1] >= 0.0:
                 yield sample
                 continue
-            chord = beside[0].place.q - node.place.q
+            chord = nearest[0].place.q - node.place.q
             ahead = float(chord / self.curve.scale @ node.along) > 0.0
-            found = (beside[0], beside[1], True)
+            found = (nearest[0], nearest[1], True)
             yield from (sample, found) if ahead else (found, sample)
 
     def _nearest(self, one: Node, other: Node, sign: float) -> tuple[Node, float] | None:
-        """Where the sign times the reserve is least between two nodes, by golden sections; the
-        first place at which it is negative.
+        """Place at which the sign times the reserve is least between two nodes, by golden sections;
+        the first place at which it is negative.
         """
         ratio = 0.5 * (np.sqrt(5.0) - 1.0)
         low, high, best = 0.0, 1.0, None
@@ -338,7 +338,7 @@ class _Located:
         return best
 
     def end(self, left: Sample, right: Sample) -> Node:
-        """Where the reserve is zero between two neighbours; across a corner the one that holds."""
+        """Zero of the reserve between two neighbours; across a corner the one that holds."""
         (one, a, smooth), (other, b, _) = left, right
         holding = one if a >= 0.0 else other
         if not smooth:

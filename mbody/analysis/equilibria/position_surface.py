@@ -85,7 +85,7 @@ class LoadEnds:
 #: Directions to go from each place.
 DIRECTIONS = 8
 #: Places at most, and how far from the start in model lengths.
-MOST, FAR = 2400, 8.0
+MOST, GREATEST_DISTANCE = 2400, 8.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,31 +162,31 @@ class Cover:
         self._names[n], self._radii[n] = node.name, node.radius
         self.nodes.append(node)
 
-    def near(self, name: Array) -> Array:
-        """How far every place is."""
+    def distances(self, name: Array) -> Array:
+        """Distance of every place."""
         return np.asarray(np.abs(self._names[: len(self.nodes)] - name).max(axis=1))
 
-    def within(self, names: Array, apart: Array | float) -> tuple[Array, Array, Array]:
+    def within(self, names: Array, limits: Array | float) -> tuple[Array, Array, Array]:
         """Pairs of positions, by their names (positions, numbers), and places that are nearer than
-        `apart` (positions, 1) or (positions, places): numbers of both, and how far they are.
+        `limits` (positions, 1) or (positions, places): numbers of both, and how far they are.
         """
         own = self._names[: len(self.nodes)]
-        limit = np.broadcast_to(apart, (len(names), len(own)))
+        limit = np.broadcast_to(limits, (len(names), len(own)))
         # most are apart already by the two numbers that differ most all over the surface
-        near = np.ones(limit.shape, dtype=bool)
+        close = np.ones(limit.shape, dtype=bool)
         for column in np.ptp(own, axis=0).argsort()[-2:]:
-            near &= np.abs(names[:, column, None] - own[:, column]) < limit
-        first, second = np.nonzero(near)
-        far = np.abs(names[first] - own[second]).max(axis=1)
-        kept = far < limit[first, second]
-        return first[kept], second[kept], far[kept]
+            close &= np.abs(names[:, column, None] - own[:, column]) < limit
+        first, second = np.nonzero(close)
+        distance = np.abs(names[first] - own[second]).max(axis=1)
+        kept = distance < limit[first, second]
+        return first[kept], second[kept], distance[kept]
 
     def _is_covered(self, names: Array, radius: Array) -> Array:
         """Whether there are places already at each of some positions."""
         own = np.minimum(self._radii[: len(self.nodes)], radius[:, None])
-        taken = np.zeros(len(names), dtype=bool)
-        taken[self.within(names, tol.SURFACE_SPACING_SAME * own)[0]] = True
-        return taken
+        covered = np.zeros(len(names), dtype=bool)
+        covered[self.within(names, tol.SURFACE_SPACING_SAME * own)[0]] = True
+        return covered
 
     def _grow(self) -> None:
         """Add places around places until none is new, all around those that were added last at
@@ -216,9 +216,9 @@ class Cover:
             guesses = np.array([n.place.q + self.scale * r * direction for n, direction, r in left])
             names = self.name(guesses)
             tried, later = list[int](), list[int]()
-            taken = self._is_covered(names, 0.8 * radii)
+            covered = self._is_covered(names, 0.8 * radii)
             for n, (name, radius) in enumerate(zip(names, 0.8 * radii, strict=True)):
-                if taken[n]:
+                if covered[n]:
                     continue
                 others = np.abs(names[tried] - name).max(axis=1)
                 alike = others < tol.SURFACE_SPACING_SAME * np.minimum(0.8 * radii[tried], radius)
@@ -237,7 +237,7 @@ class Cover:
                 which = np.flatnonzero(fits)
                 places = dict(zip(which.tolist(), self.many.places(found, which), strict=True))
                 names = self.name(np.where(fits[:, None], found.q, 0.0))
-                old, taken = len(self.nodes), self._is_covered(names, radii[tried])
+                old, covered = len(self.nodes), self._is_covered(names, radii[tried])
                 for k, n in enumerate(tried):
                     node, direction, radius = left[n]
                     place = places.get(k)
@@ -246,9 +246,9 @@ class Cover:
                             again.append((node, direction, 0.5 * radius))
                         continue
                     count, name = len(self.nodes), names[k]
-                    beside = np.abs(self._names[old:count] - name).max(axis=1)
+                    distances = np.abs(self._names[old:count] - name).max(axis=1)
                     own = tol.SURFACE_SPACING_SAME * np.minimum(self._radii[old:count], radius)
-                    if taken[k] or (beside < own).any():
+                    if covered[k] or (distances < own).any():
                         continue
                     if count == MOST:
                         self.full = True
@@ -256,30 +256,32 @@ class Cover:
                     # the directions of the place are the nearest to the frame
                     new = CoverNode(place, place.motions, radius, place.residual, name)
                     self._add(new)
-                    if self.far(place.q):
+                    if self.has_run_away(place.q):
                         self.rim.append(new)
                     else:
                         added.append(new)
             left = again
         return added
 
-    def far(self, q: Array) -> bool:
+    def has_run_away(self, q: Array) -> bool:
         """Whether a position is further from the start than the cover goes."""
         displacement = (q - self.start.q) / self.scale
-        return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > FAR
+        return (
+            float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > GREATEST_DISTANCE
+        )
 
     @property
     def borders(self) -> int:
-        """How many closed lines the rim consists of."""
+        """Number of closed lines of the rim."""
         left, count = list(self.rim), 0
         while left:
             ring, count = [left.pop()], count + 1
             for one in ring:  # grows on the way
-                beside = [
+                adjacent = [
                     n for n in left if np.abs(n.name - one.name).max() < 1.6 * tol.SURFACE_SPACING
                 ]
-                left = [n for n in left if n not in beside]
-                ring += beside
+                left = [n for n in left if n not in adjacent]
+                ring += adjacent
         return count
 
     def driven_out(self) -> bool:
@@ -328,8 +330,8 @@ class Cover:
     def _neighbours(self) -> _Neighbours:
         q, frames, *_ = self._every
         count = len(self.nodes)
-        first, second, apart = self.within(self._names[:count], 1.6 * self._radii[:count, None])
-        first, second = first[apart > 0.0], second[apart > 0.0]
+        first, second, distance = self.within(self._names[:count], 1.6 * self._radii[:count, None])
+        first, second = first[distance > 0.0], second[distance > 0.0]
         chord = without_whole_revolutions((q[second] - q[first]) / self.scale)
         seen = np.einsum("nfc,nc->nf", frames[first], chord)
         u, sizes, vt = np.linalg.svd(frames[first] @ frames[second].transpose(0, 2, 1))
@@ -341,18 +343,18 @@ class Cover:
         """Lower and upper bounds, in the tangent plane of a place, of what is nearer to it than to
         its neighbours by a factor.
         """
-        beside = self._neighbours
-        own = slice(*beside.begin[number : number + 2].tolist())
-        seen, lengths = beside.seen[own], np.linalg.norm(beside.seen[own], axis=1)
+        neighbours = self._neighbours
+        own = slice(*neighbours.begin[number : number + 2].tolist())
+        seen, lengths = neighbours.seen[own], np.linalg.norm(neighbours.seen[own], axis=1)
         # the tangent plane shows where they are
-        shown = (beside.chords[own] <= tol.CHART_CHORD * lengths) & (
-            beside.level[own] > tol.CHART_TANGENT_COSINE
+        visible = (neighbours.chords[own] <= tol.CHART_CHORD * lengths) & (
+            neighbours.level[own] > tol.CHART_TANGENT_COSINE
         )
         radius = 1.5 * self.nodes[number].radius
-        if shown.any():
-            radius = 0.75 * float(lengths[shown].max())
+        if visible.any():
+            radius = 0.75 * float(lengths[visible].max())
         corners = [(-radius, -radius), (radius, -radius), (radius, radius), (-radius, radius)]
-        for x, y in seen[shown].tolist():
+        for x, y in seen[visible].tolist():
             corners = _clipped(corners, x, y, 0.5 * overlap * (x * x + y * y))
         found = np.array(corners)
         return found.min(axis=0), found.max(axis=0)
@@ -360,18 +362,18 @@ class Cover:
     def excluded(self) -> Array:
         """Whether no zero lies within the radius of each place."""
         _, _, residuals, stiffness = self._every
-        beside = self._neighbours
+        neighbours = self._neighbours
         found = np.zeros(len(self.nodes), dtype=bool)
-        own = np.flatnonzero(np.diff(beside.begin) >= 3)
+        own = np.flatnonzero(np.diff(neighbours.begin) >= 3)
         if not own.size:
             return found
-        first, y = beside.first, beside.seen
-        rotated = np.einsum("nab,nb->na", beside.rotations, residuals[beside.second])
+        first, y = neighbours.first, neighbours.seen
+        rotated = np.einsum("nab,nb->na", neighbours.rotations, residuals[neighbours.second])
         linear = residuals[first] - np.einsum("nab,nb->na", stiffness[first], y)
         lengths = np.linalg.norm(y, axis=1)
         parts = np.linalg.norm(rotated - linear, axis=1) / lengths**2
-        bounds = beside.begin[:-1]
-        kept = np.diff(beside.begin) > 0
+        bounds = neighbours.begin[:-1]
+        kept = np.diff(neighbours.begin) > 0
         second_derivative, longest = np.zeros(len(kept)), np.zeros(len(kept))
         second_derivative[kept] = np.maximum.reduceat(parts, bounds[kept])
         longest[kept] = np.maximum.reduceat(lengths, bounds[kept])
@@ -468,15 +470,15 @@ class Meetings:
     creased: list[bool]
 
 
-def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Meetings:
+def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], may_meet: Array) -> Meetings:
     """All points near some places of a cover where ends of loads meet and a force jumps, and the
-    loads whose ends meet in curves. `near` (nodes of the cover, loads).
+    loads whose ends meet in curves. `may_meet` (nodes of the cover, loads).
     """
     found: list[tuple[CoverNode, Array]] = []
     sharp, creased = list[Load](), list[bool]()
     for n, load in enumerate(ends.loads):
-        beside = [k for k in nodes if near[k, n]]
-        met, on_line = _met(cover, ends, n, beside)
+        candidates = [k for k in nodes if may_meet[k, n]]
+        met, on_line = _met(cover, ends, n, candidates)
         # along a curve the force at the distance zero is the same everywhere
         curve = bool(met) and on_line and bool(ends.along[n])
         jumping = [one for one in (met[:1] if curve else met) if _jumps(cover, *one)]
@@ -488,7 +490,7 @@ def meetings(cover: Cover, ends: LoadEnds, nodes: list[int], near: Array) -> Mee
             found += [one for one in jumping if _is_new(cover, one[1], found)]
     points = []
     for node, q in found:
-        others = [_apart(cover, q, other) for _, other in found if other is not q]
+        others = [_distance(cover, q, other) for _, other in found if other is not q]
         radius = min(tol.CHART_RADIUS, tol.CHART_RADIUS_PART * min(others, default=np.inf))
         points.append(JumpPoint(node, q, cover.seen(node, q), radius))
     return Meetings(points, sharp, creased)
@@ -513,13 +515,13 @@ def may_meet(cover: Cover, ends: LoadEnds) -> Array:
     )
 
 
-def _apart(cover: Cover, one: Array, other: Array) -> float:
-    """How far two positions are from each other, whole revolutions left out."""
+def _distance(cover: Cover, one: Array, other: Array) -> float:
+    """Distance of two positions from each other, whole revolutions left out."""
     return float(np.abs(cover.name(one) - cover.name(other)).max())
 
 
 def _is_new(cover: Cover, q: Array, found: list[tuple[CoverNode, Array]]) -> bool:
-    return all(_apart(cover, q, other) > tol.POSITION_SAME for _, other in found)
+    return all(_distance(cover, q, other) > tol.POSITION_SAME for _, other in found)
 
 
 def _met(
@@ -530,14 +532,14 @@ def _met(
     """
     if not nodes:
         return [], False
-    beside, many, scale = [cover.nodes[k] for k in nodes], cover.many, cover.scale
-    names = np.array([node.name for node in beside])
-    radius = np.array([node.radius for node in beside])
-    q = np.array([node.place.q for node in beside])
-    directions = np.array([node.frame for node in beside])
+    candidates, many, scale = [cover.nodes[k] for k in nodes], cover.many, cover.scale
+    names = np.array([node.name for node in candidates])
+    radius = np.array([node.radius for node in candidates])
+    q = np.array([node.place.q for node in candidates])
+    directions = np.array([node.frame for node in candidates])
     d = ends.vectors(q)[:, n]
     met, on_line = list[tuple[CoverNode, Array]](), True
-    left = np.arange(len(beside))
+    left = np.arange(len(candidates))
     for _ in range(ITERATIONS):
         J = ends.derivatives(q[left], directions[left])[:, n]
         there = np.linalg.norm(d[left], axis=1) < tol.SURFACE_END_MET
@@ -547,7 +549,7 @@ def _met(
             on_line &= line
             # of a curve one is enough
             if not (met and line and on_line) and _is_new(cover, q[k], met):
-                met.append((beside[k], q[k].copy()))
+                met.append((candidates[k], q[k].copy()))
         left, J = left[~there], J[~there]
         if not left.size:
             break
@@ -571,8 +573,8 @@ def _met(
             trying = trying[~nearer]
             if not trying.size:
                 break
-        near = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * radius[left]
-        left = left[kept & near]
+        close = np.abs(cover.name(q[left]) - names[left]).max(axis=1) <= 2.0 * radius[left]
+        left = left[kept & close]
         if not left.size:
             break
     return met, on_line
@@ -646,7 +648,7 @@ class TangentChart:
         return np.asarray(self.low + self.step * [i, j])
 
     def grid(self, y: Array) -> Array:
-        """Where coordinates are on the grid: (…, 2)."""
+        """Places of coordinates on the grid: (…, 2)."""
         return np.asarray((y - self.low) / self.step)
 
     def left_open(self, at: Array) -> bool:
@@ -693,7 +695,7 @@ class PolarChart(TangentChart):
         return np.asarray(self.centre + radius * np.array([np.cos(angle), np.sin(angle)]))
 
     def grid(self, y: Array) -> Array:
-        """Where coordinates are on the grid: (…, 2)."""
+        """Places of coordinates on the grid: (…, 2)."""
         x, z = np.moveaxis(y - self.centre, -1, 0)
         angle = BEGINS + (np.arctan2(z, x) - BEGINS) % (2.0 * np.pi)
         return np.asarray((np.stack([np.hypot(x, z), angle], axis=-1) - self.low) / self.step)
@@ -731,8 +733,8 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
     frames = np.array([chart.node.frame for chart in charts])
     displacement = without_whole_revolutions((q - origin) / cover.scale)
     found = chart_positions(charts, np.einsum("nfc,nc->nf", frames, displacement))
-    apart = np.abs(without_whole_revolutions((found.q - q) / cover.scale)).max(axis=1)
-    return np.asarray(found.good & (np.where(found.good, apart, np.inf) < tol.POSITION_SAME))
+    distance = np.abs(without_whole_revolutions((found.q - q) / cover.scale)).max(axis=1)
+    return np.asarray(found.good & (np.where(found.good, distance, np.inf) < tol.POSITION_SAME))
 
 
 # -- The residual force at points of charts of a surface, and what single loads are of it ----------

@@ -43,7 +43,7 @@ def directionless_loads(manifold: Manifold, place: Place) -> list[str]:
     ends of a spring meet, its force has no direction.
     """
     many, directions = ManyPositions(manifold), manifold.scale * place.motions
-    near, far = (
+    inner, outer = (
         np.abs(
             many.loads(np.concatenate([place.q + step * directions, place.q - step * directions]))
         )
@@ -53,7 +53,7 @@ def directionless_loads(manifold: Manifold, place: Place) -> list[str]:
     )
     here = np.abs(many.loads(place.q[None]))[0].max(axis=1, initial=0.0)
     # a load that vanishes smoothly is as much smaller as it is nearer
-    gone = (here < tol.LOAD_JUMP * near) & (near > tol.LOAD_JUMP * far)
+    gone = (here < tol.LOAD_JUMP * inner) & (inner > tol.LOAD_JUMP * outer)
     loads = manifold.system.mechanism.loads
     return [load.name for load, own in zip(loads, gone, strict=True) if own]
 
@@ -139,7 +139,7 @@ class EquilibriumSearch:
     def around(self, here: Place) -> None:
         """Search from one place along its free motions."""
         self.origin = here.q
-        single = [here] if len(here.motions) == 1 else self._beside(here)
+        single = [here] if len(here.motions) == 1 else self._places_around(here)
         for place in single:
             if not any(curve.passes(walk, place) for curve, walk in self.walks):
                 self._walk(place)
@@ -165,12 +165,14 @@ class EquilibriumSearch:
         cover = Cover(self.manifold, here, frame)
         roots = surface_roots(cover, self._polished)
         before = len(self.found)
-        for place in sorted(roots.equilibria, key=lambda one: self.manifold.apart(one.q, here.q)):
+        for place in sorted(roots.equilibria, key=lambda one: self.manifold.distance(one.q, here.q)):
             self._keep(place)
         self.jumps += roots.jumps
         self.unsure += roots.unsure
         new = [
-            r for r in self.found if cover.near(cover.name(r.place.q)).min() < tol.SURFACE_SPACING
+            r
+            for r in self.found
+            if cover.distances(cover.name(r.place.q)).min() < tol.SURFACE_SPACING
         ]
         row = any(position.row for position in self.found[before:])
         # each border that loads drive away from takes one from the Euler characteristic
@@ -186,16 +188,16 @@ class EquilibriumSearch:
             self.ends.append(("turns", here))
         self._relax(here)
 
-    def _polished(self, near: Place) -> Place | None:
+    def _polished(self, nearby: Place) -> Place | None:
         """The equilibrium that a place is close to."""
-        place = self._solved(near)
+        place = self._solved(nearby)
         return (
             place
             if place.size <= tol.EQUILIBRIUM_BALANCED * self.manifold.scale_of(place)
             else None
         )
 
-    def _beside(self, here: Place) -> list[Place]:
+    def _places_around(self, here: Place) -> list[Place]:
         """Places around a singular one that have a single free motion; none where others have not.
 
         There branches of the motion meet, so that more is free to first order than nearby.
@@ -302,9 +304,9 @@ class EquilibriumSearch:
         last = back.nodes[-1].place
         if not curve.passes(onward, last):
             return False
-        near = min(onward.nodes, key=lambda node: self.manifold.apart(node.place.q, last.q))
+        nearest = min(onward.nodes, key=lambda node: self.manifold.distance(node.place.q, last.q))
         revolutions = np.zeros(len(last.q))
-        revolutions[2::3] = 2.0 * np.pi * np.round((near.place.q - last.q)[2::3] / (2.0 * np.pi))
+        revolutions[2::3] = 2.0 * np.pi * np.round((nearest.place.q - last.q)[2::3] / (2.0 * np.pi))
         there = self.manifold.place(last.q + revolutions)
         if there is None:
             return False
@@ -351,7 +353,7 @@ class EquilibriumSearch:
                 here = there
                 if (
                     n > 2
-                    and self.manifold.apart(here.q, start.q) < 0.6 * tol.EQUILIBRIUM_STEP_LONGEST
+                    and self.manifold.distance(here.q, start.q) < 0.6 * tol.EQUILIBRIUM_STEP_LONGEST
                 ):
                     return  # once round
 
@@ -433,17 +435,20 @@ class EquilibriumSearch:
                 continue
             here, step_limit = (
                 there,
-                min(2.0 * step_limit, max(tol.EQUILIBRIUM_STEP_LONGEST, 0.5 * self._far(there))),
+                min(
+                    2.0 * step_limit,
+                    max(tol.EQUILIBRIUM_STEP_LONGEST, 0.5 * self._displacement(there)),
+                ),
             )
         return here
 
-    def _far(self, here: Place) -> float:
+    def _displacement(self, here: Place) -> float:
         """Greatest displacement of a mass centre from where the search began, in model lengths."""
         displacement = (here.q - self.origin) / self.manifold.scale
         return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0))
 
     def _is_away(self, here: Place) -> bool:
-        return self._far(here) > RUN_AWAY
+        return self._displacement(here) > RUN_AWAY
 
     def _keep(self, here: Place, known: Sequence[EquilibriumPosition] | None = None) -> None:
         """Keep an equilibrium that is new among `known`, by default all that are found, and not
@@ -461,7 +466,7 @@ class EquilibriumSearch:
             if not (known is None or revolved or any(other is one for one in known)):
                 continue  # the walk distinguishes neighbours along it
             alike = np.abs(other.place.force - here.force).max() <= tol.EQUILIBRIA_ALIKE * top
-            if alike and self.manifold.apart(other.place.q, here.q) < tol.POSITION_SAME_LOOSE:
+            if alike and self.manifold.distance(other.place.q, here.q) < tol.POSITION_SAME_LOOSE:
                 return
         if self._at_jump(here):
             return
@@ -476,12 +481,12 @@ class EquilibriumSearch:
         if not directionless_loads(self.manifold, here):
             return False
         directions = [sign * direction for direction in here.motions for sign in (1.0, -1.0)]
-        beside = [
+        adjacent = [
             (direction, self.manifold.moved(here, tol.POSITION_SAME_LOOSE * direction))
             for direction in directions
         ]
         back = all(
-            there is not None and there.push @ direction < 0.0 for direction, there in beside
+            there is not None and there.push @ direction < 0.0 for direction, there in adjacent
         )
         (self.jumps if back else self.lifts).append(here)
         self.least = self.least or here
@@ -497,16 +502,16 @@ class EquilibriumSearch:
             there = self.manifold.moved(here, tol.EQUILIBRIUM_STRIDE * direction @ here.motions)
             if there is not None:
                 there = self._solved(there)
-                apart = self.manifold.apart(there.q, here.q)
+                distance = self.manifold.distance(there.q, here.q)
                 row |= (
                     there.size <= tol.EQUILIBRIUM_BALANCED * top
-                    and apart > 0.1 * tol.EQUILIBRIUM_STRIDE
+                    and distance > 0.1 * tol.EQUILIBRIUM_STRIDE
                 )
-        beside = [
+        adjacent = [
             self.manifold.moved(here, 0.1 * tol.EQUILIBRIUM_STRIDE * direction)
             for direction in here.motions
         ]
-        singular = any(p is not None and len(p.motions) < len(here.motions) for p in beside)
+        singular = any(p is not None and len(p.motions) < len(here.motions) for p in adjacent)
         return EquilibriumPosition(here, K, top, row, singular)
 
     def _same_row(self, one: EquilibriumPosition, other: EquilibriumPosition) -> bool:
@@ -517,6 +522,6 @@ class EquilibriumSearch:
         forces = [
             np.linalg.norm(position.place.force.reshape(-1, 3)[:, :2]) for position in (one, other)
         ]
-        apart = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
+        difference = float(np.abs(np.sort_complex(sizes[0]) - np.sort_complex(sizes[1])).max())
         scale = max(one.top, float(np.abs(sizes[0]).max()))
-        return max(apart, float(abs(forces[0] - forces[1]))) <= tol.EQUILIBRIA_ALIKE * scale
+        return max(difference, float(abs(forces[0] - forces[1]))) <= tol.EQUILIBRIA_ALIKE * scale

@@ -102,7 +102,7 @@ class SurfaceZeros:
             kept = [
                 k
                 for k, (one, place) in enumerate(zip(left.tolist(), places, strict=True))
-                if np.isfinite(place.force).all() and self._beside(sought[one], place.q)
+                if np.isfinite(place.force).all() and self._is_adjacent(sought[one], place.q)
             ]
             left, places = left[kept], [places[k] for k in kept]
             if not left.size:
@@ -128,15 +128,15 @@ class SurfaceZeros:
         for _, place in sorted(ended, key=lambda pair: pair[0]):
             self._keep(place)
 
-    def _beside(self, sought: SoughtCell, q: Array) -> bool:
+    def _is_adjacent(self, sought: SoughtCell, q: Array) -> bool:
         at = sought.chart.grid(self.cover.seen(sought.chart.node, q))
         return bool(np.abs((at - sought.corner) / sought.size - 0.5).max() <= 1.5)
 
-    def _keep(self, near: Place) -> None:
+    def _keep(self, nearby: Place) -> None:
         """Keep the zero beside a place where it is new."""
-        if not np.isfinite(near.force).all() or self._is_known(self.cover.name(near.q)):
+        if not np.isfinite(nearby.force).all() or self._is_known(self.cover.name(nearby.q)):
             return
-        place = self.polish(near)
+        place = self.polish(nearby)
         if place is None or len(place.motions) != 2:
             return
         name = self.cover.name(place.q)
@@ -150,11 +150,11 @@ class SurfaceZeros:
     def _is_known(self, name: Array) -> bool:
         return bool((np.abs(self._names - name).max(axis=1) <= tol.CELL_ZEROS_SAME).any())
 
-    def known(self, chart: TangentChart, corner: Corner, size: int, beside: float) -> Zero | None:
+    def known(self, chart: TangentChart, corner: Corner, size: int, margin: float) -> Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""
         self.read([chart])
         for zero, at in chart.zeros:
-            if np.abs((at - corner) / size - 0.5).max() <= 0.5 + beside:
+            if np.abs((at - corner) / size - 0.5).max() <= 0.5 + margin:
                 return zero
         return None
 
@@ -165,9 +165,9 @@ class SurfaceZeros:
         new = [chart for chart in dict.fromkeys(charts) if chart.zeros_read < len(self.every)]
         pairs = list[tuple[TangentChart, Zero]]()
         for chart in new:
-            far = np.abs(self._names[chart.zeros_read :] - chart.node.name).max(axis=1)
-            beside = np.flatnonzero(far <= 4.0 * chart.node.radius) + chart.zeros_read
-            pairs += [(chart, self.every[n]) for n in beside]
+            distance = np.abs(self._names[chart.zeros_read :] - chart.node.name).max(axis=1)
+            nearby = np.flatnonzero(distance <= 4.0 * chart.node.radius) + chart.zeros_read
+            pairs += [(chart, self.every[n]) for n in nearby]
             chart.zeros_read = len(self.every)
         holding = hold([chart for chart, _ in pairs], np.array([one.place.q for _, one in pairs]))
         for (chart, zero), leads in zip(pairs, holding.tolist(), strict=True):
@@ -291,9 +291,9 @@ class ChartCells:
                 for second_difference in _second_differences(whole.reshape(-1, 3, 3))
             ]
             least = signed.min(axis=-1) - 0.25 * tol.SURFACE_ERROR_SURE * (bent[0] + bent[1])
-            beside = on_line & (least > 0.0)
-            self.rotating[..., load] &= ~beside
-            self.crossed[..., load] = on_line & ~beside & self.rotating[..., load]
+            crossing = on_line & (least > 0.0)
+            self.rotating[..., load] &= ~crossing
+            self.crossed[..., load] = on_line & ~crossing & self.rotating[..., load]
 
     def _linear(
         self, corners: Array, second_differences: Sequence[Array], shape: tuple[int, ...]
@@ -342,9 +342,9 @@ class ChartCells:
         for own in np.unique(sets, axis=0):
             rotating = np.flatnonzero(own)
             if along[rotating].all():
-                self._beside(numbers, which[(sets == own).all(axis=1)], rotating)
+                self._lines_in_set(numbers, which[(sets == own).all(axis=1)], rotating)
 
-    def _beside(self, numbers: Array, which: Array, rotating: Array) -> None:
+    def _lines_in_set(self, numbers: Array, which: Array, rotating: Array) -> None:
         """Decides quarters of cells, (quarters, 2), in which some loads rotate fast."""
         samples = self.samples
         nine = numbers[which[:, 0]]
@@ -467,10 +467,10 @@ class _SurfaceIsolation:
         self.charts: dict[int, TangentChart] = {}
         self.patches: list[TangentChart] = []
         ends = ends_of(cover)
-        near = may_meet(cover, ends)
+        meets = may_meet(cover, ends)
         # what neighbours show of the residual force says nothing of a load that turns between them
-        open_ = np.flatnonzero(near.any(axis=1) | ~cover.excluded()).tolist()
-        met = meetings(cover, ends, open_, near)
+        open_ = np.flatnonzero(meets.any(axis=1) | ~cover.excluded()).tolist()
+        met = meetings(cover, ends, open_, meets)
         self.points, self.creased = met.points, np.array(met.creased, dtype=bool)
         self.found.creased = bool(self.creased.any())
         self.ends = LoadEnds(cover.manifold.system, met.sharp)
@@ -505,7 +505,7 @@ class _SurfaceIsolation:
                 if point == (middle, middle) or number is None:
                     continue
                 q = self.samples.q[number]
-                if np.isfinite(q).all() and not self.cover.far(q):
+                if np.isfinite(q).all() and not self.cover.has_run_away(q):
                     sought.append((chart, q))
         for (chart, q), known in zip(sought, self.on_others(sought), strict=True):
             if not (known or self.on_patch(chart, q) or self.patch(chart, q)):
@@ -513,7 +513,7 @@ class _SurfaceIsolation:
 
     def examine(self, charts: Sequence[TangentChart]) -> list[TangentChart]:
         """Find the zeros of charts; those of which their number is not certain."""
-        self.near = {chart: self.jumps_on(chart) for chart in charts}
+        self.jumps = {chart: self.jumps_on(chart) for chart in charts}
         self.left: dict[TangentChart, Array] = {}
         cells, size = [_Cell(chart, (0, 0)) for chart in charts], FINEST
         while cells and self.samples.count <= MOST:
@@ -534,8 +534,8 @@ class _SurfaceIsolation:
         if isinstance(chart, PolarChart):
             return []
         names = [np.abs(self.cover.name(one.q) - chart.node.name).max() for one in self.points]
-        near = [n for n, apart in enumerate(names) if apart < 4.0 * chart.node.radius]
-        return [self.points[n] for n in near if chart.holds(self.points[n].q)]
+        nearby = [n for n, distance in enumerate(names) if distance < 4.0 * chart.node.radius]
+        return [self.points[n] for n in nearby if chart.holds(self.points[n].q)]
 
     def doubt(self, q: Array) -> None:
         """Keep a position where no number of zeros is certain; of some beside each other one,
@@ -543,10 +543,10 @@ class _SurfaceIsolation:
         if len(self.found.unsure) < DOUBTS:
             self.keep_new(q, self.found.unsure, tol.SURFACE_SPACING)
 
-    def keep_new(self, q: Array, places: list[Place], apart: float) -> None:
-        """Keep a position among places if its name differs from theirs by more than `apart`."""
+    def keep_new(self, q: Array, places: list[Place], distance: float) -> None:
+        """Keep a position among places if its name differs from theirs by more than `distance`."""
         name = self.cover.name(q)
-        if all(np.abs(name - self.cover.name(other.q)).max() > apart for other in places):
+        if all(np.abs(name - self.cover.name(other.q)).max() > distance for other in places):
             place = self.cover.manifold.place(q)
             places += [place] if place is not None else []
 
@@ -586,7 +586,7 @@ class _SurfaceIsolation:
             (cells[n].parts(half)[k], known.single[n, k], known.outside[n, k], known.part[n, k])
             for n, k in np.argwhere(~known.empty)
         ]
-        open_ = [one for one in open_ if not self.beside_jump(one[0], half)]
+        open_ = [one for one in open_ if not self.in_disc_of_jump(one[0], half)]
         charts = [
             cell.chart
             for cell, single, outside, _ in open_
@@ -719,8 +719,8 @@ class _SurfaceIsolation:
         cover = self.cover
         q = np.array([one for _, one in sought])
         names = cover.name(q)
-        k, n, apart = cover.within(names, 2.0 * tol.SURFACE_SPACING)
-        order = np.lexsort((apart, k))
+        k, n, distance = cover.within(names, 2.0 * tol.SURFACE_SPACING)
+        order = np.lexsort((distance, k))
         number = np.unique(n)
         charts = [self.chart_of(int(one)) for one in number]
         k, which = k[order], np.searchsorted(number, n[order])
@@ -782,9 +782,9 @@ class _SurfaceIsolation:
             self.charts[number] = TangentChart(self.cover, self.cover.nodes[number], *bounds)
         return self.charts[number]
 
-    def beside_jump(self, cell: _Cell, size: int) -> bool:
+    def in_disc_of_jump(self, cell: _Cell, size: int) -> bool:
         """Whether a cell lies within the disc of a jump, which has a chart of its own."""
-        points = self.near[cell.chart]
+        points = self.jumps[cell.chart]
         if not points:
             return False
         i, j = cell.corner

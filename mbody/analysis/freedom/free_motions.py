@@ -102,16 +102,16 @@ def components(mechanism: Mechanism) -> list[list[str]]:
         while level:
             found[-1] += level
             seen.update(level)
-            beside = set().union(*(neighbours[name] for name in level)) - seen
-            level = sorted(beside, key=place.__getitem__)
+            adjacent = set().union(*(neighbours[name] for name in level)) - seen
+            level = sorted(adjacent, key=place.__getitem__)
     return found
 
 
 def leading_order(system: System) -> list[str]:
     """Bodies in the order in which they lead: what is driven, then what is near the ground."""
-    near = [name for part in components(system.mechanism) for name in part if name != "ground"]
+    names = [name for part in components(system.mechanism) for name in part if name != "ground"]
     driven = {body for driver in system.drivers for body in driver.bodies[1:]}
-    return sorted(near, key=lambda name: name not in driven)
+    return sorted(names, key=lambda name: name not in driven)
 
 
 class FreeMotions(Sequence[FreeMotion]):
@@ -309,7 +309,7 @@ class _Words:
     def _rotates(self, names: list[str]) -> str:
         """Such as "crank turns about O2, rocker follows (crank 1 : rocker -0.2 rad/s)"."""
         ratios = [f"{name} {_number(self._rate(name)[2])}" for name in names[:NAMED]]
-        shown = " : ".join(ratios) + (" …" if len(names) > NAMED else "")
+        text = " : ".join(ratios) + (" …" if len(names) > NAMED else "")
         first, *others = names
         if first != self.leader:
             words = f"{_listed(names)} {'turns' if not others else 'turn'}"
@@ -318,8 +318,8 @@ class _Words:
             if others:
                 words += f", {_listed(others)} {'follows' if len(others) == 1 else 'follow'}"
         if not others:
-            shown = _number(self._rate(first)[2])
-        return f"{words} ({shown} rad/{self.units.time})"
+            text = _number(self._rate(first)[2])
+        return f"{words} ({text} rad/{self.units.time})"
 
     def _rate(self, name: str) -> Array:
         return np.asarray(self.rates[self.system.bodies[name]])
@@ -329,15 +329,15 @@ class _Words:
         x, y = self.q[3 * self.system.bodies[name] :][:2]
         vx, vy, w = self._rate(name)
         neighbours = self.neighbours.joints[name]
-        near = RATE_NONE_MOTION * self.system.length * 10.0
+        tolerance = RATE_NONE_MOTION * self.system.length * 10.0
         for joint in neighbours:
             side = "i" if joint.i.body == name else "j"
             px, py = place(self.system, self.q, joint, side)
             speed = np.hypot(vx - w * (py - y), vy + w * (px - x))
-            if joint.pin and speed < near * abs(w):
+            if joint.pin and speed < tolerance * abs(w):
                 return joint.name
         where = f"({_number(x - vy / w)}, {_number(y + vx / w)})"
-        if np.hypot(vx, vy) < near * abs(w):
+        if np.hypot(vx, vy) < tolerance * abs(w):
             where = f"its mass centre {where}"
         return f"{where} at this instant" if neighbours else where
 

@@ -104,7 +104,7 @@ LISTED = 20_000_000
 #: Numbers of free motions that `data` lists, and motions that it always lists.
 IN_DATA, FEWEST = 1_500_000, 12
 #: Parts that are not joined to the ground up to which each has a note.
-APART = 8
+MOST_NOTES = 8
 #: Step to a position nearby, in model lengths and radians, and how many are tried.
 NEARBY, TRIES = 0.05, 6
 #: Iterations by which joints are closed again.
@@ -284,7 +284,7 @@ def mobility(
 
 def _loose(parts: Sequence[Sequence[str]]) -> list[str]:
     """Sentences of parts that are not joined to the ground: of many one."""
-    if len(parts) <= APART:
+    if len(parts) <= MOST_NOTES:
         return [f"not joined to the ground: {listed(part)}" for part in parts]
     return [
         f"{len(parts)} parts are not joined to the ground, those of "
@@ -294,7 +294,7 @@ def _loose(parts: Sequence[Sequence[str]]) -> list[str]:
 
 
 def _in_data(bodies: int) -> int:
-    """How many free motions `data` lists."""
+    """Number of free motions that `data` lists."""
     return max(FEWEST, IN_DATA // (3 * max(bodies, 1)))
 
 
@@ -437,8 +437,8 @@ class _Report:
             step = random.normal(size=joints.free) @ joints.motions
             self.work.q[:size, 0] = here[:size, 0] + NEARBY * scale * step / np.linalg.norm(step)
             closes = self._settle(scale)
-            far = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
-            if closes and far > 0.2 * NEARBY:
+            distance = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
+            if closes and distance > 0.2 * NEARBY:
                 G = dense(self.system, self.work)[1]
                 ranks = (
                     rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE).rank,

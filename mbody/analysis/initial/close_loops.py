@@ -136,16 +136,16 @@ def fitting_rates(
     system: System, work: Work, prescribed: Sequence[Prescribed]
 ) -> tuple[Array, tuple[str, ...]]:
     """Velocities (coordinates,) that have the rates and move least beside, and notes."""
-    near = nearest_rates(system, work, prescribed)
-    scale, off, met = system.coordinate_units, near.rows, near.met
-    if met is near.given.p:
-        return scale * near.v, unspecified_rates(system, work, near.v, near.given.P)
-    asked, fast = near.given.p, near.fast
-    changed = [
+    nearest = nearest_rates(system, work, prescribed)
+    scale, off, met = system.coordinate_units, nearest.rows, nearest.met
+    if met is nearest.given.p:
+        return scale * nearest.v, unspecified_rates(system, work, nearest.v, nearest.given.P)
+    asked, fast = nearest.given.p, nearest.fast
+    unmet = [
         n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > tol.VELOCITIES_AGREE * fast
     ]
     if np.abs(met - asked).max() <= tol.VELOCITY_ROUNDING * fast:
-        return scale * near.v, _fitted(system, prescribed, met - asked)
+        return scale * nearest.v, _fitted(system, prescribed, met - asked)
     part = np.abs(off)
     part /= part.max(initial=tol.TINY)
     # equal parts in the order of the rows: their last digits are the processor's
@@ -154,11 +154,11 @@ def fitting_rates(
         for n in np.argsort(-part.round(6), kind="stable")
         if part[n] > tol.PARTICIPATION
     )
-    fitted = listed_rates(system, [prescribed[n] for n in changed], met[changed])
-    shown = ", ".join(f"{prescribed[n].value:.6g}" for n in changed[:PRESCRIBED])
+    fitted = listed_rates(system, [prescribed[n] for n in unmet], met[unmet])
+    numbers = ", ".join(f"{prescribed[n].value:.6g}" for n in unmet[:PRESCRIBED])
     raise SolveError(
         f"the rates of the start do not fit {_elements(list(taking))}: the nearest velocities that "
-        f"fit have {fitted}, not {shown}; give those, or leave out rates that follow from others",
+        f"fit have {fitted}, not {numbers}; give those, or leave out rates that follow from others",
         next(iter(taking), None),
     )
 
@@ -202,10 +202,10 @@ def branch_rates(
         return here.rows.scale * _velocity(here, given, points[0]), ()
     if points:
         raise _several(system, here, t, given, points, complete)
-    near = _rounded(here, given)
-    if near is not None:
-        v = here.rows.scale * _velocity(here, given, near, exact=False)
-        words = nearest_words(system, here, near).removeprefix("; the nearest are ")
+    nearest = _rounded(here, given)
+    if nearest is not None:
+        v = here.rows.scale * _velocity(here, given, nearest, exact=False)
+        words = nearest_words(system, here, nearest).removeprefix("; the nearest are ")
         return v, (f"the rates of the start were fitted to a branch of the motion: {words}",)
     if not flat:
         raise undecided(system, t)
@@ -234,9 +234,9 @@ def _points(here: Singular, given: Rates) -> tuple[list[Array], bool, bool]:
     found = solutions(here.A, P, P @ base)
     points = [y for y in found.points if fits(here, tangent(here.A, y))]
     if not points and away:
-        near = onto(here.A, base, here.clock)
-        if near is not None and norm(near - base) <= 10.0 * away * norm(base):
-            points = [near] if fits(here, tangent(here.A, near)) else []
+        nearest = onto(here.A, base, here.clock)
+        if nearest is not None and norm(nearest - base) <= 10.0 * away * norm(base):
+            points = [nearest] if fits(here, tangent(here.A, nearest)) else []
     return points, found.complete, found.flat
 
 
@@ -259,11 +259,13 @@ def _rounded(here: Singular, given: Rates) -> Array | None:
     """Velocities of a branch that differ from the rates by rounding of digits; None of none."""
     P, p = _conditions(here, given)
     base = shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE)
-    near = onto(here.A, base, here.clock)
-    if near is None or not fits(here, tangent(here.A, near)):
+    nearest = onto(here.A, base, here.clock)
+    if nearest is None or not fits(here, tangent(here.A, nearest)):
         return None
     return (
-        near if np.abs(P @ near - p).max() <= tol.BRANCH_VELOCITIES_SAME * np.abs(p).max() else None
+        nearest
+        if np.abs(P @ nearest - p).max() <= tol.BRANCH_VELOCITIES_SAME * np.abs(p).max()
+        else None
     )
 
 
@@ -283,11 +285,11 @@ def _fitted(system: System, prescribed: Sequence[Prescribed], off: Array) -> tup
 
 def listed_rates(system: System, prescribed: Sequence[Prescribed], values: Array) -> str:
     """Such as "block.vx = 0.1 m/s, belt.vx = 0.1 m/s"."""
-    shown = [
+    texts = [
         one.with_value(system, _units(system, one, value))
         for one, value in zip(prescribed[:PRESCRIBED], values, strict=False)
     ]
-    return ", ".join(shown) + (
+    return ", ".join(texts) + (
         f" and {len(prescribed) - PRESCRIBED} more" if len(prescribed) > PRESCRIBED else ""
     )
 
@@ -305,8 +307,8 @@ def _several(
 ) -> SolveError:
     rates = values_of(system, here, [_velocity(here, given, y) for y in points], given.prescribed)
     count = f"{len(points)}" if complete else f"at least {len(points)}"
-    shown = ", ".join(one.with_value(system, one.value) for one in given.prescribed[:PRESCRIBED])
-    what = f"have the rates that are given ({shown})" if shown else "follow the drivers"
+    texts = ", ".join(one.with_value(system, one.value) for one in given.prescribed[:PRESCRIBED])
+    what = f"have the rates that are given ({texts})" if texts else "follow the drivers"
     ask = "a rate that tells" if len(rates) == 1 else "rates that tell"
     return SolveError(
         f"the start of '{system.mechanism.name}' at {place_words(system, t)} is a singular "
@@ -331,11 +333,11 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
             vs = [_velocity(here, left, y) for y in points]
             (rate,) = values_of(system, here, vs, left.prescribed, given.prescribed[n])
             name, _, values = rate.partition(" = ")
-            shown = ", ".join(
+            texts = ", ".join(
                 one.with_value(system, one.value) for one in left.prescribed[:PRESCRIBED]
             )
             return SolveError(
-                f"{where}; with {shown or 'the drivers'}, {name} can be {values}, not "
+                f"{where}; with {texts or 'the drivers'}, {name} can be {values}, not "
                 f"{given.prescribed[n].value:.6g}: give a rate that a motion has",
                 given.prescribed[n].body,
             )

@@ -58,7 +58,7 @@ class Fitted:
     off: Array
 
     @property
-    def near(self) -> bool:
+    def is_close(self) -> bool:
         """Whether what is prescribed differs by no more than rounding of digits."""
         return bool(np.abs(self.off).max(initial=0.0) <= tol.START_CHANGE_ALLOWED)
 
@@ -191,9 +191,9 @@ def checked_events(mechanism: Mechanism, events: Iterable[Event]) -> tuple[Event
     found = tuple(events)
     for event in found:
         if event.name in mechanism:
-            taken = type(mechanism[event.name]).__name__
+            kind = type(mechanism[event.name]).__name__
             raise ModelError(
-                f"event '{event.name}': the name is taken by a {taken}: choose another", event.name
+                f"event '{event.name}': the name is taken by a {kind}: choose another", event.name
             )
         try:
             check_measure(mechanism, event_measure(mechanism, event))
@@ -297,7 +297,7 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
                 Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some
             ]
             found = fitted_places(system, work, candidates, first) if candidates else None
-            if found is not None and found.near:
+            if found is not None and found.is_close:
                 return found.q, fitted_note(system, candidates, found)
         if found is not None and system.rows + len(sure) > system.coordinates:
             raise misplaced(system, candidates, found)
@@ -392,7 +392,7 @@ def parameters_of(system: System) -> dict[str, Any]:
 
 
 def check_release(mechanism: Mechanism, given: Mapping[str, Any]) -> dict[str, float]:
-    """When drivers are released, by name."""
+    """Times at which drivers are released, by name."""
     drivers = [driver.name for driver in mechanism.drivers]
     for name in given:
         if name not in drivers:

@@ -130,16 +130,16 @@ def _difference(function: Callable[[Array], Array], steps: Array) -> Array:
     """∂f/∂x at 0 by central differences of fourth order: (rows, steps)."""
     columns = []
     for step, offset in zip(steps, np.diag(steps), strict=True):
-        near = function(offset) - function(-offset)
-        far = function(2.0 * offset) - function(-2.0 * offset)
-        columns.append((8.0 * near - far) / (12.0 * step))
+        inner = function(offset) - function(-offset)
+        outer = function(2.0 * offset) - function(-2.0 * offset)
+        columns.append((8.0 * inner - outer) / (12.0 * step))
     return np.array(columns).T
 
 
 class Moving:
     """Accelerations of the leaders at coordinates y and rates w of theirs near those of an instant:
     with P their parts of the coordinates y = P (q − q₀) and w = P v, exactly. `still`: drivers hold
-    their values. `held`: what is closed, sticks and slides.
+    their values. `contacts`: what is closed, sticks and slides.
     """
 
     def __init__(
@@ -258,9 +258,9 @@ class Moving:
                 if derivative
                 else step
             )
-            near = function(self.own + offset) - function(self.own - offset)
-            far = function(self.own + 2.0 * offset) - function(self.own - 2.0 * offset)
-            columns.append((8.0 * near - far) / (12.0 * offset[n]))
+            inner = function(self.own + offset) - function(self.own - offset)
+            outer = function(self.own + 2.0 * offset) - function(self.own - 2.0 * offset)
+            columns.append((8.0 * inner - outer) / (12.0 * offset[n]))
         return np.array(columns).reshape(len(self.own), -1).T
 
     def position(self, y: Array) -> tuple[Array, Array]:
@@ -389,12 +389,12 @@ def state_matrices(
         A[2 * free :, : 2 * free] = moved[free : free + owns]
         C[:, : 2 * free] = moved[free + owns :]
     if owns or inputs:
-        changed = nearby.by_own(lambda own: values(np.zeros(free), nearby.rate, own))
-        A[free : 2 * free, 2 * free :] = changed[:free, :owns]
-        A[2 * free :, 2 * free :] = changed[free : free + owns, :owns]
-        B[free : 2 * free] = changed[:free, owns:]
-        B[2 * free :] = changed[free : free + owns, owns:]
-        C[:, 2 * free :], D[:] = changed[free + owns :, :owns], changed[free + owns :, owns:]
+        derivative = nearby.by_own(lambda own: values(np.zeros(free), nearby.rate, own))
+        A[free : 2 * free, 2 * free :] = derivative[:free, :owns]
+        A[2 * free :, 2 * free :] = derivative[free : free + owns, :owns]
+        B[free : 2 * free] = derivative[:free, owns:]
+        B[2 * free :] = derivative[free : free + owns, owns:]
+        C[:, 2 * free :], D[:] = derivative[free + owns :, :owns], derivative[free + owns :, owns:]
     names = [(m.leader, ("angle", "omega") if m.turns else ("way", "rate")) for m in motions]
     states = [f"{leader}.{keys[k]}" for k in range(2) for leader, keys in names]
     states += [one.name for one in machine.states]
@@ -598,7 +598,7 @@ def linearize(
     start = closed(system, t, {}, None, pose=np.append(q, np.zeros(3)))
     manifold = Manifold(system, start.work, t, _own_numbers(system, given))
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
-    if here is None or manifold.apart(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
+    if here is None or manifold.distance(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
         raise ModelError(
             f"the instant that is given does not fit '{name}' at t = {t:.6g} "
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "
@@ -636,8 +636,8 @@ def linearize(
     about_equilibrium = given_equilibrium or (balanced and fast <= tol.RATE_NONE * natural)
     notes: list[str] = []
     parts = leading(system, motions, directions)
-    near = manifold, here, v, start.regularization, directions, parts, given_equilibrium
-    nearby = functools.partial(Moving, *near, contacts=contacts)
+    common = manifold, here, v, start.regularization, directions, parts, given_equilibrium
+    nearby = functools.partial(Moving, *common, contacts=contacts)
     if contacts is not None:
         found = nearby()
         C, K, drive = found.matrices(M)
@@ -728,8 +728,8 @@ def _driven(system: System, t: float, natural: float) -> float:
 
 def _branches(manifold: Manifold, here: Place) -> list[str]:
     """A sentence where more is free than nearby."""
-    beside = [manifold.moved(here, tol.POSITION_BESIDE * direction) for direction in here.motions]
-    if all(p is None or len(p.motions) >= len(here.motions) for p in beside):
+    adjacent = [manifold.moved(here, tol.POSITION_BESIDE * direction) for direction in here.motions]
+    if all(p is None or len(p.motions) >= len(here.motions) for p in adjacent):
         return []
     return [
         "singular position: more is free here, to first order, than nearby; branches of the "

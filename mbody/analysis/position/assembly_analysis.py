@@ -74,7 +74,7 @@ def _functions(
     L, par = system.layout, system.par[:, 0]
     joints, loads = len(L.primitive_kind), len(L.action_kind)
     times = t, t + 1e-3, t + 0.37
-    poses = pose, _near(system, pose, rng), _near(system, pose, rng)
+    poses = pose, _perturbed(system, pose, rng), _perturbed(system, pose, rng)
     rates = [_rates(system, pose, rng) for _ in times]
     for n, (name, hook) in enumerate(system.functions):
         if hook is None:
@@ -97,7 +97,7 @@ def _functions(
         yield name, hook, questions, size
 
 
-def _near(system: System, pose: Array, rng: np.random.Generator) -> Array:
+def _perturbed(system: System, pose: Array, rng: np.random.Generator) -> Array:
     """A pose not far away; the ground stays."""
     size = np.tile([system.length, system.length, 1.0], len(pose) // 3)
     size[-3:] = 0.0
@@ -107,7 +107,7 @@ def _near(system: System, pose: Array, rng: np.random.Generator) -> Array:
 
 def _rates(system: System, pose: Array, rng: np.random.Generator) -> Array:
     """Rates of about a model length and a radian in the unit of time; the ground has none."""
-    return _near(system, np.zeros_like(pose), rng) * 10.0
+    return _perturbed(system, np.zeros_like(pose), rng) * 10.0
 
 
 def _side(q: Array, v: Array, body: int) -> Array:
@@ -131,9 +131,9 @@ def _check_pure(name: str, hook: Hook, questions: list[Array], size: int) -> Non
     for question, a, b in zip(questions, first, second, strict=True):
         if a is None or b is None:
             continue
-        far = ~(np.abs(a - b) <= tol.USER_ANSWER_SAME * np.abs(a).max()) & np.isfinite(a)
-        if far.any():
-            n = int(far.argmax())
+        different = ~(np.abs(a - b) <= tol.USER_ANSWER_SAME * np.abs(a).max()) & np.isfinite(a)
+        if different.any():
+            n = int(different.argmax())
             raise ModelError(
                 f"the function of '{name}' keeps a memory: called twice with the same arguments at "
                 f"t = {question[0]:g} it returned {a[n]:g} and then {b[n]:g}; it is called several "
@@ -179,7 +179,7 @@ def _check_derivatives(joint: _Joint, rng: np.random.Generator) -> None:
     """Refuse a joint that is wrong at every place where it was looked at."""
     found = []
     for _ in range(PROBES):
-        q, v = _near(joint.system, joint.pose, rng), _rates(joint.system, joint.pose, rng)
+        q, v = _perturbed(joint.system, joint.pose, rng), _rates(joint.system, joint.pose, rng)
         a = _rates(joint.system, joint.pose, rng)
         try:
             found.append(_wrong(joint, q, v, a))
@@ -288,7 +288,7 @@ def unused_points(mechanism: Mechanism) -> list[str]:
 #: Rows up to which the smallest gap is looked for, and joints at which: a second or two in all.
 SEARCHED, CANDIDATES = 60, 8
 #: How far beside a position the gap is looked at again; joints that are named.
-BESIDE, NAMED = 0.1, 6
+OFFSET, NAMED = 0.1, 6
 
 
 def violations(system: System, work: Work) -> np.ndarray:
@@ -370,12 +370,12 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
             return
         here, motion = work.q.copy(), report.motions[0]
         for sign in (1.0, -1.0):  # where links are only stretched the gap opens fast
-            work.q[:size] = here[:size] + sign * BESIDE * (scale * motion)[:, None]
-            beside = np.abs(_least(system, work, joints))
+            work.q[:size] = here[:size] + sign * OFFSET * (scale * motion)[:, None]
+            shifted = np.abs(_least(system, work, joints))
             moved = float(np.abs((work.q[:size] - here[:size])[:, 0] / scale).max())
             if (
-                moved < 0.3 * BESIDE * float(np.abs(motion).max())
-                or beside.max() > tol.LOOP_GAP_SLIGHT
+                moved < 0.3 * OFFSET * float(np.abs(motion).max())
+                or shifted.max() > tol.LOOP_GAP_SLIGHT
             ):
                 return
         part = np.abs(report.dependencies).max(axis=0)
@@ -420,14 +420,14 @@ def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) 
     angular, units = driver.angular, system.mechanism.units
     requested, distance = float(work.signal[row, 0]), float(off[n])
     if angular:
-        wanted, near = angle_text(requested), angle_text(float(f"{distance:.3g}"))
+        wanted, reachable = angle_text(requested), angle_text(float(f"{distance:.3g}"))
     else:
         wanted = f"{requested:.6g} {units.length}"
-        near = f"{distance * system.length:.3g} {units.length}"
+        reachable = f"{distance * system.length:.3g} {units.length}"
     return SolveError(
         f"driver '{driver.name}' cannot bring '{driver.bodies[1]}' to {wanted} at t = {t:g} "
-        f"{units.time}: it comes within {near} where the links are stretched; check lengths and "
-        "the law",
+        f"{units.time}: it comes within {reachable} where the links are stretched; check lengths "
+        "and the law",
         driver.name,
     )
 
@@ -721,11 +721,11 @@ def _say_branch(
     if not guessed or system.rows != size or system.rows > 300 or result.regularization:
         return True
     found = result.work.q.copy()
-    far, name = max(
+    angle, name = max(
         (abs(wrapped(float(found[3 * n + 2, 0] - start[3 * n + 2, 0]))), name)
         for n, name in guessed
     )
-    apart, elsewhere = max(
+    displacement, elsewhere = max(
         (
             (math.dist(found[3 * n : 3 * n + 2, 0], start[3 * n : 3 * n + 2, 0]), body.name)
             for n, body in enumerate(system.mechanism.bodies)
@@ -733,7 +733,7 @@ def _say_branch(
         ),
         default=(0.0, name),
     )
-    if result.straight and far < tol.GUESS_NEAR and apart < tol.GUESS_NEAR * system.length:
+    if result.straight and angle < tol.GUESS_NEAR and displacement < tol.GUESS_NEAR * system.length:
         return True
     from mbody.system.rank import dense
 
@@ -745,9 +745,9 @@ def _say_branch(
         return True
     if intended is not None and intended(result):
         return False
-    distance = f"{np.degrees(far):.1f} deg"
-    if far < tol.GUESS_NEAR:  # it is a place that is elsewhere
-        name, distance = elsewhere, f"{apart:.4g} {system.mechanism.units.length}"
+    distance = f"{np.degrees(angle):.1f} deg"
+    if angle < tol.GUESS_NEAR:  # it is a place that is elsewhere
+        name, distance = elsewhere, f"{displacement:.4g} {system.mechanism.units.length}"
     note = (
         f"the guess is on another branch than the position found: '{name}' came out {distance} "
         "from where the guess puts it; guess nearer to the branch that you want"

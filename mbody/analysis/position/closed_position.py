@@ -356,10 +356,10 @@ def close_in_stages(
     good = close_batch(system, t, values, poses, small, least)
     good &= system.extent(poses - pose) <= tol.BRANCH_LEAP
     progress = np.where(good, 1.0, 0.0)
-    far = np.flatnonzero(~good)
-    if len(far):
-        stages = _Stages(system, t, values[far], (origin, far), small, least)
-        poses[far], progress[far] = stages.all(pose)
+    open_designs = np.flatnonzero(~good)
+    if len(open_designs):
+        stages = _Stages(system, t, values[open_designs], (origin, open_designs), small, least)
+        poses[open_designs], progress[open_designs] = stages.all(pose)
         by_springs(system, poses)
     return ClosedDesigns(poses, progress == 1.0, progress)
 
@@ -383,7 +383,7 @@ class _Stages:
         self.work.time[:] = t
 
     def all(self, pose: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where the paths end, (designs, coordinates + 3), and how far they come, (designs,)."""
+        """Ends of the paths, (designs, coordinates + 3), and how far they come, (designs,)."""
         count = len(self.values)
         poses, progress, stage = np.tile(pose, (count, 1)), np.zeros(count), np.full(count, FIRST)
         derivative = np.zeros_like(poses)

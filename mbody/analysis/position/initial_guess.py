@@ -174,13 +174,16 @@ class _Placing:
         x, y, _ = self._hung(name, joint, guess, 0.0)
         hx, hy = self._local(joint, own)
         for other in self.mechanism.joints:
-            side, far = ("j", "i") if other.j.body == name else ("i", "j")
+            side, other_side = ("j", "i") if other.j.body == name else ("i", "j")
             if other is joint or not other.pin:
                 continue
-            if getattr(other, side).body != name or getattr(other, far).body not in self.poses:
+            if (
+                getattr(other, side).body != name
+                or getattr(other, other_side).body not in self.poses
+            ):
                 continue
             px, py = self._local(other, side)
-            tx, ty = self._world(other, far)
+            tx, ty = self._world(other, other_side)
             if math.hypot(px - hx, py - hy) > 0.0:
                 rotation = math.atan2(ty - y - hy, tx - x - hx) - math.atan2(py - hy, px - hx)
                 return math.remainder(rotation, 2.0 * math.pi)
@@ -211,9 +214,9 @@ class _Placing:
                 (px, py), (cx, cy) = self._world(cam, "j"), self._world(cam, "i")
                 del self.poses[name]
                 ux, uy = self._along(guide, name)
-                far = float(cam.apart(self.at))
+                length = float(cam.apart(self.at))
                 across = ux * (py - cy) - uy * (px - cx)
-                move = math.sqrt(max(far * far - across * across, 0.0))
+                move = math.sqrt(max(length * length - across * across, 0.0))
                 move -= ux * (px - cx) + uy * (py - cy)
                 return x + move * ux, y + move * uy, angle
         return pose
@@ -280,7 +283,7 @@ def nearest_to_guesses(
     for other in more:
         if close(other[:, None]) is not None:
             q = work.q[:, 0].copy()
-            if all(_apart(system, q, known) > tol.POSITION_SAME_LOOSE for known in found):
+            if all(_distance(system, q, known) > tol.POSITION_SAME_LOOSE for known in found):
                 found.append(q)
     work.weight[:] = weight
     off = np.array([_off(system, base, guess or {}, first, q) for q in found])
@@ -317,25 +320,25 @@ def _scaled(system: System, q: Array) -> Array:
 
 def _difference(system: System, q: Array, other: Array) -> Array:
     """Dimensionless difference of two positions, (bodies, 3), without whole revolutions."""
-    apart = _scaled(system, q) - _scaled(system, other)
-    apart[:, 2] -= 2.0 * math.pi * np.round(apart[:, 2] / (2.0 * math.pi))
-    return apart
+    difference = _scaled(system, q) - _scaled(system, other)
+    difference[:, 2] -= 2.0 * math.pi * np.round(difference[:, 2] / (2.0 * math.pi))
+    return difference
 
 
-def _apart(system: System, q: Array, other: Array) -> float:
+def _distance(system: System, q: Array, other: Array) -> float:
     return float(np.abs(_difference(system, q, other)).max())
 
 
 def _off(system: System, base: System, guess: Guesses, first: Array, q: Array) -> float:
     """By how much the bodies with a guess are off it, in radians and model lengths."""
-    apart = _difference(system, q, first)
+    difference = _difference(system, q, first)
     total = 0.0
     for b, body in enumerate(base.mechanism.bodies):
         given = body.guess
         if body.name in guess or given.angle is not None:
-            total += float(apart[b, 2] ** 2)
+            total += float(difference[b, 2] ** 2)
         if body.name not in guess and given.x is not None and given.y is not None:
-            total += float(apart[b, 0] ** 2 + apart[b, 1] ** 2)
+            total += float(difference[b, 0] ** 2 + difference[b, 1] ** 2)
     return math.sqrt(total)
 
 
@@ -358,18 +361,18 @@ def _say_others(
 ) -> None:
     """Note another position in which the bodies with a guess are about as near to it."""
     here = result.work.q[:, 0]
-    for q, far in sorted(zip(found, off, strict=True), key=lambda pair: float(pair[1])):
+    for q, offset in sorted(zip(found, off, strict=True), key=lambda pair: float(pair[1])):
         if (
-            far > tol.GUESS_NEAR_TIMES * least + tol.GUESS_NEAR_OTHER
-            or _apart(system, q, here) <= tol.POSITION_SAME_LOOSE
+            offset > tol.GUESS_NEAR_TIMES * least + tol.GUESS_NEAR_OTHER
+            or _distance(system, q, here) <= tol.POSITION_SAME_LOOSE
         ):
             continue
         difference = np.abs(_difference(system, q, here))
         if _other_teeth(system, difference):
             continue
-        apart = difference[:, 2]
-        name = max(names, key=lambda name: float(apart[system.bodies[name]]))
-        if apart[system.bodies[name]] <= tol.GUESS_WORTH_NOTE:
+        angles = difference[:, 2]
+        name = max(names, key=lambda name: float(angles[system.bodies[name]]))
+        if angles[system.bodies[name]] <= tol.GUESS_WORTH_NOTE:
             continue
         now, then = (
             math.degrees(wrapped(float(p[3 * system.bodies[name] + 2]))) for p in (here, q)

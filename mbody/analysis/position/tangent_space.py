@@ -258,16 +258,16 @@ class Manifold:
             force = self.force(q)
             return np.asarray(force - self.rows(q)[1].T @ here.multipliers)
 
-        near = unbalanced(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
+        inner = unbalanced(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
             -tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
-        far = unbalanced(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
+        outer = unbalanced(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unbalanced(
             -2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
-        return np.asarray((8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
+        return np.asarray((8.0 * inner - outer) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
-    def apart(self, one: Array, other: Array) -> float:
-        """How far two positions are from each other, whole revolutions left out."""
+    def distance(self, one: Array, other: Array) -> float:
+        """Distance of two positions from each other, whole revolutions left out."""
         difference = ((one - other) / self.scale).reshape(-1, 3)
         difference[:, 2] = np.remainder(difference[:, 2] + np.pi, 2.0 * np.pi) - np.pi
         return float(np.abs(difference).max())

@@ -202,8 +202,8 @@ def _ahead(
             np.linalg.svd(G[:, :n], compute_uv=False)[rank - 1] if rows.driven else sizes[rank - 1]
         )
         for part in HORIZONS:
-            far = part * within
-            ahead = rows.at(x + far * direction + 0.5 * far**2 * bent)[1]
+            distance = part * within
+            ahead = rows.at(x + distance * direction + 0.5 * distance**2 * bent)[1]
             if least > tol.INDEPENDENCE_CERTAIN * _at_most(ahead[:, :n] - G[:, :n]):
                 return Ahead(clear=part * step)
         found = _nearest(rows, x, rank, parts, 8.0 * within)
@@ -214,12 +214,15 @@ def _ahead(
             met = (*met, found)
     elements = _owners(system, found.U)
     gone = found.x - x
-    far, along = float(np.linalg.norm(gone)), float(gone @ direction) / float(direction @ direction)
+    distance, along = (
+        float(np.linalg.norm(gone)),
+        float(gone @ direction) / float(direction @ direction),
+    )
     when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
     if found.left > tol.LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
         return Ahead(closest_time=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
-    if missed > tol.SINGULARITY_BESIDE_PATH * far and far > tol.POSITION_SAME:
+    if missed > tol.SINGULARITY_BESIDE_PATH * distance and distance > tol.POSITION_SAME:
         return Ahead(elements=elements, met=met)
     n = len(q)
     place, direction = found.x[:n], direction[:n]

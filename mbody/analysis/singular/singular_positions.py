@@ -131,14 +131,14 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
     quadratic = np.einsum("ijk,j,k->i", A, z, z)
     linear = 2.0 * np.einsum("ijk,j,k->i", A, z, base)
     constant = values(A, base)
-    far = float(np.linalg.norm(base))
-    sizes = np.abs(quadratic) * far**2 + np.abs(linear) * far + np.abs(constant)
-    top = np.abs(A).max() * far**2
+    distance = float(np.linalg.norm(base))
+    sizes = np.abs(quadratic) * distance**2 + np.abs(linear) * distance + np.abs(constant)
+    top = np.abs(A).max() * distance**2
     if sizes.max() <= tol.BRANCH_CERTIFICATE * top:  # every velocity is one: take the least
         return Solutions([base])
     # a quadric that turns about its double root is no more precise than the root of rounding
-    n = int((np.abs(quadratic) * far**2 + np.abs(linear) * far).argmax())
-    a, b, c = quadratic[n] * far**2, linear[n] * far, constant[n]
+    n = int((np.abs(quadratic) * distance**2 + np.abs(linear) * distance).argmax())
+    a, b, c = quadratic[n] * distance**2, linear[n] * distance, constant[n]
     roots: list[float] = []
     if abs(a) > tol.BRANCH_CERTIFICATE * top:
         inside = b * b - 4.0 * a * c
@@ -149,7 +149,7 @@ def _in_line(A: Array, base: Array, z: Array) -> Solutions:
             roots = [stable / a, c / stable]
     elif abs(b) > tol.BRANCH_CERTIFICATE * top:
         roots = [-c / b]
-    points = [base + far * root * z for root in roots]
+    points = [base + distance * root * z for root in roots]
     return Solutions(
         [
             y
@@ -203,7 +203,7 @@ def _branches(A: Array) -> ConeBranches:
 
 
 def _most(A: Array) -> int:
-    """How many lines such a cone has at most, where lines are all it has (Bézout)."""
+    """Greatest number of lines of such a cone, where lines are all it has (Bézout)."""
     sizes = np.linalg.svd(A.reshape(len(A), -1), compute_uv=False)
     rank = (
         int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE * sizes[0]).sum())
@@ -450,10 +450,10 @@ class Singular:
             return self._quadratic(y)
         # y may lie in other branches too; the form follows from others in this one
         random = np.random.default_rng(3)
-        beside = random.normal(size=len(T)) @ T
-        beside *= max(float(np.linalg.norm(y)), 1.0) / float(np.linalg.norm(beside))
-        return 0.5 * (self._quadratic(y + beside) + self._quadratic(y - beside)) - self._quadratic(
-            beside
+        shift = random.normal(size=len(T)) @ T
+        shift *= max(float(np.linalg.norm(y)), 1.0) / float(np.linalg.norm(shift))
+        return 0.5 * (self._quadratic(y + shift) + self._quadratic(y - shift)) - self._quadratic(
+            shift
         )
 
     def second_order_of(self, T: Array, y: Array, w: Array) -> Array:
@@ -483,17 +483,17 @@ class Singular:
             there = self.rows.form(x, v + s * a, clock, later)
             return np.asarray(self.L.T @ (self.rows.G @ a - there))
 
-        near = unmet(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-tol.DIFFERENCE_STEP_FOURTH_ORDER)
-        far = unmet(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(
+        inner = unmet(tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(-tol.DIFFERENCE_STEP_FOURTH_ORDER)
+        outer = unmet(2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER) - unmet(
             -2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER
         )
-        return np.asarray((8.0 * near - far) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
+        return np.asarray((8.0 * inner - outer) / (12.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
 
 
 def singular(
-    system: System, work: Work, t: float, far: float = tol.SINGULAR_DISTANCE_SOUGHT
+    system: System, work: Work, t: float, distance: float = tol.SINGULAR_DISTANCE_SOUGHT
 ) -> Singular | None:
-    """The singular position at or near a closed one; None where there is none. `far` in model
+    """The singular position at or near a closed one; None where there is none. `distance` in model
     lengths.
     """
     if too_large(system) or not system.rows:
@@ -508,7 +508,7 @@ def singular(
         int((sizes > tol.SINGULAR_VALUE_NEARBY * sizes[0]).sum()),
         int((sizes > tol.SINGULAR_VALUE_ZERO * sizes[0]).sum()) + 1,
     ):
-        found = _nearest(rows, given, rank, far)
+        found = _nearest(rows, given, rank, distance)
         if found is not None:
             place = Singular(rows, found, given, rank)
             if not place.fits:
@@ -517,7 +517,7 @@ def singular(
     return None
 
 
-def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array | None:
+def _nearest(rows: ConstraintRows, given: Array, rank: int, distance: float) -> Array | None:
     """The position nearest to a closed one at which Φ_q has that rank."""
     x = given.copy()
     for _ in range(CORRECTIONS):
@@ -536,7 +536,7 @@ def _nearest(rows: ConstraintRows, given: Array, rank: int, far: float) -> Array
         if left.size:
             step = step + _towards(rows, x, L, N, left) @ N
         x = x + step
-        if not np.linalg.norm(x - given) < far:
+        if not np.linalg.norm(x - given) < distance:
             return None
         if np.abs(step).max() <= tol.BRANCH_STEP_ROUNDING * norm:
             break
@@ -575,7 +575,7 @@ def norm(y: Array) -> float:
 
 
 def along(T: Array, here: Singular) -> Array:
-    """Where a start is along a branch (unknowns,); time is no displacement."""
+    """Place of a start along a branch (unknowns,); time is no displacement."""
     free = still(T, here.clock)
     return np.asarray((free @ here.y) @ free)
 
@@ -735,10 +735,10 @@ class Prescribed:
 
     def with_value(self, system: System, value: float) -> str:
         """Such as "crank.angle = 30 deg" or "crank.omega = 6 rad/s"."""
-        shown, digits = value, 6
+        number, digits = value, 6
         if self.key in ("x", "y", "angle"):
-            shown, digits = (np.degrees(value) if self.key == "angle" else value), 7
-        return f"{self.name} = {shown:.{digits}g} {self.unit_name(system)}"
+            number, digits = (np.degrees(value) if self.key == "angle" else value), 7
+        return f"{self.name} = {number:.{digits}g} {self.unit_name(system)}"
 
 
 # -- Words of first velocities: rates by name, and the velocities of branches that meet --------
@@ -810,14 +810,14 @@ def values_of(
     )
     top = max(float(np.abs(v).max()) for v in velocities)
     parts = {one: _classes(one.row(system, q) @ np.array(velocities).T, top) for one in candidates}
-    apart: list[tuple[int, ...]] = [()] * len(velocities)
+    distinct: list[tuple[int, ...]] = [()] * len(velocities)
     chosen = list[Prescribed]()
     while len(chosen) < RATES:
-        best = max(candidates, key=lambda one: len(set(zip(apart, parts[one], strict=True))))
-        finer = [(*a, b) for a, b in zip(apart, parts[best], strict=True)]
-        if chosen and len(set(finer)) == len(set(apart)):
+        best = max(candidates, key=lambda one: len(set(zip(distinct, parts[one], strict=True))))
+        finer = [(*a, b) for a, b in zip(distinct, parts[best], strict=True)]
+        if chosen and len(set(finer)) == len(set(distinct)):
             break
-        apart, chosen = finer, [*chosen, best]
+        distinct, chosen = finer, [*chosen, best]
     return [_with_values(system, one, velocities, q, top) for one in chosen]
 
 

@@ -85,13 +85,13 @@ def _result(system: System, run: Solution) -> CrosscheckResult:
             engine, (), tuple(refused), ("without these constraints nothing can be compared",)
         )
     notes = []
-    taken = [load.name for load in run.mechanism.loads if load.name not in made.built]
+    adopted = [load.name for load in run.mechanism.loads if load.name not in made.built]
     # these act on the bodies as wrenches; for a motion other reasons are given
     drivers = {driver.name for driver in system.drivers}
-    refused = [one for one in refused if one.element not in drivers.union(taken)]
-    if taken:
+    refused = [one for one in refused if one.element not in drivers.union(adopted)]
+    if adopted:
         notes.append(
-            f"{', '.join(map(repr, taken))}: not in MuJoCo, applied as the wrench from mbody"
+            f"{', '.join(map(repr, adopted))}: not in MuJoCo, applied as the wrench from mbody"
         )
     notes += [note for note in made.notes if "angles" in note]
     most = max(FEWEST, int(MOST * min(1.0, (LARGE / len(made.columns)) ** 3)))

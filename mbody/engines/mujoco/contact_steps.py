@@ -140,8 +140,8 @@ class _Geoms:
         if outline.kind == "line":
             # the plane's third axis is its normal, to the left of the line
             normal = -math.sin(outline.direction), math.cos(outline.direction), 0.0
-            far = {"size": "0 0 1", "zaxis": numbers(1.0, *normal)}
-            yield self._geom(place, outline, "plane", outline.points[0], far)
+            plane = {"size": "0 0 1", "zaxis": numbers(1.0, *normal)}
+            yield self._geom(place, outline, "plane", outline.points[0], plane)
             return
         if outline.kind == "segment":
             (ax, ay), (bx, by) = outline.points
@@ -186,8 +186,8 @@ WINDOW = 0.01
 def contact_crosscheck(system: System, run: Solution, engine: str) -> CrosscheckResult:
     """Places at instants, and what every contact does, by steps of several lengths."""
     made = to_mjcf(system, run.take([0]), fix_drivers=True)
-    taken = {load.name for load in run.mechanism.loads if load.name not in made.built}
-    missing = [one for one in made.without if one.element not in taken]
+    adopted = {load.name for load in run.mechanism.loads if load.name not in made.built}
+    missing = [one for one in made.without if one.element not in adopted]
     missing += inexpressible_contacts(system)
     missing += [
         Inexpressible(name, "MuJoCo cannot move bodies without mass or inertia")
@@ -206,11 +206,11 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
             "law makes what strikes obliquely rebound: compared up to the first impact with "
             f"either, at t = {struck[0]:.6g}"
         )
-    if taken:
-        names = ", ".join(map(repr, sorted(taken)))
+    if adopted:
+        names = ", ".join(map(repr, sorted(adopted)))
         notes.append(f"{names}: not in MuJoCo, applied as the wrench from mbody")
     # what begins to slide has too little friction for a time of √(h T): so much velocity is wrong
-    check = StepwiseCheck(run, last, "MuJoCo", order=0.5, near=0.05)
+    check = StepwiseCheck(run, last, "MuJoCo", order=0.5, time_tolerance=0.05)
     rows, unseen, more = check.rows(functools.partial(_motion, made, run, check.times))
     return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
 

@@ -48,13 +48,13 @@ class _ForceTable:
             greatest["force"] = torque / length
         found = []
         for (name, kind), pairs in self.values.items():
-            apart = [float(np.linalg.norm(ours - theirs)) for ours, theirs in pairs]
-            worst = int(np.argmax(apart))
+            differences = [float(np.linalg.norm(ours - theirs)) for ours, theirs in pairs]
+            worst = int(np.argmax(differences))
             ours, theirs = (
                 float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))
                 for part in pairs[worst]
             )
-            difference = apart[worst] / (greatest[kind] or 1.0)
+            difference = differences[worst] / (greatest[kind] or 1.0)
             found.append(Row(name, ours, theirs, difference, expected, reason))
         left, size = (max(part) for part in zip(*self.balance, strict=True))
         # forces and torques are added here, by the model length

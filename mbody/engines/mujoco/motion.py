@@ -56,7 +56,9 @@ class Replay:
         machine = made.system.mechanism
         self.elements = {one.name: one for one in machine}
         self.own = [one for one in machine.loads if one.name in made.built]
-        self.taken = [n for n, one in enumerate(run.mechanism.loads) if one.name not in made.built]
+        self.adopted = [
+            n for n, one in enumerate(run.mechanism.loads) if one.name not in made.built
+        ]
         self.bodies = {name: self.model.body(safe(name)).id for name in made.system.bodies}
         self.step = -1
         without_artificial_masses(made, self.model)
@@ -138,10 +140,10 @@ class Replay:
 
     def reported_loads(self) -> list[PointForce]:
         """Forces of the loads that are not in the file, from the run at this instant."""
-        if not self.taken:
+        if not self.adopted:
             return []
         scale, machine, found = self.made.scale, self.run.mechanism, []
-        parts = each_load_of(self.run, self.step)[self.taken].sum(axis=0)
+        parts = each_load_of(self.run, self.step)[self.adopted].sum(axis=0)
         for body, (fx, fy, torque) in zip(machine.bodies, parts, strict=True):
             place = self.place(body.name, 0.0, 0.0)
             force = scale.force * np.array([fx, fy])
@@ -182,10 +184,10 @@ class Replay:
             mj.mj_jacSite(model, data, None, jacobian, site)
             angular.append(jacobian[2])
         # MuJoCo's row is a part of the difference of the angles, at present half of it
-        apart = angular[0] - angular[1]
+        difference = angular[0] - angular[1]
         row = self.rows()[data.efc_id == n][5]
-        square = float(apart @ apart)
-        share = float(row @ apart) / square if square else 0.0
+        square = float(difference @ difference)
+        share = float(row @ difference) / square if square else 0.0
         return one, other, data.site_xpos[sites[1]][:2].copy(), x[:2], share * float(x[5])
 
     def on_coordinates(self) -> Array:
@@ -340,7 +342,7 @@ class _ReportedLoads:
         self.mj, self.made, self.model, self.data = mujoco, made, model, data
         system = made.system
         loads = system.mechanism.loads
-        self.taken = [n for n, one in enumerate(loads) if one.name not in made.built]
+        self.adopted = [n for n, one in enumerate(loads) if one.name not in made.built]
         self.bodies = [model.body(safe(body.name)).id for body in system.mechanism.bodies]
         self.motion = np.zeros((1, 3 * system.coordinates))
         self.work = system.work()
@@ -349,7 +351,7 @@ class _ReportedLoads:
 
     def apply(self, t: float) -> None:
         """Apply them to the bodies at a time [of the mechanism]."""
-        if not self.taken:
+        if not self.adopted:
             return
         model, data, scale, system = self.model, self.data, self.made.scale, self.made.system
         self.mj.mj_kinematics(model, data)
@@ -366,7 +368,7 @@ class _ReportedLoads:
             v[n, 2] = about[2] @ data.qvel * scale.time
         each_load(system.runtime(), self.work, self.motion, np.array([t]), self.output)
         raise_user_error(system)
-        parts = self.output[0].reshape(-1, len(self.bodies), 3)[self.taken].sum(axis=0)
+        parts = self.output[0].reshape(-1, len(self.bodies), 3)[self.adopted].sum(axis=0)
         for b, (fx, fy, torque) in zip(self.bodies, parts, strict=True):
             force, moment = scale.force * np.array([fx, fy, 0.0]), scale.torque * torque
             data.xfrc_applied[b] = [*force, 0.0, 0.0, moment]
@@ -482,8 +484,8 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
         top = max(float(np.abs(ours[k]).max()) for k in ours if _kind(k) == _kind(key)) or 1.0
         last = float(np.abs(fine - middle).max())
         before = float(np.abs(middle - coarse).max())
-        apart = np.abs(mine - fine)
-        worst = int(apart.argmax())
+        difference = np.abs(mine - fine)
+        worst = int(difference.argmax())
         # at order one, as with soft constraints, the remaining error is at most the last change
         band = 2.0 * max(last, 0.0 if before > last else before) / top
         expected = band + off[key] / top + tol.COMPARISON_ROUNDING
@@ -492,7 +494,7 @@ def _trajectories(made: Exported, run: Solution, notes: list[str]) -> list[Row]:
                 key,
                 float(mine[worst]),
                 float(fine[worst]),
-                float(apart[worst]) / top,
+                float(difference[worst]) / top,
                 expected,
                 reason,
             )

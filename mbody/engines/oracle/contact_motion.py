@@ -37,7 +37,7 @@ from mbody.system.system import System
 # functions take complex coordinates, so that steps give derivatives.
 
 #: A gap that is never closed.
-FAR = 1e9
+NEVER_CLOSED = 1e9
 
 Array = np.ndarray
 
@@ -146,14 +146,14 @@ class OracleContacts:
                 along = dx * ux + dy * uy
                 beyond = np.real(along) < 0.0 or np.real(along) > np.real(whole)
                 if beyond and candidate.radius == 0.0:
-                    return FAR + 0.0 * dx, -uy, ux, cx, cy
+                    return NEVER_CLOSED + 0.0 * dx, -uy, ux, cx, cy
                 if beyond:
                     if np.real(along) > 0.0:
                         dx, dy = cx - ex, cy - ey
-                    far = np.sqrt(dx * dx + dy * dy)
-                    nx, ny = dx / far, dy / far
+                    distance = np.sqrt(dx * dx + dy * dy)
+                    nx, ny = dx / distance, dy / distance
                     return (
-                        far - candidate.radius,
+                        distance - candidate.radius,
                         nx,
                         ny,
                         cx - candidate.radius * nx,
@@ -162,17 +162,17 @@ class OracleContacts:
             nx, ny = -uy, ux
             gap = nx * dx + ny * dy - candidate.radius
             return gap, nx, ny, cx - candidate.radius * nx, cy - candidate.radius * ny
-        far = np.sqrt(dx * dx + dy * dy)
+        distance = np.sqrt(dx * dx + dy * dy)
         if candidate.kind == "circle":
-            nx, ny = dx / far, dy / far
-            gap = far - candidate.radius - candidate.second_size
+            nx, ny = dx / distance, dy / distance
+            gap = distance - candidate.radius - candidate.second_size
             return gap, nx, ny, cx - candidate.radius * nx, cy - candidate.radius * ny
         # within a ring, or on a rope: the normal points back
-        if np.real(far) == 0.0:
+        if np.real(distance) == 0.0:
             return candidate.second_size - candidate.radius + 0.0 * dx, 1.0, 0.0, cx, cy
-        nx, ny = -dx / far, -dy / far
+        nx, ny = -dx / distance, -dy / distance
         return (
-            candidate.second_size - candidate.radius - far,
+            candidate.second_size - candidate.radius - distance,
             nx,
             ny,
             cx - candidate.radius * nx,
@@ -612,14 +612,14 @@ class DenseContactMotion:
         struck: list[str] = []
         for attempt in range(20):
             gaps, rates = self.contacts.gaps(q), self.contacts.rows(q) @ v
-            near = [k for k in range(len(gaps)) if gaps[k] <= tol.ORACLE_GAP_CLOSED * self.size]
+            pressing = [k for k in range(len(gaps)) if gaps[k] <= tol.ORACLE_GAP_CLOSED * self.size]
             fast = self._fast(v)
-            hits = [k for k in near if rates[k] < -tol.ORACLE_VELOCITY_NONE * fast]
+            hits = [k for k in pressing if rates[k] < -tol.ORACLE_VELOCITY_NONE * fast]
             if not hits:
                 break
             struck += [self.contacts.candidates[k].name for k in hits]
-            v = self.strike(t, q, v, near, self._last_flight(q, v, near) or attempt > 10)
-        closed = tuple(k for k in near if rates[k] <= tol.ORACLE_VELOCITY_NONE * fast)
+            v = self.strike(t, q, v, pressing, self._last_flight(q, v, pressing) or attempt > 10)
+        closed = tuple(k for k in pressing if rates[k] <= tol.ORACLE_VELOCITY_NONE * fast)
         modes = self.decide(t, q, v, closed, ended)
         lasting = tuple(k for k, mode in zip(closed, modes, strict=True) if mode != OPEN)
         kept = tuple(mode for mode in modes if mode != OPEN)
@@ -629,11 +629,11 @@ class DenseContactMotion:
         self.events.append(DenseEvent(t, tuple(struck), tuple(every)))
         return q, v, lasting, kept
 
-    def _last_flight(self, q: Array, v: Array, near: Sequence[int]) -> bool:
+    def _last_flight(self, q: Array, v: Array, pressing: Sequence[int]) -> bool:
         """Whether rebounds are so slow that all that follow are one instant."""
         e, rates = self._mu("restitution"), self.contacts.rows(q) @ v
         free = self._freely(0.0, q, v) or 1.0
-        rebound = max((-e[k] * rates[k] for k in near), default=0.0)
+        rebound = max((-e[k] * rates[k] for k in pressing), default=0.0)
         return bool(
             2.0 * rebound / free
             < tol.CONTACT_FLIGHT_SHORTEST_ORACLE * np.sqrt(2.0 * self.size / free)
@@ -746,19 +746,19 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     comparison.size("place", system.length)
     comparison.size("angle", 1.0)
     (q, times), (rough, late) = sharp, coarse
-    apart: dict[str, Array] = {}
+    differences: dict[str, Array] = {}
     for n, body in enumerate(machine.bodies):
         for part, key in enumerate(("x", "y", "angle")):
             kind = "angle" if key == "angle" else "place"
             theirs = q[:, 3 * n + part]
             comparison.add(kind, f"{body.name}.{key}", getattr(run[body.name], key), theirs)
             off = np.abs(rough[:, 3 * n + part] - theirs)
-            apart[kind] = np.maximum(apart.get(kind, 0.0), off)
+            differences[kind] = np.maximum(differences.get(kind, 0.0), off)
     # an error that has come in once may grow and stays
     limits: dict[str, Array | float] = {
         kind: tol.COMPARISON_LEAST_ORACLE
         + tol.COMPARISON_MARGIN_ORACLE * np.maximum.accumulate(off) / comparison.top(kind)
-        for kind, off in apart.items()
+        for kind, off in differences.items()
     }
     for event in run.events:
         if event.contact and event.name not in UNTIMED and event.t > run.t[0]:

@@ -48,10 +48,10 @@ def pull_of_strands(
     times the part of the greatest force on the rim.
     """
     (xi, yi), (xj, yj) = centres
-    apart = math.hypot(xj - xi, yj - yi)
-    ux, uy = (xj - xi) / apart, (yj - yi) / apart
+    distance = math.hypot(xj - xi, yj - yi)
+    ux, uy = (xj - xi) / distance, (yj - yi) / distance
     side = -1.0 if joint.crossed else 1.0
-    lean = math.asin((joint.radius_i - side * joint.radius_j) / apart)
+    lean = math.asin((joint.radius_i - side * joint.radius_j) / distance)
     wrap = math.pi + (2.0 * lean if joint.crossed else -2.0 * abs(lean))
     ratio = math.exp(joint.friction * wrap)
     half = slip_sign * mean * (ratio - 1.0) / (ratio + 1.0)
@@ -213,7 +213,7 @@ class DenseFriction:
         return gx / whole, gy / whole
 
     def _rate(self, joint: Any) -> float:
-        """How fast the surfaces slide, or turn, on each other."""
+        """Speed at which the surfaces slide, or turn, on each other."""
         index = self.reference.index
         if isinstance(joint, Revolute | BandBrake | Clutch | Gear | RackPinion | Rolling):
             i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
@@ -344,10 +344,10 @@ class DenseFriction:
             moment_arm = self._mean_moment_arm(joint)
             mu = joint.friction * self.part
             torque = -slip_sign * mu * size(force) / math.cos(joint.pressure_angle) * moment_arm
-        apart: Any = 0.0
+        separating: Any = 0.0
         if joint.pressure_angle is not None:
-            apart = math.tan(joint.pressure_angle) * size(force)
-        return (apart * ex, apart * ey, torque), said
+            separating = math.tan(joint.pressure_angle) * size(force)
+        return (separating * ex, separating * ey, torque), said
 
     def _power(self, joint: Any, force: Any, torque: Any, pitch: Any, normal: Any) -> Any:
         """Power residual of a gear mesh by the sliding rate: power on the driven side less the
@@ -477,8 +477,10 @@ class DenseFriction:
         found: list[DenseForces] = []
         for z in self._ends(tries):
             whole = max(scale, float(np.abs(z[: self.reference.m]).max(initial=0.0)))
-            apart = (np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found)
-            if all(far > tol.ORACLE_SOLUTIONS_SAME * whole for far in apart):
+            differences = (
+                np.abs(z[: self.reference.m] - other.lam).max(initial=0.0) for other in found
+            )
+            if all(difference > tol.ORACLE_SOLUTIONS_SAME * whole for difference in differences):
                 found.append(self._forces(z))
         return found
 

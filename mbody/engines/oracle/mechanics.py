@@ -369,8 +369,8 @@ class Constraints(Geometry):
             beyond = e.base_radius + e.roller if e.base_radius is not None else 0.0
             if not e.flat:
                 polar = _direction(along, across)
-                apart = np.sqrt(along * along + across * across)
-                return [apart - beyond - law_around(e.profile, sign * polar)]
+                distance = np.sqrt(along * along + across * across)
+                return [distance - beyond - law_around(e.profile, sign * polar)]
             # the distance of the face's line from the centre is the support function of the cam
             face = direction + rotation
             support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
@@ -382,8 +382,8 @@ class Constraints(Geometry):
             first = self._angle(q, e.i.body) + e.i.angle - line
             second = self._angle(q, e.j.body) + e.j.angle - line
             arcs = _nearest(ri * first + rj * second + (ri + rj) * e.phase, ri + rj)
-            apart = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
-            return [arcs] if isinstance(e, Gear) else [apart, arcs]
+            distance = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
+            return [arcs] if isinstance(e, Gear) else [distance, arcs]
         if isinstance(e, Distance):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - e.length(0.0)]
         if isinstance(e, DistanceDriver):
@@ -423,8 +423,8 @@ class Constraints(Geometry):
         (xi, yi), (xj, yj) = self.place(q_all, e.i), self.place(q_all, e.j)
         if isinstance(e, Gear) or (isinstance(e, Rolling) and e.on_radius is not None):
             radius = self.signed_radii(e)[0]
-            apart = math.hypot(xj - xi, yj - yi)
-            return xi + radius * (xj - xi) / apart, yi + radius * (yj - yi) / apart
+            distance = math.hypot(xj - xi, yj - yi)
+            return xi + radius * (xj - xi) / distance, yi + radius * (yj - yi) / distance
         if isinstance(e, CamFollower):
             return self._touched(q_all, e, (xi, yi), (xj, yj))
         if isinstance(e, RackPinion | Rolling):
@@ -514,7 +514,7 @@ class ReferenceMotion(Constraints):
             dtype=int,
         )
 
-    def _changed(
+    def _with_driver_values(
         self, rows: np.ndarray, given: Mapping[str, float] | None, t: float, order: int
     ) -> np.ndarray:
         """Right-hand sides with other driven values (order 0), rates (1) or accelerations (2)."""
@@ -537,28 +537,28 @@ class ReferenceMotion(Constraints):
         q = np.array(q0, dtype=float)
         last = math.inf
         for _ in range(60):
-            phi = -self._changed(-self.phi(q, t), values, t, 0)
+            phi = -self._with_driver_values(-self.phi(q, t), values, t, 0)
             step = np.linalg.lstsq(self.phi_q(q, t), -phi, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
             q += step
             size = float(np.abs(step).max(initial=0.0)) / (1.0 + float(np.abs(q).max(initial=0.0)))
             if size < tol or (size < LOOP_CLOSURE_ORACLE_STALLED and size > 0.5 * last):
                 break
             last = size
-        phi = self._changed(-self.phi(q, t), values, t, 0)
+        phi = self._with_driver_values(-self.phi(q, t), values, t, 0)
         if not np.abs(phi).max(initial=0.0) < LOOP_OPEN_ORACLE * (1.0 + np.abs(q).max(initial=0.0)):
             raise ArithmeticError(f"loops do not close: {np.abs(phi).max():.2e}")
         return q
 
     def velocities(self, q: Any, t: float, rates: Mapping[str, float] | None = None) -> np.ndarray:
         """v (3n,) from Φ_q v = ν; `rates` {driver: rate} overrides the laws' rates."""
-        nu = self._changed(self.nu(q, t), rates, t, 1)
+        nu = self._with_driver_values(self.nu(q, t), rates, t, 1)
         return np.linalg.lstsq(self.phi_q(q, t), nu, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def accelerations(
         self, q: Any, v: Any, t: float, accelerations: Mapping[str, float] | None = None
     ) -> np.ndarray:
         """a (3n,) from Φ_q a = γ; `accelerations` {driver: value} overrides the laws'."""
-        gamma = self._changed(self.gamma(q, v, t), accelerations, t, 2)
+        gamma = self._with_driver_values(self.gamma(q, v, t), accelerations, t, 2)
         return np.linalg.lstsq(self.phi_q(q, t), gamma, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def motion(self, times: Any, q0: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -792,13 +792,13 @@ class Loads(ReferenceMotion):
         return float(along(q)), float(along(q + 1j * COMPLEX_STEP * v).imag / COMPLEX_STEP)
 
     @staticmethod
-    def _charge(load: Any, near: float, far: float, x: float, rate: float) -> float:
-        """Pressure of the chamber whose volume is least with the piston at `near`."""
-        stroke, c = abs(far - near), load.clearance
-        travel = (x - near) / (far - near) * stroke
+    def _charge(load: Any, head: float, crank_end: float, x: float, rate: float) -> float:
+        """Pressure of the chamber whose volume is least with the piston at `head`."""
+        stroke, c = abs(crank_end - head), load.clearance
+        travel = (x - head) / (crank_end - head) * stroke
         if travel <= 0.0 or travel >= stroke:
             return float(load.delivery if travel <= 0.0 else load.suction)
-        grows = rate * (far - near) > 0.0
+        grows = rate * (crank_end - head) > 0.0
         p, full = (load.delivery, c) if grows else (load.suction, c + stroke)
         if load.exponent is None:
             p += load.bulk_modulus * math.log(full / (c + travel))

@@ -75,12 +75,12 @@ class _ClosedCheck:
             for one in (*machine.inputs, *machine.states)
         }
         gaps = contacts.gaps(q)
-        near = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
+        closed = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
         names = [candidate.name for candidate in contacts.candidates]
         count, W, rates = len(names), contacts.rows(q), np.real(contacts.rates(q, v))
         rolls = {one.name: one.rolls for one in self.closed}
         velocity_scale, columns, owners = float(np.abs(v).max(initial=0.0)), [], []
-        for n in np.flatnonzero(near).tolist():
+        for n in np.flatnonzero(closed).tolist():
             slides = (
                 abs(rates[count + n]) > tol.RATE_NONE_FRICTION * velocity_scale
                 and not rolls[names[n]]
@@ -152,13 +152,13 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     own = assemble(system.mechanism).values
     # the histories of inputs and auxiliary states are read from the result
     free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
-    changed = [
+    differing = [
         name
         for name, value in own.items()
         if name.partition(".")[0] not in free and np.any(value != system.values[name])
     ]
-    if changed:
-        why = f"it reads the description, but the system has another {changed[0]}"
+    if differing:
+        why = f"it reads the description, but the system has another {differing[0]}"
         return CrosscheckResult("oracle", (), (Inexpressible("model", why),))
     try:
         if run.mechanism.contacts and run.analysis == "simulate":
@@ -238,9 +238,9 @@ class _OracleCheck:
         # what others follow is a formula, which the oracle reads by itself
         timed = [one.name for one in self.system.drivers if not follows_formula(one)]
         given = [{name: float(run.driven(name)[order][k]) for name in timed} for order in range(3)]
-        near = self._state(("x", "y", "angle"), k)
+        guess = self._state(("x", "y", "angle"), k)
         try:
-            q = oracle.close(near, t, given[0])
+            q = oracle.close(guess, t, given[0])
         except ArithmeticError:
             return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
         rows = oracle.phi_q(q, t) * self.unit

@@ -100,9 +100,9 @@ class _PinocchioCheck:
         self._forces(found, good)
         if self.run.analysis != "statics":
             self._forward(good, found)
-        taken = self.inverse.taken
-        if taken:
-            self.notes.append(f"taken from our result as forces: {listed(taken)}")
+        adopted = self.inverse.adopted
+        if adopted:
+            self.notes.append(f"taken from our result as forces: {listed(adopted)}")
         rows = self.comparison.rows(self.expected, self.reasons)
         engine = f"pinocchio {version('pin')}"
         return CrosscheckResult(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
@@ -226,7 +226,7 @@ class _PinocchioCheck:
     def _path(self, forward: Forward, found: list[tuple[Instant, Forces]]) -> None:
         """Compare the motion over time, from the first instant on."""
         inverse, run, comparison = self.inverse, self.run, self.comparison
-        alien = [element.name for element in inverse.others] + inverse.taken
+        alien = [element.name for element in inverse.others] + inverse.adopted
         if alien:
             why = f"forces of {listed(alien)} are known only along our motion"
             self.missing.append(Inexpressible("motion over time", why))

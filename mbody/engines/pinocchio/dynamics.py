@@ -240,7 +240,7 @@ class Instant:
         return np.array([fx, fy, torque + ax * fy - ay * fx])
 
 
-def taken_from_run(system: System) -> tuple[list[str], CentrifugalField | None]:
+def adopted_loads(system: System) -> tuple[list[str], CentrifugalField | None]:
     """Names of loads whose forces are taken from our result, and the load that rotates the
     plane.
     """
@@ -297,7 +297,7 @@ class Inverse:
 
     def __init__(self, system: System, tree: Tree, run: Solution) -> None:
         self.system, self.tree, self.run = system, tree, run
-        self.taken, self.spin = taken_from_run(system)
+        self.adopted, self.spin = adopted_loads(system)
         self.twin = PinocchioModel(system, tree, self.spin)
         self.loop_joints = [j for j in (*tree.cuts, *tree.others) if isinstance(j, CUT_JOINTS)]
         self.others = [e for e in tree.others if not isinstance(e, CUT_JOINTS)]
@@ -328,10 +328,10 @@ class Inverse:
     def acting(self, now: Instant, k: int) -> dict[str, Array]:
         """Wrenches of loads, and of joints from our result, about the mass centres by body."""
         found = self.native(now, float(self.run.t[k]))
-        if self.taken:
+        if self.adopted:
             whole = each_load_of(self.run, k)
             for n, load in enumerate(self.system.mechanism.loads):
-                if load.name in self.taken:
+                if load.name in self.adopted:
                     for name, b in self.system.bodies.items():
                         if name != "ground":
                             found[name] += whole[n, b]
@@ -426,11 +426,11 @@ class Inverse:
 
     def _gap(self, name: str, rows: list[ConstraintRow]) -> Array:
         """The gap of a cut joint: the greatest of its rows, lengths by the model length."""
-        apart = reading(self.system).values.get(f"{name}.length", 0.0)
+        length = reading(self.system).values.get(f"{name}.length", 0.0)
         worst = np.zeros(3)
         for row in rows:
             unit = 1.0 if row.torque else self.system.length
-            parts = np.array([row.value - apart, row.rate, row.change]) / unit
+            parts = np.array([row.value - length, row.rate, row.change]) / unit
             worst = np.where(np.abs(parts) > np.abs(worst), parts, worst)
         return worst
 
@@ -665,19 +665,19 @@ def integrate(forward: Forward, conditions: Array) -> IntegratedMotion:
         why = f"'{run.events[0].name}' is hit there"
     steps = _Steps(forward)
     found = steps.along(run.t[:count], tol.RTOL_COMPARISON, 0.0)
-    beside = _Steps(forward).along(
+    coarse = _Steps(forward).along(
         run.t[: len(found)], tol.RTOL_COMPARISON_ROUGH, tol.COMPARISON_FORCES_INCREASE
     )
     if len(found) < count:
         why = "it takes too long"
-    found = found[: len(beside)]
+    found = found[: len(coarse)]
     unit = forward.scale[forward.twin.columns]
-    apart = (
-        np.abs((beside[: len(found)] - found) / unit).max(axis=1, initial=0.0)
+    difference = (
+        np.abs((coarse[: len(found)] - found) / unit).max(axis=1, initial=0.0)
         / tol.COMPARISON_FORCES_INCREASE
     )
     gap = max((steps.gap(q) for q in found[-1:]), default=0.0)
-    growth = np.maximum.accumulate(apart)
+    growth = np.maximum.accumulate(difference)
     last = int(np.searchsorted(growth, tol.COMPARISON_AMPLIFICATION))
     if last < len(found):
         why = "from there on the smallest error changes the motion"
@@ -765,8 +765,8 @@ class _Steps:
         instant: Instant = self.forward.now(q, np.zeros_like(q), 0.0)
         worst = 0.0
         for joint in self.inverse.loop_joints:
-            apart = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
+            length = float(reading(self.system).values.get(f"{joint.name}.length", 0.0))
             for row in constraint_rows(self.system, joint, instant.bodies):
                 unit = 1.0 if row.torque else self.system.length
-                worst = max(worst, abs(row.value - apart) / unit)
+                worst = max(worst, abs(row.value - length) / unit)
         return worst

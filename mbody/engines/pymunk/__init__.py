@@ -229,10 +229,10 @@ def _rows(
             unseen_ones.append(Inexpressible(one.name, why))
             continue
         worst = int(np.argmax(np.where(unseen, -1.0, difference / expected)))
-        ours, theirs, far, may = (
+        ours, theirs, gap, may = (
             float(part[worst]) for part in (one.ours, one.theirs, difference, expected)
         )
-        rows.append(Row(one.name, ours, theirs, far, may, reason))
+        rows.append(Row(one.name, ours, theirs, gap, may, reason))
     return _Compared(rows, unseen_ones, int(blind.sum()))
 
 

@@ -123,8 +123,11 @@ class TouchingShapes:
                 math.sin(outline.direction),
             )
             x, y = x + THICK * size * s, y - THICK * size * c
-            far = LINE_HALF_LENGTH * size
-            ends = (x - far * c, y - far * s), (x + far * c, y + far * s)
+            half_length = LINE_HALF_LENGTH * size
+            ends = (
+                (x - half_length * c, y - half_length * s),
+                (x + half_length * c, y + half_length * s),
+            )
             return native.Segment(body, *ends, THICK * size)
         (ax, ay), (bx, by) = outline.points
         length = math.hypot(bx - ax, by - ay)
@@ -210,7 +213,7 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
     if trial.over:
         names = listed([system.mechanism.loads[n].name for n in trial.over])
         notes.append(f"applied with the values from mbody, not checked: {names}")
-    check = StepwiseCheck(run, last, "pymunk", order=1.0, near=0.01)
+    check = StepwiseCheck(run, last, "pymunk", order=1.0, time_tolerance=0.01)
     iterations = WITH_JOINTS if trial.parts else ITERATIONS
     few = int(FEWER * iterations)
     rows, unseen, more = check.rows(
@@ -325,9 +328,9 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         found, seen = trial.go(instants)
         n = system.coordinates
         places = [values[-1, :n] for values in seen]
-        apart = float(np.abs(places[2] - places[1]).max()) / min(system.length, 1.0)
+        difference = float(np.abs(places[2] - places[1]).max()) / min(system.length, 1.0)
         seen_order = order(places)
-        regular = apart < tol.COMPARISON_ROUNDING or REGULAR[0] <= seen_order <= REGULAR[1]
+        regular = difference < tol.COMPARISON_ROUNDING or REGULAR[0] <= seen_order <= REGULAR[1]
         if regular or len(instants) == 1:
             break
         end = 0.5 * (float(run.t[instants[-1]]) + float(run.t[0]))
@@ -345,7 +348,7 @@ def trajectory(system: System, run: Solution) -> Trajectory | None:
         instants,
         value,
         spread,
-        order=float("nan") if apart < tol.COMPARISON_ROUNDING else seen_order,
+        order=float("nan") if difference < tol.COMPARISON_ROUNDING else seen_order,
         horizon=float(run.t[instants[-1]] - run.t[0]),
         step=trial.longest,
         shortened=shortened,

@@ -101,7 +101,7 @@ class ImpulseConstraint:
         return columns
 
     def _points(self, pose: Array) -> tuple[Array, Array]:
-        """Where the impulse acts on i and on j."""
+        """Points of action of the impulse, on i and on j."""
         on_i, on_j = place(pose, self.i, self.position_i), place(pose, self.j, self.position_j)
         if self.kind == "slot":
             normal = self.units(pose)[0, :2]

@@ -66,7 +66,7 @@ def columns(name: str, folder: Path | None) -> tuple[list[float | str], list[flo
     """The first two columns of a CSV file beside the model file, (rows,) each: numbers, as text
     with the unit where the heading of a column has one, as "angle [deg]".
     """
-    path, what = beside(name, folder), f"the table {brief(name)}"
+    path, what = path_in_folder(name, folder), f"the table {brief(name)}"
     x, y = array("d"), array("d")
     try:
         with path.open("rb") as stream:
@@ -133,7 +133,7 @@ def _numbers(row: list[str]) -> bool:
     return len(first) == 2 and all(_is_number(c) and math.isfinite(float(c)) for c in first)
 
 
-def beside(name: str, folder: Path | None) -> Path:
+def path_in_folder(name: str, folder: Path | None) -> Path:
     """The path of a file that a model names, which must lie in or below the model's folder."""
     if folder is None:
         raise ModelError(f"{brief(name)} cannot be read: a model from text has no folder beside it")

@@ -13,7 +13,7 @@ from mbody.laws import MeasuredFormula
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import State, measured_names
 from mbody.quantities import VARIABLES, Formula, FormulaError, Scope, evaluate
-from mbody.quantities.evaluate import APART, Valued, has_units
+from mbody.quantities.evaluate import PLAIN_FUNCTIONS, Valued, has_units
 from mbody.quantities.tree import Call, walk
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, UnitSystem, unit_system
 
@@ -142,15 +142,15 @@ class _Converter(Writer):
         return self.text(formula)
 
     def changes(self, formula: Formula) -> bool:
-        """Whether a function of `APART` in it takes the variable as a plain number in a unit that
-        is another now.
+        """Whether a function of `PLAIN_FUNCTIONS` in it takes the variable as a plain number in a
+        unit that is another now.
         """
         argument = formula.argument or DIMENSIONS["time"]
         if self.mechanism.units.unit(argument).ratio == self.units.unit(argument).ratio:
             return False
         return any(
             isinstance(part, Call)
-            and part.function in APART
+            and part.function in PLAIN_FUNCTIONS
             and not has_units(part.arguments[0], self.scope)
             and part.names & {*VARIABLES}
             for part in walk(formula.tree)

@@ -424,10 +424,12 @@ def _unknown(key: Any, known: list[str], table: Any) -> str:
     first = next((kind for kind in kinds if kind in given and kind != key), None)
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
-    meant = OTHER_WORDS.get(str(key).lower(), "")
+    intended = OTHER_WORDS.get(str(key).lower(), "")
     close = difflib.get_close_matches(str(key)[:100], known, 1)
-    if meant in known or close:
-        return f"there is no such key, did you mean '{meant if meant in known else close[0]}'?"
+    if intended in known or close:
+        return (
+            f"there is no such key, did you mean '{intended if intended in known else close[0]}'?"
+        )
     # the tables of a file are what somebody looks for who has another word for one
     left = sorted((w for w in known if w not in given), key=lambda word: word not in TABLES)
     return f"there is no such key (there are: {', '.join(left[:MOST])})"

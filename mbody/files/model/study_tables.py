@@ -150,7 +150,7 @@ def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
 
 
 def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
-    """Where the search of an unknown begins, its bounds and its unit."""
+    """Start of the search of an unknown, its bounds and its unit."""
     from mbody.model.numbers import resolve_number
 
     dimension = resolve_number(writer.mechanism, unknown.name)[1] or NUMBER

@@ -119,12 +119,12 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
     # the order of entries is kept: from the first that is long on, all are sections
     keys = list(table)
     first = next((n for n, key in enumerate(keys) if key in long), len(keys))
-    apart = [key for key in keys[first:] if isinstance(table[key], dict)]
-    sections = set(apart)
+    nested = [key for key in keys[first:] if isinstance(table[key], dict)]
+    sections = set(nested)
     own = {key: value for key, value in table.items() if key not in sections}
     if own or not table:
         yield [f"[{name}]", *_pairs(own)]
-    for key in apart:
+    for key in nested:
         yield [f"[{name}.{_key(key)}]", *_pairs(table[key])]
 
 
@@ -413,12 +413,12 @@ class Writer:
             if section == "contacts":
                 elements = (*elements, *machine.groups)
             # the section of gravity is the last of the loads
-            apart = next((e for e in elements[-1:] if _is_gravity(e)), None)
-            table = {e.name: self.element(e) for e in elements if e is not apart}
+            gravity = next((e for e in elements[-1:] if _is_gravity(e)), None)
+            table = {e.name: self.element(e) for e in elements if e is not gravity}
             if table:
                 data[section] = table
-            if apart is not None:
-                data["gravity"] = self.gravity(apart)
+            if gravity is not None:
+                data["gravity"] = self.gravity(gravity)
         data |= questions(self)
         tasks = task_tables(self)
         data |= {"optimize": tasks} if tasks else {}
