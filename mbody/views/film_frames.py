@@ -423,7 +423,9 @@ def _spots(anchor: Array, outward: Array, rotates: bool, gap: float, half: Array
                 gap + extra + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
             )
             x, y = anchor + distance * u
-            found.append((float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (extra > 0.0)))
+            found.append(
+                (float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (extra > 0.0))
+            )
     return np.array(found)
 
 

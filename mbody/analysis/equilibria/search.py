@@ -165,7 +165,9 @@ class EquilibriumSearch:
         cover = Cover(self.manifold, here, frame)
         roots = surface_roots(cover, self._polished)
         before = len(self.found)
-        for place in sorted(roots.equilibria, key=lambda one: self.manifold.distance(one.q, here.q)):
+        for place in sorted(
+            roots.equilibria, key=lambda one: self.manifold.distance(one.q, here.q)
+        ):
             self._keep(place)
         self.jumps += roots.jumps
         self.unsure += roots.unsure
