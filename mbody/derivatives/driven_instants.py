@@ -165,7 +165,6 @@ class DrivenInstants:
 
 
 # -- Equilibria in dual numbers, by the implicit function theorem ------------------------------
-#
 # A driver is put on the leader of every free motion; in equilibrium the efforts e of these drivers
 # vanish. Statics of the driven mechanism in dual numbers has ∂e/∂p by the numbers and, by the
 # values ξ of the drivers, the stiffness ∂e/∂ξ, so that

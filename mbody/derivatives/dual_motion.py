@@ -83,7 +83,6 @@ class Tangents:
 class DualInstant:
     """One instant in dual numbers.
 
-    `t`: float
     `y`, `derivative`: The state, projected on the constraints, and its derivative.
     `record`: As of `mbody.kernels.motion_duals.keep_duals`.
     `value`, `rate`: Of the rows of the active set: Φ and its rate.
@@ -299,7 +298,6 @@ def _concatenated(parts: Sequence[DualNumber]) -> DualNumber:
 
 
 # -- Guards of contact modes in dual numbers ---------------------------------------------------
-#
 # The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one instant.
 
 
@@ -557,9 +555,7 @@ class ChangeTimes:
                 self.events.append(EventTime(one.name, one.contact, one.t, row))
 
     def _measured(self, name: str, now: DualInstant, part: int) -> Any:
-        """Value of an event's measure at an instant; for part 1, without tangents of the
-        parameters.
-        """
+        """Value of an event's measure at an instant; for part 1, without tangents of parameters."""
         instant, n = now.record, self.motion.system.coordinates
         width = instant.tangents.shape[-1]
         record = DualRecord(instant.value[None], instant.tangents[None], self.motion.first_load, n)
@@ -574,7 +570,6 @@ class ChangeTimes:
 
 
 # -- Velocities after an impact with their derivatives -----------------------------------------
-#
 # An impact solves problems of complementarity; which of their unknowns are not zero is known from
 # the motion, and with that it is a chain of linear systems. They are solved once more for every
 # direction with its tangents as tiny imaginary parts (complex step), which loses no figure.

@@ -25,7 +25,6 @@ class EventTime:
     """When something happens in a motion, with derivatives.
 
     `name`, `contact`: As of `EventRecord`.
-    `t`: float
     `row` (numbers,): NaN where there is none.
     """
 
@@ -131,7 +130,6 @@ def _dual_solution(run: Solution, system: System, record: DualRecord) -> DualSol
 
 
 # -- Workspaces of the kernels for instants in dual numbers ------------------------------------
-#
 # Tables of bundles take as long to make as an instant takes to compute: searches, which compute one
 # instant of each of many designs, keep them.
 
@@ -154,8 +152,6 @@ class DualWorkspace:
     """A workspace, the instants that are computed in it, and what is found.
 
     `work`: Of dual numbers.
-    `instants`: DualInstants
-    `found`: DualOutput
     `first_load`: Row of the first load: after the record, the time and three signals of each
       driver.
     """

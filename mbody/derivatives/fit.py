@@ -81,7 +81,6 @@ class Identified:
       not.
     `open` (unknowns,): Which take part in a direction that is not determined.
     `pivots`: Unknowns that leave nothing open if they are held, one of each direction.
-    `undetermined`: tuple of OpenDirection
     `terms`: Combinations that are determined, of those that take part.
     """
 
@@ -302,7 +301,6 @@ class BestNumbers:
     `numbers` (unknowns,): Values, then offsets.
     `sigma` (columns,): Deviations of the columns by which residuals are divided.
     `known`: What the data determine, by the derivatives there.
-    `settled`: bool
     """
 
     numbers: Array

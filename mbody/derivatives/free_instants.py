@@ -59,11 +59,9 @@ PLACES = (("x", 0.0), ("y", 0.5 * math.pi), ("angle", 0.0))
 class FirstState:
     """The start of a motion.
 
-    `t`: float
     `y` (numbers,): Coordinates, rates, auxiliary states.
     `tangents` (numbers, names)
     `accelerations` (coordinates,): For sizes alone.
-    `settings`: IntegrationSettings
     """
 
     t: float
@@ -275,7 +273,6 @@ def _start_tangents(system: System, names: Sequence[str]) -> dict[str, np.ndarra
 
 
 # -- Derivatives along a motion: variational equations, and saltation matrices at changes ------
-#
 # A change comes where a guard g(y, p, t) is zero, at a time that depends on the numbers: with the
 # tangents S⁻ of the state at a held time and the derivatives f⁻ before and f⁺ after it,
 #
@@ -702,7 +699,6 @@ def spread(values: dict[str, Any], own: list[str], names: list[str]) -> dict[str
 
 
 # -- Motions in which drivers are released, in dual numbers: one part after the other ----------
-#
 # A driver is released at a set time. Position and rates go on, with their derivatives; from then on
 # the system has a freedom more, and the state that the driver has led to is the first one of a free
 # motion. Instants at that time belong to the part after it.

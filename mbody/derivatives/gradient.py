@@ -126,7 +126,6 @@ def per(unit: str, by: str) -> str:
 
 
 # -- Derivatives of a motion beside differences, where what jumps on the way cannot be seen ----
-#
 # Users' functions, valves and pressures by tables may jump anywhere. Along one direction in all the
 # numbers the derivatives are compared with differences of motions at four places.
 
@@ -212,7 +211,6 @@ def _measured(
 
 
 # -- Derivatives of small vibrations: frequencies, damping, shapes, stiffnesses ----------------
-#
 # A root s of (s² M + s C + K) u = 0 with the left vector w, wᵀ (s² M + s C + K) = 0, has
 #
 #     ds/dp = −wᵀ (s² M′ + s C′ + K′) u / (wᵀ (2 s M + C) u),
@@ -811,13 +809,10 @@ def _without(
 class Sensitivity(Inherited):
     """Derivatives of one measured quantity, those of most weight first.
 
-    `measure`, `unit`: str
-    `value`: float
     `by`: By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
       where the number or the quantity is zero.
     `numbers`: The present values of the numbers.
     `at`: Time of the instant that was taken; None where all count.
-    `time_unit`: str
     `status`, `doubts`, `notes`: Of the result, and where there is no derivative.
     """
 
@@ -862,8 +857,6 @@ def sensitivity(
 ) -> Sensitivity:
     """The table of one measured quantity of a result; see `Solution.sensitivity`.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
     >>> found = run.sensitivity("A.force", ["crank.A.x", "coupler.weight"])

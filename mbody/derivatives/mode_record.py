@@ -30,7 +30,6 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
 # -- Jumps of formulas along a motion: zeros of the arguments of `sign` and `step` -------------
-#
 # Between two jumps each such function is held at the side on which its argument is, so that the
 # motion is smooth there; where an argument is zero the derivatives change as at every change of
 # modes (`mbody.derivatives.dual_walk`). Corners, of `abs`, `min` and `max`, leave forces as they
@@ -264,7 +263,6 @@ class ModeStretch:
     `modes`, `pairs`: Of contact points and of frictional joints.
     `groups`: Contact points that stick by the row of one of them, by that one.
     `inputs`: Inputs that keep their values.
-    `end`: float
     `guard`: What is zero at the end; None of a set time and of the end of the motion.
     `also`: Others that are zero at the end.
     `lost`: Why there are no derivatives from here on; empty where there are.

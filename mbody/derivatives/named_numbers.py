@@ -136,7 +136,6 @@ def unit_of(mechanism: Mechanism, name: str) -> str:
 
 
 # -- Derivatives of the numbers that kernels take by the numbers of a description --------------
-#
 # What makes the ones of the others is plain Python, as each element has it. It is recorded once for
 # a topology as a list of operations (`mbody.image.changeable`), which is repeated in dual numbers
 # for every set of numbers. Where that cannot be, as of numbers that an element looks at, the same

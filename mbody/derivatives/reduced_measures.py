@@ -209,7 +209,6 @@ def _tied(
 
 
 # -- A measure as a list of operations on what dual kernels keep of an instant -----------------
-#
 # The formula of a measure is evaluated once on traced numbers (`mbody.solution.tracing`); the list
 # of operations is then repeated in dual numbers, in microseconds instead of a tenth of a
 # millisecond.

@@ -32,7 +32,6 @@ from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import Solution
 
 # -- Functions of controllers with derivatives, by the samples of one motion -------------------
-#
 # A function of the user's is called with dual numbers, so that what it computes, and what it
 # remembers, has exact derivatives. Where it takes plain numbers only, as `math.sin` and NumPy's
 # arrays of floats do, copies of it follow the same samples for numbers a little greater and

@@ -53,8 +53,6 @@ def cam_contour(
     of ψ = 0; the contour is inside it by the radius of the roller, along the normal. Under a flat
     face it is the envelope of the lines of the face, h e(χ) ∓ h′ e(χ + π/2).
 
-    Examples
-    --------
     >>> import mbody
     >>> system = mbody.assemble(mbody.gallery.load("cam_follower"))
     >>> cam = system.mechanism["contact"]
@@ -82,8 +80,6 @@ def cam_curvature(
     """Radii of curvature (n,) of the pitch curve and of the contour [length], negative where they
     are hollow and infinite where they are straight; both those of the contour under a flat face.
 
-    Examples
-    --------
     >>> import mbody
     >>> system = mbody.assemble(mbody.gallery.load("cam_follower"))
     >>> cam_curvature(system.mechanism["contact"], system.numbers, np.zeros(1))
@@ -530,8 +526,6 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     """The path of a follower on a guide or an arm of the ground, about a cam with a fixed centre
     that turns at all instants; None for others.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.gallery.load("cam_follower"), turn=True)
     >>> path = follower_path(run, run.mechanism["contact"])

@@ -413,7 +413,6 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
 
 
 # -- Lines of Aronhold and Kennedy -------------------------------------------------------------
-#
 # The three centres of three bodies are on one line. From the centres that joints show (pins,
 # guides, pitch points of gears) every other one is where two such lines meet, if the mechanism can
 # be solved by lines alone.
@@ -450,8 +449,6 @@ def kennedy_lines(
 ) -> tuple[KennedyLine, ...]:
     """Two lines for every centre that follows from those before it, in the order of construction.
 
-    Examples
-    --------
     >>> import mbody
     >>> from mbody.engineering import instant_centres
     >>> run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), [0.0])

@@ -106,7 +106,6 @@ class Bar:
     `along`: Its points.
     `x`, `y`: Its beginning [length].
     `cos`, `sin`: Its direction.
-    `length`: float
     """
 
     along: tuple[str, str]
@@ -132,7 +131,6 @@ class Bar:
 class BarForces:
     """The forces on a bar but for its weight and inertia: arrays (instants, forces).
 
-    `causes`: tuple of str
     `place`: Along the bar, where they act or where the rigid arm to them begins [length].
     `axial`, `across`: Forces along and across the bar.
     `couple`: About that place of the bar.

@@ -21,7 +21,6 @@ from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
 # -- The motion of bodies and points in the axes of a body: places, velocities and accelerations
-#
 # Places are complex numbers in the axes of that body, from its mass centre.
 
 Array = np.ndarray
@@ -63,8 +62,6 @@ def at_unit_speed(run: Solution) -> Solution:
     """The instants of a run whose only driver is at rest, at unit speed of that driver; the run
     itself where it has several drivers or none.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=0.0), [0.0])
     >>> float(at_unit_speed(run)["crank"].omega[0])
@@ -84,8 +81,6 @@ def motion_that_begins(run: Solution) -> Array:
     """At which instants (instants,) nothing moves yet and something accelerates: a release from
     rest. Velocities are then a t, in proportion to the accelerations a.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.simulate(mbody.gallery.load("double_pendulum"), times=[0.0, 0.1])
     >>> print(motion_that_begins(run))
@@ -119,8 +114,6 @@ def _accelerates(run: Solution, k: int) -> bool:
 def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
     """(x, y, angle) of the link axes of every body at one instant of one design: a guess.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), [0.0])
     >>> print(*np.round(pose_at(run, 0)["crank"], 6))

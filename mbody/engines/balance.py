@@ -51,7 +51,6 @@ def without_pressing_stops(run: Solution) -> tuple[Solution, list[str]]:
 
 
 # -- Constraints of gears, racks, wheels, cams and couplings, checked by the motion ------------
-#
 # The constraints are differentiated by hand: the rate and the acceleration of each must vanish for
 # the histories of a result and the numbers of the description. Δ goes from the place on i to that
 # on j.
@@ -387,9 +386,7 @@ def _laws(system: System, run: Solution, comparison: Comparison) -> None:
 
 
 def _meshing(system: System, run: Solution, comparison: Comparison) -> None:
-    """Rate and acceleration of the constraints of gears, racks, wheels, cams, couplings: both
-    are 0.
-    """
+    """Rate and acceleration of constraints of gears, racks, wheels, cams, couplings: both are 0."""
     if run.analysis == "statics":
         return
     machine = system.mechanism

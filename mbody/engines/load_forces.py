@@ -48,7 +48,6 @@ from mbody.system.system import System
 class Outline:
     """A shape on a body.
 
-    `body`: str
     `kind`: "line", "segment", "polygon", "disc" or "ring"; points are discs without radius.
     `points`: From the mass centre, link axes [length].
     `radius`: Of discs and rings [length].

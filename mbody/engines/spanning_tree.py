@@ -244,7 +244,6 @@ def _point_motion(
 
 
 # -- Constraint rows of cut joints and drivers, by the kinematics of another engine ------------
-#
 # A row constrains n·d, with n fixed in body i or along d, or an angle. Its force n on j acts at the
 # place on j, the opposite on i at the same place. The Jacobian is the generalised force of n. With
 # p the place on j, and of body i the point that is there:  Φ̇ = n·v_rel,  Φ̈ = n·(a_rel − 2 ω_i ×
@@ -263,7 +262,6 @@ class ConstraintRow:
     `i`, `j`: The bodies.
     `place` (2,)
     `force` (2,): On j at the place, of a unit multiplier.
-    `torque`: float
     `value`, `rate`, `change`: The constrained quantity and its derivatives.
     `jacobian` (n,)
     """

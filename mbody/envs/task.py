@@ -45,7 +45,6 @@ class Variable:
 class Task:
     """Description of an environment.
 
-    `system`: System
     `actions`, `observations`, `ranges`: Inputs that are set; what is measured; what begins at
       random within its bounds.
     `reward`: Measures with their weights.
@@ -217,7 +216,6 @@ def _end(machine: Mechanism, text: Any) -> str:
 class Episodes:
     """Episodes of a task, many side by side.
 
-    `sims`: Simulators
     `rewards` (n,)
     `ended`, `truncated` (n,): After the last step.
     """

@@ -48,7 +48,6 @@ class Contour:
 class PartOutline:
     """A link alone, in its own axes [length].
 
-    `name`: str
     `holes`, `circles`: Holes for pins; pitch circles and rollers, which are no edges.
     `contours`: Its edges.
     `lines`: Directions of guides and slots.

@@ -40,7 +40,6 @@ class Imported:
 
 
 # -- A linkage as it is drawn: links and joints in the axes of the ground, at one position -----
-#
 # Programs that draw linkages keep no link axes: their files have joints at places of the drawing.
 # Here every link has the axes of the ground at that position, so that all angles count from the
 # drawing and the loops are closed as they are drawn.

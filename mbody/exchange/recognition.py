@@ -19,7 +19,6 @@ from mbody.files.model.read import text_of
 from mbody.quantities.units import unit_system
 
 # -- ASMT, the assemblies of FreeCAD and Ondsel: recognised, and refused with what they hold ---
-#
 # The format has no published description beside its parser, and its bodies are spatial.
 
 _HEAD = re.compile(r"\s*(freeCAD|OndselSolver|Assembly)\b.*(\n|$)")

@@ -19,7 +19,6 @@ from typing import IO, Any
 import numpy as np
 
 # -- Seals: digests that a file carries of all its bytes, so that what was changed is never read
-#
 # The seal of a file is the SHA-256 of what it belongs to and of every byte of it but the seal
 # itself. What was cut, changed, or copied to where it does not belong does not fit its seal.
 

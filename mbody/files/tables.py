@@ -168,8 +168,6 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     limits of their effort where joints rest. Where forces are not determined, each joint, coupling
     and driver has a column ``"A.unique"``, 1 or 0.
 
-    Examples
-    --------
     >>> import mbody
     >>> table = columns(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
     >>> list(table)[:4]
@@ -295,8 +293,6 @@ def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
 def dataframe(solution: Solution) -> Any:
     """The columns as a pandas DataFrame, a row an instant.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> dataframe(run).shape
@@ -345,8 +341,6 @@ def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "ra
 
     Every number is written with as many digits as bring back the same number.
 
-    Examples
-    --------
     >>> import mbody, pathlib, tempfile
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
     >>> with tempfile.TemporaryDirectory() as folder:

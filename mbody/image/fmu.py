@@ -197,7 +197,6 @@ class UnitFacts:
     `digest`, `tool`: SHA-256 of the image; what has made it.
     `first`, `last`, `step`: Times [s] of the motion of the description, and how far its instants
       are apart.
-    `tolerance`: float
     """
 
     name: str
@@ -461,8 +460,6 @@ def to_fmu(
 ) -> ModelFmu:
     """The free motion of a mechanism as a unit of co-simulation, which runs without Python.
 
-    Examples
-    --------
     >>> from mbody import gallery
     >>> made = to_fmu(gallery.load("simple_pendulum"), "3.0", binaries={})
     >>> [one.name for one in made.variables if one.kind == "parameter"][:2]

@@ -74,7 +74,6 @@ class SiUnit:
 
     `name`: Such as "N.m"; empty of a plain number.
     `factor`: The other unit in this one.
-    `dimension`: Dimension
     """
 
     name: str
@@ -284,7 +283,6 @@ def checksum(words: np.ndarray) -> np.uint64:
 
 
 # -- Measured quantities of an instant, as a program on its record -----------------------------
-#
 # The histories of a result are computed by mbody's own functions (`mbody.solution`), from a record
 # of one instant whose numbers are traced. Drivers' motions are those of the bodies, and loads those
 # of their formulas: neither is among what the kernels keep.

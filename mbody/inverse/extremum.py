@@ -16,7 +16,6 @@ from mbody.optimization.aims_and_limits import AimRows
 from mbody.optimization.nonlinear_program import Program
 
 # -- The greatest value of a function of one unknown, over the whole range that it may take ----
-#
 # The function and the side conditions are sampled along the range, finer where a cubic through the
 # neighbours does not foretell them and checked at places between; zeros of side conditions, edges
 # of what can be analysed and summits between samples are then found to rounding.
@@ -46,8 +45,6 @@ CLOSED, OPEN, ENDLESS = "closed", "open", "endless"
 class Best:
     """The place of the greatest value.
 
-    `x`: float
-    `value`: float
     `end`: `CLOSED` where it is taken; `OPEN` where it is only come near to, at the edge of what can
       be analysed; `ENDLESS` where values grow without bound towards that edge.
     `outer`: −1 or 1 where it is the lower or the upper end of the range; else 0.
@@ -525,7 +522,6 @@ def _gaps(profile: Profile, space: _Range) -> tuple[tuple[float, float], ...]:
 
 
 # -- The greatest value of several unknowns: climbs from many starts, checked by samples -------
-#
 # A climb is a search of `optimize`: sequential quadratic programming with exact derivatives, ended
 # by linear steps. Its end is a local greatest value; that it is the greatest of all is not proved,
 # and in doubt where climbs end at different values, or a sample is better than all.

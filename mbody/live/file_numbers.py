@@ -69,8 +69,6 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
     Every number of the file is changed by a random part, twice; a number of the mechanism whose two
     changes have the ratio of those of one in the file comes from it.
 
-    Examples
-    --------
     >>> from mbody import gallery
     >>> found = file_numbers(gallery.load("norton_fourbar"), ["coupler.weight", "crank.cg.angle"])
     >>> [(one.value, one.unit, list(one.factors)) for one in found.numbers]
@@ -176,10 +174,7 @@ def _allowed(tree: Any, places: list[Path], variants: list[dict[Path, float]]) -
         if len(places) < 2:
             return []
         half = len(places) // 2
-        return [
-            *_allowed(tree, places[:half], variants),
-            *_allowed(tree, places[half:], variants),
-        ]
+        return [*_allowed(tree, places[:half], variants), *_allowed(tree, places[half:], variants)]
     return places
 
 

@@ -44,7 +44,6 @@ from mbody.views.scene import Scene, scene, sketched
 from mbody.views.sketch import KeptShape, SceneSketch
 
 # -- Shapes of a scene as functions of changeable numbers --------------------------------------
-#
 # A shape is made for certain numbers. Here every corner of it is put down as a place between two
 # anchors: places on its body that follow from the numbers by a recorded program, the ends of
 # guides, or of cylinders. What moves with what is not guessed from coincidences: the scene is made

@@ -78,7 +78,6 @@ def _row_end(
 
 
 # -- Pairs of a point or circle with a straight line or another circle -------------------------
-#
 # Each such contact candidate has a normal row, the gap up to its direction, and a row along it,
 # whose rate is the sliding velocity; both are of the kinds of physics that joints have:
 #

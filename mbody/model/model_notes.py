@@ -237,9 +237,7 @@ def _limits_left(mechanism: Mechanism, joint: Joint) -> bool:
 
 
 def with_friction(mechanism: Mechanism) -> list[str]:
-    """Names of the joints with friction, and of the contacts that are closed for good and may
-    slip.
-    """
+    """Names of joints with friction, and of the contacts that are closed for good and may slip."""
     closed = [one for one in mechanism.contacts if one.closed and not one.rolls]
     names = [joint.name for joint in mechanism.joints if joint.has_friction]
     if not closed:

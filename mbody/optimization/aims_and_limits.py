@@ -100,12 +100,7 @@ def _times(at: Evaluation) -> DualNumber:
 
 @dataclass(frozen=True)
 class Aim:
-    """A quantity that is to be least, or greatest.
-
-    `text`: str
-    `column`: MeasuredColumn
-    `greatest`: bool
-    """
+    """A quantity that is to be least, or greatest."""
 
     text: str
     column: MeasuredColumn
@@ -137,13 +132,7 @@ class Aim:
 
 @dataclass(frozen=True)
 class Limit:
-    """A constraint: left ≤ right, or left = right.
-
-    `text`: str
-    `left`, `right`: MeasuredColumn
-    `equal`: bool
-    `unit`: str
-    """
+    """A constraint: left ≤ right, or left = right."""
 
     text: str
     left: MeasuredColumn

@@ -36,7 +36,6 @@ class Evaluation:
     """A design with the derivatives of its histories.
 
     `x` (numbers,)
-    `run`: Solution
     `whole`: The same histories in dual numbers.
     `pose` (coordinates + 3,): Its first position.
     """

@@ -34,7 +34,6 @@ class Ranges:
     `names`: Dotted names.
     `given`: The names as given.
     `low`, `high`, `start` (numbers,)
-    `units`: tuple of str
     `notes`: Numbers of the description that lie beyond their bounds, where the search does not
       begin.
     """
@@ -250,14 +249,7 @@ START_SPACING = 0.15
 
 @dataclass(frozen=True)
 class SearchEnding:
-    """Result of the searches from all starts.
-
-    `best`: SearchResult
-    `program`: Program
-    `starts`, `agreeing`: int
-    `status`: str
-    `notes`: tuple of str
-    """
+    """Result of the searches from all starts."""
 
     best: SearchResult
     program: Program

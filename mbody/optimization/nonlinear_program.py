@@ -20,7 +20,6 @@ from mbody.core import tolerances as tol
 from mbody.optimization.aims_and_limits import AimRows
 
 # -- The end of a search: linear programs within a trust region --------------------------------
-#
 # Where an optimum is a corner of several limits and peaks, sequential quadratic programming may
 # stop short of it. There each linear program, of all rows at the design, within a box that shrinks
 # where it promised more than the design keeps, leads on quadratically (sequential linear

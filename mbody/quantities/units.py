@@ -17,7 +17,6 @@ from typing import Any
 from mbody.errors import ModelError
 
 # -- Dimensions as powers of length, mass, time, angle, electric current and temperature -------
-#
 # The angle counts as a dimension of its own, so that 5 Hz differs from 5 rad/s and N·m from
 # N·m/rad; in products of quantities a radian is one, as usual, and in every electrical quantity, so
 # that the constant of a motor may be written in N·m/A or in V·s/rad.
@@ -138,7 +137,6 @@ def name_of(dimension: Dimension) -> str:
 
 
 # -- Units by symbol, each an exact ratio to SI; all other units are taken from pint -----------
-#
 # The usual units of mechanics and of its motors are defined here, so that a model file with
 # ``lbf``, ``mm`` or ``rpm`` is read in microseconds. Pint, which takes 0.3 s to load, is used only
 # for other symbols.

@@ -234,7 +234,6 @@ def _alone(solution: Result, joint: Any, whole: Reaction, rows: np.ndarray) -> R
 
 
 # -- Certificate of a result: status, doubts and notes, from report and residuals --------------
-#
 # Residuals cost a third of the kinetostatics of a revolution. They are computed when `status`,
 # `doubts` or `notes` is first read, so a user who reads numbers alone does not pay for them.
 

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 
 # -- Undetermined forces of contacts at rest, as linear programs -------------------------------
-#
 # Where contacts are closed and nothing slides, normal forces and friction may be any that balance
 # all bodies, with λ_N ≥ 0 and |λ_T| ≤ μ_s λ_N. That is convex: the least and the greatest effort
 # are those at which something is about to slip, or a contact to open, and where there are no such

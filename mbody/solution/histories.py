@@ -416,7 +416,6 @@ def auxiliary_history(solution: Result, name: str) -> Array:
 
 
 # -- Positions of ends of elements, of link axes and of reactions ------------------------------
-#
 # Histories are arrays (instants,), of a batch (designs, instants); numbers of a batch are
 # columns beside them.
 
@@ -541,7 +540,6 @@ class EventRecord:
 
 
 # -- The certificate of a result: its status, doubts and notes, see `mbody.solution.checks` ----
-#
 # Residuals cost a third of the kinetostatics of a revolution. They are computed when `status`,
 # `doubts` or `notes` is first read, so a user who reads numbers alone does not pay for them.
 
@@ -554,7 +552,6 @@ class Certificate:
     """Status, doubts and notes of a result.
 
     `status`: "completed", "ended: …", "stopped: …", or "doubtful: …" where there is a doubt.
-    `doubts`: tuple of Doubt
     `notes`: Facts, and the messages of the doubts.
     """
 

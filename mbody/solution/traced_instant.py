@@ -203,7 +203,6 @@ def _expression(law: Expression, constants: list[Any], x: Any) -> Any:
 
 
 # -- Measured quantities of the present instant as Python functions, made once for each --------
-#
 # A quantity is computed once by mbody's own functions from an instant whose numbers are recorded
 # (`mbody.solution.tracing`); the operations that this takes become the text of a function. It reads
 # positions and rates where the integrator has them; accelerations and forces make it evaluate the

@@ -49,8 +49,6 @@ class Rule:
 class Recording(recorded_numbers.NumberRecording):
     """Operations on named inputs.
 
-    Examples
-    --------
     >>> recording = Recording({"a": Rule(3.0), "b": Rule(4.0)})
     >>> a, b = recording.inputs["a"], recording.inputs["b"]
     >>> program = recording.program([np.sqrt(a * a + b * b)])

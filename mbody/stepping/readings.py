@@ -395,7 +395,6 @@ class Readings:
 
 
 # -- The mechanics of one instant as arrays: masses, constraints, loads, minimal coordinates ---
-#
 # All coordinates are those of the bodies in the order of the description, (x, y) of the mass centre
 # and the angle of each: with the masses M, the constraints Φ(q, t) = 0 and the loads f,
 #

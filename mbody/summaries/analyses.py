@@ -58,8 +58,6 @@ ONE_SIDED = {
 def mobility_summary(report: Mobility) -> str:
     """A mobility report as text, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> report = mbody.mobility(mbody.makers.four_bar(1, 3, 2, 3.5))
     >>> print(mobility_summary(report).splitlines()[10])
@@ -173,8 +171,6 @@ LISTED_ASSEMBLY_MODES = 40
 def assemblies_summary(found: AssemblyModes) -> str:
     """Assembly modes as text, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> modes = mbody.assembly_modes(mbody.makers.four_bar(40, 120, 80, 100), {"crank": "40 deg"})
     >>> print(assemblies_summary(modes).splitlines()[3])
@@ -326,8 +322,6 @@ LISTED_EQUILIBRIA = 12
 def equilibrium_summary(found: Equilibria) -> str:
     """Equilibria as text, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> from mbody.engineering import equilibrium_curve
     >>> machine = mbody.Mechanism("pendulum")
@@ -470,8 +464,6 @@ def _forces(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
 def curve_summary(curve: EquilibriumCurve) -> str:
     """A curve of equilibria as text: its ends, folds and crossings, and what lies between.
 
-    Examples
-    --------
     >>> import mbody
     >>> from mbody.engineering import equilibrium_curve
     >>> machine = mbody.Mechanism("pendulum")
@@ -525,8 +517,6 @@ LISTED_MODES, MODES, LEADERS = 6, 20, 4
 def modes_summary(found: Modes) -> str:
     """Modes as text, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> machine = mbody.Mechanism("pendulum")
     >>> machine.add(mbody.Body("rod", mass=2.0, cg=(0.5, 0.0)))
@@ -700,8 +690,6 @@ LISTED_INSTANTS = 13
 def transmission_summary(found: Transmission) -> str:
     """A transmission as text, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=37)
     >>> print(transmission_summary(mbody.transmission(run, output="rocker")).splitlines()[3])

@@ -58,8 +58,6 @@ GLUE = "\N{NO-BREAK SPACE}"
 def summary(system: Equations) -> str:
     """The summary of the equations of one instant, at most 100 characters wide.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.statics(mbody.makers.four_bar(1, 3, 2, 3.5))
     >>> summary(run.equations()).splitlines()[3].split()[:4]
@@ -183,8 +181,6 @@ def equations(solution: Solution, instant: int = 0) -> str:
 
     The matrix where it fits, else every equation as a line, and the solved unknowns.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.statics(mbody.makers.four_bar(1, 3, 2, 3.5))
     >>> equations(run).splitlines()[1]
@@ -196,8 +192,6 @@ def equations(solution: Solution, instant: int = 0) -> str:
 def system_of_equations(solution: Solution, instant: int = 0) -> Equations:
     """The force equations of one instant as arrays: matrix · unknowns = m a − loads.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.slider_crank(1, 3, masses=(1, 3, 2), speed=10.0))
     >>> system_of_equations(run).unknowns[6:]

@@ -150,8 +150,6 @@ def friction(solution: Solution) -> list[list[str]]:
     """Tables of the losses of frictional joints, and of the bands of efforts where joints rest;
     none of mechanisms without friction.
 
-    Examples
-    --------
     >>> import mbody
     >>> friction(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
     []
@@ -548,8 +546,6 @@ class _Rows:
 def range_lines(solution: Solution) -> list[str]:
     """Lines of the summary of many instants, or of a batch of designs.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> range_lines(run)[1]
@@ -738,8 +734,6 @@ def summary(solution: Solution) -> str:
     One instant: links, forces at the joints as F_ij (of link i on link j), drivers, inertia forces,
     loads, residuals. Many instants or designs: the ranges and peaks, and where they occur.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
     >>> summary(run).splitlines()[0]

@@ -226,8 +226,6 @@ def force_names(mechanism: Mechanism) -> dict[str, tuple[str, str]]:
     number. With ten links or more it is written F(12,3); where several joints or drivers share a
     pair of links their own name follows.
 
-    Examples
-    --------
     >>> import mbody
     >>> force_names(mbody.makers.four_bar(1, 3, 2, 3.5))["A"]
     ('F32', 'crank')
@@ -261,8 +259,6 @@ def forces_on(mechanism: Mechanism, body: str) -> dict[str, str]:
     As `force_names`, but F_ij is always the force on this body: that on the other one has its
     numbers exchanged.
 
-    Examples
-    --------
     >>> import mbody
     >>> forces_on(mbody.makers.four_bar(1, 3, 2, 3.5), "coupler")
     {'A': 'F23', 'B': 'F43'}

@@ -48,7 +48,6 @@ TAKEN = ("design", "error")
 class MeasuredColumn:
     """One quantity of every design.
 
-    `name`: str
     `measure`: Of the history.
     `by`: Reduction to one number, of `REDUCTIONS` or "at"; empty where all instants are kept.
     `instant`: Of "at".
@@ -182,7 +181,6 @@ class Job:
     `names`: The numbers that differ between designs.
     `columns`: The measured quantities.
     `units`: Of each column.
-    `analysis`: str
     `how`: Arguments of the analysis.
     `ask`: The instants in the words of a description; else `how` says them.
     `grid`: The instants; None of a free motion.

@@ -173,9 +173,7 @@ class Sweep:
         return self.system.with_values(dict(zip(self.samples.names, values, strict=True)))
 
     def unit_of(self, parameter: str, angle: str = "rad") -> str:
-        """Unit of the values of a parameter, of an angle "deg" or "rad"; empty for a plain
-        number.
-        """
+        """Unit of values of a parameter, of an angle "deg" or "rad"; empty for a plain number."""
         names = dict(zip(self.samples.given_names, self.samples.names, strict=True))
         units = self.system.mechanism.units
         kind = dimension_named(self.system.mechanism, names.get(parameter, parameter))

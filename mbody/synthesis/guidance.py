@@ -14,7 +14,6 @@ from mbody.synthesis.judging import Positions
 from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
 # -- Rigid-body guidance: circle and centre points of three, four or five poses ----------------
-#
 # A circle point is a point of the moving plane whose places in all poses lie on a circle, about its
 # centre point; crank and rocker of a four-bar that guides the plane are two such pairs. With Q the
 # point in the first pose, its places are r Q + t, r = e^{iα}, and m is the centre where
@@ -190,7 +189,6 @@ def _of_four(moves: Displacements) -> np.ndarray:
 
 
 # -- Function generation: the output follows the crank at given pairs, in closed form ----------
-#
 # Four-bar (F. Freudenstein, Trans. ASME 77 (1955) 853-861): with a, b, c, d the lengths of crank,
 # coupler, rocker and ground, K1 = d/a, K2 = d/c, K3 = (a² − b² + c² + d²)/(2ac),
 #

@@ -428,7 +428,6 @@ def _unit(name: str, units: Any) -> str:
 
 
 # -- Designs followed through their motion: order, branch and circuit defects ------------------
-#
 # A design has a circuit defect where some of its positions can be reached only by taking a joint
 # apart, a branch defect where the driver meets a dead centre between them, and an order defect
 # where it passes them in another order (Erdman and Sandor, *Mechanism Design*, 1984, section 8).
@@ -469,10 +468,7 @@ class Positions:
 class DesignMotion:
     """How the mechanism went through its positions.
 
-    `system`: System
     `theta` (points,): Crank angles as they were passed.
-    `order`: bool
-    `defects`: tuple of str
     `run`: At the points, where all were reached.
     `motion`: Of the whole revolution, or from the first point to the last.
     """
@@ -604,9 +600,7 @@ class Candidate(Protocol):
 class Judge:
     """Judges candidates one after the other and keeps those that are wanted.
 
-    `units`: str
     `size`: Of the motion, by which designs are compared.
-    `subject_to`: tuple of str
     `full_turn`, `defective`: As of `synthesize`.
     `tolerance`: Greatest miss of a point.
     `unit`: Of misses.

@@ -32,7 +32,6 @@ from mbody.synthesis.judging import (
 from mbody.synthesis.linkage_kinds import Kind
 
 # -- Global search for paths: linkage shapes, each in its best place and timing ----------------
-#
 # A coupler curve is linear in three complex numbers, C = c + α E + β G: E = e^{is} is the direction
 # of the crank, G that of the link that carries the point, both by the shape alone; α holds the size
 # and the direction of the frame, β the point. So only the ratios of lengths are searched; for every
@@ -238,7 +237,6 @@ def _jacobian(kind: Kind, x: np.ndarray, theta: np.ndarray, sign: float, free: b
 class LinkageCandidate:
     """A candidate of a kind in closed form.
 
-    `positions`: Positions
     `misses` (points,): By the closed form.
     `measure`: The same of a result of the assembled mechanism.
     `zeros`: What is added to the given input and output of a function.

@@ -72,8 +72,6 @@ EVALUATIONS = 120
 class Demand:
     """Requirements on a mechanism in synthesis.
 
-    `system`: System
-    `driver`: str
     `quantities`: Measured ones: x and y of a point, or one output.
     `goals` (quantities, points)
     `timing` (points,): Values of the driver at the points: of a path their differences count.
@@ -287,7 +285,6 @@ def _refined(
 class StudiedModel:
     """A mechanism with its driver and what is measured of it.
 
-    `system`: System
     `driver`, `driven`: Its name, and whether it is an "angle" or a "length".
     `quantities`: x and y of the point, or the output.
     `output`: Whether an output is an "angle" or a "length".

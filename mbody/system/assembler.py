@@ -41,7 +41,6 @@ if TYPE_CHECKING:
 
 # -- The symbolic phase: in which order the nodes of rows are eliminated, and what each step
 #    touches -----------------------------------------------------------------------------------
-#
 # Nodes that share a slot are neighbours. Minimum degree keeps chains, trees and ladders linear. A
 # body with many nodes would make all of them neighbours of each other; it is split into slots of
 # few nodes, tied in a row by welds (`schur` of trees of slots stays narrow), so a hub costs as a
@@ -294,7 +293,6 @@ def sums_of(
 
 
 # -- Elimination without the fill of inactive rows ---------------------------------------------
-#
 # Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
 # and elimination works on zeros there. Of many contact candidates where bodies may touch few do,
 # and most of the work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the
@@ -393,7 +391,6 @@ def friction_table(
 
 
 # -- Users' plain Python as the kernels call it: functions of arrays (x, y) that fill y --------
-#
 # A number that is not finite is an error of the user's function, and raised at once.
 
 Hook = Callable[[np.ndarray, np.ndarray], None]

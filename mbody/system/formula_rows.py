@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from mbody.system.formula_steps import Recorded, StepList
 
 # -- Formulas of drivers in time, inputs, auxiliary states and positions -----------------------
-#
 # A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and auxiliary states
 # alone, f has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures
 # positions, Φ is a constraint of all their bodies:
@@ -53,7 +52,6 @@ if TYPE_CHECKING:
 class DriverFormula:
     """The formula of one driver, recorded.
 
-    `steps`: StepList
     `value`, `rate`, `acceleration`: The places of f and its derivatives by time; where it follows
       positions, of f, ν and γ.
     `measured_bodies`: The moving bodies whose positions Φ has; none where f has no positions.
@@ -249,7 +247,6 @@ def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozense
 
 
 # -- Coordinates of stops with their derivatives, as rows over the bodies that they measure ----
-#
 # Of a coordinate g(q, t) the row is Φ = g, with Φ_q = g_q, ν = −∂g/∂t and γ = −d²g/dt² at a = 0.
 
 

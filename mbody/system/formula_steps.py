@@ -324,7 +324,6 @@ def _own_argument(steps: StepList, load: Any, at: Numbers) -> Recorded:
 
 
 # -- Derivatives of recorded formulas, as further steps ----------------------------------------
-#
 # Each step is differentiated by the chain rule where it was recorded (automatic differentiation,
 # forward mode); what does not depend on the variable has no derivative, None, and costs no step.
 

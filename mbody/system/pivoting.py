@@ -24,7 +24,6 @@ from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.square_lu import PivotSearch, Square, SquareWork, divide_blocks, search_pivots
 
 # -- Diagonal blocks of a square pattern (Assur groups of driven mechanisms) -------------------
-#
 # A transversal of the pattern (rows matched with columns) makes a graph of the columns, whose
 # strongly connected parts are the blocks (Duff, Erisman & Reid, *Direct Methods for Sparse
 # Matrices*, chapter 6). Each of them has a determinant of its own, and the motion leaves its branch

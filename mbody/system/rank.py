@@ -198,7 +198,6 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
 
 
 # -- Rank and free motions of large systems by orthogonal elimination, body by body ------------
-#
 # Columns of a sparse matrix are eliminated in groups of few (the coordinates of a body) by
 # Householder's reflections of the rows that touch them (multifrontal, as of Duff & Reid 1983); what
 # is left of these rows is one front on the neighbours. A column without a pivot is free. The order
@@ -218,7 +217,6 @@ CHUNK = 128
 class Front:
     """Rows of a sparse matrix that touch the same groups of columns.
 
-    `groups`: tuple of int
     `rows` (rows, columns of these groups)
     """
 
@@ -239,7 +237,6 @@ class _EliminationStep:
 class SparseRank:
     """Rank of a sparse matrix, and its null vectors, which are solved when they are wanted.
 
-    `columns`, `rank`: int
     `free`: Columns without a pivot: null vector n is 1 in column ``free[n]`` and 0 in all others
       free.
     `kept`, `dropped`: The least pivot, and the greatest part of a column that was taken for zero.
@@ -399,9 +396,7 @@ class _Elimination:
         return list(range(rank)), list(range(rank, width)), triangle, reflections
 
     def _by_size(self, own: Array) -> _Reflected:
-        """Reflections one after the other, each by the first remaining column that is large
-        enough.
-        """
+        """Reflections one after the other, each by the first remaining column large enough."""
         own, open_columns = own.copy(), list(range(own.shape[1]))
         pivots: list[int] = []
         reflections: list[Array] = []
@@ -463,7 +458,6 @@ class LargeRank(RankCounts):
       lets them.
     `basis`: Its columns are three for each body of `order`.
     `parts`: Of these rows.
-    `zero`: float
     """
 
     order: Array

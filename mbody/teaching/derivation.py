@@ -90,8 +90,6 @@ def link_equations(solution: Solution, body: str, instant: int, floor: float) ->
     """The equations of one body: Σ of all that acts on it = m a, I α. `floor`: a force, or a torque
     by the model length.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0))
     >>> found = link_equations(run, "coupler", 0, 0.0)
@@ -271,8 +269,6 @@ INDENT = "   "
 def plain_text(document: ReportDocument) -> str:
     """The text, at most 100 characters wide where a term of an equation is not wider.
 
-    Examples
-    --------
     >>> from mbody.reports.blocks import Chapter, Text
     >>> chapter = Chapter("one", "Energy", [Text("F_{12} s")])
     >>> print(plain_text(ReportDocument("Work", [], [chapter])))

@@ -341,8 +341,6 @@ def edges(solution: Solution) -> list[Any]:
 def vector_loops(solution: Solution, instant: int = 0) -> list[VectorLoop]:
     """The fundamental loops of a mechanism, shortest first: as many as joints close chains.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5))
     >>> [(sign, "".join(v.index)) for sign, v in vector_loops(run)[0].vectors]
@@ -560,7 +558,6 @@ def joint_coordinates(joint: Any) -> tuple[str, ...]:
 class VectorSymbols:
     """The symbols of a vector; derivatives that are zero by its kind are None.
 
-    `r`, `angle`: Symbol
     `rate`, `second`: ω and α of what it turns with; None where that is the ground.
     `r_rate`, `r_second`: None where the length is constant.
     """
@@ -630,8 +627,6 @@ def vector_symbols(solution: Solution, vector: LoopVector, floor: float) -> Vect
 def loop_equations(solution: Solution, loop: VectorLoop, floor: float = 0.0) -> LoopEquations:
     """The equations of a loop in symbols with numbers.
 
-    Examples
-    --------
     >>> import mbody
     >>> from mbody.teaching.vector_loops import vector_loops
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5))

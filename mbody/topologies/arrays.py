@@ -225,7 +225,6 @@ def _refuse(made: LinkageArrays, ground: np.ndarray) -> None:
 
 
 # -- Canonical order of the joints and links of many linkages: equal graphs become equal rows --
-#
 # Colours of joints and links are refined by those of their neighbours (Weisfeiler and Leman); where
 # joints share a colour the first of them gets one of its own, and all are refined again. Two equal
 # graphs could be missed only where that choice matters and the refinement does not show it: then

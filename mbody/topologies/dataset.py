@@ -29,7 +29,6 @@ from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.many_linkages import linkages
 
 # -- Random linkages: a crank, then one Assur group after another on joints that there are -----
-#
 # Groups leave a linkage its one degree of freedom (Assur 1914). Dyads are two bars and a new joint;
 # sliders one bar to a new joint on a line of the ground or of a link; triads a link with three new
 # joints, a bar at each. Dyads and sliders are drawn until they close over the whole turn, by their
@@ -37,7 +36,6 @@ from mbody.topologies.many_linkages import linkages
 # for the analysis to say.
 
 # -- Random Assur groups of bars: graphs that no smaller group is part of ----------------------
-#
 # Joints of a group are new, or pins: joints that there are. The least without a dyad is a triangle
 # of three new joints with a bar from each to a pin. A bar is split: a new joint on it, held by a
 # third bar to another joint (Henneberg 1911). Each new joint has two bars that hold it, and such

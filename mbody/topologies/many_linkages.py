@@ -40,7 +40,6 @@ from mbody.topologies.arrays import (
 from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 
 # -- Linkages of one topology through their motion, on lanes; one that cannot go there alone ---
-#
 # A linkage has a lane of its own where there are many, else several with a piece of its motion
 # each. Inside, lengths are parts of each linkage's longest link, and the motion takes τ = 0 to 1:
 # with φ the angle of the driver at τ = 1 and ω its rate, time is T τ with T = φ/ω.
@@ -53,7 +52,6 @@ COORDINATE_NORM = 10.0
 class LinkageGroup:
     """Linkages of one topology, all in canonical order.
 
-    `plan`: TopologyPlan
     `par`, `mass`, `q` (rows, linkages)
     `positions` (2·joints, linkages)
     `length` (linkages,): The longest link of each, in its own unit.

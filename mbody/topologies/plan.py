@@ -32,7 +32,6 @@ from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
 from mbody.system.system import System
 
 # -- Topology as a graph of joints and links: tree of pins, pins that close loops --------------
-#
 # Links hang on a tree of pins that begins at the ground. Every other pin closes a loop.
 
 #: The link number of the ground.
@@ -128,7 +127,6 @@ def graph_of(table: bytes, shape: tuple[int, int, int, int, int]) -> Graph:
 
 
 # -- The system of a linkage from its graph alone, without the elements of a description -------
-#
 # It has the layout that `mbody.system.assembler.assemble` makes of the same joints described as
 # elements (`tests/support/linkage_elements.py`), number for number: revolute joints, rows along a
 # line, driven angles, gravity.
@@ -362,7 +360,6 @@ SAMPLES, SEED = 100, 20
 class TopologyPlan:
     """The plan of one topology.
 
-    `graph`: Graph
     `system`: Without numbers; its model length is one.
     `pivots`: None where Φ_q is too large for them: each linkage goes the scalar path.
     `pins` (pins of the tree, 4): Its primitive, its joint, and its links i and j, `GROUND` or a

@@ -56,7 +56,6 @@ class Acting:
     `place` (2,): Where it acts.
     `force` (2,): Of a torque there is none.
     `torque`: Of a torque, counter-clockwise positive.
-    `color`: str
     `dashed`: Whether it is d'Alembert's.
     `wrench`: From which it is.
     """
@@ -156,7 +155,6 @@ def wrench_names(
 
 
 # -- Symbols of loads and drivers, by class, and the arrows of forces --------------------------
-#
 # As `joint_symbols`: another kind is one function, registered for its class with
 # ``@load_symbol.register(Class)`` or
 # ``@driver_symbol.register(Class)``.
@@ -183,7 +181,6 @@ def tyre_symbol(load: Tyre, sketch: Sketch) -> None:
 
 
 # -- Cylinders of pressure loads: place and drawing of the barrel and the piston ---------------
-#
 # Pressure acts along a line, so the place of the piston on it is arbitrary. It is drawn ahead of
 # the place that it acts on, at the end of a piston rod, so that it does not cover a pin or
 # crosshead.

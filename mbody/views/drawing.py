@@ -45,8 +45,6 @@ def first_position(model: Mechanism | System, forces: bool = False) -> Solution:
     """One instant of a model: the first that it asks for, else where its simulation begins, else of
     its drivers at t = 0; without these at its guess.
 
-    Examples
-    --------
     >>> import mbody
     >>> ball = mbody.gallery.load("bouncing_ball")
     >>> float(first_position(ball)["ball"].y[0])
@@ -298,8 +296,6 @@ MOST = 60
 def draw_assemblies(modes: AssemblyModes) -> Figure:
     """A strip of all modes, each with its number and its name.
 
-    Examples
-    --------
     >>> import mbody
     >>> figure = draw_assemblies(mbody.assembly_modes(mbody.makers.four_bar(1, 3, 2, 3.5)))
     >>> len([axes for axes in figure.axes if axes.get_label() != "key"])

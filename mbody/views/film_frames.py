@@ -358,8 +358,6 @@ STEP = 9.0
 class FilmName:
     """A name in all frames.
 
-    `text`, `color`: str
-    `italic`: bool
     `size`: Of its letters, in parts of those of the paper.
     `at` (frames, 2): Its middle in pixels, y up; NaN in frames where there is no room for it.
     """

@@ -97,7 +97,6 @@ class ModeSpan:
 class ModeRow:
     """The modes of a contact or a frictional joint over the axis.
 
-    `name`: str
     `spans`: Without gaps, from the first instant to the last.
     `impacts`: Where it was struck.
     """
@@ -114,8 +113,6 @@ def mode_rows(run: Solution, x: Array | None = None) -> tuple[list[ModeRow], int
     A mode begins at the event that was located between two instants, else in the middle between
     them.
 
-    Examples
-    --------
     >>> import mbody
     >>> machine = mbody.Mechanism("wheel")
     >>> machine.add(

@@ -207,8 +207,6 @@ def draw_free_bodies(
     """Free-body diagrams, a row for each link: the link alone with all forces and torques, the
     force polygon at the same scale, and their numbers.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0))
     >>> len(draw_free_bodies(run, ["coupler"]).axes)

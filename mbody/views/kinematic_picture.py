@@ -78,7 +78,6 @@ ARROW = 8.0
 class ElementSelection:
     """Which elements of a mechanism are drawn.
 
-    `mechanism`: Mechanism
     `only`: Bodies; all where there are none.
     """
 
@@ -369,7 +368,6 @@ def book_symbol(text: str) -> str:
 class CentreSelection:
     """Which centres of an instant are drawn.
 
-    `centres`: InstantCentres
     `groups`: Those within the picture, the ones at one point together.
     `words`: What is said of those that are not.
     """

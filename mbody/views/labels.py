@@ -28,7 +28,6 @@ ON_LINE, ON_LABEL = 3.0, 40.0
 class Label:
     """A text and its possible places.
 
-    `text`: str
     `spots`: Centres of the text, and the cost of the place itself.
     """
 

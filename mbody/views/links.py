@@ -277,7 +277,6 @@ def _end(sketch: Sketch, joint: Joint, body: str) -> bool:
 
 
 # -- Mechanisms of very many short links, as lines: symbols of their own would hide them -------
-#
 # Links whose typical length on the page is a few points are bare lines, all of them one artist;
 # joints between them have no symbol, unless they are no plain pins, or on the ground.
 

@@ -93,8 +93,6 @@ def motion(
 ) -> Solution:
     """The motion of a model that has not been analysed.
 
-    Examples
-    --------
     >>> import mbody
     >>> len(motion(mbody.gallery.load("norton_fourbar")))
     361

@@ -246,8 +246,6 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
     """The instant centres of all pairs of bodies, with the centrodes of those that wander, and the
     velocity and acceleration polygons; None of statics, of one instant and of many bodies.
 
-    Examples
-    --------
     >>> import mbody
     >>> from mbody.views.scene import scene
     >>> made = scene(mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True))

@@ -476,8 +476,6 @@ WIDTH, PANEL, MARGIN = 6.4, 1.5, 0.9
 def internal_diagram(found: InternalLoads, instant: int | None = None) -> Figure:
     """Diagrams of what a link carries inside: N, V, M, and the equivalent stress of its section.
 
-    Examples
-    --------
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=9.0)
     >>> run = mbody.kinetostatics(machine, turn=True, instants=25)

@@ -37,8 +37,6 @@ GRID = "#e3e7eb"
 def polar(run: Solution, *joints: str) -> Figure:
     """Magnitudes of joint forces over the direction of the crank, as polar diagrams.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1)), turn=True)
     >>> polar(run, "A", "B").axes[0].name
@@ -78,8 +76,6 @@ def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
     F_ij is the force of link i on link j, as in the summary. Small marks are every 30 degrees of
     the driver, the circle is the first instant.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1)), turn=True)
     >>> hodograph(run, "A", axes="crank").axes[0].get_xlabel()

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 
 # -- Carriers of shapes: a body, a point that keeps a direction, the line of two points --------
-#
 # A shape is kept in the axes of its carrier, so that the motion of the carriers is the motion of
 # the picture.
 

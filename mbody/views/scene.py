@@ -223,7 +223,6 @@ class Scene:
 
     `run`: The motion, thinned where it has more instants than a picture can show.
     `shapes`: From the lowest to the highest.
-    `labels`: list of KeptLabel
     `unit`: Length of a point (1/72 in) in the units of the mechanism.
     `low`, `high` (2,): Corners of the rectangle that the whole motion needs.
     `notes`: What was left out.
@@ -250,8 +249,6 @@ class Scene:
 def scene(run: Solution, *, moves: bool = True) -> Scene:
     """The shapes of a mechanism in the axes of what carries them.
 
-    Examples
-    --------
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
     >>> found = scene(mbody.kinematics(machine, turn=True))

@@ -210,7 +210,6 @@ class AssemblyModes(Inherited):
 
 
 # -- Names of assembly modes: open and crossed of two links and a slider, else numbers ---------
-#
 # Two links between known pins, P on the driver's side and Q, are *open* where their common pin lies
 # to the left of the line from P to Q, else *crossed*: of a four-bar with the ground's pivots from
 # left to right these are the open and the crossed circuit of textbooks (Norton, *Design of
@@ -293,7 +292,6 @@ def _distances(linkage: Linkage) -> list[float]:
 
 
 # -- Assembly modes by Newton's method from many random poses: for what has no certificate -----
-#
 # The poses are always the same ones, so that results are. Modes may be missing.
 
 #: Poses that are tried.
@@ -685,8 +683,6 @@ def chosen_assembly(
 ) -> AssemblyMode:
     """One of the assembly modes at these values of the drivers, by its name or number.
 
-    Examples
-    --------
     >>> from mbody import assemble, makers
     >>> machine = assemble(makers.four_bar(40, 120, 80, 100))
     >>> chosen_assembly(machine, {"motor": 0.7}, "open").number

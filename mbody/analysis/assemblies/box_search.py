@@ -39,7 +39,6 @@ from mbody.core.tolerances import (
 )
 
 # -- Ranges over boxes, many at a time: of a cosine, of a product, and a cosine inverted -------
-#
 # NumPy does not round outwards; each range is widened by `BOX_WIDENING_ROUNDING` of its size
 # instead, which is some thousand times the rounding of what is added up.
 
@@ -88,7 +87,6 @@ def products(
 
 
 # -- Bounds of slider displacements in closed loops, for all angles ----------------------------
-#
 # In a loop Σ P e^{iα} + Σ s Q e^{iα} + B = 0 the other vectors are never longer than Σ|P| + |B|.
 # One displacement in a loop is no greater than that; several in known directions follow from linear
 # equations with such right-hand sides. Where directions of several turn, they may become parallel
@@ -145,7 +143,6 @@ def _by_equations(
 
 
 # -- Loop-closure equations of one group, in which every angle stands in a single cosine -------
-#
 # With complex coefficients, rows are the real parts of
 #
 #     Σ_d P_rd e^{iρ_d α_d} + Σ_m s_m Q_rm e^{iρ α_c(m)} + B_r = 0,
@@ -397,7 +394,6 @@ class _Edge:
 class GroupRows:
     """The rows of a group for one state of what is solved before it.
 
-    `rows`: LoopRows
     `names`: Unknown angles, by the names of `Linkage.variable`.
     `slide_of`: The number of the displacement of a slide, by its pair.
     `free`: The number of the displacement that is the value of a released driver of a length, -1

@@ -31,7 +31,6 @@ class Pair:
 
     `kind`: "pin", "slide" or "rod".
     `i`, `j`: Bodies; the ground is the last.
-    `position_i`, `position_j`: complex
     `value`: Length of a rod; of a slide the coordinate of the place on j along `axis`.
     `axis`: Unit vector on i across which the place on j slides.
     `rod`: Direction of a rod.
@@ -60,7 +59,6 @@ class Linkage:
     one of a length has an unknown value.
 
     `bodies`: Number of moving bodies; index of the ground.
-    `pairs`: list of Pair
     `names`: Of the bodies, the ground last.
     `variable`: By direction: the unknown angle that it follows, named by one of its directions; -1
       where it is known.
@@ -281,7 +279,6 @@ class _CoincidentPlaces:
 
 
 # -- Assur groups, in an order in which they can be solved -------------------------------------
-#
 # A perfect matching of rows and unknowns directs the graph of both, and the groups are its strong
 # components: they do not depend on the matching (Sljoka, Shai and Whiteley 2011). Where there are
 # more rows than unknowns, whatever a row to spare can be exchanged with is one group (the
@@ -299,9 +296,7 @@ class TooFewRows(Exception):
 class Group:
     """Bodies whose places, and angles, the pairs determine together.
 
-    `bodies`: tuple of int
     `angles`: Unknown angles, by the names of `Linkage.variable`.
-    `pairs`: tuple of int
     """
 
     bodies: tuple[int, ...]

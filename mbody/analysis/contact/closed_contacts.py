@@ -56,7 +56,6 @@ class _Candidate:
 class ContactChoice:
     """Contacts closed at the position of a workspace, whose signals are set.
 
-    `work`: Work
     `places`: By contact the numbers of its places that are closed.
     `rolls`: Contacts that roll.
     `notes`: What was not touching.
@@ -208,7 +207,6 @@ def has_closed_contacts(mechanism: Mechanism) -> bool:
 class ClosedSystem(NamedTuple):
     """A system whose contacts are closed where they determine its position.
 
-    `system`: System
     `guess`: Guesses of bodies: those of its simulation's start, too, where contacts are closed.
     `notes`: What is closed.
     `remedy`: What contacts could do where something is still free.
@@ -386,8 +384,6 @@ class ContactPhase:
 def contact_phases(run: Solution) -> list[ContactPhase]:
     """The instants of a result by what is closed; one of all where no contact opens or closes.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=5)
     >>> [phase.instants.tolist() for phase in contact_phases(run)]

@@ -37,8 +37,6 @@ def lemke(A: Array, b: Array) -> Array | None:
     """z of one solution; None where all paths end on a ray, which for copositive A means that there
     is no solution. A (n, n), `b` (n,).
 
-    Examples
-    --------
     >>> lemke(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])).round(12)
     array([1.33333333, 2.33333333])
     >>> lemke(np.array([[0.0]]), np.array([-1.0])) is None
@@ -113,7 +111,6 @@ def _leaving(table: Array, basis: list[int], column: Array, able: Array, equal: 
 
 
 # -- Friction of a pair for the multipliers that press it, with its derivatives ----------------
-#
 # The same laws as of `mbody.kernels.friction_laws`, of one pair at one instant, for the static and
 # for the kinetic coefficient: decisions of modes need both.
 
@@ -176,7 +173,6 @@ class JointFriction:
 
 
 # -- Contact modes and impacts as complementarity problems -------------------------------------
-#
 # Closed contacts have relative velocities γ = (γ_N, γ_T) and Delassus's matrix D = W M⁻¹ Wᵀ of what
 # the joints leave free, rows of all normals before those of all tangents, so that contact forces λ
 # add D λ to the accelerations b that there would be without. With λ_R = μ λ_N + λ_T, the reserve of
@@ -299,7 +295,6 @@ def impact_impulses(
 
 
 # -- Contacts and frictional joints at one instant as one problem: who opens, sticks and slides ----
-#
 # Accelerations along the rows of all that may open or slide are c = c₀ + D (f − f₀) for forces f on
 # the system: normal ones N ≥ 0 of closed contacts, then tangential ones T of contacts and joints,
 # each between its limits −low(f) ≤ T ≤ high(f): μ N of a contact, the friction circle of the whole
@@ -356,7 +351,6 @@ class FrictionProblem:
     """All that may open or slide at one instant.
 
     `normals`: Contacts that are closed.
-    `tangents`: tuple of Tangent
     `accelerations` (normals + tangents,): c₀, along the rows with the forces f₀.
     `delassus` (normals + tangents, normals + tangents)
     `forces` (normals + tangents,): f₀.
@@ -629,7 +623,6 @@ class FrictionProblem:
 class FrictionSolution:
     """Forces that fulfil the law of Coulomb.
 
-    `problem`: FrictionProblem
     `forces` (normals + tangents,)
     `normal` (normals,): Accelerations of the gaps.
     `along` (tangents,): Accelerations along what is at rest, zero of what slides.
@@ -731,7 +724,6 @@ def decide_modes(problem: FrictionProblem) -> tuple[list[FrictionSolution], bool
 
 
 # -- The impulses of one step by Lemke's method: the problem of Anitescu and Potra, dense ------
-#
 #     0 ≤ γ_N + b ⊥ P_N ≥ 0,   0 ≤ s e ± γ_T ⊥ P_T± ≥ 0,   0 ≤ μ P_N − P_T⁺ − P_T⁻ ⊥ s ≥ 0,
 #
 # γ = γ_free + D P with Delassus's matrix D = W M⁻¹ Wᵀ of what joints leave free. A solution exists

@@ -31,7 +31,6 @@ MOST_CORNERS = 2000
 class ContactTables:
     """The tables, and what their numbers mean.
 
-    `shapes`: ContactShapes
     `laws`: Names of the contacts, ropes and groups, by the number of their law.
     `names`: Dotted names of the shapes, by number.
     """

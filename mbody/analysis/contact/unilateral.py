@@ -31,7 +31,6 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of
 
 # -- Corners that meet: which of the edges about them two bodies touch on ----------------------
-#
 # A corner on an edge is at the end of that edge where it meets another corner. Several edges run
 # through both corners, and their gaps are all zero there. Convex bodies are apart as long as one of
 # these gaps does not close: their distance is the greatest of the gaps, so that its rate is the
@@ -178,10 +177,8 @@ class ContactPoint:
     """A place where two bodies may touch, with its rows.
 
     `name`: Of the contact or rope.
-    `candidate`: ContactCandidate
     `normal`, `tangent`: Numbers of its rows among those of the active set; tangent −1 of a rope.
     `pair`: Its number among the friction pairs; −1 of a rope.
-    `friction`, `static`, `restitution`: float
     `law`: Of impacts.
     """
 

@@ -35,7 +35,6 @@ from mbody.system.rank import dense
 from mbody.system.system import System, too_large
 
 # -- Designs of one topology over equal instants, on lanes -------------------------------------
-#
 # Designs go side by side, one a lane. What is shared (the pivots, the pose that all begin from, the
 # size by which corrections are judged) comes from the description alone, and a group of lanes holds
 # the same designs wherever a batch is cut: so the numbers do not depend on how it is cut.
@@ -45,14 +44,12 @@ from mbody.system.system import System, too_large
 class BatchSetup:
     """Settings and first position that all designs of a batch share.
 
-    `analysis`: str
     `grid`: The instants.
     `pose` (coordinates + 3,): Closed position of the description at the first instant, from which
       all designs are closed.
     `origin` (parameters,): The numbers of the description, as kernels take them.
     `small`, `position_norm`: Rounding of a closed position, and the greatest coordinate, in model
       lengths and radians.
-    `pivots`: PivotChoices
     `straight`: Whether there are so many designs that straight-line code pays
       (`mbody.straight_line.programs`).
     """

@@ -578,7 +578,6 @@ class RequestedInstants:
     """A driven analysis and its instants.
 
     `options`: Arguments of the analysis; not used where `ask` is given.
-    `ask`: Instants or None
     `revolving`: The driver whose turn it is; empty where none turns.
     """
 

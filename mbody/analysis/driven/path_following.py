@@ -130,7 +130,6 @@ class BranchRecord:
 
     `least`: Square of the least distance.
     `t`: The instant of it.
-    `change_points`: list of ChangePoint
     """
 
     def __init__(self, system: System) -> None:
@@ -236,7 +235,6 @@ def meeting(system: System, work: Work) -> list[str]:
 
 
 # -- A single motion in pieces of equal length, one a lane -------------------------------------
-#
 # Pieces begin at positions of the same motion that are found by large steps on the scalar path; the
 # last instant of a piece is the first of the next one, where they must meet. Of some thousand
 # instants the arrays and tables around the kernels took as long to make as the kernels ran: they
@@ -864,7 +862,6 @@ def lanes_output(output: np.ndarray) -> LanesOutput:
 
 
 # -- Change points: instants at which branches meet, reached as limits from both sides ---------
-#
 # There Φ_q loses rank although the motion goes on smoothly, as in a parallelogram whose links are
 # all in line. Such an instant is replaced by eight places around it, which are followed like any
 # other and interpolated from to the eighth order. Forces that have no limit are not given there,

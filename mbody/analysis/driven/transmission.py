@@ -371,9 +371,7 @@ class _Phase:
         return np.array([x - rotation * a[1], y + rotation * a[0]])
 
     def _output(self, k: int, along: Array) -> tuple[Array, float, Array]:
-        """Position of the loaded point from the mass centre, rate of the output and its
-        direction.
-        """
+        """Position of loaded point from the mass centre, rate of the output and its direction."""
         relative = np.zeros(2)
         if self.point:
             px, py = self.system.numbers.point(self.point)

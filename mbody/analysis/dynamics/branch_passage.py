@@ -213,7 +213,6 @@ def _without_mass(system: System, v: Array) -> tuple[str, ...]:
 
 
 # -- Choice of a branch at a singular position, and its start ----------------------------------
-#
 # Velocities choose: a motion that moves goes on along the branch that its velocities belong to. One
 # that rests there, or moves along what several branches share, takes the branch on which the least
 # force has to be put against what the loads would do by themselves (Gauss's principle of least
@@ -431,7 +430,6 @@ class _Choice:
 
 
 # -- First span of a motion out of a singular position, along its branch -----------------------
-#
 # At the position itself the equations of motion have no one solution, and steps that begin there
 # begin with wrong derivatives. So the first part is a polynomial (collocation): the accelerations
 # are those of the branch at nodes beside the position, where the rows are independent, and the
@@ -503,7 +501,6 @@ class Collocation:
     `rates` (nodes, owns): Of auxiliary states.
     `reactions` (nodes, PER_PRIMITIVE · primitives)
     `powers` (nodes, causes)
-    `evaluations`: int
     """
 
     span: float

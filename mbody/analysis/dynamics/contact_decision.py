@@ -110,7 +110,6 @@ class ModalMotion(Protocol):
 
     `uni`: Its contact points and frictional joints.
     `modes`, `pairs`: Their modes.
-    `transition`: ModeTransition
     `groups`: Contact points that stick by the row of one of them, by its number.
     `shared`: What sticks with forces that no equation decides.
     `beyond`: Open contact points that have left their edge over its end.
@@ -204,9 +203,7 @@ def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | No
 
 
 def contact_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
-    """Rows (2 m, coordinates) of the gaps and of sliding of some contact points, and their
-    rates.
-    """
+    """Rows (2 m, coordinates) of gaps and of sliding of some contact points, and their rates."""
     n3 = rows.block.shape[1]
     found, rates = np.zeros((2 * len(closed), n3)), np.zeros(2 * len(closed))
     for k, number in enumerate(closed):
@@ -313,7 +310,6 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
 
 
 # -- The problem of contacts and frictional joints at the present instant of a motion --------------
-#
 # Forces and accelerations are those that the kernels found with some modes; how they change by
 # forces along the rows of what may open or slide follows from dense matrices of rows and masses.
 
@@ -457,7 +453,6 @@ def model_of(
 
 
 # -- Sticking with redundant constraints: undetermined friction forces -------------------------
-#
 # A wheel with its brake on that stands on the road, a linkage at rest with several pins with
 # friction: the accelerations follow, the forces do not. It goes on to stick as long as there are
 # forces that keep every limit, which a linear program finds: the greatest reserve t such that for
@@ -773,9 +768,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
 
 
 def _speeds(motion: ModalMotion, tangents: list[int], rates: Array) -> Array:
-    """Rates along the tangents, those of pins, which are angular, by the model length; zero of
-    ropes.
-    """
+    """Rates along the tangents, those of pins, angular, by the model length; zero of ropes."""
     unit = np.where(motion.uni.angular, motion.system.length, 1.0)
     return np.array([rates[row] * unit[row] if row >= 0 else 0.0 for row in tangents])
 

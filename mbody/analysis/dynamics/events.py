@@ -31,7 +31,6 @@ from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
 # -- Zero crossings between samples, by values and rates ---------------------------------------
-#
 # Two crossings between two samples leave no change of sign, but an extremum, and its place is where
 # the rate changes its sign: a cubic through values and rates of both ends (Hermite's) tells it.
 

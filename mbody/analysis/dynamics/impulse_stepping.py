@@ -141,11 +141,7 @@ def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
 
 
 class ImpulseMemory:
-    """Memory for contacts and for the interior-point method, as much as there is need for.
-
-    `contacts`: ContactWork
-    `interior`: InteriorWork
-    """
+    """Memory for contacts and for the interior-point method, as much as there is need for."""
 
     def __init__(self, system: System, layout: Layout, work: Work, shapes: int) -> None:
         self.layout, self.shapes = layout, shapes

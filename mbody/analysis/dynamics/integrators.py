@@ -39,7 +39,6 @@ from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
 # -- Scales of the coordinates, and the length of the first step -------------------------------
-#
 # Of one motion, or of many along a first axis.
 
 #: Corrections by the residual where masses are stood in for, or rows are redundant, and of what is

@@ -96,7 +96,6 @@ def bar(done: float) -> str:
 
 
 # -- Times at which driver rates jump, as at the points of a table in straight lines -----------
-#
 # There the driver gives an impulse μ, and velocities jump with it: M (v⁺ − v⁻) = Gᵀ μ, G v⁺ = ν⁺.
 # Its work is μ (ν⁻ + ν⁺)/2. Steps end just before such a time, so that no step sees two rates.
 
@@ -224,7 +223,6 @@ ULPS = 4
 class SampledState:
     """A controller at work.
 
-    `controller`: Controller
     `function`: Its own copy of the function, with its memory.
     `anchor`: The time of its first sample.
     `count`: Samples taken.

@@ -512,7 +512,6 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
 
 
 # -- Doubts by the balance of energy: the one place that decides them --------------------------
-#
 # The balance is what a motion's energy changed beside what loads and drivers gave, by a route that
 # its steps did not take. A step may err by `rtol` of each coordinate, and so by that part of the
 # energy that takes part, or of what the forces do along the size of the model; steps add up. Steps
@@ -524,8 +523,6 @@ def _check_same(run: Solution, k: int, found: Solution, n: int) -> None:
 def energy_doubts(run: Solution, method: str, rtol: float) -> list[Doubt]:
     """A doubt where the balance of energy of a motion is out of proportion; else none.
 
-    Examples
-    --------
     >>> import mbody
     >>> run = mbody.simulate(mbody.gallery.load("double_pendulum"), 1.0)
     >>> energy_doubts(run, "dop853", 1e-8)

@@ -336,7 +336,6 @@ def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | N
 
 
 # -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
-#
 # Between two nodes the residual force is the cubic through both values and derivatives, within an
 # error that the fourth derivative bounds: |g⁗| D⁴/384, and x²(1−x)² of it beside the ends. The
 # derivative is taken from how far the cubics of neighbours differ, then, interval by interval, from

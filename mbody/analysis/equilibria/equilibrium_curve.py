@@ -29,7 +29,6 @@ from mbody.system.read_only import lock
 from mbody.system.system import System
 
 # -- Pseudo-arclength continuation of equilibria along one number of a system ------------------
-#
 # A point is (q, p): a closed position and the number. With c = −Φ_q⁺ Φ_p (how the position follows
 # the number at once), steps are q̇ = N y + c ṗ, and along the curve −K y + g ṗ = 0, g being the
 # change of the residual force with p. Arclength is without units: lengths by the model length, p by
@@ -245,7 +244,6 @@ class Follower:
 
 
 # -- Branch points of equilibria, by a system of equations that is regular there ---------------
-#
 # At a simple crossing the Jacobian J = [−K, g] of the residual force by position and number loses
 # one rank: wᵀJ = 0. With w and the null space V of J (two columns) the equations Uᵀr = 0 for the
 # other left vectors U, and wᵀJV = 0, are as many as their unknowns. Their derivative has full rank

@@ -212,9 +212,7 @@ def _revolutions_before(node: Node, back: Array) -> Node:
 
 
 def _is_point(band: Band, scale: Array) -> bool:
-    """Whether a band is an equilibrium alone, as one at which nothing with friction would
-    slide.
-    """
+    """Whether a band is an equilibrium alone, as one at which nothing with friction would slide."""
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
     displacement = (band.last.place.q - band.first.place.q) / scale

@@ -426,7 +426,6 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
 
 
 # -- Points of a surface where the ends of a load coincide and its force has no direction ------
-#
 # A spring that keeps a force at zero length pulls one way on one side of such a point and the other
 # way beyond it. The potential energy has a cone there, and equilibria may lie close beside it.
 # Where the ends only come close, its direction turns as quickly as they pass: a grid shows that
@@ -459,7 +458,6 @@ class JumpPoint:
 class Meetings:
     """Where ends of loads meet and a force jumps.
 
-    `points`: list of JumpPoint
     `sharp`: The loads whose force jumps where their ends meet, or may: those that never meet among
       them.
     `creased`: Of each of these whether its ends meet in curves of the surface.

@@ -177,7 +177,6 @@ class SurfaceZeros:
 
 
 # -- Cells of charts, many at once: in which of them the residual force has no zero, or a single one
-#
 # A cell is excluded where some direction separates zero from the residual force at its corners by
 # more than the error of linear interpolation, which second differences bound. Where the ends of a
 # load come close within a cell its direction is not known between the corners: there what is left

@@ -68,9 +68,7 @@ def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:
 
 
 def leading(system: System, motions: Sequence[FreeMotion], directions: Array) -> Array:
-    """Rates of the leading bodies as parts of the dimensionless coordinates, (free,
-    coordinates).
-    """
+    """Rates of leading bodies as parts of the dimensionless coordinates, (free, coordinates)."""
     parts = np.zeros_like(directions)
     for n, motion in enumerate(motions):
         first = 3 * system.bodies[motion.leader]

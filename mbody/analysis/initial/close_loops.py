@@ -110,7 +110,6 @@ class NearestRates:
     """Velocities that are as near to rates as joints and drivers allow, without units of length.
 
     `v` (coordinates,)
-    `given`: Rates
     `met` (rates,): What the rates are; those that are given, where all agree.
     `rows` (rows,): What the rates as they are given leave of the rows; zero where all agree.
     `fast`: The fastest rate.

@@ -431,7 +431,6 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
 
 
 # -- First positions and velocities of many designs, closed in one call ------------------------
-#
 # Driven designs close from the one position of the description, so that all are on its branch; here
 # each closes from its own guess, as it would alone, which may be on another branch.
 

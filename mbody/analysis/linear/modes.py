@@ -25,7 +25,6 @@ from mbody.system.read_only import lock
 from mbody.system.system import System
 
 # -- The quadratic eigenproblem of small motions, free motions without inertia among them ------
-#
 # F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 235-286.
 
 
@@ -105,7 +104,6 @@ def _finite(E: Array, A: Array) -> tuple[Array, Array] | None:
 
 
 # -- Coordinates of a mode shape: angles of bodies, x and y of their points --------------------
-#
 # For unit rates of the leaders a body goes with (vx, vy, ω) at its mass centre, and a point at
 # (rx, ry) from there with (vx − ω ry, vy + ω rx): the velocities of a small motion are those of a
 # rigid body, and so are its amplitudes.
@@ -118,7 +116,6 @@ KEYS = ("x", "y", "angle")
 class ModePlace:
     """A coordinate of a mechanism that has an amplitude.
 
-    `body`: str
     `point`: None of the mass centre, and of an angle.
     `key`: 0 of x, 1 of y, 2 of the angle.
     """

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 # -- Whole revolutions of a first position: a guess chooses a branch, and not how often a body has
 #    rotated ------------------------------------------------------------------------------------
-#
 # An angle and the same angle a revolution further are one direction, and a guess means a direction.
 # Rows that count whole revolutions (gears, racks, couplings, slides, drivers of an angle) and
 # torsion springs tell them apart, so these decide: rows before the loops are closed, springs at the
@@ -316,7 +315,6 @@ def close_batch(
 
 # -- Designs far from a closed position, closed in stages: from its numbers straight to each
 #    design's ----------------------------------------------------------------------------------
-#
 # The numbers go λ of the way, 0 ≤ λ ≤ 1, and the closed position goes along (homotopy; Allgower and
 # Georg, *Introduction to Numerical Continuation Methods*, 2003). A stage that moves a body far, or
 # does not close, is halved, so that the branch is kept: a path that ends at a singular position has

@@ -284,7 +284,6 @@ class Manifold:
 
 
 # -- Many positions of a manifold at once: closed over tangent planes, loads and stiffness there
-#
 # One by one a position costs the interpreter's time a hundred times over; here the kernels are
 # called one after the other and everything else is linear algebra on stacks of matrices.
 

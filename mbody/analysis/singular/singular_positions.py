@@ -29,7 +29,6 @@ from mbody.system.rank import dense
 from mbody.system.system import System, too_large
 
 # -- Real solutions of quadrics yᵀ A_i y = 0 that also meet linear conditions P y = p ----------
-#
 # At a singular position the second-order condition on velocities is such a set of quadrics. Where
 # one unknown is left they are solved in closed form, otherwise by Gauss–Newton from many fixed
 # starts, until every solution that was found was found several times.

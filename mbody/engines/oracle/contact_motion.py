@@ -32,7 +32,6 @@ from mbody.solution.solution import Solution
 from mbody.system.system import System
 
 # -- The oracle's contacts: what may touch what, gaps, and rates across and along each place ---
-#
 # Read from the description: a shape is circles, of the radius 0 at points, or a straight line. All
 # functions take complex coordinates, so that steps give derivatives.
 
@@ -272,7 +271,6 @@ class DenseContactMotion:
     """The motion of one mechanism with contacts.
 
     `reference`: Of the mechanism without its contacts.
-    `touching`: OracleTouching
     `drivers`: names of drivers that act
     `rtol`: Tolerance of the integrator.
     `events`: What has happened, the decision at the first instant included.

@@ -808,7 +808,6 @@ class Loads(ReferenceMotion):
 
 
 # -- The oracle: planar mechanisms with dense matrices, slow and simple, as in the textbook ----
-#
 # Haug, Computer-Aided Kinematics and Dynamics (1989). It reads the description (`Mechanism`, frozen
 # elements) and shares no numerical code with mbody: only laws are evaluated by their public
 # `derivatives`. Coordinates are (x, y, θ) of every body's mass centre, bodies in the order of the

@@ -19,7 +19,6 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System
 
 # -- The cross-check by the oracle of forces of a driven motion that keeps contacts closed ---------
-#
 # Its own gaps, normals and sliding rates at our positions; then one dense system of all rows, with
 # friction as a part of the normal force of what slides, and as an unknown of what rolls.
 

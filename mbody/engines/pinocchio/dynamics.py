@@ -156,9 +156,7 @@ class BodyKinematics(BodyState):
         return self.unwrapped_angle
 
     def acceleration_at(self, relative: Array) -> Array:
-        """Acceleration (2,) of the body's point at a position from the mass centre in world
-        axes.
-        """
+        """Acceleration (2,) of body's point at a position from the mass centre in world axes."""
         across, w = np.array([-relative[1], relative[0]]), self.velocity[2]
         return np.asarray(self.acceleration[:2] + self.acceleration[2] * across - w * w * relative)
 
@@ -469,7 +467,6 @@ def _add_force(whole: dict[str, Array], now: Instant, row: ConstraintRow, size: 
 
 
 # -- Forward dynamics by Pinocchio: accelerations from loads and efforts -----------------------
-#
 # If all loops are closed by pins and welds and every body has inertia, the accelerations are
 # computed by `constraintDynamics` of Pinocchio with its proximal solver. Otherwise M, the bias
 # forces and the constraint rows are from Pinocchio, and the saddle-point system [M Jᵀ; J 0] is
@@ -619,7 +616,6 @@ class Forward:
 
 
 # -- A free motion integrated with Pinocchio's accelerations and scipy's integrator of order 8 -
-#
 # The expected error is measured: the sensitivity of the motion to a small relative change of the
 # forces (by a second motion), times the errors of both sides. Ours is the energy balance; theirs is
 # the gap of their loops, which are not stabilised.

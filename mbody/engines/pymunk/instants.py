@@ -30,8 +30,6 @@ def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
 
     L. F. Richardson, The approximate arithmetical solution by finite differences (1911).
 
-    Examples
-    --------
     >>> found, spread = extrapolated([np.array(1.0 + h + h * h) for h in (0.4, 0.2, 0.1)])
     >>> round(float(found), 12), round(float(spread), 12)
     (1.0, 0.02)
@@ -46,8 +44,6 @@ def extrapolated(values: Sequence[Array]) -> tuple[Array, Array]:
 def order(values: Sequence[Array]) -> float:
     """Observed order of results with h, h/2, h/4: log₂ of the ratio of their differences.
 
-    Examples
-    --------
     >>> round(order([np.array(1.0 + h) for h in (0.4, 0.2, 0.1)]), 9)
     1.0
     """

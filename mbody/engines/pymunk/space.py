@@ -21,7 +21,6 @@ from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDam
 from mbody.system.system import System
 
 # -- Constraints and springs of a pymunk space, with the directions in which their impulses act
-#
 # pymunk returns the size of an impulse but not its direction. So every constraint has its own
 # columns: the effect of each unit impulse on all bodies. The impulses are then found from the
 # momenta.
@@ -449,7 +448,6 @@ def _decoupled(ends: dict[str, Any], beta: list[float]) -> dict[str, Any]:
 
 
 # -- Steps of a pymunk space, and the constraint forces from the momenta of its bodies ---------
-#
 # A step of pymunk moves the bodies with their rates, and then finds the impulses for the new
 # positions. So the forces of the step from t are those at t + h.
 

@@ -22,7 +22,6 @@ from mbody.model import driver, joints, loads
 from mbody.model.element import Element
 
 # -- Elements of a model file, and the words for them ------------------------------------------
-#
 # Joints, loads and laws are taken from the classes themselves, so that a new one appears in files,
 # in the schema and in the messages as soon as it is written.
 

@@ -163,7 +163,6 @@ def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
 
 
 # -- Tables [optimize.NAME] of a model file: aims and limits of `mbody optimize` ---------------
-#
 # They are no part of the description, which is the same with other tasks: they are kept beside it.
 
 #: Under which they are kept with the mechanism, so that copies of that have them too.
@@ -276,7 +275,6 @@ def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
 
 
 # -- The table [fit] of a model file: which numbers `mbody fit` finds from measured histories --
-#
 # It is no part of the description, which is the same with other unknowns: it is kept beside it.
 
 #: Under which it is kept with the mechanism, so that copies of that have it too.
@@ -304,9 +302,6 @@ class FitSettings:
     """Default settings of a fit.
 
     `by`: The unknown numbers, or (low, high) by number.
-    `offsets`: tuple of str
-    `deviations`: mapping
-    `analysis`: str or None
     `confidence`: As of `mbody.fit`.
     """
 
@@ -381,7 +376,6 @@ def fit_table(writer: StudyWriter) -> dict[str, Any]:
 
 
 # -- The table [report] of a model file: what its report contains ------------------------------
-#
 # It is no part of the description, which is the same with another report: it is kept beside it.
 
 
