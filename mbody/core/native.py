@@ -137,20 +137,25 @@ def build(
     global _built
     from concurrent.futures import ThreadPoolExecutor
 
-    if say is None:
-        _announce(functions)
+    if say is None and (tell := _stderr()):
+        what = ", ".join(repr(function.__name__) for function in functions)
+        tell(f"building {what} for this machine (once) ...")
     shares = [functions[n::processes] for n in range(min(processes, len(functions)))]
     with ThreadPoolExecutor(len(shares)) as pool:
         list(pool.map(lambda share: _build(share, say), shares))
     _built += len(functions)
 
 
-def _announce(functions: list[Callable[..., Any]]) -> None:
+def _stderr() -> Callable[[str], None] | None:
+    """Prints a line of mbody on stderr; None where MBODY_QUIET is set."""
     if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
-        return
-    what = ", ".join(repr(function.__name__) for function in functions)
-    with contextlib.suppress(OSError, ValueError):
-        print(f"mbody: building {what} for this machine (once) ...", file=sys.stderr)
+        return None
+
+    def tell(text: str) -> None:
+        with contextlib.suppress(OSError, ValueError):
+            print(f"mbody: {text}", file=sys.stderr, flush=True)
+
+    return tell
 
 
 def builder_command(
@@ -199,36 +204,39 @@ def run_builder(
     return process.returncode
 
 
+def builder_fails(
+    command: list[str], settings: dict[str, str], say: Callable[[str], None] | None, most: int = 6
+) -> str | None:
+    """Run the builder: None, or the last lines of its errors where it could not build."""
+    import tempfile
+
+    # a file, not a pipe: a full one would stop the builder while its names are read
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
+        if not run_builder(command, settings, say, said):
+            return None
+        said.seek(0)
+        return "\n".join(said.read().strip().splitlines()[-most:])
+
+
 def progress(what: str, count: int) -> Callable[[str], None] | None:
     """Announce on stderr that something is built, in so many steps; gives what names the step that
     is under way, as "building follow, 4 of 7". None where MBODY_QUIET is set.
     """
-    if os.environ.get("MBODY_QUIET", "0") not in ("", "0") or sys.stderr is None:
+    tell = _stderr()
+    if tell is None:
         return None
-
-    def tell(text: str) -> None:
-        with contextlib.suppress(OSError, ValueError):
-            print(f"mbody: {text}", file=sys.stderr, flush=True)
-
     tell(f"building {what} (once) ...")
     begun = itertools.count(1)
     return lambda name: tell(f"building {name}, {next(begun)} of {count}")
 
 
 def _build(functions: list[Callable[..., Any]], say: Callable[[str], None] | None) -> None:
-    import tempfile
-
     choice = selection.chosen()
     assert choice.file is not None and choice.level is not None
     names = [place(function) for function in functions]
     command, settings = builder_command(names, choice.level, choice.file)
-    # a file, not a pipe: a full one would stop the builder while its names are read
-    with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
-        status = run_builder(command, settings, say, said)
-        said.seek(0)
-        errors = said.read()
-    if status:
-        last = "\n".join(errors.strip().splitlines()[-12:])
+    last = builder_fails(command, settings, say, 12)
+    if last is not None:
         raise RuntimeError(
             f"the machine code of {', '.join(names)} could not be built; MBODY_CORE=numba does "
             f"without it. The builder said:\n{last}"

@@ -21,7 +21,7 @@ from xml.sax.saxutils import quoteattr
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
-from mbody.core.native import builder_command, place, progress, run_builder
+from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.selection import linker
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, brief
@@ -135,15 +135,11 @@ def _build(folder: Path) -> None:
     options += [word for name in SOURCES for word in ("--with", str(SHELL / name))]
     names = [place(kernel) for kernel in IMAGE_KERNELS]
     say = progress("the binaries of co-simulation units", len(names) + len(targets))
-    with (
-        tempfile.TemporaryDirectory(dir=folder) as made,
-        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
-    ):
+    with tempfile.TemporaryDirectory(dir=folder) as made:
         out = Path(made)
         command, settings = builder_command(names, targets[0], out, "--whole", *options)
-        if run_builder(command, settings, say, said):
-            said.seek(0)
-            last = "\n".join(said.read().strip().splitlines()[-6:])
+        last = builder_fails(command, settings, say)
+        if last is not None:
             raise ModelError(
                 f"the binaries of co-simulation units could not be built; the builder said:\n{last}"
             )

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
 from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
-from mbody.core.native import builder_command, place, progress, run_builder
+from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
 from mbody.kernels.continuation import follow
@@ -69,11 +68,8 @@ def build_browser_core(folder: Path, say: Callable[[str], None] | None = None) -
         )
     names = [place(kernel) for kernel in IMAGE_KERNELS]
     command, settings = builder_command(names, TARGET, folder, "--whole")
-    with tempfile.TemporaryFile("w+", encoding="utf-8") as said:
-        status = run_builder(command, settings, say, said)
-        said.seek(0)
-        last = "\n".join(said.read().strip().splitlines()[-6:])
-    if status:
+    last = builder_fails(command, settings, say)
+    if last is not None:
         raise ModelError(f"the core for browsers could not be built; the builder said:\n{last}")
 
 
