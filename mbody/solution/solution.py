@@ -99,7 +99,7 @@ class ModalState:
     groups : tuple of tuples of int
         Contact points that stick by the row of the first of them.
     shared : tuple of tuples of int
-        Those of `mbody.analysis.dynamics.contact_decision`; empty where there are none.
+        Those of `mbody.analysis.dynamics.modal_motion`; empty where there are none.
     closed, beyond : tuples of int
         Contact points.
     fresh : tuple of (str, int, float)

@@ -19,7 +19,6 @@ from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.driven.extrapolation import extrapolated, open_curves, open_tables
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.contact_decision import ModeTransition, SharedForces
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
@@ -30,6 +29,7 @@ from mbody.analysis.dynamics.interruptions import (
     tables_of_time,
     without_hold,
 )
+from mbody.analysis.dynamics.modal_motion import ModeTransition, SharedForces
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError

@@ -10,8 +10,7 @@ changed where they disagree; that is the step of a semismooth Newton method on �
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,134 +26,17 @@ from mbody.analysis.contact.complementarity import (
     impact_impulses,
 )
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
-from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.interruptions import works_of_drivers
+from mbody.analysis.dynamics.modal_motion import ModalMotion, force_size, multipliers_at
+from mbody.analysis.dynamics.shared_friction import shared_friction
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.friction import REACHED_PART
-from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
+from mbody.kernels.layout import Work
 from mbody.system.rank import dense, dense_rates, rank_of
 from mbody.system.system import System
 
-# -- Interface of a motion to the decision of modes and its guards -----------------------------
-
 Array = np.ndarray
-
-
-@dataclass
-class ModeTransition:
-    """Mode changes that an event has just decided, at the limit of complementarity.
-
-    `closed`: Contact points that are closed, though their gap is rounding.
-    `opened`: Contact points that open.
-    `sliding`: Directions of what begins to slide, by the number of the contact point or, after
-      these, of the frictional joint.
-    `stopped`: What ceases to slide, likewise.
-    """
-
-    closed: set[int] = field(default_factory=set)
-    opened: set[int] = field(default_factory=set)
-    sliding: dict[int, float] = field(default_factory=dict)
-    stopped: set[int] = field(default_factory=set)
-
-
-@dataclass(frozen=True)
-class Reserve:
-    """How far forces that no equation decides are from their limits.
-
-    Attributes
-    ----------
-    least : float
-        The greatest reserve that all can have [force].
-    sliding : dict
-        The directions in which what has no more would slide, by the number of the contact point or,
-        after these, of the frictional joint.
-    opened : set of int
-        Contact points that would open.
-    """
-
-    least: float
-    sliding: dict[int, float]
-    opened: set[int]
-
-
-class SharedForces(Protocol):
-    """Forces of what sticks that no equation decides (`mbody.analysis.dynamics.contact_decision`).
-
-    Attributes
-    ----------
-    members : frozenset of int
-        What sticks, contact points and, after these, frictional joints, whose forces are open.
-    pressing : frozenset of int
-        Contact points whose normal forces are open.
-    """
-
-    @property
-    def pressing(self) -> frozenset[int]:
-        """Contacts whose normal forces are undetermined."""
-
-    @property
-    def parts(self) -> tuple[tuple[int, ...], ...]:
-        """All of it, to be kept."""
-
-    @property
-    def members(self) -> frozenset[int]:
-        """Sticking contacts and frictional joints whose forces are undetermined."""
-
-    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
-        """The greatest reserve by a record (rows,), with the rows of that position."""
-
-
-class ModalMotion(Protocol):
-    """A motion with rows of the active set.
-
-    `uni`: Its contact points and frictional joints.
-    `modes`, `pairs`: Their modes.
-    `groups`: Contact points that stick by the row of one of them, by its number.
-    `shared`: What sticks with forces that no equation decides.
-    `beyond`: Open contact points that have left their edge over its end.
-    `guards`: What is watched.
-    `fresh`: What is rounding of guards that began at zero.
-    `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
-      coordinates.
-    `work`, `probe`: That of the steps, and one to look at other positions.
-    """
-
-    system: System
-    layout: Layout
-    uni: Unilateral
-    modes: list[str]
-    pairs: list[str]
-    transition: ModeTransition
-    groups: dict[int, list[int]]
-    shared: SharedForces | None
-    beyond: set[int]
-    guards: list[Guard]
-    fresh: dict[Guard, float]
-    y: Array
-    K: Array
-    record: Array
-    scale: Array
-    work: Work
-    probe: Work
-
-    @property
-    def speed(self) -> float:
-        """Velocity scale: the fastest motion in model lengths a time."""
-
-    @property
-    def gap_tolerance(self) -> float:
-        """Gaps up to this are none [length]."""
-
-    def load(self) -> None:
-        """The present state into the workspace."""
-
-    def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its record."""
-
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
-        """Set the modes, and which rows of contact points and frictional joints are on."""
-
 
 # -- Impacts of closed contacts, and overlaps at the beginning ---------------------------------
 
@@ -329,14 +211,6 @@ class FrictionModel:
     owners: list[int]
 
 
-def force_size(motion: ModalMotion) -> float:
-    """The greatest force, or torque by unit length, at the present instant."""
-    system, n = motion.system, motion.system.coordinates
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
-    forces = motion.record[3 * n : system.friction_rows.start]
-    return max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
-
-
 def joint_multipliers(system: System, work: Work, changes: Array, accelerations: Array) -> Array:
     """How the multipliers of all nodes change, (2 nodes, forces), by generalised forces `changes`
     (coordinates, forces) that change accelerations so: those of least norm where rows of joints are
@@ -352,13 +226,6 @@ def joint_multipliers(system: System, work: Work, changes: Array, accelerations:
     found = np.zeros((2 * system.layout.nodes, changes.shape[1]))
     found[2 * system.layout.primitive_node[primitive] + row] = system.row_units[:, None] * scaled
     return found
-
-
-def _multipliers_at(system: System, record: Array, node: int) -> tuple[float, float]:
-    """Both multipliers of a node by a record (rows,)."""
-    e = int(np.flatnonzero(system.layout.primitive_node == node)[0])
-    first = 3 * system.coordinates + PER_PRIMITIVE * e
-    return float(record[first]), float(record[first + 1])
 
 
 def _limits(
@@ -442,7 +309,7 @@ def model_of(
         changes = joint_multipliers(system, work, every.T, Y)
     for (row, f, slip_sign, _), u in zip(pairs, unit, strict=True):
         law = JointFriction(system, work, f, rows.rate[row] if slip_sign else None)
-        at, node = _multipliers_at(system, record, law.node), 2 * law.node
+        at, node = multipliers_at(system, record, law.node), 2 * law.node
         limits = _limits(law, at, changes[node : node + 2], forces, 1.0 / u)
         tangents.append(Tangent(limits, slip_sign, linear=law.by_law))
     D = every @ Y
@@ -450,230 +317,6 @@ def model_of(
     owners = [closed[k] for k in frictional] + [owner for *_, owner in pairs]
     problem = FrictionProblem(m, tuple(tangents), every @ a - gamma, D, forces, 1e-3 * heavy)
     return FrictionModel(problem, list(closed), owners)
-
-
-# -- Sticking with redundant constraints: undetermined friction forces -------------------------
-# A wheel with its brake on that stands on the road, a linkage at rest with several pins with
-# friction: the accelerations follow, the forces do not. It goes on to stick as long as there are
-# forces that keep every limit, which a linear program finds: the greatest reserve t such that for
-# some y
-#
-#     low(f + Z y) + T ≥ t,   high(f + Z y) − T ≥ t,   N ≥ t,
-#
-# Z the forces that are in balance with themselves. Limits of pins are convex in f: their tangents
-# lie below them, so that what the program finds is so; it is repeated with tangents at what it
-# found. Where t is zero, its multipliers are the motion that begins: what has none goes on to
-# stick.
-#
-# Limit analysis: Drucker, Prager, Greenberg (1952), here with the limits of friction.
-
-#: Linear programs with tangents of the limits, at most.
-PASSES = 8
-
-
-@dataclass(frozen=True, eq=False)
-class SharedFriction:
-    """The contact points and frictional joints that share what no equation decides.
-
-    `normals`, `sticking`: Closed contact points; those that stick by a row of their own.
-    `joints`: Frictional joints that stick, by number among these.
-    `members`: Those of `sticking` and, after the contact points, of `joints` whose forces are open.
-    `pressing`: Those of `normals` whose forces are open.
-    """
-
-    normals: tuple[int, ...]
-    sticking: tuple[int, ...]
-    joints: tuple[int, ...]
-    members: frozenset[int] = frozenset()
-    pressing: frozenset[int] = frozenset()
-
-    @property
-    def parts(self) -> tuple[tuple[int, ...], ...]:
-        """All of it, to be kept."""
-        every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
-        return tuple(tuple(sorted(part)) for part in every)
-
-    def _columns(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
-        """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
-        tangential, of frictional joints; without units.
-        """
-        uni, system, n = motion.uni, motion.system, motion.system.coordinates
-        rows, units, length = uni.read(work), system.coordinate_units, system.length
-        primitive, number, _ = system.row_table
-        _, G = dense(system, work)
-        own = record[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
-        of_joints, columns, forces = -G.T, list[Array](), list[float]()
-        for m, pair in enumerate(uni.friction_joints):
-            if (mode := motion.pairs[m]) not in SLIP_SIGNS:
-                continue
-            law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
-            at = system.layout.primitive_node[primitive] == law.node
-            x, y = self._pressing(motion, record, law.node)
-            _, *derivatives = law.size(x, y, SLIP_SIGNS[mode])
-            for r in np.flatnonzero(at):
-                change = -SLIP_SIGNS[mode] * derivatives[int(number[r])] * system.row_units[r]
-                of_joints[:, r] += change * rows.block[pair.tangent] * units
-        for k in self.normals:
-            point, mode = uni.contact_points[k], motion.modes[k]
-            row = point.candidate.sign * rows.block[point.normal]
-            if mode in SLIP_SIGNS and point.tangent >= 0:
-                row = row - point.friction * SLIP_SIGNS[mode] * rows.block[point.tangent]
-            columns.append(row * units / length)
-            forces.append(float(uni.pressing(record, point)) * length)
-        tangents = [uni.contact_points[k].tangent for k in self.sticking]
-        for row in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
-            unit = 1.0 if uni.angular[row] else length
-            columns.append(rows.block[row] * units / unit)
-            forces.append(-float(uni.multiplier(record, row)) * unit)
-        return np.column_stack([of_joints, *columns]), np.concatenate([own, forces])
-
-    @staticmethod
-    def _pressing(motion: ModalMotion, record: Array, node: int) -> tuple[float, float]:
-        e = int(np.flatnonzero(motion.layout.primitive_node == node)[0])
-        first = 3 * motion.system.coordinates + PER_PRIMITIVE * e
-        return float(record[first]), float(record[first + 1])
-
-    def free_forces(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
-        """Forces in balance with themselves (forces, free) and the present ones; those of joints
-        alone are not among them.
-        """
-        F, forces = self._columns(motion, record, work)
-        count = len(self.normals) + len(self.sticking) + len(self.joints)
-        _, sizes, vt = np.linalg.svd(F)
-        rank = int(
-            (
-                sizes > tol.SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))
-            ).sum()
-        )
-        Z = vt[rank:].T
-        _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
-        return Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
-
-    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
-        """The greatest reserve by a record (rows,), with the rows of that position."""
-        from scipy.optimize import linprog
-
-        Z, forces = self.free_forces(motion, record, work)
-        size = max(force_size(motion), tol.TINY) * motion.system.length
-        y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
-        bounds = [(None, None)] * len(y) + [(None, tol.FRICTION_RESERVE_MOST * size)]
-        for _ in range(PASSES):
-            limits = self._limits(motion, record, work, forces, Z @ y)
-            found = linprog(
-                np.append(np.zeros(len(y)), -1.0 / size),
-                A_ub=np.array([np.append(-by @ Z, 1.0) for *_, by, _ in limits]) / size,
-                b_ub=np.array([value for *_, value in limits]) / size,
-                bounds=bounds,
-            )
-            if found.status != 0 or float(found.x[-1]) <= best + tol.CONTACT_FORCE_SETTLED * size:
-                break
-            y, best = found.x[:-1], float(found.x[-1])
-            loads = -found.ineqlin.marginals
-            moves = loads > tol.LINEAR_PROGRAM_MULTIPLIER * float(loads.max())
-            active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
-            if all(self._law(motion, work, m).by_law for m in self.joints):
-                break
-        sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
-        opened = {number for number, slip_sign in active if not slip_sign}
-        return Reserve(best / motion.system.length, sliding, opened)
-
-    def _limits(
-        self, motion: ModalMotion, record: Array, work: Work, forces: Array, change: Array
-    ) -> list[tuple[int, float, Array, float]]:
-        """Friction reserves that must stay positive: number of the contact or pair, sign of the
-        sliding (0 of a normal force), gradient by all forces, and value now; with tangents where
-        forces change by `change`.
-        """
-        uni, found = motion.uni, list[tuple[int, float, Array, float]]()
-        every = np.eye(len(forces))
-        first = len(forces) - len(self.normals) - len(self.sticking) - len(self.joints)
-        place = {k: first + n for n, k in enumerate(self.normals)}
-        found += [(k, 0.0, every[place[k]], float(forces[place[k]])) for k in self.pressing]
-        n = first + len(self.normals)
-        for k in self.sticking:
-            group = motion.groups.get(k, [k])
-            by = np.sum([uni.contact_points[j].static * every[place[j]] for j in group], axis=0)
-            for slip_sign in (1.0, -1.0) if k in self.members else ():
-                # low + T of what would slide forwards, high − T of what would backwards
-                own = by + slip_sign * every[n]
-                found.append((k, slip_sign, own, float(own @ forces)))
-            n += 1
-        for m in self.joints:
-            number = len(uni.contact_points) + m
-            for slip_sign in (1.0, -1.0) if number in self.members else ():
-                by, value = self._tangent(motion, record, work, m, slip_sign, change)
-                own = by + slip_sign * every[n]
-                found.append((number, slip_sign, own, value + slip_sign * float(forces[n])))
-            n += 1
-        return found
-
-    def _law(self, motion: ModalMotion, work: Work, m: int) -> JointFriction:
-        return JointFriction(motion.system, work, motion.uni.friction_joints[m].pair)
-
-    def _tangent(
-        self,
-        motion: ModalMotion,
-        record: Array,
-        work: Work,
-        m: int,
-        slip_sign: float,
-        change: Array,
-    ) -> tuple[Array, float]:
-        """The tangent of the limit of a frictional joint where forces have changed so: by all
-        forces, and its value without the change.
-        """
-        system, law = motion.system, self._law(motion, work, m)
-        primitive, number, _ = system.row_table
-        at = np.flatnonzero(system.layout.primitive_node[primitive] == law.node)
-        by_rows = np.zeros((2, len(change)))
-        by_rows[number[at], at] = system.row_units[at]
-        now = np.array(self._pressing(motion, record, law.node)) + by_rows @ change
-        value, by_x, by_y = law.size(float(now[0]), float(now[1]), slip_sign)
-        unit = 1.0 if motion.uni.angular[motion.uni.friction_joints[m].tangent] else system.length
-        by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
-        return by, unit * value - float(by @ change)
-
-
-def shared_friction(motion: ModalMotion) -> SharedFriction | None:
-    """Sticking contacts and joints of the present modes whose friction forces are undetermined;
-    None where all are determined.
-    """
-    uni = motion.uni
-    normals = tuple(n for n, mode in enumerate(motion.modes) if mode != "open")
-    sharing = {n for group in motion.groups.values() for n in group[1:]}
-    sticking = tuple(
-        n
-        for n in normals
-        if motion.modes[n] == "stick" and n not in sharing and uni.contact_points[n].static > 0.0
-    )
-    joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
-    if not joints and len(sticking) < 2:
-        return None
-    every = SharedFriction(normals, sticking, joints)
-    motion.load()
-    Z, forces = every.free_forces(motion, motion.record[:, 0], motion.work)
-    if not Z.shape[1]:
-        return None
-    moves = np.abs(Z).max(axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
-    first = len(forces) - len(normals) - len(sticking) - len(joints)
-    own = first + len(normals)
-    place = {k: first + n for n, k in enumerate(normals)}
-    members = {
-        k
-        for n, k in enumerate(sticking, start=own)
-        if moves[n] or any(moves[place[one]] for one in motion.groups.get(k, [k]))
-    }
-    primitive = motion.system.row_table[0]
-    for n, m in enumerate(joints, start=own + len(sticking)):
-        node = int(motion.layout.friction_node[uni.friction_joints[m].pair])
-        at = motion.layout.primitive_node[primitive] == node
-        law = JointFriction(motion.system, motion.work, uni.friction_joints[m].pair)
-        if moves[n] or (not law.by_law and moves[np.flatnonzero(at)].any()):
-            members.add(len(uni.contact_points) + m)
-    pressing = frozenset(k for k in normals if moves[place[k]])
-    if not members and not pressing:
-        return None
-    return SharedFriction(normals, sticking, joints, frozenset(members), pressing)
 
 
 #: Changes of modes that the kernels do not verify, at most.

@@ -20,13 +20,9 @@ from mbody.analysis.contact.unilateral import SLIP_SIGNS, ContactPoint, Rows, Un
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     Impact,
-    ModalMotion,
-    ModeTransition,
-    SharedForces,
     closed_points,
     decide,
     first_overlap,
-    force_size,
     refuse_driven_impact,
     strike,
 )
@@ -37,6 +33,12 @@ from mbody.analysis.dynamics.events import (
     LocatedZero,
     StepStart,
     extrema,
+)
+from mbody.analysis.dynamics.modal_motion import (
+    ModalMotion,
+    ModeTransition,
+    SharedForces,
+    force_size,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.core import tolerances as tol

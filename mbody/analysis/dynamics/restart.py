@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
-from mbody.analysis.dynamics.contact_decision import SharedFriction
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import integrator
+from mbody.analysis.dynamics.shared_friction import SharedFriction
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.core.tolerances import RESTART_STEPS_BEFORE
 from mbody.errors import ModelError

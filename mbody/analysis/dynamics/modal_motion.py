@@ -1,0 +1,145 @@
+"""Interface of a motion with contacts or frictional joints to the decision of modes and guards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import Unilateral
+from mbody.analysis.dynamics.events import Guard
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
+from mbody.system.system import System
+
+Array = np.ndarray
+
+
+@dataclass
+class ModeTransition:
+    """Mode changes that an event has just decided, at the limit of complementarity.
+
+    `closed`: Contact points that are closed, though their gap is rounding.
+    `opened`: Contact points that open.
+    `sliding`: Directions of what begins to slide, by the number of the contact point or, after
+      these, of the frictional joint.
+    `stopped`: What ceases to slide, likewise.
+    """
+
+    closed: set[int] = field(default_factory=set)
+    opened: set[int] = field(default_factory=set)
+    sliding: dict[int, float] = field(default_factory=dict)
+    stopped: set[int] = field(default_factory=set)
+
+
+@dataclass(frozen=True)
+class Reserve:
+    """How far forces that no equation decides are from their limits.
+
+    Attributes
+    ----------
+    least : float
+        The greatest reserve that all can have [force].
+    sliding : dict
+        The directions in which what has no more would slide, by the number of the contact point or,
+        after these, of the frictional joint.
+    opened : set of int
+        Contact points that would open.
+    """
+
+    least: float
+    sliding: dict[int, float]
+    opened: set[int]
+
+
+class SharedForces(Protocol):
+    """Forces of what sticks that no equation decides (`mbody.analysis.dynamics.shared_friction`).
+
+    Attributes
+    ----------
+    members : frozenset of int
+        What sticks, contact points and, after these, frictional joints, whose forces are open.
+    pressing : frozenset of int
+        Contact points whose normal forces are open.
+    """
+
+    @property
+    def pressing(self) -> frozenset[int]:
+        """Contacts whose normal forces are undetermined."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, ...], ...]:
+        """All of it, to be kept."""
+
+    @property
+    def members(self) -> frozenset[int]:
+        """Sticking contacts and frictional joints whose forces are undetermined."""
+
+    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
+        """The greatest reserve by a record (rows,), with the rows of that position."""
+
+
+class ModalMotion(Protocol):
+    """A motion with rows of the active set.
+
+    `uni`: Its contact points and frictional joints.
+    `modes`, `pairs`: Their modes.
+    `groups`: Contact points that stick by the row of one of them, by its number.
+    `shared`: What sticks with forces that no equation decides.
+    `beyond`: Open contact points that have left their edge over its end.
+    `guards`: What is watched.
+    `fresh`: What is rounding of guards that began at zero.
+    `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
+      coordinates.
+    `work`, `probe`: That of the steps, and one to look at other positions.
+    """
+
+    system: System
+    layout: Layout
+    uni: Unilateral
+    modes: list[str]
+    pairs: list[str]
+    transition: ModeTransition
+    groups: dict[int, list[int]]
+    shared: SharedForces | None
+    beyond: set[int]
+    guards: list[Guard]
+    fresh: dict[Guard, float]
+    y: Array
+    K: Array
+    record: Array
+    scale: Array
+    work: Work
+    probe: Work
+
+    @property
+    def speed(self) -> float:
+        """Velocity scale: the fastest motion in model lengths a time."""
+
+    @property
+    def gap_tolerance(self) -> float:
+        """Gaps up to this are none [length]."""
+
+    def load(self) -> None:
+        """The present state into the workspace."""
+
+    def evaluate(self) -> bool:
+        """Project the state, evaluate its derivative and its record."""
+
+    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
+        """Set the modes, and which rows of contact points and frictional joints are on."""
+
+
+def force_size(motion: ModalMotion) -> float:
+    """The greatest force, or torque by unit length, at the present instant."""
+    system, n = motion.system, motion.system.coordinates
+    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
+    forces = motion.record[3 * n : system.friction_rows.start]
+    return max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
+
+
+def multipliers_at(system: System, record: Array, node: int) -> tuple[float, float]:
+    """Both multipliers of a node by a record (rows,)."""
+    e = int(np.flatnonzero(system.layout.primitive_node == node)[0])
+    first = 3 * system.coordinates + PER_PRIMITIVE * e
+    return float(record[first]), float(record[first + 1])
