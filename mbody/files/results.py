@@ -114,9 +114,11 @@ def _motion(solution: Solution) -> dict[str, Any]:
 
 
 def _event(one: EventRecord) -> dict[str, Any]:
-    """An event as data; of a contact with its name."""
+    """An event as data; of a contact with its name, of an impact with its impulses."""
     plain = {"name": one.name, "t": float(one.t)}
-    return plain | ({"contact": one.contact} if one.contact else {})
+    plain |= {"contact": one.contact} if one.contact else {}
+    impulses = {name: list(parts) for name, parts in one.impulses.items()}
+    return plain | ({"impulses": impulses} if impulses else {})
 
 
 def _list(values: Any) -> list[Any]:

@@ -113,6 +113,9 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
         modes, contacts = header["modes"], header.get("contacts", [])
         want(isinstance(modes, dict) and all(map(_texts, modes.values())), "'modes' are no texts")
         want(_texts(contacts) and len(contacts) == len(events), "'contacts' are not of the events")
+        impulses = header.get("impulses", [{}] * len(events))
+        sound = isinstance(impulses, list) and all(map(_impulses, impulses))
+        want(sound and len(impulses) == len(events), "'impulses' are not of the events")
     if "way" in header:
         settings = header["way"]
         want(
@@ -211,6 +214,12 @@ def _event(value: Any) -> bool:
         return False
     name, t, after = value
     return isinstance(name, str) and _number(t) and isinstance(after, bool)
+
+
+def _impulses(value: Any) -> bool:
+    if not isinstance(value, dict) or not all(isinstance(part, list) for part in value.values()):
+        return False
+    return all(len(part) == 2 and all(map(_number, part)) for part in value.values())
 
 
 # -- Contacts of steps with impulses in saved results ------------------------------------------
@@ -353,6 +362,7 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     if run.modes:
         header["modes"] = {name: list(modes) for name, modes in run.modes.items()}
         header["contacts"] = [one.contact for one in run.events]
+        header["impulses"] = [{k: list(v) for k, v in one.impulses.items()} for one in run.events]
     if run.stepped is not None:
         header["stepped"] = stepped_header(run.stepped)
         arrays |= stepped_arrays(run.stepped)
@@ -496,6 +506,7 @@ def _solution(
         )
 
     contacts = header.get("contacts", [""] * len(header["events"]))
+    impulses = header.get("impulses", [{}] * len(header["events"]))
     events = tuple(
         EventRecord(
             name,
@@ -503,6 +514,7 @@ def _solution(
             instants(f"event.{n}", t),
             instants(f"after.{n}", t) if after else None,
             contacts[n],
+            {contact: (float(a), float(b)) for contact, (a, b) in impulses[n].items()},
         )
         for n, (name, t, after) in enumerate(header["events"])
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.model.element import Element, Marker, Numbers
+from mbody.model.element import Element, Marker, Numbers, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.read_only import lock
@@ -520,6 +520,8 @@ class EventRecord:
         The contact or frictional joint that it happens to: `name` is "impact", "open", "stick",
         "slip" or "rest" then, or what Painlevé's paradox is called: "inconsistent", "indeterminate"
         and "paradox".
+    impulses : dict
+        Of an impact what every contact that took part in it gave, `impulse` by name.
 
     Examples
     --------
@@ -537,6 +539,23 @@ class EventRecord:
     state: Result = field(repr=False)
     after: Result | None = field(default=None, repr=False)
     contact: str = ""
+    impulses: dict[str, tuple[float, float]] = field(default_factory=dict, repr=False)
+
+    def impulse(self, contact: str) -> tuple[float, float]:
+        """Normal and tangential impulse of a contact in this impact, summed over its points; zeros
+        where it took no part. The normal one presses, the tangential one acts on body j in the
+        direction of "slip+".
+
+        Raises
+        ------
+        ModelError
+            For a name that is no contact, stop or rope.
+        """
+        if contact not in (names := [one.name for one in self.state.system.mechanism.contacts]):
+            raise ModelError(
+                f"there is no contact {str(contact)!r} (there are: {listed(names)})", str(contact)
+            )
+        return self.impulses.get(contact, (0.0, 0.0))
 
 
 # -- The certificate of a result: its status, doubts and notes, see `mbody.solution.checks` ----

@@ -25,6 +25,7 @@ from mbody import (
     simulate,
     to_toml,
 )
+from mbody.files.saved import load_run, save_run
 from tests.support.falling import ball, blocks
 
 G = 9.81
@@ -391,3 +392,37 @@ def test_kinetostatics_leaves_limits_out():
         limited.add(replace(element, limits=(-0.1, 0.1)) if same else element)
     notes = kinetostatics(limited, turn=True, instants=4).notes
     assert any(f"limits of '{joint.name}': left out of kinetostatics" in note for note in notes)
+
+
+def dropped_box(friction: float) -> Mechanism:
+    """A box that strikes the floor with two corners, and a bar beside it that strikes nothing."""
+    machine = Mechanism(
+        "box", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    corners = {"A": (-0.2, -0.1), "B": (0.2, -0.1), "C": (0.2, 0.1), "D": (-0.2, 0.1)}
+    box = {"box": {"polygon": ("A", "B", "C", "D")}}
+    machine.add(
+        Body("box", mass=3.0, inertia=0.05, points=corners, shapes=box),
+        Body("bar", mass=1.0, inertia=0.1, points={"P": (0.0, 0.0)}),
+        Contact("foot", "ground.floor", "box.box", friction=friction),
+        Contact("end", "ground.floor", "bar.P"),
+        Gravity("gravity", y=-G),
+    )
+    start = {"box": {"x": 0.0, "y": 0.3, "vx": 5.0}, "bar": {"x": 3.0, "y": 9.0}}
+    machine.simulation = SimulationSettings(0.25, start)
+    return machine
+
+
+def test_an_impact_says_what_its_contacts_gave(tmp_path):
+    """Both corners together stop a box and drag on it by Coulomb's law; also as data and from a
+    file.
+    """
+    run = simulate(dropped_box(0.2))
+    hit = run.events[0]
+    whole = 3.0 * math.sqrt(2.0 * G * 0.2)
+    assert hit.impulse("foot") == pytest.approx((whole, -0.2 * whole), rel=1e-12)
+    assert hit.impulse("end") == (0.0, 0.0)
+    data = run.data()["events"][0]
+    assert data["impulses"] == {"foot": list(hit.impulse("foot"))}
+    save_run(run, tmp_path / "run.npz")
+    assert load_run(tmp_path / "run.npz").events[0].impulses == hit.impulses

@@ -131,6 +131,9 @@ SCENARIOS = {
     "a contact led step by step by another method": lambda: Simulator(
         resting(), method="rattle", step=0.01
     ),
+    "an impulse of a contact that there is not": lambda: (
+        simulate(resting(y=0.5001), 0.01).events[0].impulse("hand")
+    ),
     "a mode of what has none": lambda: Simulator(resting()).mode("door"),
     "linear equations where something strikes": striking,
     "the mode of a contact that there is not": lambda: simulate(resting(), 0.01).mode("hand"),
@@ -178,6 +181,7 @@ a rope that is too short | ModelError | leash | rope 'leash' is 0.1 m too short 
 a contact between bodies that are welded | ModelError | foot | contact 'foot' is between 'ground' and 'wheel', which joint 'weld' ties to each other: leave out one of them
 a contact by steps of one length | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'generalized-alpha' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
 a contact led step by step by another method | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'rattle' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+an impulse of a contact that there is not | ModelError | hand | there is no contact 'hand' (there are: 'foot')
 a mode of what has none | ModelError | door | 'door' is no contact, rope or joint with friction (there are: 'foot'): give a joint friction, as in friction=0.1
 linear equations where something strikes | SolveError | - | linearize of 'rest': something strikes at t = 0.451524 s, so that there are no linear equations; take an instant beside it
 the mode of a contact that there is not | ModelError | hand | 'hand' is no joint with friction (there are: 'foot'): give it friction, as in friction=0.1

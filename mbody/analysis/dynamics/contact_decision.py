@@ -46,6 +46,7 @@ class Impact:
     """An impact.
 
     `jump` (coordinates,): By which the velocities change.
+    `impulses` (2 points,): Normal ones, then tangential ones.
     `before` (points,): Rates of the gaps before it, of those that were closed.
     `gained` (points,): Kinetic energy by each, below zero where it took.
     `moved` (points,): What the motion of each gave, of stops that move.
@@ -53,6 +54,7 @@ class Impact:
     """
 
     jump: Array
+    impulses: Array
     before: Array
     gained: Array
     moved: Array
@@ -129,7 +131,7 @@ def strike(
     left = uni.system.mass[: len(jump), 0] * jump - W.T @ impulse
     nu = dense_rates(uni.system, work)
     driven = works_of_drivers(uni.system, work, left, nu, sticking)
-    return Impact(jump, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
+    return Impact(jump, impulse, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
 
 
 def refuse_driven_impact(uni: Unilateral, work: Work, hit: list[int]) -> None:
@@ -159,12 +161,14 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
     rows = [*range(m), *stuck]
     Y = responses_to(uni, work, W[rows])
-    impulse = np.linalg.lstsq(W[rows] @ Y, -rates[rows], rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
-    jump = Y @ impulse
-    work_done = np.zeros(2 * m)
-    work_done[rows] = impulse * (rates[rows] + 0.5 * (W[rows] @ jump))
+    impulse, work_done = np.zeros(2 * m), np.zeros(2 * m)
+    impulse[rows] = np.linalg.lstsq(
+        W[rows] @ Y, -rates[rows], rcond=tol.CONTACT_IMPULSES_DEPENDENT
+    )[0]
+    jump = Y @ impulse[rows]
+    work_done[rows] = impulse[rows] * (rates[rows] + 0.5 * (W[rows] @ jump))
     # what stops that move and drivers give is rounding by then
-    return Impact(jump, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
+    return Impact(jump, impulse, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
 
 
 def first_overlap(uni: Unilateral, work: Work, gap_tolerance: float) -> list[int]:

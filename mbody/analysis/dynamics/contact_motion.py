@@ -806,7 +806,9 @@ class ContactIntegration(ModalIntegration):
         elif flies:
             self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
         self._add_losses(found, closed)
-        self._record_contact(kind, when, point.name, record, self.record)
+        self._record_contact(
+            kind, when, point.name, record, self.record, self._impulses(found, closed)
+        )
         self.transition.closed -= set(closed)
         return None
 
@@ -848,9 +850,8 @@ class ContactIntegration(ModalIntegration):
         self.y[n : 2 * n] = velocities + found.jump
         self.evaluate()
         self._add_losses(found, closed)
-        self._record_contact(
-            "impact", t, self.uni.contact_points[closed[0]].name, record, self.record
-        )
+        name, impulses = self.uni.contact_points[closed[0]].name, self._impulses(found, closed)
+        self._record_contact("impact", t, name, record, self.record, impulses)
         self.contact_notes.append(
             f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
             f"{names} (Painlevé's paradox): an impact without collision followed"
@@ -922,12 +923,28 @@ class ContactIntegration(ModalIntegration):
 
     # -- records -------------------------------------------------------------------------------
 
-    def _record_contact(self, kind: str, t: float, name: str, record: Array, after: Array) -> None:
+    def _impulses(self, found: Impact, closed: list[int]) -> dict[str, tuple[float, float]]:
+        """Normal and tangential impulse of every contact that took part in an impact."""
+        sums: dict[str, tuple[float, float]] = {}
+        for k, normal, tangent in zip(closed, *found.impulses.reshape(2, -1), strict=True):
+            before = sums.get(name := self.uni.contact_points[k].name, (0.0, 0.0))
+            sums[name] = before[0] + float(normal), before[1] + float(tangent)
+        return sums
+
+    def _record_contact(
+        self,
+        kind: str,
+        t: float,
+        name: str,
+        record: Array,
+        after: Array,
+        impulses: dict[str, tuple[float, float]] | None = None,
+    ) -> None:
         now = float(self.state[TIME])
         if self.resumed is not None and now <= self.first:
             return  # reported by the motion that this one continues
         states = [self._instant(now, one) for one in (record, after)]
-        self.occurred.append(EventRecord(kind, t, states[0], states[1], name))
+        self.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
 
     def _record_changes(self, before: tuple[list[str], list[str]], record: Array) -> None:
         """Records mode changes of contacts that were closed before, and contacts that close without
