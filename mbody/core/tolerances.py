@@ -457,6 +457,7 @@ BALANCE_LEFT = 1e-9
 #: Rounding of single forces towards a singular position: of the square of the greatest one, as a
 #: part of the loads; 6e-16 is met down to 1e-8 rad from a dead centre.
 BALANCE_ROUNDING_SINGULAR = 1e-13
+BALANCE_ROUNDING_FRICTION = 1e-14  # The same of sliding friction, by det(I − φ′ B).
 #: Residual of Newton's method at its end: over the gallery at most 5e-13 of the greatest force.
 BALANCE_EXPECTED = 5e-12
 LOADS_UNBALANCED = 1e-7  # Unbalanced part of the loads above which there is no equilibrium.
@@ -562,6 +563,7 @@ FRICTION_AT_LIMIT = 1e-9  # Friction within this part of its limit slides.
 FRICTION_STICKS = 1.0 - 1e-6  # Friction below this part of its limit sticks.
 #: det(I − φ′ B) of sliding friction below this, where steps vanish, is zero.
 FRICTION_SINGULAR = 1e-3
+FRICTION_POLE = 0.01  # The same where steps go on, in parts of their tolerance.
 #: Accepted change of the friction forces, as a part of the greatest: rounding.
 FRICTION_CHANGE_ROUNDING = 1e-15
 #: A change after which what is left is of the order of its square: lanes share the passes.

@@ -10,6 +10,7 @@ import numpy as np
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
+from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
 from mbody.solution.histories import (
@@ -295,7 +296,12 @@ def _limits(
     unknown = 0.0 if reported else np.nan
     part = np.where(known, left / (top or 1.0), unknown)
     carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)
-    limit = tol.BALANCE_LEFT + tol.BALANCE_ROUNDING_SINGULAR * carried**2
+    rounding = np.full(len(records), tol.BALANCE_LEFT)
+    if len(system.layout.friction_kind):
+        # the friction of what slides is known to rounding by the determinant that it follows from
+        found = np.abs(records[:, system.friction_rows.start + DETERMINANT])
+        rounding = rounding + tol.BALANCE_ROUNDING_FRICTION / np.where(found > 0.0, found, 1.0)
+    limit = rounding + tol.BALANCE_ROUNDING_SINGULAR * carried**2
     if (part > limit).any():
         # at rest on springs of their free lengths all forces are rounding of places
         limit = np.maximum(limit, rounded_places(solution, design) / (top or 1.0))
@@ -304,7 +310,7 @@ def _limits(
     own = (system.layout.primitive_kind == KINDS.index("user")).any()
     if not own and flowing > tol.RATE_NONE_MECHANISM * top * system.length * _pace(system, top):
         share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
-        yield "{} of the power is out of balance", share, tol.BALANCE_LEFT
+        yield "{} of the power is out of balance", share, rounding
 
 
 def _pace(system: System, top: float) -> float:

@@ -268,6 +268,8 @@ class ModalIntegration(JumpIntegration):
         #: Open contact points that have left their edge over its end.
         self.beyond: set[int] = set()
         self.last_change, self.changes = -np.inf, 0
+        #: When det(I − φ′ B) of what slides would vanish, as the last step has it.
+        self.pole = np.inf
         #: Whether rates of drivers have jumped.
         self.jerked = False
         self.transition = ModeTransition()
@@ -409,6 +411,21 @@ class ModalIntegration(JumpIntegration):
 
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
         return super()._sample_times(t, h, count, wanted if self.events else wanted[:0])
+
+    def _longest_from(self, times: Array, found: Array, rising: Array) -> float:
+        """Half the time to where det(I − φ′ B) would vanish: forces have a pole there, beyond which
+        a step would see them with the other sign.
+        """
+        if Guard("paradox") not in self.guards:
+            return np.inf
+        k = len(self.events) + self.guards.index(Guard("paradox"))
+        here, there = found[k, :2]
+        rate = (there - here) / (times[1] - times[0])
+        if rate >= 0.0:  # as where the contact does not press at the other one
+            rate = rising[k, 0]
+        until = -float(here / rate) if here > 0.0 > rate else np.inf
+        self.pole = float(times[0]) + until
+        return 0.5 * until
 
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
         """Whether cubics over two samples show the forces at the one between: loads may swing while
@@ -622,12 +639,16 @@ class ContactIntegration(ModalIntegration):
         self.ending = self._settle()
 
     def _step(self) -> tuple[int, str]:
-        """Where forces of what slides grow without bound the steps vanish before that is met."""
+        """Steps come up to where forces of what slides grow without bound, or vanish before."""
         code, status = super()._step()
-        if code in (STEP_VANISHED, NOT_FINITE) and Guard("paradox") in self.guards:
-            found = self.record[self.system.friction_rows.start + DETERMINANT, 0]
-            if abs(found) < tol.FRICTION_SINGULAR:
-                return MORE, self._paradox()
+        if status or Guard("paradox") not in self.guards:
+            return code, status
+        found = abs(self.record[self.system.friction_rows.start + DETERMINANT, 0])
+        vanished = code in (STEP_VANISHED, NOT_FINITE) and found < tol.FRICTION_SINGULAR
+        # what steps leave of the velocities decides closer by whether the contact still presses
+        if vanished or found < tol.FRICTION_POLE * self.settings.rtol:
+            t = float(self.state[TIME])
+            return MORE, self._paradox(self.pole if np.isfinite(self.pole) else t)
         return code, status
 
     # -- changes of modes ---------------------------------------------------------------------
@@ -644,7 +665,7 @@ class ContactIntegration(ModalIntegration):
                 f"contacts and friction change their modes without end, last {self._who(guard)}"
             )
         if guard.kind == "paradox":
-            return self._paradox()
+            return self._paradox(t)
         transition, n = self.transition, guard.number
         if guard.kind in ("close", "lock"):
             transition.closed.add(n)
@@ -892,7 +913,8 @@ class ContactIntegration(ModalIntegration):
             f"consistent with the friction at {quoted} ({why}"
         )
 
-    def _paradox(self) -> str:
+    def _paradox(self, t: float) -> str:
+        """The end of a motion whose forces have a pole at a time, which it has come up to."""
         sliding = [
             t.name
             for t, mode in zip(self.uni.contact_points, self.modes, strict=True)
@@ -903,9 +925,7 @@ class ContactIntegration(ModalIntegration):
             if mode in SLIP_SIGNS
         ]
         names = ", ".join(f"'{name}'" for name in dict.fromkeys(sliding))
-        self._record_contact(
-            "paradox", float(self.state[TIME]), sliding[0], self.record, self.record
-        )
+        self._record_contact("paradox", t, sliding[0], self.record, self.record)
         return self._ended(
             f"the forces of what slides at {names} grow without bound (Painlevé's paradox)"
         )

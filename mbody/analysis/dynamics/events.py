@@ -389,6 +389,10 @@ class EventIntegration(Integration):
             found, rising = self._sampled(
                 times, np.append(t, marks), np.concatenate([saved.record[None], records])
             )
+            if h > 1.5 * (longest := self._longest_from(times[:2], found, rising)):
+                self._restore(saved)
+                state[NEXT] = longest
+                return MORE, ""
             if self._resolved(times, found, rising):
                 break
             self._restore(saved)
@@ -413,6 +417,8 @@ class EventIntegration(Integration):
                 self._record(one.event, one.t, one.saved.record)
         if cut is None:
             self._restore(after)
+            at_end = times[:-3:-1], found[:, ::-1], rising[:, ::-1]
+            state[NEXT] = min(state[NEXT], self._longest_from(*at_end))
             return code, ""
         self._restore(cut.saved)
         state[NEXT] = min(state[NEXT], h)
@@ -453,6 +459,12 @@ class EventIntegration(Integration):
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
         """Times at which a step from t on is sampled."""
         return np.concatenate([t + np.arange(1, count) / count * h, wanted])
+
+    def _longest_from(self, times: Array, found: Array, rising: Array) -> float:
+        """How long a step from the first of two times may be, by values and rates of all that is
+        watched (events, …) there.
+        """
+        return math.inf
 
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
         """Whether samples, values and rates (events, times), are near enough to each other."""
