@@ -51,10 +51,13 @@ test-all: warm warm-other
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal
 
-# The hunt for silent errors: hours on demand (COUNT mechanisms); findings in the folder campaign/.
+# The hunt for silent errors: hours on demand (COUNT of a SUBJECT: mechanisms, scenes, held or
+# invariance); findings in the folder campaign/SUBJECT, where it goes on.
 COUNT ?= 100000
+SUBJECT ?= mechanisms
 campaign: .venv/installed-dev
-	$(BIN)/python -m tests.campaign --count $(COUNT) --workers $(JOBS)
+	$(BIN)/python -m tests.campaign $(SUBJECT) --count $(COUNT) --workers $(JOBS) \
+		--to campaign/$(SUBJECT)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check
