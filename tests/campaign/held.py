@@ -255,7 +255,8 @@ class Program:
         self.load = np.array(load) * unit
         self.A = np.array(self.columns).T * unit[:, None]
         # unknowns of the same size, also torques
-        self.scale = float(np.abs(self.load).max())
+        weights = [part.mass * self.scene.gravity for part in self.scene.parts.values()]
+        self.scale = max(float(np.abs(self.load).max()), *weights)
         self.weights = 1.0 / np.maximum(np.abs(self.A).max(axis=0), 1e-300)
 
     def unknown(self, name: str, row: Array, force: Array, low: float | None) -> int:

@@ -507,6 +507,7 @@ class Checks:
             self.fault("impact gains", gain / energy, f"{event.name} of {event.contact}")
         if size > least and event.name == "impact":
             self.law(before, after, roots, event)
+            self.given(before, after, event)
         for name, rate, scale in approach:
             if rate < -RATE * scale:
                 self.fault(
@@ -545,6 +546,37 @@ class Checks:
         if off > IMPULSE * scale:
             told = f"{one.name}: {one.law}, e {one.restitution:.3g}, {len(found)} solutions"
             self.fault("law of impact", off / scale, told)
+
+    def given(self, before: State, after: State, event: Any) -> None:
+        """What the event says that contacts gave: within cones, and what their bodies got."""
+        scene, parts = self.scene, self.scene.parts
+        every = {one.name: event.impulse(one.name) for one in scene.touching}
+        every |= {rope.name: event.impulse(rope.name) for rope in scene.ropes}
+        greatest = max((math.hypot(*p) for p in every.values()), default=0.0)
+        tied = {one.body for one in scene.guides}
+        tied |= {body for pin in scene.pins for body, _ in (pin.i, pin.j)}
+        tied |= {body for r in scene.ropes if any(every[r.name]) for body, _ in (r.i, r.j)}
+        for one in scene.touching:
+            normal, along = every[one.name]
+            past = max(-normal, abs(along) - one.friction * max(normal, 0.0))
+            if past > IMPULSE * greatest:
+                told = f"{one.name} gives {normal:.6g}, {along:.6g}, mu {one.friction:.6g}"
+                self.fault("given impulse", past / greatest, told)
+            for body, _ in (one.i, one.j):
+                others = [
+                    t.name for t in scene.touching if t is not one and body in (t.i[0], t.j[0])
+                ]
+                if body == GROUND or body in tied or any(any(every[k]) for k in others):
+                    continue
+                if not normal:
+                    continue
+                spot = min(before.spots(one), key=lambda s: s.gap)
+                got = parts[body].mass * (after.v[body] - before.v[body])[:2]
+                off = abs(abs(float(got @ spot.normal)) - normal)
+                off = max(off, abs(abs(float(got @ spot.tangent)) - abs(along)))
+                if off > IMPULSE * greatest:
+                    told = f"{one.name} gives {normal:.6g}, {along:.6g}; {body} gets {got}"
+                    self.fault("given impulse", off / greatest, told)
 
     def column(self, state: State, force: Array, place: Array, one: Touching) -> Array:
         """Generalized forces of a force on j and its reaction on i."""
