@@ -529,6 +529,7 @@ COMPLEMENTARITY_TIES_FURTHER = (1e-12, 1e-10)  # The same on further paths.
 COMPLEMENTARITY_SHIFT = 1e-9
 #: By how much a linear program may violate its rows: the least that HiGHS takes.
 LINEAR_PROGRAM_RESIDUAL = 1e-10
+LINEAR_PROGRAM_ZERO = 1e-13  # Entries of a tableau of small numbers that are rounding.
 LINEAR_PROGRAM_MULTIPLIER = 1e-7  # Multipliers of a linear program above this part are some.
 #: A contact that moves so little by an impulse, as a part of what its body would, is driven.
 CONTACT_DRIVEN = 1e-9
@@ -582,6 +583,12 @@ FRICTION_RADIUS_UNIQUE = 1.0 - 1e-12
 #: A reserve below this part of the greatest is none, in bands of rest.
 FRICTION_RESERVE_NONE = 1e-13
 FRICTION_RESERVE_MOST = 10.0  # A reserve is at most so many times the greatest force.
+#: The least margin of forces that no equation decides is at most so many times the force that they
+#: carry: what wedges itself could have any.
+FORCES_MARGIN_MOST = 1.0
+#: A margin of such forces below this part of what they carry is none,
+FORCES_ADMISSIBLE = 1e-9
+FORCES_UNIQUE = 1e-8  # and a range of this part is one force.
 #: A part of the greatest load that a force is at most, in the search of a reserve.
 FRICTION_RESERVE_FORCE_MOST = 1000.0
 #: A least reserve lies below the least sample by no more than neighbours lie above it (1.4 times as

@@ -17,6 +17,7 @@ from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.quantities.evaluate import degrees_of
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import certificate
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
 from mbody.solution.measures import found_by, measured, prescribed_rate
@@ -87,7 +88,7 @@ def friction_data(solution: Solution) -> dict[str, Any]:
     """
     report = solution.friction
     if report is None:
-        return {}
+        return {} if solution.shared is None else {"ranges": _ranges(solution)}
     certified = report.certified
     same = bool((certified == certified.flat[0]).all()) if certified.size else True
     found: dict[str, Any] = {
@@ -98,22 +99,23 @@ def friction_data(solution: Solution) -> dict[str, Any]:
             "jams": [jam._asdict() for jam in report.jams],
         },
     }
-    if solution.analysis != "simulate":
+    if solution.analysis != "simulate" or solution.shared is not None:
         found["ranges"] = _ranges(solution)
     return found
 
 
 def _ranges(solution: Solution) -> dict[str, Any]:
-    """Of the efforts and reactions that joints at rest leave open."""
+    """Of the efforts and reactions that joints at rest, or contacts, leave open."""
     efforts, reactions = {}, {}
-    if not solution.resting:
+    if solution.shared is None and not solution.resting:
         return {"efforts": {}, "reactions": {}}
     machine = solution.mechanism
     for one in (*machine.couplings, *machine.drivers):
         limits = solution.range(one.name)
         if not np.array_equal(limits.low, limits.high, equal_nan=True):
             efforts[one.name] = {"low": _list(limits.low), "high": _list(limits.high)}
-    for joint in joined(machine):
+    shared = solution.shared is not None
+    for joint in (*machine.joints, *acting_contacts(solution)) if shared else joined(machine):
         limits = solution.range(joint.name)
         low, high = (
             np.stack([one.fx, one.fy, one.torque], axis=-1) for one in (limits.low, limits.high)

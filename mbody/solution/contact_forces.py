@@ -17,7 +17,7 @@ from mbody.model.contact import OneSided
 from mbody.model.element import listed
 from mbody.model.joint_limits import JointContact
 from mbody.model.stop import Stop
-from mbody.solution.histories import Reaction, Result, motion_at, motion_rows
+from mbody.solution.histories import Reaction, Result, Unique, motion_at, motion_rows
 from mbody.system.read_only import locked
 from mbody.system.system import System
 
@@ -52,9 +52,7 @@ def with_reaction(solution: Result, name: Any) -> Any:
     return element
 
 
-def contact_reaction(
-    solution: Any, contact: Any, on: str | None, unique: tuple[bool, bool, bool] | None
-) -> Reaction:
+def contact_reaction(solution: Any, contact: Any, on: str | None, unique: Unique) -> Reaction:
     """Force and torque of a contact or rope on body `on`, by default j: the torque about the mass
     centre of that body.
     """
@@ -65,7 +63,7 @@ def contact_reaction(
             contact.name,
         )
     if not contact.bodies:
-        return _group_reaction(solution, contact, on)
+        return _group_reaction(solution, contact, on, unique)
     i, j = contact.bodies
     if on not in (None, i, j):
         raise ModelError(f"contact '{contact.name}' is between '{i}' and '{j}', not {on!r}")
@@ -99,7 +97,7 @@ def contact_wrench(
     return fx, fy, torque
 
 
-def _group_reaction(solution: Any, group: Any, on: str | None) -> Reaction:
+def _group_reaction(solution: Any, group: Any, on: str | None, unique: Unique) -> Reaction:
     """The sum of the forces of a group of contacts on all shapes of its j, or of its i, with the
     torque about the origin of the world.
     """
@@ -107,26 +105,30 @@ def _group_reaction(solution: Any, group: Any, on: str | None) -> Reaction:
         raise ModelError(f"group '{group.name}' is between '{group.i}' and '{group.j}', not {on!r}")
     sign = -1.0 if on == group.i != group.j else 1.0
     stepped = solution.stepped
-    parts = _sum_of(solution, group) if stepped is None else stepped.force(group.name)
-    fx, fy, torque = (sign * part for part in parts)
+    if stepped is None:
+        parts = group_wrench(solution, group, on, solution.primitive_history)
+    else:
+        fx, fy, torque = stepped.force(group.name)
+        parts = sign * fx, sign * fy, sign * torque
     ends = (group.i, group.j) if sign < 0.0 else (group.j, group.i)
-    # where rows are redundant it is not looked at whether the sum is determined
-    unique = None if solution.regularization else (True, True, True)
-    return Reaction(group.name, *ends, fx, fy, torque, unique)
+    return Reaction(group.name, *ends, *parts, unique)
 
 
-def _sum_of(solution: Any, group: Any) -> list[Array]:
-    """The sum of the forces of the contacts of a group on their j, and its torque about the origin
-    of the world.
+def group_wrench(
+    solution: Any, group: Any, on: str | None, forces: Callable[[int, int], Array]
+) -> tuple[Array, Array, Array]:
+    """The sum of the forces of the contacts of a group on their j, or i, and its torque about the
+    origin of the world; `forces` as of `contact_wrench`.
     """
+    sign = -1.0 if on == group.i != group.j else 1.0
     total = [np.zeros(1)] * 3
     for one in solution.mechanism.contacts_of(group.name):
         j = one.bodies[1]
-        fx, fy, torque = contact_wrench(solution, one, j, solution.primitive_history)
+        fx, fy, torque = contact_wrench(solution, one, j, forces)
         at = solution[j]
         parts = fx, fy, torque + at.x * fy - at.y * fx
-        total = [whole + part for whole, part in zip(total, parts, strict=True)]
-    return total
+        total = [whole + sign * part for whole, part in zip(total, parts, strict=True)]
+    return total[0], total[1], total[2]
 
 
 def _point_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Array]:

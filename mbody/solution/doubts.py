@@ -22,6 +22,7 @@ KINDS = (
     "extrapolation",
     "incomplete",
     "contact",
+    "inadmissible",
     "solver",
 )
 

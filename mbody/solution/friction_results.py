@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from mbody.core.tolerances import FRICTION_RESERVE_FORCE_MOST, RATE_NONE_SLIDING
+from mbody.core.tolerances import (
+    FRICTION_RESERVE_FORCE_MOST,
+    RATE_NONE_SLIDING,
+    SINGULAR_VALUE_SHARED_FRICTION,
+)
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impending_rates
 from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
@@ -21,12 +25,14 @@ from mbody.solution.contact_forces import (
     FrictionPair,
     contact_wrench,
     friction_pairs,
+    group_wrench,
     losing_pairs,
     rates_at,
     stored_motion,
     tangent_forces,
 )
-from mbody.solution.histories import Result, motion_at, reaction_torque
+from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
+from mbody.solution.shared_forces import primitive_numbers
 from mbody.system.rank import dense
 from mbody.system.read_only import lock, locked
 from mbody.system.system import System
@@ -191,22 +197,12 @@ class StickingContacts:
         """Forces as numbers of all primitives, (PER_PRIMITIVE·primitives,), as results keep them;
         torques about the mass centres.
         """
-        L, system = self.system.layout, self.system
-        found = np.zeros((len(system.owners), PER_PRIMITIVE))
-        block = self.work.block[:, 0].reshape(-1, 3)
+        system, known = self.system, self.limits
         lam = np.zeros((len(system.owners), 2))
-        known = self.limits
         lam[known.primitive, known.number] = forces[: known.rows] / known.units
         for (_, pair), force in zip(known.pairs, forces[known.rows :], strict=True):
             lam[pair.primitive, 0] = force / system.length
-        for e, (x, y) in enumerate(lam):
-            node, j = 4 * L.written_node[e] + 2, int(L.primitive_j[e])
-            fx, fy, torque = -(x * block[node] + y * block[node + 1])
-            ax, ay = self.work.par[L.primitive_arm[e] : L.primitive_arm[e] + 2, 0]
-            c, s = self.work.turn[2 * j : 2 * j + 2, 0]
-            px, py = c * ax - s * ay, s * ax + c * ay
-            found[e] = x, y, fx, fy, torque - (px * fy - py * fx)
-        return found.ravel()
+        return primitive_numbers(system.layout, self.work, lam).ravel()
 
 
 # -- Friction forces at rest and in jams, for directions of sliding ----------------------------
@@ -555,41 +551,97 @@ def every_force_at_rest(solution: Any) -> Array:
 
 
 def range_of(solution: Any, name: str, on: str | None) -> ForceRange:
-    """Least and greatest effort or reaction, where joints rest."""
+    """Least and greatest effort or reaction, where joints rest or contacts share their forces."""
     known = name in solution.mechanism if isinstance(name, str) else False
     element: Any = solution.mechanism[name] if known else None
     if element is None or element.role in ("joint", "contact"):
-        return _reaction_range(solution, solution.reaction(name, on), element)
+        plain = solution.reaction(name, on)
+        return _reaction_range(
+            solution, plain, element or solution.mechanism.element_or_group(name)
+        )
     e = solution.system.primitives_of[element.name][0]
-    return ForceRange(
-        *_limits(solution.effort(name), -solution.forces_at_rest[..., PER_PRIMITIVE * e])
-    )
+    plain = solution.effort(name)
+    if solution.shared is not None:
+        none = _rounding(solution)[0 if element.effort_dimension == "force" else 2]
+        return ForceRange(*_shared_ends(solution, plain, -solution.shared.change(_row(e, 0)), none))
+    return ForceRange(*_limits(plain, -solution.forces_at_rest[..., PER_PRIMITIVE * e]))
+
+
+COMPONENTS = ("fx", "fy", "torque")
+
+
+def _row(e: int, n: int) -> int:
+    return PER_PRIMITIVE * e + n
 
 
 def _reaction_range(solution: Any, plain: Reaction, joint: Any) -> ForceRange:
     """Of each component by itself."""
-    forces = solution.forces_at_rest
-    if joint.role == "contact":
-        parts = contact_wrench(
-            solution, joint, plain.on, lambda e, n: forces[..., PER_PRIMITIVE * e + n]
-        )
+    every = [getattr(plain, key) for key in COMPONENTS]
+    if solution.shared is not None:
+        changes = _changes(solution, joint, plain.on)
+        each = zip(every, changes, _rounding(solution), strict=True)
+        ends = [_shared_ends(solution, own, by, none) for own, by, none in each]
     else:
-        rows = solution.system.primitives_of[joint.name]
-        sign = 1.0 if plain.on == joint.j.body else -1.0
-        x, y, couple = (
-            sum(sign * forces[..., PER_PRIMITIVE * e + n] for e in rows) for n in (2, 3, 4)
-        )
-        every = [reaction_torque(solution, joint, *one) for one in zip(x, y, couple, strict=True)]
-        parts = x, y, np.array(every).reshape(np.shape(couple))
-    ends = [
-        _limits(getattr(plain, key), part)
-        for key, part in zip(("fx", "fy", "torque"), parts, strict=True)
-    ]
+        forces = solution.forces_at_rest
+        parts = _wrench(solution, joint, plain.on, lambda e, n: forces[..., _row(e, n)])
+        ends = [_limits(own, part) for own, part in zip(every, parts, strict=True)]
     low, high = (
-        replace(plain, **dict(zip(("fx", "fy", "torque"), one, strict=True)))
-        for one in zip(*ends, strict=True)
+        replace(plain, **dict(zip(COMPONENTS, one, strict=True))) for one in zip(*ends, strict=True)
     )
     return ForceRange(low, high)
+
+
+def _wrench(
+    solution: Any, joint: Any, on: str, forces: Callable[[int, int], Array]
+) -> tuple[Array, Array, Array]:
+    """Force and torque of a joint or contact on a body, of forces (choices, …instants)."""
+    if joint.role == "contact":
+        if not joint.bodies:
+            return group_wrench(solution, joint, on, forces)
+        return contact_wrench(solution, joint, on, forces)
+    rows = solution.system.primitives_of[joint.name]
+    sign = 1.0 if on == joint.j.body else -1.0
+    x, y, couple = (sum(sign * forces(e, n) for e in rows) for n in (2, 3, 4))
+    every = [reaction_torque(solution, joint, *one) for one in zip(x, y, couple, strict=True)]
+    return x, y, np.array(every).reshape(np.shape(couple))
+
+
+# -- Forces that no equation decides: `mbody.solution.shared_forces` ---------------------------
+
+
+def _changes(solution: Any, joint: Any, on: str) -> tuple[Array, Array, Array]:
+    """How force and torque on a body change by what is free: (free, instants)."""
+    shared = solution.shared
+    return _wrench(solution, joint, on, lambda e, n: shared.change(_row(e, n)))
+
+
+def _rounding(solution: Any) -> tuple[float, float, float]:
+    """Changes of forces and of torques, by the unit of force, that are rounding."""
+    none = SINGULAR_VALUE_SHARED_FRICTION
+    return none, none, none * float(solution.system.length)
+
+
+def _shared_ends(solution: Any, plain: Array, by: Array, none: float) -> tuple[Array, Array]:
+    less, more = solution.shared.range(by, none)
+    return locked(plain + less), locked(plain + more)
+
+
+def unique_reaction(solution: Any, joint: Any, on: str | None, plain: Unique) -> Unique:
+    """Which components of a joint or contact are determined, beside what is known of its rows."""
+    body = on or joint.bodies[-1]
+    found: list[bool | None] = []
+    each = zip(plain or (), _changes(solution, joint, body), _rounding(solution), strict=False)
+    for known, by, none in each:
+        found.append(known and solution.shared.unique(by, none))
+    return None if plain is None else (found[0], found[1], found[2])
+
+
+def unique_effort(solution: Any, name: str) -> bool | None:
+    """Whether the effort of a driver or coupling is determined."""
+    e = solution.system.primitives_of[name][0]
+    none = _rounding(solution)[0 if solution.mechanism[name].effort_dimension == "force" else 2]
+    found: bool | None = solution.shared.unique(-solution.shared.change(_row(e, 0)), none)
+    return found
 
 
 def friction_report(solution: Any) -> FrictionReport | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from mbody.solution.stepped_contacts import SteppedContacts
 
 Array = np.ndarray
+#: Whether each of fx, fy and torque is determined; None where it is not known.
+Unique: TypeAlias = tuple[bool | None, bool | None, bool | None] | None
 
 
 class Record:
@@ -143,8 +145,10 @@ class Reaction:
     Attributes
     ----------
     unique : tuple of three bool, or None
-        Whether each of fx, fy, torque is determined; redundant constraints may leave it open, and
-        the one of least norm is given. None where it was not looked at.
+        Whether each of fx, fy, torque is determined at all instants. Redundant joints may leave it
+        open, of which the one of least norm is given, and contacts and friction that sticks, of
+        which that one is given that keeps all limits best. None where it was not looked at, or is
+        not known.
 
     Examples
     --------
@@ -163,7 +167,7 @@ class Reaction:
     fx: Array
     fy: Array
     torque: Array
-    unique: tuple[bool, bool, bool] | None = (True, True, True)
+    unique: Unique = (True, True, True)
 
     def __post_init__(self) -> None:
         lock(self)

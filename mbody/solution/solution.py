@@ -26,6 +26,7 @@ from mbody.solution.histories import (
     PointHistory,
     Reaction,
     Record,
+    Unique,
     ends,
     one_design,
     reaction_point,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.friction_results import Efficiency, ForceRange, FrictionReport
+    from mbody.solution.shared_forces import SharedResult
     from mbody.solution.stepped_contacts import SteppedContacts
 
 # -- Initial state and settings, by which a motion can be followed again -----------------------
@@ -215,6 +217,8 @@ class Solution:
     modes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     #: What touches at every instant, of a motion by ``method="moreau"``.
     stepped: SteppedContacts | None = None
+    #: Admissible forces that no equation decides.
+    shared: SharedResult | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
@@ -242,6 +246,7 @@ class Solution:
             energy=None if self.energy is None else self.energy.take(index),
             modes={name: [row[k] for k in index] for name, row in self.modes.items()},
             stepped=None if self.stepped is None else self.stepped.take(index),
+            shared=None if self.shared is None else self.shared.take(index),
             events=tuple(one for one in self.events if one.t <= last),
             restart=None,
         )
@@ -355,7 +360,7 @@ class Solution:
 
         element = with_reaction(self, joint)
         if element.role == "contact":
-            return contact_reaction(self, element, on, self._unique(joint))
+            return contact_reaction(self, element, on, self._unique(joint, on))
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
@@ -414,13 +419,22 @@ class Solution:
         press: Array = locked(found.fx * normal[0] + found.fy * normal[1])
         return press
 
-    def _unique(self, joint: str) -> tuple[bool, bool, bool] | None:
-        if not self.regularization:
-            return (True, True, True)
-        if self.dependencies is None:
-            return None
-        open_parts = self.dependencies.get(joint, [False] * 3)
-        return (not open_parts[0], not open_parts[1], not open_parts[2])
+    def _unique(self, joint: str, on: str | None = None) -> Unique:
+        plain: Unique = (True, True, True)
+        if self.regularization:
+            if self.dependencies is None:
+                return None
+            open_parts = self.dependencies.get(joint, [False] * 3)
+            plain = (not open_parts[0], not open_parts[1], not open_parts[2])
+            if self.mechanism.contacts_of(joint):
+                return None  # it is not looked at whether the sum is determined
+        if self.stepped is not None and len(self.stepped.which):
+            return None  # it is not looked at where something touches
+        if self.shared is None or not self.shared.free:
+            return plain
+        from mbody.solution.friction_results import unique_reaction
+
+        return unique_reaction(self, self.mechanism.element_or_group(joint), on, plain)
 
     def unique_effort(self, name: str) -> bool | None:
         """Whether the effort of a driver or a coupling is determined; redundant rows may leave it
@@ -432,11 +446,15 @@ class Solution:
             As `effort`.
         """
         self._efforts(name)
-        if not self.regularization:
-            return True
-        if self.dependencies is None:
+        if self.regularization and self.dependencies is None:
             return None
-        return not any(self.dependencies.get(name, ()))
+        if self.dependencies is not None and any(self.dependencies.get(name, ())):
+            return False
+        if self.shared is None or not self.shared.free:
+            return True
+        from mbody.solution.friction_results import unique_effort
+
+        return unique_effort(self, name)
 
     def effort(self, driver: str) -> Array:
         """Effort of a driver, a torque [force·length] or a force: its product with the driven rate

@@ -24,7 +24,7 @@ from mbody.model.loads import Gravity
 from mbody.model.states import ORIGIN
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
-from mbody.solution.histories import EventRecord, Record
+from mbody.solution.histories import EventRecord, Record, Unique, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
@@ -165,16 +165,26 @@ class ReactionNow(_Compiled):
     fx, fy, torque, magnitude : float
         [force, force, force·length, force].
     unique : tuple of three bool, or None
-        Whether each of fx, fy, torque is determined, as of `mbody.Reaction`.
+        Whether each of fx, fy, torque is determined at present, as of `mbody.Reaction`.
     """
 
-    __slots__ = ("by", "on", "unique")
+    __slots__ = ("_unique", "by", "on")
 
     def __init__(
-        self, joint: str, on: str, by: str, unique: Any, make: Callable[[str], Read]
+        self,
+        joint: str,
+        on: str,
+        by: str,
+        unique: Callable[[], Unique],
+        make: Callable[[str], Read],
     ) -> None:
         super().__init__(joint, make)
-        self.on, self.by, self.unique = on, by, unique
+        self.on, self.by, self._unique = on, by, unique
+
+    @property
+    def unique(self) -> Unique:
+        """Whether each component is determined."""
+        return self._unique()
 
     @property
     def fx(self) -> float:
@@ -285,9 +295,11 @@ class Readings:
 
     def _reaction(self, joint: str, on: str | None) -> ReactionNow:
         own = self._present.instant.reaction(joint, on)
-        unique: tuple[bool, bool, bool] | None = (True, True, True)
-        if self._integration.regularization:
-            unique = self.solution().reaction(joint, on).unique
+
+        def unique() -> Unique:
+            if self._integration.regularization:
+                return self.solution().reaction(joint, on).unique
+            return self._instant().reaction(joint, on).unique
 
         def make(key: str) -> Read:
             try:
@@ -352,7 +364,9 @@ class Readings:
         record = Record([instant], 1, batch=False)
         t = np.array([self.t])
         regular = self._integration.regularization
-        return Solution(self.system, "simulate", t, record, None, regularization=regular)
+        found = Solution(self.system, "simulate", t, record, None, regularization=regular)
+        shared = self._integration.open_forces
+        return found if shared is None else with_fields(found, shared=shared)
 
     def solution(self) -> Solution:
         """The motion since it began or was reset as a result of `simulate`, of its first and its

@@ -53,6 +53,7 @@ from mbody.model.simulation import ADAPTIVE, Event
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import evaluate_measure
+from mbody.solution.shared_forces import ForceSet, SharedResult
 from mbody.solution.solution import IntegrationSettings, Restart, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.system.system import System
@@ -110,6 +111,8 @@ class ContactModes:
     changes: tuple[float, int]
     notes: tuple[str, ...]
     lost: Array
+    #: Admissible forces of the first instant.
+    forces: ForceSet | None = None
 
 
 #: Instants within a call at which it is watched: of one step, and of many.
@@ -450,6 +453,11 @@ class Stepwise(Integration):
     def _works(self) -> Array:
         return np.array([np.zeros(self.causes), self._gained])
 
+    @property
+    def open_forces(self) -> SharedResult | None:
+        """None: no contact or friction shares its forces."""
+        return None
+
     def _kept_instants(self) -> tuple[Array, Array, Array]:
         return self.ends
 
@@ -606,6 +614,9 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     """
 
     first_modes: dict[str, str]
+    #: Admissible forces of the first and of the present instant, where they are not determined.
+    first_forces: ForceSet | None = None
+    present_forces: ForceSet | None = None
 
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
         """Starts at positions q and velocities v; contact modes are decided anew."""
@@ -614,7 +625,8 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         super().start_at(t, q, v, own)
         self.ending = self.begin_modes()
         self.first_modes = self.named_modes()
-        self.reference = self.record.copy()
+        first = self.shown(t, self.record)
+        self.reference, self.first_forces = first.record[:, None].copy(), first.forces
         self._show(None)
 
     def place_at(self, t: float, record: Array) -> None:
@@ -638,7 +650,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
     def _forget(self) -> None:
         super()._forget()
-        self.kept_modes = []
+        self.kept_modes, self.kept_forces = [], []
 
     def advance_to(self, until: float) -> str:
         """Advances to a time; returns how it ended, "" for completed."""
@@ -679,6 +691,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             changes=(self.last_change, self.changes),
             notes=tuple(self.contact_notes),
             lost=self.lost.copy(),
+            forces=self.first_forces,
         )
 
     def go_on_from(self, given: Checkpoint) -> None:
@@ -689,7 +702,7 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
     def _take_modes(self, given: ContactModes) -> None:
         self.modes, self.pairs = list(given.modes), list(given.pairs)
-        self.first_modes = dict(given.first)
+        self.first_modes, self.first_forces = dict(given.first), given.forces
         for part, was in zip(self._rows_of(self.work), given.rows, strict=True):
             part[:] = was
         self.on = self.work.on[: len(self.on), 0].copy()
@@ -728,19 +741,30 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     def instant(
         self, inputs: Array | None = None, input_values: Mapping[str, float] | None = None
     ) -> Array:
-        """Record of the present instant, (rows, 1), in the present modes."""
+        """Record of the present instant, (rows, 1), in the present modes, its forces admissible."""
         probe = self._probe[0]
         for part, own in zip(self._rows_of(probe), self._rows_of(self.work), strict=True):
             part[:] = own
-        return super().instant(inputs, input_values)
+        record = super().instant(inputs, input_values)
+        shown = self.shown(float(self.state[TIME]), record)
+        record[:, 0], self.present_forces = shown.record, shown.forces
+        return record
+
+    @property
+    def open_forces(self) -> SharedResult | None:
+        """Admissible forces of the present instant, which was evaluated; None where they are
+        determined.
+        """
+        return self.shared_result(self.present_forces)
 
     def _solution(self, status: str) -> Solution:
-        kept = self.kept_modes
-        self.kept_modes = [self.first_modes, self.named_modes()][: len(self.ends[0])]
+        kept, count = (self.kept_modes, self.kept_forces), len(self.ends[0])
+        self.kept_modes = [self.first_modes, self.named_modes()][:count]
+        self.kept_forces = [self.first_forces, self.present_forces][:count]
         try:
             return super()._solution(status)
         finally:
-            self.kept_modes = kept
+            self.kept_modes, self.kept_forces = kept
 
 
 def stepwise(

@@ -41,6 +41,7 @@ from mbody.analysis.dynamics.modal_motion import (
     force_size,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
+from mbody.analysis.dynamics.shared_friction import ModesAt, Reported, reported_instant
 from mbody.core import tolerances as tol
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
@@ -56,8 +57,10 @@ from mbody.kernels.step_state import (
 )
 from mbody.model.element import listed
 from mbody.model.simulation import Event
+from mbody.solution.doubts import doubted
 from mbody.solution.energy import causes, works_of_moving
 from mbody.solution.histories import EventRecord, reported_certificate, with_fields
+from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.assembler import without_nodes
 from mbody.system.system import System
@@ -274,6 +277,12 @@ class ModalIntegration(JumpIntegration):
         self.jerked = False
         self.transition = ModeTransition()
         self.kept_modes: list[dict[str, str]] = []
+        #: All admissible forces of the kept instants, where they are not determined.
+        self.kept_forces: list[ForceSet | None] = []
+        #: Modes before those that are being decided; modes whose forces are determined.
+        self.before: ModesAt | None = None
+        self.determined = b""
+        self.last_shown: tuple[bytes, Reported] | None = None
         self.contact_notes: list[str] = []
         #: What is said where no modes go on.
         self.none = "no accelerations are consistent"
@@ -292,8 +301,53 @@ class ModalIntegration(JumpIntegration):
     def _keep(self, t: float, record: Array, work: Array) -> None:
         if self.instants and self.instants[-1] == t:
             self.kept_modes.pop()
-        super()._keep(t, record, work)
+            self.kept_forces.pop()
+        shown = self.shown(t, record)
+        super()._keep(t, shown.record[:, None], work)
         self.kept_modes.append(self.named_modes())
+        self.kept_forces.append(shown.forces)
+
+    @property
+    def modes_now(self) -> ModesAt:
+        """The present modes."""
+        return ModesAt(self.modes, self.pairs, self.on)
+
+    def shown(self, t: float, record: Array, modes: ModesAt | None = None) -> Reported:
+        """A record (rows, 1) with admissible forces, of the present modes or of others."""
+        modes, plain = modes or self.modes_now, Reported(record[:, 0], None)
+        key = repr((modes.modes, modes.pairs)).encode() + modes.on.tobytes()
+        if not modes.on.any() or key == self.determined:
+            return plain
+        n, numbers = self.system.coordinates, self.system.friction_rows.start
+        place = key + record[: 2 * n].tobytes() + record[3 * n : numbers].tobytes()
+        if self.last_shown is not None and self.last_shown[0] == place:
+            known = self.last_shown[1]
+            found = record[:, 0].copy()
+            found[3 * n : numbers] = known.record[3 * n : numbers]
+            return Reported(found, known.forces)
+        self.probe.signal[:] = self.work.signal
+        self._look_at(t, record)
+        found_now = reported_instant(self.uni, self.probe, record[:, 0], modes)
+        if found_now.forces is None:
+            self.determined = key
+        else:
+            self.last_shown = place, found_now
+        return found_now
+
+    def _present_record(self) -> Array:
+        return self.shown(float(self.state[TIME]), self.record).record[:, None]
+
+    def _instant(self, t: float, instant: Array, modes: ModesAt | None = None) -> Solution:
+        shown = self.shown(t, instant, modes)
+        found = super()._instant(t, shown.record[:, None])
+        return with_fields(found, shared=self.shared_result(shown.forces))
+
+    def shared_result(self, *forces: ForceSet | None) -> SharedResult | None:
+        """Admissible forces of instants; None where all are determined."""
+        if not any(one is not None for one in forces):
+            return None
+        owners = (*self.uni.contact_points, *self.uni.friction_joints)
+        return SharedResult(forces, tuple(one.name for one in owners))
 
     def named_modes(
         self, modes: list[str] | None = None, pairs: list[str] | None = None
@@ -388,7 +442,11 @@ class ModalIntegration(JumpIntegration):
         own = [n for n in which if n < count]
         found = np.empty((len(which), len(t)))
         if own:
-            found[: len(own)] = super()._values(own, t, records)
+            read = records
+            if not self.carried[own].all():  # forces are in them
+                each = zip(t, records, strict=True)
+                read = np.array([self.shown(float(at), one).record[:, None] for at, one in each])
+            found[: len(own)] = super()._values(own, t, read)
         if len(own) < len(which):
             chosen = [self.guards[n - count] for n in which if n >= count]
             found[len(own) :] = guard_values(self, t, records, chosen)
@@ -721,6 +779,7 @@ class ContactIntegration(ModalIntegration):
         """
         before = list(self.modes), list(self.pairs)
         state_before = self.record.copy()
+        self.before = ModesAt(*before, self.on.copy())
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
@@ -963,7 +1022,8 @@ class ContactIntegration(ModalIntegration):
         now = float(self.state[TIME])
         if self.resumed is not None and now <= self.first:
             return  # reported by the motion that this one continues
-        states = [self._instant(now, one) for one in (record, after)]
+        every = ((record, self.before), (after, None))
+        states = [self._instant(now, *one) for one in every]
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
 
     def _record_changes(self, before: tuple[list[str], list[str]], record: Array) -> None:
@@ -986,7 +1046,9 @@ class ContactIntegration(ModalIntegration):
         notes = (*reported_certificate(found).notes, *self.contact_notes)
         if self.jerked or any(event.name == "impact" for event in found.events):
             notes += self._without_impulse()
-        return with_fields(found, notes=notes, modes=names)
+        shared = self.shared_result(*self.kept_forces)
+        found = with_fields(found, notes=notes, modes=names, shared=shared)
+        return doubted(found, inadmissible(found))
 
     def _without_impulse(self) -> tuple[str, ...]:
         """A note on the joints whose reactions have impulses in impacts, but whose friction has

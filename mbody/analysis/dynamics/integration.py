@@ -340,8 +340,12 @@ class Integration(RateJumps):
     @functools.cached_property
     def _readings(self) -> ControllerReadings:
         return ControllerReadings(
-            self.system, self.y, self.state, lambda: self.record, self.regularization
+            self.system, self.y, self.state, self._present_record, self.regularization
         )
+
+    def _present_record(self) -> Array:
+        """The record (rows, 1) of the present instant, as it is read."""
+        return self.record
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a

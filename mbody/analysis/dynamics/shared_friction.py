@@ -1,37 +1,202 @@
-"""Sticking with redundant constraints: friction forces that no equation decides.
+"""Sticking with redundant constraints: forces of contacts and friction that no equation decides.
 
-A wheel with its brake on that stands on the road, a linkage at rest with several pins with
-friction: the accelerations follow, the forces do not. It goes on to stick as long as there are
-forces that keep every limit, which a linear program finds: the greatest reserve t such that for
-some y
-
-    low(f + Z y) + T ≥ t,   high(f + Z y) − T ≥ t,   N ≥ t,
-
-Z the forces that are in balance with themselves. Limits of pins are convex in f: their tangents
-lie below them, so that what the program finds is so; it is repeated with tangents at what it
-found. Where t is zero, its multipliers are the motion that begins: what has none goes on to
+A wheel with its brake on that stands on the road, a ladder that sticks at both ends, a linkage at
+rest with several pins with friction: the accelerations follow, the forces do not. It goes on to
+stick as long as there are forces that keep every limit: the greatest least margin, see
+`mbody.solution.shared_forces`, is a guard of the motion, and the forces that have it are reported.
+Where it is zero the multipliers of the program are the motion that begins: what has none goes on to
 stick.
-
-Limit analysis: Drucker, Prager, Greenberg (1952), here with the limits of friction.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from mbody.analysis.contact.complementarity import JointFriction
-from mbody.analysis.contact.unilateral import SLIP_SIGNS
-from mbody.analysis.dynamics.modal_motion import ModalMotion, Reserve, force_size, multipliers_at
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
+from mbody.analysis.dynamics.modal_motion import ModalMotion, Reserve
 from mbody.core import tolerances as tol
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.system.rank import dense
+from mbody.solution.shared_forces import (
+    BentLimit,
+    ForceSet,
+    Lines,
+    free_parts,
+    greatest_margin,
+    primitive_numbers,
+    reported,
+)
+from mbody.system.rank import jacobian
 
 Array = np.ndarray
 
-#: Linear programs with tangents of the limits, at most.
-PASSES = 8
+
+class ModesAt(NamedTuple):
+    """Modes of an instant: of the contact points and frictional joints, and which rows are on."""
+
+    modes: list[str]
+    pairs: list[str]
+    on: Array
+
+
+class _Sliding(NamedTuple):
+    """Friction of a joint that slides: its law, row of the active set, direction, rows of joints
+    that press it (2, joints' rows).
+    """
+
+    law: JointFriction
+    row: int
+    slip_sign: float
+    pressing: Array
+
+
+class HeldForces:
+    """All forces that hold at an instant, with their units: multipliers of joints, then N of closed
+    contact points, then friction of those that stick and of the joints that stick.
+
+    `columns` (coordinates, forces): Generalised forces by each, with the friction of what slides.
+    `forces` (forces,): Present ones.
+    """
+
+    def __init__(
+        self,
+        uni: Unilateral,
+        work: Work,
+        record: Array,
+        modes: ModesAt,
+        normals: Sequence[int],
+        sticking: Sequence[int],
+        joints: Sequence[int],
+        slipping: dict[int, float],
+    ) -> None:
+        system, n = uni.system, uni.system.coordinates
+        rows = self.rows = uni.read(work)
+        self.uni, self.work, self.system, self.slipping = uni, work, system, slipping
+        self.normals, self.sticking, self.joints = tuple(normals), tuple(sticking), tuple(joints)
+        self.primitive, self.number, _ = system.row_table
+        own = record[3 * n + PER_PRIMITIVE * self.primitive + self.number]
+        count = len(own)
+        self.first = count  # of what is no joint's
+        of_joints = -jacobian(system, work)[1].T
+        self.sliding = self._sliding(modes, rows, count)
+        for one in self.sliding:
+            x, y = one.pressing @ own
+            _, by_x, by_y = one.law.size(x, y, one.slip_sign)
+            change = one.slip_sign * (by_x * one.pressing[0] + by_y * one.pressing[1])
+            of_joints -= np.outer(rows.block[one.row], change)
+        columns, forces = list[Array](), list[float]()
+        for k in self.normals:
+            point = uni.contact_points[k]
+            row = point.candidate.sign * rows.block[point.normal] / uni.units[point.normal]
+            if k in slipping:
+                row = row - point.friction * slipping[k] * rows.block[point.tangent]
+            columns.append(row)
+            forces.append(float(uni.pressing(record, point)))
+        tangents = [uni.contact_points[k].tangent for k in self.sticking]
+        for row_number in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
+            columns.append(rows.block[row_number])
+            forces.append(-float(uni.multiplier(record, row_number)))
+        self.columns = np.column_stack([of_joints, *columns])
+        self.forces = np.concatenate([own, forces])
+        self.own = np.arange(len(self.forces)) >= count
+
+    def _sliding(self, modes: ModesAt, rows: Rows, count: int) -> list[_Sliding]:
+        uni, found = self.uni, list[_Sliding]()
+        pairs = [
+            (one.tangent, one.pair, SLIP_SIGNS.get(mode, 0.0))
+            for one, mode in zip(uni.friction_joints, modes.pairs, strict=True)
+        ]
+        L = uni.layout
+        for f in range(len(L.friction_kind)):
+            if uni.separates_wheels(f):
+                sign = float(self.system.par[int(L.friction_par[f]) + 4, 0])
+                pairs.append((int(L.friction_tangent[f]), f, sign))
+        for row, f, slip_sign in pairs:
+            law = JointFriction(self.system, self.work, f, float(rows.rate[row]))
+            if slip_sign and not law.by_law:
+                found.append(_Sliding(law, row, slip_sign, self._pressing(law, count)))
+        return found
+
+    def _pressing(self, law: JointFriction, count: int) -> Array:
+        """Both multipliers that press a joint, by the forces (2, count)."""
+        at = np.flatnonzero(self.system.layout.primitive_node[self.primitive] == law.node)
+        found = np.zeros((2, count))
+        found[self.number[at], at] = 1.0
+        return found
+
+    # -- limits --------------------------------------------------------------------------------
+
+    def place(self, k: int) -> int:
+        """Number of the normal force of contact point k."""
+        return self.first + self.normals.index(k)
+
+    def limits_of(self, groups: dict[int, list[int]]) -> Lines:
+        """Normal forces and friction of all; `groups` stick by the friction of the first of them.
+
+        Owners are contact points and, after them, frictional joints.
+        """
+        uni, lines = self.uni, Lines(len(self.forces))
+        for n, k in enumerate(self.normals, start=self.first):
+            lines.add((k, 0.0), {n: 1.0})
+        first = self.first + len(self.normals)
+        for n, k in enumerate(self.sticking, start=first):
+            by = {self.place(j): uni.contact_points[j].static for j in groups.get(k, [k])}
+            for slip_sign in (1.0, -1.0):
+                # low + T of what would slide forwards, high − T of what would backwards
+                lines.add((k, slip_sign), by | {n: slip_sign})
+        for n, m in enumerate(self.joints, start=first + len(self.sticking)):
+            self._limit_joint(lines, n, m)
+        return lines
+
+    def _limit_joint(self, lines: Lines, n: int, m: int) -> None:
+        pair, number = self.uni.friction_joints[m], len(self.uni.contact_points) + m
+        law = JointFriction(self.system, self.work, pair.pair)
+        if law.by_law:
+            values = [float(law.size(0.0, 0.0, sign)[0]) for sign in (1.0, -1.0)]
+            whole = max(values)
+            for sign, value in zip((1.0, -1.0), values, strict=True):
+                parts = {n: sign / (whole or 1.0)}
+                lines.add((number, sign), parts, value / (whole or 1.0), float(whole > 0.0))
+            return
+        turns = self.uni.angular[pair.tangent]
+        length = law.first if law.kind == "pin" else self.system.length if turns else 1.0
+        pressing = self._pressing(law, len(self.forces))
+        lines.bent.append(BentLimit(number, n, pressing, law.size, length))
+
+    # -- records -------------------------------------------------------------------------------
+
+    def multipliers(self, change: Array) -> Array:
+        """Changes of the multipliers of all primitives, (primitives, 2, …), by changes of the
+        forces (forces, …), to first order in friction of joints that slides.
+        """
+        uni, L = self.uni, self.uni.layout
+        found = np.zeros((len(self.system.owners), 2, *change.shape[1:]))
+        found[self.primitive, self.number] = change[: self.first]
+        for n, k in enumerate(self.normals, start=self.first):
+            point = uni.contact_points[k]
+            found[int(L.active_set[point.normal]), 0] = -point.candidate.sign * change[n]
+            if k in self.slipping:
+                friction = point.friction * self.slipping[k] * change[n]
+                found[int(L.active_set[point.tangent]), 0] = friction
+        rows = [uni.contact_points[k].tangent for k in self.sticking]
+        rows += [uni.friction_joints[m].tangent for m in self.joints]
+        for n, row in enumerate(rows, start=self.first + len(self.normals)):
+            found[int(L.active_set[row]), 0] = -change[n]
+        for one in self.sliding:
+            x, y = one.pressing @ self.forces[: self.first]
+            _, by_x, by_y = one.law.size(x, y, one.slip_sign)
+            moved = np.tensordot(one.pressing, change[: self.first], 1)
+            found[int(L.active_set[one.row]), 0] = one.slip_sign * (
+                by_x * moved[0] + by_y * moved[1]
+            )
+        return found
+
+
+# -- The guard of what sticks ------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,139 +221,32 @@ class SharedFriction:
         every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
         return tuple(tuple(sorted(part)) for part in every)
 
-    def _columns(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
-        """Generalised forces by every force, (coordinates, forces), and these: joints', normal,
-        tangential, of frictional joints; without units.
-        """
-        uni, system, n = motion.uni, motion.system, motion.system.coordinates
-        rows, units, length = uni.read(work), system.coordinate_units, system.length
-        primitive, number, _ = system.row_table
-        _, G = dense(system, work)
-        own = record[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
-        of_joints, columns, forces = -G.T, list[Array](), list[float]()
-        for m, pair in enumerate(uni.friction_joints):
-            if (mode := motion.pairs[m]) not in SLIP_SIGNS:
-                continue
-            law = JointFriction(system, work, pair.pair, rows.rate[pair.tangent])
-            at = system.layout.primitive_node[primitive] == law.node
-            x, y = multipliers_at(system, record, law.node)
-            _, *derivatives = law.size(x, y, SLIP_SIGNS[mode])
-            for r in np.flatnonzero(at):
-                change = -SLIP_SIGNS[mode] * derivatives[int(number[r])] * system.row_units[r]
-                of_joints[:, r] += change * rows.block[pair.tangent] * units
-        for k in self.normals:
-            point, mode = uni.contact_points[k], motion.modes[k]
-            row = point.candidate.sign * rows.block[point.normal]
-            if mode in SLIP_SIGNS and point.tangent >= 0:
-                row = row - point.friction * SLIP_SIGNS[mode] * rows.block[point.tangent]
-            columns.append(row * units / length)
-            forces.append(float(uni.pressing(record, point)) * length)
-        tangents = [uni.contact_points[k].tangent for k in self.sticking]
-        for row in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
-            unit = 1.0 if uni.angular[row] else length
-            columns.append(rows.block[row] * units / unit)
-            forces.append(-float(uni.multiplier(record, row)) * unit)
-        return np.column_stack([of_joints, *columns]), np.concatenate([own, forces])
-
-    def free_forces(self, motion: ModalMotion, record: Array, work: Work) -> tuple[Array, Array]:
-        """Forces in balance with themselves (forces, free) and the present ones; those of joints
-        alone are not among them.
-        """
-        F, forces = self._columns(motion, record, work)
-        count = len(self.normals) + len(self.sticking) + len(self.joints)
-        _, sizes, vt = np.linalg.svd(F)
-        rank = int(
-            (
-                sizes > tol.SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))
-            ).sum()
+    def held(self, motion: ModalMotion, record: Array, work: Work) -> HeldForces:
+        """The forces of an instant, by the rows that are on."""
+        slipping = {
+            k: SLIP_SIGNS[motion.modes[k]]
+            for k in self.normals
+            if motion.modes[k] in SLIP_SIGNS and motion.uni.contact_points[k].tangent >= 0
+        }
+        modes = ModesAt(motion.modes, motion.pairs, np.zeros(0))
+        return HeldForces(
+            motion.uni, work, record, modes, self.normals, self.sticking, self.joints, slipping
         )
-        Z = vt[rank:].T
-        _, sizes, vt = np.linalg.svd(Z[len(forces) - count :])
-        return Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T, forces
 
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
-        from scipy.optimize import linprog
-
-        Z, forces = self.free_forces(motion, record, work)
-        size = max(force_size(motion), tol.TINY) * motion.system.length
-        y, best, active = np.zeros(Z.shape[1]), -np.inf, list[tuple[int, float]]()
-        bounds = [(None, None)] * len(y) + [(None, tol.FRICTION_RESERVE_MOST * size)]
-        for _ in range(PASSES):
-            limits = self._limits(motion, record, work, forces, Z @ y)
-            found = linprog(
-                np.append(np.zeros(len(y)), -1.0 / size),
-                A_ub=np.array([np.append(-by @ Z, 1.0) for *_, by, _ in limits]) / size,
-                b_ub=np.array([value for *_, value in limits]) / size,
-                bounds=bounds,
+        held = self.held(motion, record, work)
+        limits = held.limits_of(motion.groups).made()
+        least, active = np.inf, list[tuple[int, float]]()
+        for part in free_parts(held.columns, held.forces, held.own, limits):
+            found = greatest_margin(
+                part, limits, held.forces, tol.FRICTION_RESERVE_MOST, settle=False
             )
-            if found.status != 0 or float(found.x[-1]) <= best + tol.CONTACT_FORCE_SETTLED * size:
-                break
-            y, best = found.x[:-1], float(found.x[-1])
-            loads = -found.ineqlin.marginals
-            moves = loads > tol.LINEAR_PROGRAM_MULTIPLIER * float(loads.max())
-            active = [one[:2] for one, some in zip(limits, moves, strict=True) if some]
-            if all(self._law(motion, work, m).by_law for m in self.joints):
-                break
+            if found.least * part.size < least:
+                least, active = found.least * part.size, found.active
         sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
         opened = {number for number, slip_sign in active if not slip_sign}
-        return Reserve(best / motion.system.length, sliding, opened)
-
-    def _limits(
-        self, motion: ModalMotion, record: Array, work: Work, forces: Array, change: Array
-    ) -> list[tuple[int, float, Array, float]]:
-        """Friction reserves that must stay positive: number of the contact or pair, sign of the
-        sliding (0 of a normal force), gradient by all forces, and value now; with tangents where
-        forces change by `change`.
-        """
-        uni, found = motion.uni, list[tuple[int, float, Array, float]]()
-        every = np.eye(len(forces))
-        first = len(forces) - len(self.normals) - len(self.sticking) - len(self.joints)
-        place = {k: first + n for n, k in enumerate(self.normals)}
-        found += [(k, 0.0, every[place[k]], float(forces[place[k]])) for k in self.pressing]
-        n = first + len(self.normals)
-        for k in self.sticking:
-            group = motion.groups.get(k, [k])
-            by = np.sum([uni.contact_points[j].static * every[place[j]] for j in group], axis=0)
-            for slip_sign in (1.0, -1.0) if k in self.members else ():
-                # low + T of what would slide forwards, high − T of what would backwards
-                own = by + slip_sign * every[n]
-                found.append((k, slip_sign, own, float(own @ forces)))
-            n += 1
-        for m in self.joints:
-            number = len(uni.contact_points) + m
-            for slip_sign in (1.0, -1.0) if number in self.members else ():
-                by, value = self._tangent(motion, record, work, m, slip_sign, change)
-                own = by + slip_sign * every[n]
-                found.append((number, slip_sign, own, value + slip_sign * float(forces[n])))
-            n += 1
-        return found
-
-    def _law(self, motion: ModalMotion, work: Work, m: int) -> JointFriction:
-        return JointFriction(motion.system, work, motion.uni.friction_joints[m].pair)
-
-    def _tangent(
-        self,
-        motion: ModalMotion,
-        record: Array,
-        work: Work,
-        m: int,
-        slip_sign: float,
-        change: Array,
-    ) -> tuple[Array, float]:
-        """The tangent of the limit of a frictional joint where forces have changed so: by all
-        forces, and its value without the change.
-        """
-        system, law = motion.system, self._law(motion, work, m)
-        primitive, number, _ = system.row_table
-        at = np.flatnonzero(system.layout.primitive_node[primitive] == law.node)
-        by_rows = np.zeros((2, len(change)))
-        by_rows[number[at], at] = system.row_units[at]
-        now = np.array(multipliers_at(system, record, law.node)) + by_rows @ change
-        value, by_x, by_y = law.size(float(now[0]), float(now[1]), slip_sign)
-        unit = 1.0 if motion.uni.angular[motion.uni.friction_joints[m].tangent] else system.length
-        by = unit * (by_x * by_rows[0] + by_y * by_rows[1])
-        return by, unit * value - float(by @ change)
+        return Reserve(least, sliding, opened)
 
 
 def shared_friction(motion: ModalMotion) -> SharedFriction | None:
@@ -208,26 +266,92 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
         return None
     every = SharedFriction(normals, sticking, joints)
     motion.load()
-    Z, forces = every.free_forces(motion, motion.record[:, 0], motion.work)
-    if not Z.shape[1]:
-        return None
-    moves = np.abs(Z).max(axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
-    first = len(forces) - len(normals) - len(sticking) - len(joints)
-    own = first + len(normals)
-    place = {k: first + n for n, k in enumerate(normals)}
-    members = {
-        k
-        for n, k in enumerate(sticking, start=own)
-        if moves[n] or any(moves[place[one]] for one in motion.groups.get(k, [k]))
-    }
-    primitive = motion.system.row_table[0]
-    for n, m in enumerate(joints, start=own + len(sticking)):
-        node = int(motion.layout.friction_node[uni.friction_joints[m].pair])
-        at = motion.layout.primitive_node[primitive] == node
-        law = JointFriction(motion.system, motion.work, uni.friction_joints[m].pair)
-        if moves[n] or (not law.by_law and moves[np.flatnonzero(at)].any()):
-            members.add(len(uni.contact_points) + m)
-    pressing = frozenset(k for k in normals if moves[place[k]])
+    held = every.held(motion, motion.record[:, 0], motion.work)
+    limits = held.limits_of(motion.groups).made()
+    parts = free_parts(held.columns, held.forces, held.own, limits)
+    owners = limits.every_owner()
+    moved = {owners[n] for part in parts for n in part.limits}
+    members = frozenset(owner for owner, slip_sign in moved if slip_sign)
+    pressing = frozenset(owner for owner, slip_sign in moved if not slip_sign)
     if not members and not pressing:
         return None
-    return SharedFriction(normals, sticking, joints, frozenset(members), pressing)
+    return SharedFriction(normals, sticking, joints, members, pressing)
+
+
+# -- What is reported --------------------------------------------------------------------------
+
+
+class Reported(NamedTuple):
+    """A record whose forces are admissible, and all that are; None where they are determined."""
+
+    record: Array
+    forces: ForceSet | None
+
+
+def reported_instant(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> Reported:
+    """The record (rows,) of an instant with those forces that keep their limits best, at the
+    position in a workspace.
+    """
+    held = _all_held(uni, work, record, modes)
+    if held is None:
+        return Reported(record, None)
+    limits = held.limits_of({}).made()
+    forces, parts, margins = reported(held.columns, held.forces, held.own, limits)
+    if not parts:
+        return Reported(record, None)
+    system, before = uni.system, held.forces
+    first = 3 * system.coordinates
+    numbers = slice(first, first + PER_PRIMITIVE * len(system.owners))
+    found = record.copy()
+    change = primitive_numbers(uni.layout, work, held.multipliers(forces - before))
+    found[numbers] += change.ravel()
+    free = np.hstack([part.free for part in parts])
+    changes = primitive_numbers(uni.layout, work, held.multipliers(free))
+    changes = changes.reshape(-1, free.shape[1])
+    rows = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
+    least = np.array([one.least for one in margins])
+    worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
+    return Reported(
+        found, ForceSet(forces, limits, tuple(parts), least, worst, rows, changes[rows])
+    )
+
+
+def _all_held(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> HeldForces | None:
+    """Every closed contact point and what sticks; None where so few cannot depend on each other."""
+    points = uni.contact_points
+    normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
+    joints = [m for m, mode in enumerate(modes.pairs) if mode == "stick"]
+    if not modes.on.any() or (len(normals) < 2 and not joints):
+        return None
+    rows, n = uni.read(work), uni.system.coordinates
+    slipping = {
+        k: SLIP_SIGNS[modes.modes[k]]
+        for k in normals
+        if modes.modes[k] in SLIP_SIGNS and points[k].tangent >= 0
+    }
+    sticking = [k for k in normals if modes.modes[k] == "stick" and points[k].static > 0.0]
+    idle = [k for k in normals if modes.modes[k] == "redundant" and points[k].static > 0.0]
+    if idle:
+        holding = _row_space(uni, work, rows, modes.on)
+        for k in idle:
+            row = rows.block[points[k].tangent] * uni.system.coordinate_units
+            left = row - holding.T @ (holding @ row)
+            if np.linalg.norm(left) <= tol.SINGULAR_VALUE_SHARED_FRICTION * np.linalg.norm(row):
+                sticking.append(k)
+                continue
+            rate = float(rows.rate[points[k].tangent])
+            parts = rows.block[points[k].tangent] * record[2 * n : 3 * n]
+            ahead = float(parts.sum() - rows.gamma[points[k].tangent])
+            speed = np.abs(rows.block[points[k].tangent] * record[n : 2 * n]).max()
+            slides = abs(rate) > tol.RATE_NONE_STOPPED * speed
+            slipping[k] = float(np.sign(rate if slides else ahead)) or 1.0
+    return HeldForces(uni, work, record, modes, normals, sorted(sticking), joints, slipping)
+
+
+def _row_space(uni: Unilateral, work: Work, rows: Rows, on: Array) -> Array:
+    """Orthonormal rows that span those of joints and those that are on."""
+    scale = uni.system.coordinate_units
+    every = np.vstack([jacobian(uni.system, work)[1], rows.block[on > 0.0]]) * scale
+    every = every / np.maximum(np.linalg.norm(every, axis=1, keepdims=True), tol.TINY)
+    _, sizes, vt = np.linalg.svd(every, full_matrices=False)
+    return np.asarray(vt[sizes > tol.SINGULAR_VALUE_SHARED_FRICTION])

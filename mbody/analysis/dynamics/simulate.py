@@ -49,6 +49,7 @@ from mbody.quantities.types import Number, PlainNumbers
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record, one_design, reported_certificate, with_fields
+from mbody.solution.shared_forces import joined_forces
 from mbody.solution.solution import InitialState, IntegrationSettings, Restart, Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -230,7 +231,22 @@ def joined(
             ]
             for name in last.modes
         },
+        shared=joined_forces(
+            [
+                (run.shared, keep, _places(system, run.system))
+                for run, keep in zip(found, kept, strict=True)
+            ]
+        ),
     )
+
+
+def _places(system: System, part: System) -> Array:
+    """Where the numbers of the primitives of a phase are in the whole system."""
+    whole, own = phase_rows(system, part)
+    n3 = 3 * system.coordinates
+    found = np.zeros(part.record_rows, dtype=np.int64)
+    found[own] = whole
+    return found[n3:] - n3
 
 
 def _modes_at(run: Solution, name: str, keep: Array) -> list[str]:
