@@ -583,9 +583,10 @@ FRICTION_RADIUS_UNIQUE = 1.0 - 1e-12
 #: A reserve below this part of the greatest is none, in bands of rest.
 FRICTION_RESERVE_NONE = 1e-13
 FRICTION_RESERVE_MOST = 10.0  # A reserve is at most so many times the greatest force.
-#: The least margin of forces that no equation decides is at most so many times the force that they
-#: carry: what wedges itself could have any.
-FORCES_MARGIN_MOST = 1.0
+#: Forces that no equation decides, and their margins, are sought up to so many times what must be
+#: carried: what wedges itself could have any;
+FORCES_ROOM_MOST = 100.0
+FORCES_ROOM = 3.0  # there up to so many times.
 #: A margin of such forces below this part of what they carry is none,
 FORCES_ADMISSIBLE = 1e-9
 FORCES_UNIQUE = 1e-8  # and a range of this part is one force.

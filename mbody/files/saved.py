@@ -24,6 +24,7 @@ from mbody.files.model.write import to_json
 from mbody.files.writing import writing
 from mbody.kernels.step_state import PROGRESS
 from mbody.model.joint_limits import JointContact
+from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import KINDS, as_doubt
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BranchDistance, EventRecord, Record
@@ -95,13 +96,15 @@ def check_header(header: Mapping[str, Any], system: System) -> None:
     want(stats is None or counts, "'stats' are no counts")
     open_parts = header["dependencies"]
     if open_parts is not None:
-        closed = {one.name for one in system.mechanism.contacts if one.closed}
-        joints = {joint.name for joint in system.mechanism.joints} | closed
+        machine = system.mechanism
+        joints = {joint.name for joint in machine.joints}
+        joints |= {one.name for one in machine.contacts if one.closed}
         want(
             isinstance(open_parts, dict) and joints <= {*open_parts}, "'dependencies' lack a joint"
         )
         # a reaction has three parts, an effort one
-        sizes = {name: 3 if name in joints else 1 for name in open_parts}
+        three = joints | {one.name for one in machine.contacts}
+        sizes = {name: 3 if name in three else 1 for name in open_parts}
         sound = all(_truths(part, sizes[name]) for name, part in open_parts.items())
         want(sound, "'dependencies' are no truths")
     events = header["events"]
@@ -298,6 +301,18 @@ ELSEWHERE = ("settings", "own", "modal", *SAMPLED)
 ARRAYS = tuple(part.name for part in fields(Restart) if part.name not in ELSEWHERE)
 
 
+def _open_parts(run: Solution) -> dict[str, list[bool]]:
+    """What is not known to be determined: parts of reactions, efforts."""
+    machine = run.mechanism
+    found = {}
+    for one in (*machine.joints, *acting_contacts(run)):
+        parts = run.reaction(one.name).unique or (None,) * 3
+        found[one.name] = [part is not True for part in parts]
+    for each in (*machine.drivers, *machine.couplings):
+        found[each.name] = [run.unique_effort(each.name) is not True]
+    return found
+
+
 def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
     """Write a result with its mechanism, so that `load_run` gives the same and a motion goes on
     bit for bit.
@@ -338,7 +353,7 @@ def save_run(run: Solution, path: str | os.PathLike[str]) -> None:
         "values": {name: float(value) for name, value in run.system.values.items()},
         "analysis": run.analysis,
         "regularization": run.regularization,
-        "dependencies": run.dependencies,
+        "dependencies": run.dependencies if run.shared is None else _open_parts(run),
         "notes": run.notes,
         "status": run.status,
         "ending": run.ending,

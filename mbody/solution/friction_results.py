@@ -561,9 +561,13 @@ def range_of(solution: Any, name: str, on: str | None) -> ForceRange:
         )
     e = solution.system.primitives_of[element.name][0]
     plain = solution.effort(name)
-    if solution.shared is not None:
+    if _forgotten(solution) and solution.unique_effort(name) is False:
+        return ForceRange(*_unknown(plain))
+    if _by_sets(solution):
         none = _rounding(solution)[0 if element.effort_dimension == "force" else 2]
-        return ForceRange(*_shared_ends(solution, plain, -solution.shared.change(_row(e, 0)), none))
+        return ForceRange(
+            *_shared_ends(solution, plain, -solution.open_forces.change(_row(e, 0)), none)
+        )
     return ForceRange(*_limits(plain, -solution.forces_at_rest[..., PER_PRIMITIVE * e]))
 
 
@@ -577,10 +581,16 @@ def _row(e: int, n: int) -> int:
 def _reaction_range(solution: Any, plain: Reaction, joint: Any) -> ForceRange:
     """Of each component by itself."""
     every = [getattr(plain, key) for key in COMPONENTS]
-    if solution.shared is not None:
+    if _forgotten(solution):
+        each = zip(every, plain.unique or (None,) * 3, strict=True)
+        ends = [_unknown(own) if one is False else (own, own) for own, one in each]
+    elif _by_sets(solution):
         changes = _changes(solution, joint, plain.on)
-        each = zip(every, changes, _rounding(solution), strict=True)
-        ends = [_shared_ends(solution, own, by, none) for own, by, none in each]
+        rounding = _rounding(solution)
+        ends = [
+            _shared_ends(solution, own, by, none)
+            for own, by, none in zip(every, changes, rounding, strict=True)
+        ]
     else:
         forces = solution.forces_at_rest
         parts = _wrench(solution, joint, plain.on, lambda e, n: forces[..., _row(e, n)])
@@ -601,7 +611,7 @@ def _wrench(
         return contact_wrench(solution, joint, on, forces)
     rows = solution.system.primitives_of[joint.name]
     sign = 1.0 if on == joint.j.body else -1.0
-    x, y, couple = (sum(sign * forces(e, n) for e in rows) for n in (2, 3, 4))
+    x, y, couple = (sign * np.sum([forces(e, n) for e in rows], axis=0) for n in (2, 3, 4))
     every = [reaction_torque(solution, joint, *one) for one in zip(x, y, couple, strict=True)]
     return x, y, np.array(every).reshape(np.shape(couple))
 
@@ -611,7 +621,7 @@ def _wrench(
 
 def _changes(solution: Any, joint: Any, on: str) -> tuple[Array, Array, Array]:
     """How force and torque on a body change by what is free: (free, instants)."""
-    shared = solution.shared
+    shared = solution.open_forces
     return _wrench(solution, joint, on, lambda e, n: shared.change(_row(e, n)))
 
 
@@ -621,8 +631,30 @@ def _rounding(solution: Any) -> tuple[float, float, float]:
     return none, none, none * float(solution.system.length)
 
 
+def _forgotten(solution: Any) -> bool:
+    """Whether a motion was read from a file, which has no ranges."""
+    unknown = solution.shared is None and solution.dependencies is not None
+    return unknown and solution.analysis == "simulate"
+
+
+def _by_sets(solution: Any) -> bool:
+    """Whether ranges are those of all admissible forces; of joints at rest in driven motions they
+    are those at which the mechanism begins to move.
+    """
+    if solution.shared is None and (solution.analysis == "simulate" or solution.record.batch):
+        return False
+    if solution.analysis != "simulate" and not friction_of_contacts_alone(solution.system):
+        return solution.shared is not None and not solution.resting
+    return solution.open_forces is not None
+
+
+def _unknown(plain: Array) -> tuple[Array, Array]:
+    nothing = locked(np.full(np.shape(plain), np.nan))
+    return nothing, nothing
+
+
 def _shared_ends(solution: Any, plain: Array, by: Array, none: float) -> tuple[Array, Array]:
-    less, more = solution.shared.range(by, none)
+    less, more = solution.open_forces.range(by, none)
     return locked(plain + less), locked(plain + more)
 
 
@@ -632,7 +664,7 @@ def unique_reaction(solution: Any, joint: Any, on: str | None, plain: Unique) ->
     found: list[bool | None] = []
     each = zip(plain or (), _changes(solution, joint, body), _rounding(solution), strict=False)
     for known, by, none in each:
-        found.append(known and solution.shared.unique(by, none))
+        found.append(known and solution.open_forces.unique(by, none))
     return None if plain is None else (found[0], found[1], found[2])
 
 
@@ -640,7 +672,7 @@ def unique_effort(solution: Any, name: str) -> bool | None:
     """Whether the effort of a driver or coupling is determined."""
     e = solution.system.primitives_of[name][0]
     none = _rounding(solution)[0 if solution.mechanism[name].effort_dimension == "force" else 2]
-    found: bool | None = solution.shared.unique(-solution.shared.change(_row(e, 0)), none)
+    found: bool | None = solution.open_forces.unique(-solution.open_forces.change(_row(e, 0)), none)
     return found
 
 

@@ -276,12 +276,14 @@ class Part:
     `start` (k,): The least forces that balance the same, from the present ones.
     `limits`: Numbers of the limits that move.
     `size`: The greatest force that must be carried.
+    `units` (forces,): By what forces are divided, so that they are alike.
     """
 
     free: Array
     start: Array
     limits: Array
     size: float
+    units: Array
 
 
 def _components(joined: Array) -> list[Array]:
@@ -354,7 +356,8 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: Limits) -> lis
         near = support[mine].any(axis=0) | moving & np.isin(np.arange(len(forces)), which)
         size = float(np.abs(least[near]).max(initial=0.0))
         size = size or float(np.abs(forces / units)[near].max(initial=0.0))
-        parts.append(Part(own_ones * units[:, None], start, mine, max(size, tol.TINY)))
+        free = own_ones * units[:, None]
+        parts.append(Part(free, start, mine, max(size, tol.TINY), units))
     return parts
 
 
@@ -365,37 +368,64 @@ class Margin:
     `least`: Dimensionless, at most `most`.
     `y` (k,): Where, in forces.
     `active`: Whose limits stop it, with the sign of the sliding.
+    `wedged`: Whether nothing but the size of forces that is sought stops it.
     """
 
     least: float
     y: Array
     active: list[tuple[int, float]]
+    wedged: bool = False
 
 
 def greatest_margin(
     part: Part, limits: Limits, forces: Array, most: float, *, settle: bool = True
 ) -> Margin:
     """The y of a part with the greatest least margin; with `settle` the least of several such."""
-    found = _from(part, limits, forces, most, 0.0, settle)
+
+    def within(room: float, turn: float = 0.0) -> Margin:
+        return _within(part, limits, forces, (most, room), 2.0 * np.pi * turn, settle)
+
+    found = within(tol.FORCES_ROOM_MOST)
     if limits.bent and found.least < 0.0:
         for turn in TURNS:
-            other = _from(part, limits, forces, most, 2.0 * np.pi * turn, settle)
+            other = within(tol.FORCES_ROOM_MOST, turn)
             found = other if other.least > found.least else found
+    if found.wedged and settle:
+        small = within(tol.FORCES_ROOM)
+        found = small if small.least >= 0.0 else found
     return found
 
 
-def _from(
-    part: Part, limits: Limits, forces: Array, most: float, turn: float, settle: bool
+def _within(
+    part: Part,
+    limits: Limits,
+    forces: Array,
+    bounds: tuple[float, float],
+    turn: float,
+    settle: bool,
 ) -> Margin:
-    """The same from tangents at pressing forces that are turned by so much."""
-    k, owners = part.free.shape[1], limits.every_owner()
+    """The same of margins and forces up to `bounds`, as parts of the force that must be carried,
+    from tangents at pressing forces that are turned by so much.
+    """
+    (most, room), k, owners = bounds, part.free.shape[1], limits.every_owner()
     scale, weight = limits.sizes(part)
-    best = Margin(-np.inf, part.start, [])
-    y = part.start if turn else np.zeros(k)
+    plain = part.free / part.units[:, None]
+    touched = np.linalg.norm(plain, axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
+    there = (forces / part.units + plain @ part.start)[touched] / part.size
+    box, room_left = (
+        np.vstack([-plain[touched], plain[touched]]),
+        np.append(room - there, room + there),
+    )
+    weight = np.append(weight, np.zeros(len(box)))
+    best, z, rows = Margin(-np.inf, np.zeros(k), [], False), np.zeros(k), len(part.limits)
+    here = None if turn else -part.start / part.size
     for n in range(PASSES):
+        y = part.start + part.size * (z if n or here is None else here)
         lines, values = limits.at(forces + part.free @ y, 0.0 if n else turn)
         G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
-        g = values[part.limits] / scale - G @ (y / part.size)
+        G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
+        g = values[part.limits] / scale - G @ ((y - part.start) / part.size)
+        G, g = np.vstack([G, box]), np.append(g, room_left)
         found = _greatest(G, g, weight, most)
         if found is None:
             break
@@ -403,11 +433,12 @@ def _from(
         if theta <= best.least + tol.CONTACT_FORCE_SETTLED:
             break
         moves = loads > tol.LINEAR_PROGRAM_MULTIPLIER * float(loads.max(initial=0.0))
+        wedged = bool(moves[rows:].any())
         if settle:
-            at = _settled(G, g, theta * weight, at, moves, part.start / part.size)
-        y = at * part.size
-        active = [owners[i] for i, some in zip(part.limits, moves, strict=True) if some]
-        best = Margin(theta, y, active)
+            at = _settled(G, g, theta * weight, at, moves, np.zeros(k))
+        z = at
+        active = [owners[i] for i, some in zip(part.limits, moves, strict=False) if some]
+        best = Margin(theta, part.start + part.size * z, active, wedged)
         if not limits.bent:
             break
     return best
@@ -476,8 +507,9 @@ class ForceSet:
         for part, least, own in self._by_part(by):
             if not np.abs(own).max(initial=0.0) > 0.0:
                 continue
-            if least > tol.FORCES_ADMISSIBLE and self.limits.sizes(part)[1].all():
-                return False  # there is room on all sides
+            room = least > tol.FORCES_ADMISSIBLE and self.limits.sizes(part)[1].all()
+            if room or least < -tol.FORCES_ADMISSIBLE:
+                return False  # there is room on all sides, or none
             low, high = self._range(part, own)
             if high - low > tol.FORCES_UNIQUE * part.size * float(np.linalg.norm(own)):
                 return False
@@ -486,10 +518,14 @@ class ForceSet:
         return found
 
     def range(self, by: Array) -> tuple[float, float]:
-        """By how much less and more than what is reported it may be; infinite without a bound."""
+        """By how much less and more than what is reported it may be; infinite without a bound, no
+        numbers where none is admissible.
+        """
         low = high = 0.0
-        for part, _, own in self._by_part(by):
+        for part, least, own in self._by_part(by):
             if np.abs(own).max(initial=0.0) > 0.0:
+                if least < -tol.FORCES_ADMISSIBLE:
+                    return np.nan, np.nan
                 ends = self._range(part, own)
                 low, high = low + ends[0], high + ends[1]
         return low, high
@@ -517,6 +553,7 @@ class ForceSet:
         for _ in range(PASSES):
             lines, values = self.limits.at(self.forces + part.free @ y)
             G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
+            G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
             g = np.maximum(values[part.limits] / scale, 0.0) - G @ (y / part.size)
             if len(y) == 1:
                 at = _far(G[:, 0] * np.sign(aim[0]), g)
@@ -558,7 +595,7 @@ def reported(
     ([4.0, 4.0, 4.0], 4.0)
     """
     parts = free_parts(columns, forces, own, limits)
-    margins = [greatest_margin(one, limits, forces, tol.FORCES_MARGIN_MOST) for one in parts]
+    margins = [greatest_margin(one, limits, forces, tol.FORCES_ROOM_MOST) for one in parts]
     changed = sum(
         (p.free @ m.y for p, m in zip(parts, margins, strict=True)), np.zeros(len(forces))
     )

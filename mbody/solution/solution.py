@@ -421,16 +421,16 @@ class Solution:
 
     def _unique(self, joint: str, on: str | None = None) -> Unique:
         plain: Unique = (True, True, True)
-        if self.regularization:
-            if self.dependencies is None:
-                return None
+        if self.regularization and self.dependencies is None:
+            return None
+        if self.dependencies is not None:
             open_parts = self.dependencies.get(joint, [False] * 3)
             plain = (not open_parts[0], not open_parts[1], not open_parts[2])
             if self.mechanism.contacts_of(joint):
                 return None  # it is not looked at whether the sum is determined
         if self.stepped is not None and len(self.stepped.which):
             return None  # it is not looked at where something touches
-        if self.shared is None or not self.shared.free:
+        if self.open_forces is None:
             return plain
         from mbody.solution.friction_results import unique_reaction
 
@@ -450,7 +450,7 @@ class Solution:
             return None
         if self.dependencies is not None and any(self.dependencies.get(name, ())):
             return False
-        if self.shared is None or not self.shared.free:
+        if self.open_forces is None:
             return True
         from mbody.solution.friction_results import unique_effort
 
@@ -687,6 +687,14 @@ class Solution:
         from mbody.solution.friction_results import friction_report
 
         return friction_report(self)
+
+    @functools.cached_property
+    def open_forces(self) -> SharedResult | None:
+        """Admissible forces that no equation decides; None where all are determined."""
+        if self.shared is not None or self.analysis not in ("kinetostatics", "statics"):
+            return self.shared
+        found: SharedResult | None = present("open_forces", self)
+        return found
 
     @property
     def resting(self) -> dict[str, Array]:

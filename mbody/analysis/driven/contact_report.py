@@ -63,10 +63,10 @@ def one_sided(system: System) -> list[Joint | Coupling | OneSided]:
         joint for joint in machine.joints if type(joint).normal is not Joint.normal
     ]
     found += [one for one in machine.contacts if one.closed]
-    return found + [one for one in machine.couplings if _rope_factor(system, one)]
+    return found + [one for one in machine.couplings if rope_factor(system, one)]
 
 
-def _rope_factor(system: System, coupling: Coupling) -> float:
+def rope_factor(system: System, coupling: Coupling) -> float:
     """The factor of a single part of a rope, of which the effort times it pushes; 0 of what is no
     rope.
     """
@@ -84,7 +84,7 @@ def _rope_factor(system: System, coupling: Coupling) -> float:
 def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
     """The force of a one-sided element at the instants of a solution."""
     if element.role == "coupling":
-        pull = -_rope_factor(solution.system, element) * solution.effort(element.name)
+        pull = -rope_factor(solution.system, element) * solution.effort(element.name)
         return OneSidedForce(solution.t, pull, np.abs(pull))
     if element.role == "contact":
         press = least_pressing(solution, element)

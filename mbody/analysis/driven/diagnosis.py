@@ -6,6 +6,7 @@ only at its beginning, and where it fails.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import fields
 
 import numpy as np
@@ -295,8 +296,12 @@ def open_along(system: System, q: np.ndarray) -> dict[str, list[bool]] | None:
     return open_reactions(system, best)
 
 
-def open_note(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
-    """A sentence that names what redundant rows leave open; none where everything is determined."""
+def open_note(
+    found: dict[str, list[bool]] | None, contacts: Collection[str] = ()
+) -> tuple[str, ...]:
+    """A sentence that names what redundant rows leave open; none where everything is determined.
+    `contacts`: Names of closed contacts.
+    """
     if found is None:
         return ("rows are redundant; which reactions are unique was not looked at",)
     reactions = [name for name, parts in found.items() if len(parts) > 1 and any(parts)]
@@ -305,7 +310,10 @@ def open_note(found: dict[str, list[bool]] | None) -> tuple[str, ...]:
     dependent += [f"the efforts of {listed(efforts, NAMED)}"] if efforts else []
     if not dependent:
         return ()
+    given = "those of least norm are given"
+    if not set(contacts).isdisjoint(reactions):
+        given += ", of contacts those farthest from opening"
     return (
-        f"rows are redundant: {' and '.join(dependent)} are not unique, those of least norm are "
-        "given; take off what repeats, or give it play",
+        f"rows are redundant: {' and '.join(dependent)} are not unique, {given}; take off what "
+        "repeats, or give it play",
     )

@@ -139,8 +139,10 @@ def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
     if rows.start == rows.stop and not found.mechanism.contacts:
         return found
     from mbody.analysis.driven.contact_report import with_contact_report, with_friction_notes
+    from mbody.analysis.driven.open_forces import with_admissible_forces
 
-    return with_contact_report(with_friction_notes(found), notes)
+    found = with_admissible_forces(with_friction_notes(found))
+    return with_contact_report(found, notes)
 
 
 def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:

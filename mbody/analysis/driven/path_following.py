@@ -654,7 +654,8 @@ class Runner:
             from mbody.analysis.driven.diagnosis import open_note, open_reactions
 
             dependencies = open_reactions(self.system, start.rank)
-            redundant = open_note(dependencies) if self.with_forces else ()
+            closed = [one.name for one in self.system.mechanism.contacts if one.closed]
+            redundant = open_note(dependencies, closed) if self.with_forces else ()
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
         notes = [*start.notes, *self.system.once("model_notes", lambda: model_notes(machine))]
         left = "left out", self.analysis

@@ -346,8 +346,9 @@ class ModalIntegration(JumpIntegration):
         """Admissible forces of instants; None where all are determined."""
         if not any(one is not None for one in forces):
             return None
-        owners = (*self.uni.contact_points, *self.uni.friction_joints)
-        return SharedResult(forces, tuple(one.name for one in owners))
+        names = [one.name for one in self.uni.contact_points]
+        names += [one.name for one in self.uni.friction_joints]
+        return SharedResult(forces, tuple(names))
 
     def named_modes(
         self, modes: list[str] | None = None, pairs: list[str] | None = None

@@ -1,0 +1,260 @@
+"""Forces of driven motions and of rest that no equation decides: closed contacts, ropes, friction.
+
+Rows of closed contacts and ropes that depend on each other, and friction that holds at rest, leave
+forces open. Reported are those without friction at rest and, of redundant rows, those with the
+greatest least margin (`mbody.solution.shared_forces`); where a contact would have to pull then, and
+friction can help, those with friction.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbody.analysis.contact.complementarity import JointFriction
+from mbody.analysis.driven.contact_report import rope_factor
+from mbody.core import tolerances as tol
+from mbody.kernels.friction import LASTING
+from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.solution.checks import loaded
+from mbody.solution.contact_forces import FrictionPair, friction_pairs
+from mbody.solution.doubts import doubted
+from mbody.solution.histories import with_fields
+from mbody.solution.shared_forces import (
+    BentLimit,
+    ForceSet,
+    Limits,
+    Lines,
+    SharedResult,
+    free_parts,
+    greatest_margin,
+    inadmissible,
+    primitive_numbers,
+    reported,
+)
+from mbody.solution.solution import Solution
+from mbody.system.rank import jacobian
+from mbody.system.system import System, too_large
+
+Array = np.ndarray
+
+
+class DrivenForces:
+    """All forces of one instant, with their units: multipliers of rows, friction of what rests.
+
+    `columns` (coordinates, forces), `forces` (forces,), `limits`: See `mbody.solution`.
+    `pulls` (limits,): Which are of contacts and ropes.
+    """
+
+    def __init__(self, solution: Solution, instant: int) -> None:
+        system = self.system = solution.system
+        self.work = loaded(solution, instant)
+        self.primitive, self.number, _ = system.row_table
+        first, self.count = 3 * system.coordinates, len(self.primitive)
+        places = first + PER_PRIMITIVE * self.primitive + self.number
+        record = solution.record.table(slice(None))[instant]
+        own = record[places]
+        self.pairs = friction_pairs(system)
+        along, at_rest = self._along(), solution.pairs_at_rest[instant]
+        rates = solution.rates_of_pairs[instant] if self.pairs else np.zeros((0, 3))
+        self.resting = [n for n in range(len(self.pairs)) if at_rest[n]]
+        self.sliding: list[tuple[FrictionPair, Array]] = []
+        of_rows = -jacobian(system, self.work)[1].T
+        for n, pair in enumerate(self.pairs):
+            slip_sign = float(rates[n, 2])
+            if pair.kind in LASTING:
+                slip_sign = float(self.work.par[pair.parameter + 4, 0])
+            if n in self.resting or not slip_sign:
+                continue
+            law = JointFriction(system, self.work, n, float(rates[n, 0]))
+            pressing = self._pressing(law, self.count)
+            x, y = pressing @ own
+            _, by_x, by_y = law.size(x, y, slip_sign)
+            change = slip_sign * (by_x * pressing[0] + by_y * pressing[1])
+            of_rows -= np.outer(along[n], change)
+            self.sliding.append((pair, change))
+        friction = [-record[first + PER_PRIMITIVE * self.pairs[n].primitive] for n in self.resting]
+        self.columns = np.column_stack([of_rows, *(along[n] for n in self.resting)])
+        self.forces = np.concatenate([own, friction])
+        self.limits, self.pulls = self._limits()
+        self.own = np.arange(len(self.forces)) >= self.count
+        for line in self.limits.lines[self.pulls[: len(self.limits.lines)]]:
+            self.own |= line != 0.0
+
+    def _along(self) -> Array:
+        """Rows along which pairs slide: (pairs, coordinates)."""
+        L, block = self.system.layout, self.work.block[:, 0].reshape(-1, 3)
+        found = np.zeros((len(self.pairs), self.system.coordinates + 3))
+        for n, pair in enumerate(self.pairs):
+            node, e = 4 * L.written_node[pair.primitive], pair.primitive
+            for side, body in ((0, L.primitive_i[e]), (2, L.primitive_j[e])):
+                found[n, 3 * body : 3 * body + 3] += block[node + side]
+        return found[:, : self.system.coordinates]
+
+    def _pressing(self, law: JointFriction, count: int) -> Array:
+        """Both multipliers that press a pair, by the forces: (2, count)."""
+        at = np.flatnonzero(self.system.layout.primitive_node[self.primitive] == law.node)
+        found = np.zeros((2, count))
+        found[self.number[at], at] = 1.0
+        return found
+
+    def _limits(self) -> tuple[Limits, Array]:
+        """Limits of contacts, ropes, and friction of what rests, whose owners are the elements by
+        number: closed contacts, couplings, then pairs.
+        """
+        system, machine, lines = self.system, self.system.mechanism, Lines(len(self.forces))
+        contacts, couplings = machine.contacts, machine.couplings
+        for k, contact in enumerate(contacts):
+            if contact.closed:
+                own = system.primitives_of[contact.name]
+                for candidate, e in zip(contact.candidates(system.numbers), own, strict=False):
+                    lines.add((k, 0.0), {self._row(e): -candidate.sign})
+        for k, rope in enumerate(couplings, start=len(contacts)):
+            if factor := rope_factor(system, rope):
+                e = system.primitives_of[rope.name][0]
+                lines.add((k, 0.0), {self._row(e): float(np.sign(factor))})
+        pulling = len(lines.owners)
+        closed = {one.name for one in contacts if one.closed}
+        first = len(contacts) + len(couplings)
+        for place, n in enumerate(self.resting, start=self.count):
+            self._limit(lines, first + n, place, n, self.pairs[n].joint in closed)
+        limits = lines.made()
+        return limits, np.arange(len(limits.every_owner())) < pulling
+
+    def _row(self, e: int) -> int:
+        return int(np.flatnonzero(self.primitive == e)[0])
+
+    def _limit(self, lines: Lines, owner: int, place: int, n: int, contact: bool) -> None:
+        pair, L = self.pairs[n], self.system.layout
+        law = JointFriction(self.system, self.work, n)
+        if contact:
+            e = int(np.flatnonzero(L.primitive_node == law.node)[0])
+            press = -float(self.work.par[pair.parameter + 4, 0]) * law.mu
+            for sign in (1.0, -1.0):
+                lines.add((owner, sign), {self._row(e): press, place: sign}, 0.0, float(law.mu > 0))
+        elif law.by_law:
+            values = [float(law.size(0.0, 0.0, sign)[0]) for sign in (1.0, -1.0)]
+            whole = max(values)
+            for sign, value in zip((1.0, -1.0), values, strict=True):
+                parts = {place: sign / (whole or 1.0)}
+                lines.add((owner, sign), parts, value / (whole or 1.0), float(whole > 0.0))
+        else:
+            turns = self.system.row_kinds[pair.primitive] == "a"
+            length = law.first if law.kind == "pin" else self.system.length if turns else 1.0
+            pressing = self._pressing(law, lines.count)
+            lines.bent.append(BentLimit(owner, place, pressing, law.size, length))
+
+    def multipliers(self, change: Array) -> Array:
+        """Changes of the multipliers of all primitives, (primitives, 2, …), by those of forces."""
+        found = np.zeros((len(self.system.owners), 2, *change.shape[1:]))
+        found[self.primitive, self.number] = change[: self.count]
+        for place, n in enumerate(self.resting, start=self.count):
+            found[self.pairs[n].primitive, 0] = -change[place]
+        for pair, by in self.sliding:
+            found[pair.primitive, 0] = np.tensordot(by, change[: self.count], 1)
+        return found
+
+    def admissible(self) -> tuple[Array, ForceSet | None]:
+        """The forces that are reported, and all that are admissible; None where they are
+        determined.
+        """
+        parts = free_parts(self.columns, self.forces, self.own, self.limits)
+        if not parts:
+            return self.forces, None
+        margins = [
+            greatest_margin(one, self.limits, self.forces, tol.FORCES_ROOM_MOST) for one in parts
+        ]
+        found, most = self.forces, max(part.size for part in parts)
+        rests = np.arange(len(found)) < self.count
+        if self.own[rests].any():
+            # of redundant rows alone, without friction of what rests
+            bare = Lines(self.count)
+            for owner, line in zip(self.limits.owners, self.limits.lines, strict=True):
+                if not owner[1]:
+                    bare.add(owner, dict(enumerate(line[rests])))
+            found = found.copy()
+            found[rests] = reported(
+                self.columns[:, rests], found[rests], self.own[rests], bare.made()
+            )[0]
+        if self._least(found) < -tol.FORCES_ADMISSIBLE * most:
+            best = self.forces.copy()
+            for part, margin in zip(parts, margins, strict=True):
+                best += part.free @ margin.y
+            found = best if self._least(best) > self._least(found) else found
+        free = np.hstack([part.free for part in parts])
+        changes = primitive_numbers(self.system.layout, self.work, self.multipliers(free))
+        changes = changes.reshape(-1, free.shape[1])
+        rows = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
+        least = np.array([one.least for one in margins])
+        worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
+        return found, ForceSet(found, self.limits, tuple(parts), least, worst, rows, changes[rows])
+
+    def _least(self, forces: Array) -> float:
+        """The least force of a contact or a rope."""
+        return float((self.limits.at(forces)[1][self.pulls]).min(initial=0.0))
+
+
+def admissible_forces(found: Solution) -> SharedResult | None:
+    """All admissible forces of the instants at which forces are open; the record gets those that
+    are reported. None where all are determined.
+    """
+    system = found.system
+    if not found.has_forces or found.record.batch or too_large(system):
+        return None
+    instants = _examined(found)
+    if not len(instants):
+        return None
+    sets: list[ForceSet | None] = [None] * len(found)
+    first = 3 * system.coordinates
+    last = first + PER_PRIMITIVE * len(system.owners)
+    block = found.record.blocks[0]
+    for k in instants.tolist():
+        here = DrivenForces(found, k)
+        if not np.isfinite(here.forces).all():
+            continue  # it jams
+        forces, sets[k] = here.admissible()
+        change = here.multipliers(forces - here.forces)
+        if change.any():
+            lane, place = divmod(k, len(block))
+            moved = primitive_numbers(system.layout, here.work, change).ravel()
+            block[place, first:last, lane] += moved
+    if not any(one is not None for one in sets):
+        return None
+    machine = system.mechanism
+    names = [one.name for one in (*machine.contacts, *machine.couplings)]
+    return SharedResult(tuple(sets), (*names, *(pair.joint for pair in friction_pairs(system))))
+
+
+def _examined(found: Solution) -> Array:
+    """Instants at which forces may be open."""
+    system, machine = found.system, found.system.mechanism
+    sided = any(one.closed for one in machine.contacts)
+    sided = sided or any(rope_factor(system, one) for one in machine.couplings)
+    if found.regularization and sided:
+        return np.arange(len(found))
+    if not found.pairs_at_rest.size:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(found.pairs_at_rest.any(axis=1))
+
+
+def with_admissible_forces(found: Solution) -> Solution:
+    """The result with admissible forces of its closed contacts, and a doubt where there are none.
+    Of friction of joints alone, nothing else being redundant, they are looked at when they are
+    read.
+    """
+    if not any(one.closed for one in found.mechanism.contacts) and not found.regularization:
+        return found
+    shared = admissible_forces(found)
+    if shared is None:
+        return found
+    found = with_fields(found, shared=shared)
+    return doubted(found, inadmissible(found))
+
+
+def open_forces(found: Any) -> SharedResult | None:
+    """What `Solution.open_forces` has of a driven motion."""
+    system: System = found.system
+    if not len(system.layout.friction_kind):
+        return None
+    return admissible_forces(found)
