@@ -44,7 +44,7 @@ LOOSE = 0.05
 
 @dataclass
 class Change:
-    """What is done to a scene, and how its results are taken back; `swapped`: low limits are high."""
+    """What is done to a scene, and how results are taken back; `swapped`: low limits are high."""
 
     apply: Callable[[Scene], Scene]
     length: float = 1.0
