@@ -288,6 +288,11 @@ class Program:
             return -math.inf
         return float(done.fun) * size * self.scale if done.status == 0 else None
 
+    @property
+    def feasible(self) -> bool:
+        """Whether some forces balance."""
+        return self.extreme(np.zeros(len(self.columns))) is not None
+
     def forms(self, name: str) -> list[Array]:
         """fx and fy of what has this name, or the effort."""
         rows = [np.zeros(len(self.columns)) for _ in range(2)]
@@ -305,19 +310,30 @@ class Program:
         return None if low is None or high is None else (low, -high)
 
 
-def faults_of_held(scene: Scene, hands: list[Hand], run: Any, moving: bool) -> list[Fault]:
-    """Forces that break a law, and bands and marks that are not those of the program."""
+def program_of(scene: Scene, hands: list[Hand], run: Any, moving: bool) -> tuple[Checks, Program]:
+    """The checks of a run of one instant, and its program; of statics without rates."""
     checks = Checks(scene, run)
     state = checks.states[0]
     if not moving:
         for name in (*scene.parts, GROUND):
             state.a[name] = state.v[name] = np.zeros(3)
-    program = Program(checks, hands, state, moving)
+    return checks, Program(checks, hands, state, moving)
+
+
+def has_forces(scene: Scene, hands: list[Hand], run: Any, moving: bool) -> bool:
+    """Whether some forces are admissible."""
+    return program_of(scene, hands, run, moving)[1].feasible
+
+
+def faults_of_held(scene: Scene, hands: list[Hand], run: Any, moving: bool) -> list[Fault]:
+    """Forces that break a law, and bands and marks that are not those of the program."""
+    checks, program = program_of(scene, hands, run, moving)
+    state = checks.states[0]
     checks.forces(state, 0, {hand.name: hand for hand in hands})
-    feasible = program.extreme(np.zeros(len(program.columns))) is not None
-    if not feasible:  # the forces that are printed break some law, which is to be said
+    if not program.feasible:  # the forces that are printed break some law, which is to be said
         checks.faults.clear()
-        if not any("would have to" in note for note in run.notes):
+        said = any("would have to" in note for note in run.notes)
+        if not said and all(doubt.kind != "inadmissible" for doubt in run.doubts):
             checks.fault("nothing balances", math.inf, "forces are printed, and nothing is said")
         return checks.faults
     unit = program.scale
@@ -377,6 +393,9 @@ def examine_held(seed: int) -> Finding:
             return Finding(scene.kind, 1, refused=1, told=told, model=model)
     counts = ", ".join(f"{n} {kind}" for kind, n in Counter(f.kind for f in faults).items())
     told = f"{counts}; {max(faults, key=lambda f: f.size)}" if faults else ""
+    kinds = {doubt.kind for doubt in run.doubts}
+    if kinds == {"inadmissible"} and not faults and not has_forces(scene, hands, run, moving):
+        return Finding(scene.kind, 1)  # it says what is so
     if run.doubts or run.status != "completed":
         told = f"{told or 'nothing wrong'}; {run.status}"
         return Finding(scene.kind, 1, doubted=1, told=told, model=model)

@@ -44,7 +44,7 @@ LOOSE = 0.05
 
 @dataclass
 class Change:
-    """What is done to a scene, and how its results are taken back: lengths, rates, and angles."""
+    """What is done to a scene, and how results are taken back; `swapped`: low limits are high."""
 
     apply: Callable[[Scene], Scene]
     length: float = 1.0
@@ -53,6 +53,7 @@ class Change:
     angle: float = 0.0
     shift: tuple[float, float] = (0.0, 0.0)
     mirror: bool = False
+    swapped: bool = False
     exact: bool = False
 
 
@@ -84,7 +85,7 @@ def translated(rng: np.random.Generator) -> Change:
 
 
 def mirrored(_: np.random.Generator) -> Change:
-    return Change(lambda s: s.mirrored(), mirror=True)
+    return Change(lambda s: s.mirrored(), mirror=True, swapped=True)
 
 
 def reordered(rng: np.random.Generator) -> Change:
@@ -92,7 +93,7 @@ def reordered(rng: np.random.Generator) -> Change:
 
 
 def exchanged(_: np.random.Generator) -> Change:
-    return Change(lambda s: s.exchanged())
+    return Change(lambda s: s.exchanged(), swapped=True)
 
 
 CHANGES: dict[str, Callable[[np.random.Generator], Change]] = {
@@ -152,6 +153,35 @@ def of_scene(seed: int, name: str, rng: np.random.Generator) -> Finding:
     return Finding(name, 1, doubted=int(doubted), silent=int(not doubted), told=told, model=again)
 
 
+def of_restart(seed: int) -> Finding:
+    """A motion, and the same in two parts: the second goes on from the end of the first."""
+    scene = random_scene(seed)
+    scene.rtol = RTOL
+    model = scene.mechanism(f"scene {seed} in two parts")
+    told, runs = [], []
+    try:
+        for until in (scene.until, 0.5 * scene.until):
+            runs.append(mbody.simulate(model, until, rtol=RTOL, instants=2))
+    except (mbody.ModelError, mbody.SolveError) as error:
+        told.append(f"{type(error).__name__}: {error}")
+    if told or any(run.status != "completed" for run in runs):
+        return Finding("restart", 1, refused=1, told=(told or [runs[0].status])[0], model=model)
+    try:
+        runs[1] = mbody.simulate(model, scene.until, start=runs[1], rtol=RTOL, instants=2)
+    except (mbody.ModelError, mbody.SolveError) as error:
+        told.append(f"its own end is refused: {error}")
+        return Finding("restart", 1, silent=1, told=told[0], model=model)
+    names, same = list(scene.parts), Change(lambda s: s)
+    ours, theirs = ([x[..., -1:] for x in states(run, names, same)] for run in runs)
+    off = most(scene, ours, theirs)
+    impacts = sum(event.after is not None for event in runs[0].events)
+    wrong = off > 0.1 * TIMES * RTOL * MAGNIFIED ** min(impacts, 2 * COUNTED)
+    more = set(runs[1].notes) - set(runs[0].notes)
+    told = [f"goes on otherwise by {off:.2g} after {impacts} impacts"] if wrong else []
+    told += [f"notes {more}"] if more else []
+    return Finding("restart", 1, silent=int(bool(told)), told="; ".join(told), model=model)
+
+
 def difference(scene: Scene, runs: list[Any], ours: Any, theirs: Any, change: Change) -> str:
     """What differs between two runs, or nothing."""
     events = [[(e.name, e.contact) for e in run.events] for run in runs]
@@ -159,7 +189,7 @@ def difference(scene: Scene, runs: list[Any], ours: Any, theirs: Any, change: Ch
         np.array([e.t for e in run.events]) / unit
         for run, unit in zip(runs, (1.0, change.time), strict=True)
     ]
-    if change.mirror:
+    if change.swapped:
         swap = {"_low": "_high", "_high": "_low"}
         pins = {pin.name + end: pin.name + swap[end] for pin in scene.pins for end in swap}
         events[1] = [(name, pins.get(contact, contact)) for name, contact in events[1]]
@@ -279,6 +309,7 @@ def compared(
     # what may be rounding alone, by what the others make of it
     extent = max(float(np.ptp(ours)) for _, ours, _ in sorts["x"]) or 1.0
     sizes["angle"] = max(1.0, sizes["angle"])
+    sizes["omega"] = max(sizes["omega"], sizes["vx"] / extent)
     sizes["alpha"] = max(sizes["alpha"], sizes["omega"] ** 2)
     for sort, of in (("vx", "omega"), ("ax", "alpha"), ("torque", "fx")):
         sizes[sort] = max(sizes.get(sort, 0.0), extent * sizes.get(of, 0.0))
@@ -326,7 +357,7 @@ def histories(
 
 
 #: What is done to models that are no scenes.
-UNITS = ("powers of two", "scale", "unit systems", "order")
+UNITS = ("powers of two", "scale", "unit systems", "order", "restart")
 
 
 def of_gallery(model: str, name: str, rng: np.random.Generator) -> Finding:
@@ -352,8 +383,9 @@ def examine_invariance(seed: int) -> Finding:
         warnings.simplefilter("ignore", ModelWarning)
         turn, kind = divmod(seed, 5)
         if kind < 3:
-            return of_scene(seed, list(CHANGES)[int(rng.integers(len(CHANGES)))], rng)
-        name = UNITS[int(rng.integers(len(UNITS)))]
+            name = (*CHANGES, "restart")[int(rng.integers(len(CHANGES) + 1))]
+            return of_restart(seed) if name == "restart" else of_scene(seed, name, rng)
+        name = UNITS[int(rng.integers(len(UNITS) - 1))]
         if kind == 3:
             return of_linkage(seed, name, rng)
         names = gallery.names()

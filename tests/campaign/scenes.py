@@ -639,6 +639,33 @@ def stopped(draw: Drawing) -> None:
         rod.rates = [rod.rates[0] + part.rates[0], rod.rates[1] + part.rates[1], rod.rates[2]]
 
 
+def apart(draw: Drawing) -> None:
+    """Two or three bodies in the air, very light to very heavy, from far away or from nothing."""
+    for k in range(int(draw.rng.integers(2, 4))):
+        far = float(10.0 ** draw.rng.choice([-12.0, 0.0, 2.0]))
+        height = [0.0, draw.between(2.0, 3.0) + 3.0 * k][far == 1.0] + (far > 1.0) * far
+        part = draw.part("abc"[k], shape_of(draw), [draw.between(-1.0, 1.0) * far, height, 0.0])
+        draw.thrown(part)
+        factor = float(10.0 ** draw.between(-5.0, 5.0))
+        part.mass *= factor
+        part.inertia *= factor
+        draw.push(part, 2.0)
+
+
+def tilted(draw: Drawing) -> None:
+    """A rod that stands on one end and slides, with much friction or little (Painlevé's)."""
+    part = draw.part("a", "rod", [0.0, 0.0, draw.between(0.2, 2.9)])
+    angle = draw.floor(0.3)
+    turn = part.pose[2] = part.pose[2] + angle
+    px, _ = part.points["P0"]
+    arm = np.array([math.cos(turn), math.sin(turn)]) * -px
+    part.pose[:2] = [float(arm[0]), float(arm[1])]
+    v, omega = draw.between(-2.0, 2.0), draw.between(-2.0, 2.0)
+    part.rates = [v * math.cos(angle) - omega * arm[1], v * math.sin(angle) + omega * arm[0], omega]
+    mu = draw.between(0.1, 2.0)
+    draw.contacts(part, "floor", {"friction": mu, "static": mu, **draw.impact()})
+
+
 KINDS: dict[str, tuple[Callable[[Drawing], None], float]] = {
     "tumbling": (tumbling, 0.22),
     "resting": (resting, 0.15),
@@ -647,7 +674,9 @@ KINDS: dict[str, tuple[Callable[[Drawing], None], float]] = {
     "stacked": (stacked, 0.08),
     "hanging": (hanging, 0.12),
     "roped": (roped, 0.1),
-    "stopped": (stopped, 0.1),
+    "stopped": (stopped, 0.05),
+    "apart": (apart, 0.025),
+    "tilted": (tilted, 0.025),
 }
 
 
@@ -661,7 +690,7 @@ def random_scene(seed: int) -> Scene:
     scene = draw.scene
     scene.until = draw.between(0.4, 1.6)
     scene.rtol = float(rng.choice([1e-6, 1e-8, 1e-10]))
-    if draw.chance(0.2):  # one body much lighter or heavier than the others
+    if draw.chance(0.2) and kind != "apart":  # one body much lighter or heavier than the others
         part = scene.parts[str(rng.choice(list(scene.parts)))]
         factor = 10.0 ** draw.between(-4.0, 4.0)
         part.mass *= factor

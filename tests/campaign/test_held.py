@@ -21,11 +21,12 @@ from tests.campaign.scene_checks import Checks
 from tests.campaign.scenes import Part, Scene, Touching
 from tests.support.cases import first_fast
 
-#: Seeds that are right as yet; of the others the marks of what is unique are wrong, or bands.
-RIGHT = (6, 7, 10, 11, 12, 17, 18, 19, 20, 24, 29, 32, 33, 34, 35, 37, 42, 46, 47, 49, 50, 51, 59)
+#: Seeds that jam (22, 39), or are wrong as yet, each of a kind that is known.
+OPEN = (15, 22, 26, 31, 39, 57, 66, 68, 73, 74, 79)
+SEEDS = [seed for seed in range(80) if seed not in OPEN]
 
 
-@first_fast("seed", RIGHT, 15)
+@first_fast("seed", SEEDS, 30)
 @pytest.mark.processor
 def test_forces_are_those_of_a_linear_program(seed):
     found = examine_held(seed)
@@ -66,7 +67,7 @@ def test_the_program_has_the_band_of_a_ladder():
 
 def test_what_balances_nothing_is_seen():
     """Pushed away from its floor, nothing holds it down; and no note is left to say so."""
-    seed = next(s for s in RIGHT if random_held(s)[0].kind == "feet")
+    seed = next(s for s in SEEDS if random_held(s)[0].kind == "feet")
     scene, hands = random_held(seed)
     moving = any(hand.speed for hand in hands)
     analysis = mbody.kinetostatics if moving else mbody.statics
