@@ -66,6 +66,7 @@ from mbody.kernels.step_state import (
     REJECTED,
     STEPS,
     STIFF,
+    THROUGHPUT,
     TIME,
     Outputs,
     Tolerances,
@@ -253,6 +254,9 @@ class Integration(RateJumps):
         own = auxiliary_sizes(self.system)
         sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
         self.scale[:] = np.concatenate([sizes, own])
+        # powers are rounded, also where no work is done: to a part of the energy at these rates
+        energy = float(self.work.mass[:n3, 0] @ sizes[n3:] ** 2)
+        self.state[THROUGHPUT] = tol.ENERGY_ROUNDING_STEP * energy / self.settings.rtol
         self._begin_steps()
         self.step_reference, self.longest = (0.0, first), 0.0
 
