@@ -8,8 +8,19 @@ import math
 import pytest
 
 import mbody
-from mbody import Body, Contact, Damper, Force, Gravity, Input, Mechanism, SimulationSettings
-from mbody import Spring, Torque, simulate
+from mbody import (
+    Body,
+    Contact,
+    Damper,
+    Force,
+    Gravity,
+    Input,
+    Mechanism,
+    SimulationSettings,
+    Spring,
+    Torque,
+    simulate,
+)
 
 SILENT = {
     "none": lambda: (),
