@@ -295,17 +295,19 @@ def _least(v: Array, N: Array, columns: Array, weight: Array, wanted: Array) -> 
     """The velocities v + y N that make Σ (weight (v − wanted))² least over some coordinates, and
     the motions that leave these as they are.
     """
-    if not len(N) or not columns.size:
-        return v, N
-    u, sizes, vt = np.linalg.svd(N[:, columns].T)
-    rank = int((sizes > tol.SINGULAR_VALUE_ZERO).sum())
-    own = weight[columns] / weight[columns].max()
-    z = np.linalg.lstsq(own[:, None] * u[:, :rank], own * (wanted - v)[columns], rcond=None)[0]
-    v = v + ((z / sizes[:rank]) @ vt[:rank]) @ N
+    # what does not move has no part, not even by rounding times the mass of a heavy body
+    moving = columns[np.abs(N[:, columns]).max(axis=0, initial=0.0) > tol.RATE_NONE_MECHANISM]
+    if moving.size:
+        u, sizes, vt = np.linalg.svd(N[:, moving].T)
+        rank = int((sizes > tol.SINGULAR_VALUE_ZERO).sum())
+        own = weight[moving] / weight[moving].max()
+        z = np.linalg.lstsq(own[:, None] * u[:, :rank], own * (wanted - v)[moving], rcond=None)[0]
+        v, N = v + ((z / sizes[:rank]) @ vt[:rank]) @ N, vt[rank:] @ N
     # what is as wanted is so exactly
     near = np.abs(v - wanted)[columns] <= tol.RATE_NONE_MECHANISM * np.abs(v).max(initial=0.0)
+    v = v.copy()
     v[columns[near]] = wanted[columns[near]]
-    return v, vt[rank:] @ N
+    return v, N
 
 
 # -- Sentences ---------------------------------------------------------------------------------
