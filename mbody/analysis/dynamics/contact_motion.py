@@ -27,6 +27,7 @@ from mbody.analysis.dynamics.contact_decision import (
     refuse_driven_impact,
     strike,
 )
+from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.analysis.dynamics.events import (
     OF_A_STEP,
     Guard,
@@ -654,6 +655,11 @@ class ContactIntegration(ModalIntegration):
     def begin_modes(self) -> str:
         """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
+        if (fitted := fit_contacts(self.uni, self.work)) is not None:
+            self.contact_notes += [fitted] if fitted else []
+            self.y[: self.system.coordinates] = self.work.q[: self.system.coordinates, 0]
+            self.evaluate()
+            self.load()
         touching = first_overlap(
             self.uni, self.work, tol.CONTACT_GAP_BEGINNING * self.system.length
         )

@@ -409,6 +409,8 @@ class Integration(RateJumps):
         self.evaluate()
         self.record = record
         self._take(restart)
+        if self.state[NEXT] <= tol.TIME_STEP_SHORTEST_REJECTED * abs(self.until):
+            self._begin_steps()  # that of a motion that was hardly any
         self.initial_work[:] = restart.gained
 
     def _take(self, restart: Restart) -> None:

@@ -30,6 +30,7 @@ from mbody.analysis.initial.initial_state import (
     begins_so,
     event_measure,
     initial_state_of,
+    other_model_note,
     state_of,
 )
 from mbody.analysis.position.assembly_analysis import as_system
@@ -711,6 +712,7 @@ def simulate(
         first = 0.0 if start is None else float(start.t[-1])
         system = with_inputs(system, inputs, first, last)
     closed_system, system = system, with_contacts_of_joints(system)
+    notes = () if start is None else other_model_note(system, start)
     start = first_instant_with_contacts(closed_system, system, start, guess, rates)
     state = state_of(system, start)
     request = motion_request(
@@ -734,9 +736,11 @@ def simulate(
         if isinstance(error.solution, Solution):
             error.solution = certified_motion(error.solution, request.settings)
         raise
+    run = certified_motion(run, request.settings)
     return with_fields(
-        certified_motion(run, request.settings),
+        run,
         initial_states=(motion_start(system, start, request),),
+        notes=(*reported_certificate(run).notes, *notes),
     )
 
 

@@ -438,6 +438,35 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     return float(start.t[-1]), q, v
 
 
+#: Parts of a mechanism whose elements a note names where a motion goes on without them, or with them.
+STRUCTURE = ("joints", "couplings", "contacts", "loads")
+
+
+def other_model_note(system: System, start: Solution) -> tuple[str, ...]:
+    """How the model of a motion differs from that of the motion which it goes on from."""
+    if start.analysis != "simulate" or start.system is system:
+        return ()
+    ours, theirs = (
+        [one.name for part in STRUCTURE for one in getattr(of.mechanism, part)]
+        for of in (system, start.system)
+    )
+    own, other = system.values, start.system.values
+    free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
+    numbers = [
+        f"{name} = {float(own[name]):.6g} in place of {float(other[name]):.6g}"
+        for name in own
+        if name in other and own[name] != other[name] and name.partition(".")[0] not in free
+    ]
+    less, more = ([one for one in a if one not in b] for a, b in ((theirs, ours), (ours, theirs)))
+    texts = [f"without {listed(less, NAMED)}"] if less else []
+    texts += [f"with {listed(more, NAMED)}"] if more else []
+    texts += numbers[:NAMED]
+    texts += [f"{len(numbers) - NAMED} more numbers"] if len(numbers) > NAMED else []
+    if not texts:
+        return ()
+    return (f"the motion goes on from one of another model: {', '.join(texts)}",)
+
+
 # -- First positions and velocities of many designs, closed in one call ------------------------
 # Driven designs close from the one position of the description, so that all are on its branch; here
 # each closes from its own guess, as it would alone, which may be on another branch.
