@@ -663,6 +663,8 @@ STATE_SAME = 1e-9
 STATE_REPEATED = 1e-6
 #: Lengths of its next step that a state may lie before the last instant; it lies one before.
 RESTART_STEPS_BEFORE = 10.0
+#: Where explicit steps vanish another method is tried on this part of the motion.
+STEPS_VANISHED_BEYOND = 1e-3
 #: A guard, or an argument of a jump, is zero where it is less than this part of its size.
 GUARD_ZERO = 1e-9
 #: A guard that is a gap begins at zero where it is less than this part of its size.

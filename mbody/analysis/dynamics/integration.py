@@ -137,6 +137,8 @@ class Integration(RateJumps):
 
     #: Whether it decides what is open, sticks and slides.
     decides_modes = False
+    #: Whether explicit steps vanished, for a reason that is not known.
+    vanished = False
     integrator = staticmethod(integrator)
 
     def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
@@ -494,6 +496,7 @@ class Integration(RateJumps):
             for name, curve in self.system.mechanism.curves.items()
             if getattr(curve.law, "outside", "") == "error"
         ]
+        self.vanished = self.settings.method != "radau5"
         ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "

@@ -438,7 +438,7 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     return float(start.t[-1]), q, v
 
 
-#: Parts of a mechanism whose elements a note names where a motion goes on without them, or with them.
+#: Parts of a mechanism whose elements a note names where another model goes on without them.
 STRUCTURE = ("joints", "couplings", "contacts", "loads")
 
 
