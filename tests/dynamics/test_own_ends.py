@@ -131,6 +131,7 @@ def test_shapes_that_overlap_by_rounding_are_fitted_and_a_note_says_so():
     assert run.mode("a") == ["slip+"] * 3 and run.mode("c") == ["slip+"] * 3
     assert any("fitted to contacts: 'c', where 2.8e-05 m overlapped" in n for n in run.notes)
     start["b"]["y"] -= 1e-2
+    machine.simulation = SimulationSettings(until=0.2, start=start)
     with pytest.raises(mbody.ModelError, match="overlap by"):
         simulate(machine)
 
@@ -161,6 +162,16 @@ def test_an_end_is_a_start_without_a_joint_and_a_note_says_so():
         "the motion goes on from one of another model: without 'O', bob.mass = 50 in place of 1",
     )
     assert simulate(pinned, 0.6, start=half).notes == ()
+
+
+def test_an_end_is_a_start_without_a_contact():
+    machine = mbody.gallery.load("sliding_ladder")
+    half = simulate(machine, 0.5, instants=2)
+    fewer = machine.copied()
+    del fewer._elements["top"]
+    run = simulate(fewer, 0.6, start=half, instants=3)
+    assert run.status == "completed" and "without 'top'" in run.notes[-1]
+    assert run["ladder"].angle[0] == half["ladder"].angle[-1]
 
 
 def test_rates_of_a_motion_at_rest_fit_whatever_rounding_left():

@@ -90,7 +90,7 @@ Array = np.ndarray
 
 #: What a motion depends on; what else a description has may differ.
 SAME_PARTS: tuple[str, ...] = ("units", "ground", "bodies", "joints", "couplings", "drivers")
-SAME_PARTS += ("loads", "curves", "states", "controllers")
+SAME_PARTS += ("contacts", "loads", "curves", "states", "controllers")
 
 
 def stops_of(run: Solution) -> list[str]:
