@@ -203,8 +203,6 @@ MATRIX_SYMMETRIC = 1e-9  # A matrix counts as symmetric, or as none, below this 
 STIFFNESS_SYMMETRIC = 1e-6
 #: Inertia below this part of the greatest is rounding, as of a crank at its dead centre.
 INERTIA_NONE = 1e-12
-#: Inertia along a direction of contacts below this part is for want of masses.
-INERTIA_NONE_CONTACT = 1e-14
 ARTIFICIAL_MASS = 1e-7  # Part of the greatest mass and inertia that replaces less in free motions.
 #: Where masses that replace missing ones have this part of the kinetic energy, the motion depends
 #: on them.
@@ -446,8 +444,6 @@ WORK_CYCLE_ROUNDING = 1e-12
 #: Rounding of an account, as a part of what its greatest force does along the model length.
 ENERGY_ROUNDING = 2e-12
 ENERGY_ROUNDING_STEP = 1e-13  # Rounding of an account, and of a step.
-#: Energy that an impact may give by rounding, as a part of what its impulses exchange.
-ENERGY_IMPACT = 1e-8
 ENERGY_ERROR_FIXED_STEPS = 0.05  # The part of the energy that steps of one length may err by.
 ENERGY_ERROR_DRIVEN = 0.15  # The part of it that motions with drivers may err by.
 #: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at
@@ -517,24 +513,23 @@ CONTACT_ACCELERATION_SAME = 1e-7
 #: Accelerations without forces below this part of the greatest are zero.
 CONTACT_ACCELERATION_ROUNDING = 1e-13
 CONTACT_ACCELERATION_CANCELS = 1e-12  # Such a part of the terms of an acceleration is rounding.
-#: What a solution with friction may violate, in parts of the greatest acceleration or force.
-CONTACT_SOLUTION_RESIDUAL = 1e-10
-CONTACT_CONDITION_SINGULAR = 1e12  # Matrices of modes that are worse conditioned are not tried.
-#: What a solution of Lemke's method may violate, in parts of the greatest |b|; 1e-12 is left of
-#: right ones.
+#: What a solution of a complementarity problem may violate, without dimensions; 1e-12 is usual.
 COMPLEMENTARITY_RESIDUAL = 1e-9
-COMPLEMENTARITY_PIVOT = 1e-13  # A pivot below this part of its column is none.
-COMPLEMENTARITY_TIE = 1e-14  # Ratios nearer to each other than this are equal.
-COMPLEMENTARITY_TIES_FURTHER = (1e-12, 1e-10)  # The same on further paths.
+COMPLEMENTARITY_PIVOT = 1e-12  # A pivot below this part of its column is none.
+COMPLEMENTARITY_TIE = 1e-12  # Ratios nearer to each other than this are equal.
+COMPLEMENTARITY_CONVERGED = 1e-13  # Change of forces in parts of the greatest that is none.
+#: By how much rows that depend on each other are made softer, a part of their own softness.
+COMPLEMENTARITY_SOFTER = 1e-6
+COMPLEMENTARITY_DETERMINED = (
+    1e-12  # Pivots of scaled equations of modes below this determine nothing.
+)
 #: How far the approach is shifted, in parts of the greatest velocity, where an impact without
 #: collision is sought.
 COMPLEMENTARITY_SHIFT = 1e-9
-#: By how much a linear program may violate its rows: the least that HiGHS takes.
-LINEAR_PROGRAM_RESIDUAL = 1e-10
 LINEAR_PROGRAM_ZERO = 1e-13  # Entries of a tableau of small numbers that are rounding.
 LINEAR_PROGRAM_MULTIPLIER = 1e-7  # Multipliers of a linear program above this part are some.
-#: A contact that moves so little by an impulse, as a part of what its body would, is driven.
-CONTACT_DRIVEN = 1e-9
+#: A row that moves so little by its own force, as a part of what it would without joints, is led.
+CONTACT_ROW_LED = 1e-13
 #: Impulses of contacts that depend on others to this part are shared.
 CONTACT_IMPULSES_DEPENDENT = 1e-12
 #: A last change of impulses that is a greater part of the greatest leaves a doubt.
@@ -663,8 +658,6 @@ STATE_SAME = 1e-9
 STATE_REPEATED = 1e-6
 #: Lengths of its next step that a state may lie before the last instant; it lies one before.
 RESTART_STEPS_BEFORE = 10.0
-#: Where explicit steps vanish another method is tried on this part of the motion.
-STEPS_VANISHED_BEYOND = 1e-3
 #: A guard, or an argument of a jump, is zero where it is less than this part of its size.
 GUARD_ZERO = 1e-9
 #: A guard that is a gap begins at zero where it is less than this part of its size.

@@ -9,7 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.complementarity import ClosedContacts, impact_impulses, lemke
+from mbody.analysis.contact.friction_problem import (
+    ClosedContacts,
+    FrictionSolution,
+    impact_impulses,
+    impulses_of_modes,
+)
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
@@ -410,7 +415,7 @@ class GuardDuals:
 
     def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sign: float) -> Any:
         """Static friction of pair f by the multipliers of what presses it, as of
-        `mbody.analysis.contact.complementarity`.
+        `mbody.analysis.contact.friction_problem`.
         """
         L = self.uni.layout
         kind, o = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_par[f])
@@ -592,40 +597,32 @@ class ImpactDuals:
         where which of them take part is at its limit.
         """
         n = self.uni.system.coordinates
-        supports: list[Array] = []
-        frictional = np.array([value(self.friction[one]) > 0.0 for one in closed], dtype=bool)
+        modes: list[tuple[Array, Array]] = []
 
-        def first(A: Array, b: Array) -> Array | None:
-            z = lemke(A, b)
-            if z is None:
+        def first(contacts: ClosedContacts, before: Array, given: Array) -> Array | None:
+            one = contacts.problem(before, given).solve()
+            if one is None or _undecided(one):
                 return None
-            w = A @ z + b
-            size = max(float(np.abs(z).max(initial=0.0)), tol.TINY)
-            fast = max(float(np.abs(b).max(initial=0.0)), tol.TINY)
-            tied = (z <= tol.CONTACT_IMPACT_UNKNOWN_NONE * size) & (
-                w <= tol.CONTACT_IMPACT_UNKNOWN_NONE * fast
-            )
-            # friction of what does not press is none, whatever its complement
-            tied[len(closed) :] &= np.tile(
-                z[: len(closed)][frictional] > tol.CONTACT_IMPACT_UNKNOWN_NONE * size, 2
-            )
-            if tied.any():
-                return None
-            support = np.flatnonzero(z > tol.CONTACT_IMPACT_UNKNOWN_NONE * size)
-            supports.append(support[_independent(A[np.ix_(support, support)])])
-            return z
+            hold, slip_signs = contacts.modes(one)
+            scale = 1.0 / np.sqrt(np.maximum(np.diag(contacts.delassus), tol.TINY))
+            rows = np.flatnonzero(hold)
+            kept = _independent((scale[:, None] * contacts.delassus * scale)[np.ix_(rows, rows)])
+            hold[:] = False
+            hold[rows[kept]] = True
+            modes.append((hold, slip_signs))
+            return impulses_of_modes(contacts, before, given, hold, slip_signs)
 
         plain = self._after(now, closed, -1, first)
         if plain is None:
             return None
         tangents = np.zeros((n, now.y.tangents.shape[1]))
         for k in range(tangents.shape[1]):
-            left = iter(supports)
+            left = iter(modes)
 
-            def again(A: Array, b: Array, left: Any = left) -> Array:
-                support, z = next(left), np.zeros(len(b), dtype=complex)
-                z[support] = np.linalg.solve(A[np.ix_(support, support)], -b[support])
-                return z
+            def again(
+                contacts: ClosedContacts, before: Array, given: Array, left: Any = left
+            ) -> Array | None:
+                return impulses_of_modes(contacts, before, given, *next(left))
 
             found = self._after(now, closed, k, again)
             assert found is not None
@@ -652,7 +649,7 @@ class ImpactDuals:
         Y = self._responses(joints, mass[:n], W)
         friction = _with_all([self.friction[one] for one in closed], k)
         restitution = _with_all([self.restitution[one] for one in closed], k)
-        contacts = ClosedContacts(W @ Y, friction, np.where(friction.real > 0.0, 0.0, 1.0))
+        contacts = ClosedContacts(W @ Y, friction)
         newton = np.array([uni.contact_points[one].law == "newton" for one in closed])
         impulse = impact_impulses(contacts, rates, restitution, newton, solve=solve)
         if impulse is None:
@@ -676,6 +673,26 @@ class ImpactDuals:
         whole = np.block([[inertia, G.T], [G, np.zeros((count, count))]])
         right = np.vstack([(W * unit).T / size, np.zeros((count, len(W)))])
         return np.asarray(unit[:, None] * np.linalg.solve(whole, right)[:n])
+
+
+def _undecided(one: FrictionSolution) -> bool:
+    """Whether a row is at the limit of its mode: neither force nor velocity, or a full force that
+    nothing opposes.
+    """
+    problem, m = one.problem, one.problem.normals
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(problem.delassus), tol.TINY))
+    forces, rates = one.forces / scale, one.accelerations * scale
+    small = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(forces).max(initial=tol.TINY)
+    slow = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(problem.without * scale).max(initial=tol.TINY)
+    if ((forces[:m] <= small) & (rates[:m] <= slow)).any():
+        return True
+    for r, tangent in enumerate(problem.tangents, start=m):
+        k = tangent.normal
+        limit = tangent.friction * (one.forces[k] + tangent.given) / scale[r]
+        # friction of what does not press is none, whatever its rate
+        if limit > small and limit - abs(forces[r]) <= small and abs(rates[r]) <= slow:
+            return True
+    return False
 
 
 def _independent(A: Array) -> Array:

@@ -168,8 +168,16 @@ def on_cam(L, W, w, f, mu):
 @inline
 def size_of(L, W, w, f, x, y):
     """φ of pair f for multipliers (x, y) of what presses it, and ∂φ by both."""
+    o = ARMS * f
+    return law_size(
+        L.friction_kind[f], ld(W.arm, o, w), ld(W.arm, o + 1, w), ld(W.arm, o + 2, w), x, y
+    )
+
+
+@inline
+def law_size(kind, arm, second, third, x, y):
+    """φ of a kind of friction by the three numbers of `store_arms`, and ∂φ by x and y."""
     zero = 0.0 * x
-    arm, kind = ld(W.arm, ARMS * f, w), L.friction_kind[f]
     if kind in (TORQUE, FORCE, PULL):
         return arm, zero, zero
     if kind == PIN:
@@ -178,15 +186,14 @@ def size_of(L, W, w, f, x, y):
         return arm * whole, per * x, per * y
     sign = select_le(x, zero, zero - 1.0, zero + 1.0)
     if kind == GUIDE:
-        per_length, tilt = ld(W.arm, ARMS * f + 1, w), ld(W.arm, ARMS * f + 2, w)
-        moment = y + tilt * x
+        moment = y + third * x
         turn = select_le(moment, zero, zero - 1.0, zero + 1.0)
-        one, two = arm * sign * x, per_length * turn * moment
+        one, two = arm * sign * x, second * turn * moment
         first = select_le(two, one, zero + 1.0, zero)
-        second = 1.0 - first
-        by_x = first * arm * sign + second * per_length * turn * tilt
-        return first * one + second * two, by_x, second * per_length * turn
-    by_x = arm * sign + ld(W.arm, ARMS * f + 1, w)
+        other = 1.0 - first
+        by_x = first * arm * sign + other * second * turn * third
+        return first * one + other * two, by_x, other * second * turn
+    by_x = arm * sign + second
     return by_x * x, by_x, zero
 
 

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from mbody.analysis.contact.complementarity import (
+from mbody.analysis.contact.friction_problem import (
     ClosedContacts,
     FrictionProblem,
     cone,
@@ -85,7 +85,7 @@ def test_none_is_told_by_both():
 def decide(D, mu, sliding, normal, tangential):
     """The verdict on contacts alone, and their modes: "open", "stick", "slip+" or "slip-"."""
     m = len(mu)
-    tangents = tuple(cone(2 * m, k, mu[k], sliding[k]) for k in range(m))
+    tangents = tuple(cone(k, mu[k], sliding[k]) for k in range(m))
     c = np.concatenate([normal, tangential])
     found, complete = decide_modes(FrictionProblem(m, tangents, c, D, np.zeros(2 * m)))
     assert complete
@@ -268,7 +268,7 @@ def test_impacts_lose_energy_and_obey_their_law(law):
         m = int(rng.integers(1, 4))
         R = rng.normal(size=(2 * m, 2 * m + 1))
         D, mu, e = R @ R.T, rng.uniform(0.0, 0.5, m), rng.uniform(0.0, 1.0, m)
-        contacts = ClosedContacts(D, mu, np.where(mu > 0.0, 0.0, 1.0))
+        contacts = ClosedContacts(D, mu)
         before = rng.normal(size=2 * m)
         before[:m] = -np.abs(before[:m])
         P = impact_impulses(contacts, before, e, np.full(m, law == "newton"))
@@ -288,8 +288,84 @@ def test_impacts_lose_energy_and_obey_their_law(law):
 def test_impact_without_collision_stops_the_end():
     """Λ = −D⁻¹ (0, u): references of Génot and Brogliato's rod."""
     D, _ = rod(1.0, 0.0)
-    contacts = ClosedContacts(D, np.array([1.4]), np.zeros(1))
+    contacts = ClosedContacts(D, np.array([1.4]))
     before = np.array([0.0, -3.0])
     P = impact_impulses(contacts, before, np.zeros(1), without_collision=True)
     assert pytest.approx(np.linalg.solve(D, -before), abs=1e-13) == P
     assert P[0] == pytest.approx(1.0229596051788918, abs=1e-12)
+
+
+# -- Without dimensions ------------------------------------------------------------------------
+
+
+def redundant(rng, count, rank):
+    """Contacts of which so many rows do not depend on others, that can be at rest."""
+    R = rng.normal(size=(2 * count, rank))
+    return R @ R.T, R @ rng.normal(size=rank), rng.uniform(0.1, 1.5, count)
+
+
+def law_violated(problem, one):
+    """What a solution violates Signorini's and Coulomb's laws by, in parts of each row's own
+    scale: by the laws in words, not by the projection that the kernel uses.
+    """
+    m, D, c = problem.normals, problem.delassus, problem.without
+    s = 1.0 / np.sqrt(np.diag(D))
+    f, w = one.forces / s, (c + D @ one.forces) * s
+    f, w = (
+        f / max(np.abs(c * s).max(), np.abs(f).max()),
+        w / max(np.abs(c * s).max(), np.abs(f).max()),
+    )
+    worst = max(-f[:m].min(), -w[:m].min(), np.abs(f[:m] * w[:m]).max())
+    for k, tangent in enumerate(problem.tangents, start=m):
+        most = tangent.friction * f[tangent.normal] * s[tangent.normal] / s[k]
+        worst = max(worst, abs(f[k]) - most, abs(w[k]) * min(1.0, most - abs(f[k])), f[k] * w[k])
+    return worst
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 8])
+def test_redundant_contacts_have_forces_that_keep_every_law(count):
+    rng = RNG(count)
+    for _ in range(60 if count < 8 else 15):
+        D, c, mu = redundant(rng, count, int(rng.integers(1, 2 * count + 1)))
+        tangents = tuple(cone(k, mu[k]) for k in range(count))
+        problem = FrictionProblem(count, tangents, c, D, np.zeros(2 * count))
+        one = problem.solve()
+        assert one is not None
+        # a residual of 1e-9 at most, of which the products have the square root of the scale
+        assert law_violated(problem, one) < 1e-8
+        assert one.residual < 1e-9
+
+
+@pytest.mark.parametrize("length", [-20, 0, 13])
+@pytest.mark.parametrize("mass", [-30, 0, 30])
+def test_powers_of_two_change_no_digit(length, mass):
+    """Rows in other units of length, masses 2³⁰ times as large: the same bits of all forces."""
+    rng = RNG(7)
+    for _ in range(20):
+        D, c, mu = redundant(rng, 3, int(rng.integers(2, 7)))
+        tangents = tuple(cone(k, mu[k]) for k in range(3))
+        here = FrictionProblem(3, tangents, c, D, np.zeros(6)).solve()
+        there = FrictionProblem(3, tangents, c * 2.0**length, D * 2.0**-mass, np.zeros(6)).solve()
+        assert np.array_equal(there.forces, here.forces * 2.0 ** (length + mass))
+        assert there.modes() == here.modes()
+
+
+def test_a_part_does_not_depend_on_what_else_there_is():
+    """Two problems that nothing connects, 1e24 apart in forces: each as by itself."""
+    rng = RNG(11)
+    for _ in range(20):
+        parts = [redundant(rng, 2, 4) for _ in range(2)]
+        scale = 1e24
+        D, c = np.zeros((8, 8)), np.zeros(8)
+        for k, (own, rate, _) in enumerate(parts):
+            rows = np.r_[2 * k : 2 * k + 2, 4 + 2 * k : 6 + 2 * k]
+            D[np.ix_(rows, rows)], c[rows] = own / scale**k, rate
+        mu = np.concatenate([part[2] for part in parts])
+        both = FrictionProblem(
+            4, tuple(cone(k, mu[k]) for k in range(4)), c, D, np.zeros(8)
+        ).solve()
+        for k, (own, rate, coefficient) in enumerate(parts):
+            tangents = tuple(cone(n, coefficient[n]) for n in range(2))
+            alone = FrictionProblem(2, tangents, rate, own / scale**k, np.zeros(4)).solve()
+            rows = np.r_[2 * k : 2 * k + 2, 4 + 2 * k : 6 + 2 * k]
+            assert np.array_equal(both.forces[rows], alone.forces)

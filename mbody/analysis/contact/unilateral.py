@@ -319,6 +319,8 @@ class Unilateral:
         self.units = np.ones(len(L.active_set))
         normals = [point.normal for point in self.contact_points]
         self.units[normals] = np.where(self.angular[normals], system.length, 1.0)
+        #: Proximal term and refinements of the factor of the joints, as the motion has them.
+        self.regularization, self.refinements = 0.0, 0
 
     def __len__(self) -> int:
         return len(self.layout.active_set)

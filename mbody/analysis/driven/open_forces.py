@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.complementarity import JointFriction
+from mbody.analysis.contact.friction_problem import JointFriction
 from mbody.analysis.driven.contact_report import rope_factor
 from mbody.core import tolerances as tol
 from mbody.kernels.friction import LASTING

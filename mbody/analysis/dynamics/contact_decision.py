@@ -1,10 +1,8 @@
 """How closed contacts and frictional joints go on: sticking, sliding or open.
 
 All of them are one problem of complementarity (`mbody.analysis.contact.friction_problem`), whose
-solutions are modes. These are set, and verified by the forces and accelerations of the kernels:
-what presses does so, what is open does not approach, what sticks has less friction than it could,
-what begins to slide does so in the direction of its acceleration. Modes that are not verified are
-changed where they disagree; that is the step of a semismooth Newton method on τ = proj(τ − r α).
+solutions, each certified by its residual, are modes. The rows of the modes that go on are set as
+far as they do not depend on others.
 """
 
 from __future__ import annotations
@@ -14,27 +12,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.analysis.contact.complementarity import (
+from mbody.analysis.contact.friction_problem import (
     ClosedContacts,
     FrictionProblem,
     FrictionSolution,
     JointFriction,
-    Limits,
     Tangent,
     cone,
     decide_modes,
     impact_impulses,
 )
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
+from mbody.analysis.contact.unilateral import Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.interruptions import works_of_drivers
-from mbody.analysis.dynamics.modal_motion import ModalMotion, force_size, multipliers_at
+from mbody.analysis.dynamics.modal_motion import ModalMotion, multipliers_at
 from mbody.analysis.dynamics.shared_friction import shared_friction
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
+from mbody.kernels.complementarity import row_responses
 from mbody.kernels.friction import REACHED_PART
-from mbody.kernels.layout import Work
-from mbody.system.rank import dense, dense_rates, rank_of
-from mbody.system.system import System
+from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.system.rank import dense, dense_rates
 
 Array = np.ndarray
 
@@ -61,29 +58,56 @@ class Impact:
     driven: dict[str, float]
 
 
-def responses_to(uni: Unilateral, work: Work, block: Array, sticking: Array | None = None) -> Array:
-    """How velocities change by an impulse along each row: M⁻¹ blockᵀ, (coordinates, rows), as far
-    as joints allow; `sticking` are further rows that hold, (rows, coordinates).
+@dataclass(frozen=True, eq=False)
+class Responses:
+    """How velocities and joints respond to a unit impulse along each of some rows.
 
-    N (Nᵀ M N)⁻¹ Nᵀ, N the free directions: bodies without mass are ordinary where joints guide
-    them.
+    `motion` (coordinates, rows): Changes of velocities, as far as joints allow.
+    `multipliers` (2 nodes, rows): Changes of the multipliers of all nodes.
+    `delassus` (rows, rows): Changes along the rows; zero of what joints and drivers lead.
+    `soft` (rows,): Its diagonal without joints.
     """
-    system, n = uni.system, block.shape[1]
-    scale = system.coordinate_units
-    G = dense(system, work)[1]
-    if sticking is not None and len(sticking):
-        size = np.linalg.norm(sticking * scale, axis=1, keepdims=True)
-        G = np.vstack([G, sticking * scale / np.where(size > 0.0, size, 1.0)])
-    motions = rank_of(G).motions if len(G) else np.eye(n)
-    if not len(motions):
-        return np.zeros((n, len(block)))
-    inertia = (motions * (system.mass[:n, 0] * scale**2)) @ motions.T
-    along = motions @ (block * scale).T
-    if np.linalg.cond(inertia) < 1.0 / tol.INERTIA_NONE_CONTACT:
-        response = np.linalg.solve(inertia, along)
-    else:
-        response = np.linalg.lstsq(inertia, along, rcond=tol.INERTIA_NONE_CONTACT)[0]
-    return np.asarray(scale[:, None] * (motions.T @ response))
+
+    motion: Array
+    multipliers: Array
+    delassus: Array
+    soft: Array
+
+
+#: By how much motions without mass are softer to impulses than their artificial mass says.
+MASSLESS = 1e6
+
+
+def responses_to(uni: Unilateral, work: Work, block: Array, softer: float = MASSLESS) -> Responses:
+    """Responses to rows (rows, coordinates) by the factor of the joints at the position of a
+    workspace; accelerations have artificial masses, impulses none. Switches all rows of contacts
+    and sticking joints off.
+    """
+    L, n = uni.layout, block.shape[1]
+    slip_signs = work.slip_sign[: len(L.friction_kind), 0]
+    uni.set_rows(work, np.zeros(len(uni)), slip_signs)
+    rows = np.ascontiguousarray(block)
+    motion, nodes = np.zeros((len(rows), n)), np.zeros((len(rows), 2 * L.nodes))
+    row_responses(L, work, rows, motion, nodes, uni.regularization, uni.refinements, softer)
+    D, soft = rows @ motion.T, rows**2 @ coordinate_weights(uni, work)
+    D = 0.5 * (D + D.T)
+    led = np.diag(D) <= tol.CONTACT_ROW_LED * soft
+    D[led], D[:, led] = 0.0, 0.0
+    return Responses(motion.T, nodes.T, D, soft)
+
+
+def coordinate_weights(uni: Unilateral, work: Work) -> Array:
+    """Inverse masses and inertias (coordinates,), with artificial ones where there are none."""
+    places = 3 * uni.layout.body_slot[: uni.layout.bodies, None] + np.arange(3)
+    return np.asarray(work.weight[places, 0].ravel())
+
+
+def arresting_impulses(D: Array, rates: Array) -> Array:
+    """Impulses −D⁺ rates that stop rows; of least scaled norm where rows depend on each other."""
+    scale = 1.0 / np.sqrt(np.where(np.diag(D) > 0.0, np.diag(D), np.inf))
+    scaled = scale[:, None] * D * scale
+    found = np.linalg.lstsq(scaled, -scale * rates, rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
+    return np.asarray(scale * found)
 
 
 def contact_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
@@ -113,10 +137,17 @@ def strike(
     solution. `sticking` (rows, coordinates).
     """
     W, rates = contact_rows(uni, uni.read(work), closed)
-    points = [uni.contact_points[k] for k in closed]
-    Y = responses_to(uni, work, W, sticking)
-    friction = np.array([one.friction for one in points])
-    contacts = ClosedContacts(W @ Y, friction, np.where(friction > 0.0, 0.0, 1.0))
+    points, v = [uni.contact_points[k] for k in closed], work.v[: W.shape[1], 0].copy()
+    held, n = np.zeros((0, W.shape[1])) if sticking is None else sticking, len(W)
+    every = responses_to(uni, work, np.vstack([W, held]))
+    Y, D = every.motion[:, :n], every.delassus[:n, :n]
+    if len(held):
+        # what sticks takes its part of every impulse
+        across = every.delassus[:n, n:]
+        taken = [arresting_impulses(every.delassus[n:, n:], one) for one in across]
+        Y, D = Y + every.motion[:, n:] @ np.transpose(taken), D + across @ np.transpose(taken)
+    friction = np.array([one.friction if one.tangent >= 0 else 0.0 for one in points])
+    contacts = ClosedContacts(D, friction)
     restitution = np.array([0.0 if still else one.restitution for one in points])
     newton = np.array([one.law == "newton" for one in points])
     impulse = impact_impulses(
@@ -127,7 +158,7 @@ def strike(
     jump, m = Y @ impulse, len(closed)
     mean = rates + 0.5 * (W @ jump)
     gained = impulse * mean
-    moved = impulse * (W @ work.v[: W.shape[1], 0] - rates)
+    moved = impulse * (W @ v - rates)
     left = uni.system.mass[: len(jump), 0] * jump - W.T @ impulse
     nu = dense_rates(uni.system, work)
     driven = works_of_drivers(uni.system, work, left, nu, sticking)
@@ -136,13 +167,10 @@ def strike(
 
 def refuse_driven_impact(uni: Unilateral, work: Work, hit: list[int]) -> None:
     """Refuse an impact of what drivers lead."""
-    system = uni.system
     W = contact_rows(uni, uni.read(work), hit)[0][: len(hit)]
-    sizes = np.linalg.norm(W * system.coordinate_units, axis=1)
-    moved = np.linalg.norm(responses_to(uni, work, W) / system.coordinate_units[:, None], axis=0)
-    usual = float(system.mass[: W.shape[1], 0].max()) * system.length**2
+    D = responses_to(uni, work, W).delassus
     for k, number in enumerate(hit):
-        if not moved[k] * usual > tol.CONTACT_DRIVEN * sizes[k]:
+        if not D[k, k] > 0.0:
             name = uni.contact_points[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
@@ -160,12 +188,10 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     # what slides faster than it strikes goes on to
     stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
     rows = [*range(m), *stuck]
-    Y = responses_to(uni, work, W[rows])
+    response = responses_to(uni, work, W[rows])
     impulse, work_done = np.zeros(2 * m), np.zeros(2 * m)
-    impulse[rows] = np.linalg.lstsq(
-        W[rows] @ Y, -rates[rows], rcond=tol.CONTACT_IMPULSES_DEPENDENT
-    )[0]
-    jump = Y @ impulse[rows]
+    impulse[rows] = arresting_impulses(response.delassus, rates[rows])
+    jump = response.motion @ impulse[rows]
     work_done[rows] = impulse[rows] * (rates[rows] + 0.5 * (W[rows] @ jump))
     # what stops that move and drivers give is rounding by then
     return Impact(jump, impulse, rates[:m], work_done[:m] + work_done[m:], np.zeros(m), {})
@@ -204,7 +230,7 @@ def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
 class FrictionModel:
     """The problem, and whose its parts are.
 
-    `problem`: Torques and angular accelerations by the model length.
+    `problem`: Of pins torques and angular accelerations.
     `closed`: Contact points of the normals.
     `owners`: Of every tangent its contact point, or the number of contact points and that of its
       frictional joint.
@@ -213,39 +239,6 @@ class FrictionModel:
     problem: FrictionProblem
     closed: list[int]
     owners: list[int]
-
-
-def joint_multipliers(system: System, work: Work, changes: Array, accelerations: Array) -> Array:
-    """How the multipliers of all nodes change, (2 nodes, forces), by generalised forces `changes`
-    (coordinates, forces) that change accelerations so: those of least norm where rows of joints are
-    redundant.
-    """
-    _, G = dense(system, work)
-    n = G.shape[1]
-    left = changes - system.mass[:n] * accelerations
-    scaled = np.linalg.pinv(G.T, rcond=tol.SINGULAR_VALUE_ZERO) @ (
-        left * system.coordinate_units[:, None]
-    )
-    primitive, row, _ = system.row_table
-    found = np.zeros((2 * system.layout.nodes, changes.shape[1]))
-    found[2 * system.layout.primitive_node[primitive] + row] = system.row_units[:, None] * scaled
-    return found
-
-
-def _limits(
-    law: JointFriction, at: tuple[float, float], change: Array, forces: Array, unit: float
-) -> Limits:
-    """Limits of a joint whose multipliers (2,) at `forces` are known, and their change (2, all)."""
-
-    def limits(now: Array) -> tuple[Array, Array, Array, Array]:
-        x, y = np.moveaxis(np.array(at) + (now - forces) @ change.T, -1, 0)
-        found = list[Array]()
-        for slip_sign in (1.0, -1.0):
-            size, by_x, by_y = (np.asarray(part)[..., None] for part in law.size(x, y, slip_sign))
-            found += [unit * size[..., 0], unit * (by_x * change[0] + by_y * change[1])]
-        return found[0], found[2], found[1], found[3]
-
-    return limits
 
 
 def _lasting(uni: Unilateral) -> list[tuple[int, float]]:
@@ -279,52 +272,57 @@ def model_of(
     pairs += [
         (int(uni.layout.friction_tangent[f]), f, slip_sign, -1) for f, slip_sign in _lasting(uni)
     ]
-    unit = np.array([system.length if uni.angular[row] else 1.0 for row, *_ in pairs])
     tangent_rows = [row for row, *_ in pairs]
-    every = np.vstack(
-        [W[:m], W[[m + k for k in frictional]], unit[:, None] * rows.block[tangent_rows]]
-    )
+    every = np.vstack([W[:m], W[[m + k for k in frictional]], rows.block[tangent_rows]])
     gamma = np.concatenate(
         [
             [one.candidate.sign * rows.gamma[one.normal] for one in points],
             [rows.gamma[points[k].tangent] for k in frictional],
-            unit * rows.gamma[tangent_rows],
+            rows.gamma[tangent_rows],
         ]
     )
+    rates = rows.rate[tangent_rows]
     viscous = [
-        system.par[int(uni.layout.friction_par[f]) + 3, 0] * rows.rate[row] for row, f, *_ in pairs
+        system.par[int(uni.layout.friction_par[f]) + 3, 0] * rate
+        for rate, (_, f, *_) in zip(rates, pairs, strict=True)
     ]
     forces = np.concatenate(
         [
             [uni.pressing(record, one) for one in points],
             [-uni.multiplier(record, points[k].tangent) for k in frictional],
-            [
-                (v - uni.multiplier(record, row)) / u
-                for (row, *_), v, u in zip(pairs, viscous, unit, strict=True)
-            ],
+            [v - uni.multiplier(record, row) for (row, *_), v in zip(pairs, viscous, strict=True)],
         ]
     )
-    Y = responses_to(uni, work, every)
     tangents = []
     for k in frictional:
         one, slip_sign = points[k], sliding[closed[k]]
-        tangents.append(cone(len(every), k, one.friction if slip_sign else one.static, slip_sign))
-    if pairs:
-        changes = joint_multipliers(system, work, every.T, Y)
-    for (row, f, slip_sign, _), u in zip(pairs, unit, strict=True):
-        law = JointFriction(system, work, f, rows.rate[row] if slip_sign else None)
+        tangents.append(cone(k, one.friction if slip_sign else one.static, slip_sign))
+    laws = [
+        JointFriction(system, work, f, rate if slip_sign else None)
+        for rate, (_, f, slip_sign, _) in zip(rates, pairs, strict=True)
+    ]
+    noise = tol.CONTACT_ACCELERATION_ROUNDING * _terms(motion, every, gamma)
+    response = responses_to(uni, work, every, softer=1.0)
+    for law, (_, _, slip_sign, _) in zip(laws, pairs, strict=True):
         at, node = multipliers_at(system, record, law.node), 2 * law.node
-        limits = _limits(law, at, changes[node : node + 2], forces, 1.0 / u)
-        tangents.append(Tangent(limits, slip_sign, linear=law.by_law))
-    D = every @ Y
-    heavy = float(np.diag(D).max(initial=0.0)) * force_size(motion)
+        by = (law, np.array(at), response.multipliers[node : node + 2])
+        tangents.append(Tangent(-1, sliding=slip_sign, law=by))
+    problem = FrictionProblem(
+        m, tuple(tangents), every @ a - gamma, response.delassus, forces, noise, response.soft
+    )
     owners = [closed[k] for k in frictional] + [owner for *_, owner in pairs]
-    problem = FrictionProblem(m, tuple(tangents), every @ a - gamma, D, forces, 1e-3 * heavy)
     return FrictionModel(problem, list(closed), owners)
 
 
-#: Changes of modes that the kernels do not verify, at most.
-CHANGES = 30
+def _terms(motion: ModalMotion, rows: Array, gamma: Array) -> Array:
+    """Sums of the terms of which accelerations along rows (rows, coordinates) are made."""
+    system, n, record = motion.system, motion.system.coordinates, motion.record[:, 0]
+    primitive, number, _ = system.row_table
+    _, G = dense(system, motion.work)
+    own = record[3 * n + PER_PRIMITIVE * primitive + number] / system.row_units
+    joints = np.abs(G.T) @ np.abs(own) / system.coordinate_units
+    terms = np.abs(motion.K[0, n : 2 * n]) + coordinate_weights(motion.uni, motion.work) * joints
+    return np.asarray(np.abs(rows) @ terms + np.abs(gamma))
 
 
 @dataclass(frozen=True)
@@ -374,15 +372,14 @@ def decide(motion: ModalMotion) -> Verdict:
     now = _instant(motion)
     model = _model(motion, now)
     found, complete = decide_modes(model.problem)
-    several = len(found) > 1
+    reached = motion.system.friction_rows.start + REACHED_PART
     for one in found:
         modes, pairs = _modes(motion, model, one)
         _set(motion, now, modes, pairs, one)
-        if not _wrong(motion, now, model):
-            return Verdict(True, several, complete)
-    for one in found:
-        if _agreeing_modes(motion, now, model, one):
-            return Verdict(True, several, complete)
+        # what slides may jam though its modes are consistent: friction cannot be followed to it
+        if not len(motion.layout.friction_kind) or motion.record[reached, 0] >= 1.0:
+            motion.shared = shared_friction(motion)
+            return Verdict(True, len(found) > 1, complete)
     return Verdict(False, complete=complete)
 
 
@@ -426,14 +423,16 @@ def _rates_when_stopped(motion: ModalMotion, rows: Rows, stopped: list[int]) -> 
     """
     stopped = [row for row in stopped if row >= 0]
     W = rows.block[stopped]
-    Y = responses_to(motion.uni, motion.work, W)
-    stops = np.linalg.pinv(W @ Y, rcond=tol.ROWS_DEPENDENT, hermitian=True) @ rows.rate[stopped]
-    return np.asarray(rows.rate - rows.block @ (Y @ stops))
+    response = responses_to(motion.uni, motion.work, W)
+    stops = response.motion @ arresting_impulses(response.delassus, rows.rate[stopped])
+    return np.asarray(rows.rate + rows.block @ stops)
 
 
 def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
-    """The problem, from what the kernels find with all contacts open and no joint stuck."""
-    pairs = [_mode(slip_sign) for slip_sign in now.joint_sliding]
+    """The problem, from what the kernels find with all contacts open and joints without
+    friction.
+    """
+    pairs = ["stick"] * len(now.joint_sliding)
     motion.y[:] = now.y
     none = np.zeros(len(motion.uni.contact_points), dtype=bool)
     open_ones = ["open"] * len(motion.uni.contact_points)
@@ -474,100 +473,6 @@ def _set(
     on, sticking = _independent(motion, now, modes, pairs, pressing)
     motion.set_modes(modes, pairs, on, sticking)
     motion.evaluate()
-
-
-def _agreeing_modes(
-    motion: ModalMotion, now: _DecisionState, model: FrictionModel, one: FrictionSolution
-) -> bool:
-    """Change modes that forces and accelerations disagree with until none does."""
-    modes, pairs = _modes(motion, model, one)
-    tried = set[tuple[str, ...]]()
-    for _ in range(CHANGES):
-        if (*modes, *pairs) in tried:
-            return False
-        tried.add((*modes, *pairs))
-        _set(motion, now, modes, pairs, one)
-        wrong = _wrong(motion, now, model)
-        if not wrong:
-            return True
-        for n, mode in wrong.items():
-            if n < len(modes):
-                modes[n] = mode
-            elif n - len(modes) < len(pairs):
-                pairs[n - len(modes)] = mode
-    return False
-
-
-def _wrong(motion: ModalMotion, now: _DecisionState, model: FrictionModel) -> dict[int, str]:
-    """Contact points and, after these, frictional joints whose modes are not consistent with the
-    forces and accelerations of the kernels, and better ones.
-    """
-    uni, n, count = motion.uni, motion.system.coordinates, len(motion.uni.contact_points)
-    record, a = motion.record[:, 0], motion.K[0, n : 2 * n]
-    motion.load()
-    rows, found = uni.read(motion.work), dict[int, str]()
-    reached = motion.system.friction_rows.start + REACHED_PART
-    if len(motion.layout.friction_kind) and record[reached] < 1.0:
-        return {count + len(uni.friction_joints): "jams"}
-    force = tol.FORCE_NONE * force_size(motion)
-    sharing = {k for group in motion.groups.values() for k in group[1:]}
-
-    def ahead(row: int, slip_sign: float = 1.0) -> bool:
-        """Whether the acceleration along a row is that way, or none."""
-        parts = np.append(rows.block[row] * a, rows.gamma[row])
-        along = float(parts[:-1].sum() - parts[-1])
-        unit = motion.system.length if uni.angular[row] else 1.0
-        size = max(float(np.abs(parts).max()), model.problem.greatest / unit)
-        return slip_sign * along >= -tol.FORCE_NONE * size
-
-    for k in now.closed:
-        point, mode = uni.contact_points[k], motion.modes[k]
-        if mode == "open":
-            if not ahead(point.normal, point.candidate.sign):
-                found[k] = "stick" if point.static > 0.0 and not now.sliding[k] else "slip+"
-                if now.sliding[k]:
-                    found[k] = _mode(now.sliding[k])
-            continue
-        if mode == "redundant" or point.static == 0.0:
-            if uni.pressing(record, point) < -force:
-                found[k] = "open"
-            continue
-        if uni.pressing(record, point) < -force:
-            found[k] = "open"
-        elif mode == "stick" and k not in sharing:
-            group = motion.groups.get(k, [k])
-            most = sum(
-                uni.contact_points[j].static * uni.pressing(record, uni.contact_points[j])
-                for j in group
-            )
-            own = float(uni.multiplier(record, point.tangent))
-            if abs(own) > most + force:
-                found.update(dict.fromkeys(group, _mode(own)))
-        elif (
-            mode in SLIP_SIGNS and not now.sliding[k] and not ahead(point.tangent, SLIP_SIGNS[mode])
-        ):
-            found[k] = "stick"
-    for m, pair in enumerate(uni.friction_joints):
-        mode = motion.pairs[m]
-        if mode == "stick":
-            own = float(uni.multiplier(record, pair.tangent))
-            unit = motion.system.length if uni.angular[pair.tangent] else 1.0
-            law = JointFriction(motion.system, motion.work, pair.pair)
-            x, y = uni.pressing_pair(record, pair)
-            if abs(own) > law.size(x, y, float(np.sign(own)))[0] + force * unit:
-                found[count + m] = _mode(own)
-        elif not now.joint_sliding[m] and not ahead(pair.tangent, SLIP_SIGNS[mode]):
-            found[count + m] = "stick"
-    motion.shared = shared_friction(motion)
-    if motion.shared is not None and found:
-        open_ones = motion.shared.members | motion.shared.pressing
-        motion.load()
-        if (
-            found.keys() & open_ones
-            and motion.shared.reserve(motion, record, motion.work).least >= -force
-        ):
-            found = {k: mode for k, mode in found.items() if k not in open_ones}
-    return found
 
 
 def _independent(

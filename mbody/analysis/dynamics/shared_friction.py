@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbody.analysis.contact.complementarity import JointFriction
+from mbody.analysis.contact.friction_problem import JointFriction
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
 from mbody.analysis.dynamics.modal_motion import ModalMotion, Reserve
 from mbody.core import tolerances as tol
