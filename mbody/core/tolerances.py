@@ -444,6 +444,8 @@ WORK_CYCLE_ROUNDING = 1e-12
 #: Rounding of an account, as a part of what its greatest force does along the model length.
 ENERGY_ROUNDING = 2e-12
 ENERGY_ROUNDING_STEP = 1e-13  # Rounding of an account, and of a step.
+#: Energy that an impact may give by rounding, as a part of what its impulses exchange.
+ENERGY_IMPACT = 1e-8
 ENERGY_ERROR_FIXED_STEPS = 0.05  # The part of the energy that steps of one length may err by.
 ENERGY_ERROR_DRIVEN = 0.15  # The part of it that motions with drivers may err by.
 #: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at
@@ -658,6 +660,8 @@ STATE_SAME = 1e-9
 STATE_REPEATED = 1e-6
 #: Lengths of its next step that a state may lie before the last instant; it lies one before.
 RESTART_STEPS_BEFORE = 10.0
+#: Where explicit steps vanish another method is tried on this part of the motion.
+STEPS_VANISHED_BEYOND = 1e-3
 #: A guard, or an argument of a jump, is zero where it is less than this part of its size.
 GUARD_ZERO = 1e-9
 #: A guard that is a gap begins at zero where it is less than this part of its size.

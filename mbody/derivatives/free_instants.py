@@ -14,6 +14,7 @@ from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.simulate import integrate_phases, motion_start, phase_rows
 from mbody.analysis.freedom.mobility import released
 from mbody.analysis.initial.initial_state import StartDriver, start_drivers, state_of
+from mbody.analysis.singular.singular_positions import Prescribed
 from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
 from mbody.derivatives.driven_instants import DrivenInstants
@@ -154,6 +155,7 @@ def _prescribed(
             f"{max(missing, 0)} of its coordinates follow from guesses, which are no numbers: "
             "prescribe as many as are free in the start of its simulation, or give start, a result"
         )
+    _refuse_left_out(system, start, [where for name, where, *_ in free if name not in rates])
     driven = _driven(system, [(one, rates.get(one[0], 0.0)) for one in free])
     places: dict[str, str] = {}
     for name, (body, place, _), *_ in free:
@@ -188,6 +190,24 @@ def _prescribed(
                 for k in np.flatnonzero(np.abs(moved) > tol.ROWS_DEPENDENT * most)
             }
     return found, lost
+
+
+def _refuse_left_out(
+    system: System, start: Solution, places: Sequence[tuple[str, str, float]]
+) -> None:
+    """Refuse rates that the start leaves out and that least kinetic energy decides."""
+    _, q, v = state_of(system, start)
+    v = v / system.coordinate_units
+    rates = [Prescribed(body, RATES[place], 0.0) for body, place, _ in places]
+    for one in rates:
+        rate = float(one.row(system, q) @ v)
+        if abs(rate) > tol.RATE_NONE_MOTION * float(np.abs(v).max()):
+            value = one.with_value(system, rate * one.unit(system))
+            raise ModelError(
+                f"gradient: the start of '{system.mechanism.name}' leaves out {value}, which "
+                f"masses decide: give {one.key} in the start of '{one.body}'",
+                one.body,
+            )
 
 
 def _driven(system: System, free: list[tuple[StartDriver, float]]) -> System:

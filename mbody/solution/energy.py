@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import ENERGY_ROUNDING
+from mbody.core.tolerances import ENERGY_ROUNDING, ENERGY_ROUNDING_STEP
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.system.read_only import lock
 
@@ -144,6 +144,17 @@ def works_of_moving(system: System) -> list[str]:
     """Names of the work of every moving stop, as "floor.moving"."""
     L = system.layout
     return [f"{system.owners[int(L.active_set[s])][0].name}.moving" for s in L.moving]
+
+
+def gain_of_jump(mass: Array, before: Array, jump: Array) -> tuple[float, float]:
+    """Kinetic energy that a jump of the velocities gives, and what of it may be rounding.
+
+    >>> gain_of_jump(np.array([2.0]), np.array([-3.0]), np.array([4.0]))[0]
+    -8.0
+    """
+    momentum = mass * jump
+    terms = np.abs(momentum) @ (np.abs(before) + 0.5 * np.abs(jump))
+    return float(momentum @ (before + 0.5 * jump)), ENERGY_ROUNDING_STEP * float(terms)
 
 
 def _named(system: System, records: Array) -> dict[str, dict[str, AccountedEnergy]]:

@@ -20,7 +20,8 @@ from mbody.analysis.dynamics.simulate import (
 )
 from mbody.analysis.freedom.free_motions import free_motions
 from mbody.analysis.freedom.mobility import released
-from mbody.analysis.initial.close_loops import branch_rates, nearest_rates
+from mbody.analysis.initial.close_loops import branch_rates
+from mbody.analysis.initial.first_rates import first_rates, moved_note
 from mbody.analysis.initial.initial_state import fitted_places, state_of
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.singular.singular_positions import Prescribed, singular
@@ -108,7 +109,7 @@ def prescribed_values(system: System, given: Any) -> list[Prescribed]:
 
 def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescribed]) -> Nearest:
     """The state nearest to prescribed values. Leaders of free motions that these leave free stay
-    where they are in the position `base` (coordinates,), and rest; all else follows.
+    where they are in the position `base` (coordinates,); rates are those of `first_rates`.
     """
     if too_large(system):
         raise ModelError(
@@ -122,7 +123,7 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     laws_of_time(system.runtime(), work)
     raise_user_error(system)
     work.q[: system.coordinates, 0] = base
-    kept = _stationary_motions(system, work, base, places, rates=False)
+    kept = _stationary_motions(system, work, base, places)
     q, off = _continued_position(system, work, t, base, (*places, *kept))
     off = off[: len(places)]
     start = closed(system, t, {}, pose=np.append(q, np.zeros(3)))
@@ -134,13 +135,12 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
         here = singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
     notes: tuple[str, ...] = ()
     if here is None:
-        still = _stationary_motions(system, start.work, q, rates, rates=True)
-        nearest = nearest_rates(system, start.work, (*rates, *still))
-        v = system.coordinate_units * nearest.v
-        lacking, fast = (nearest.met - nearest.given.p)[: len(rates)], nearest.fast
+        found = first_rates(system, start.work, rates)
+        v, notes = system.coordinate_units * found.v, moved_note(system, found.moved)
+        lacking, fast = found.met - found.given.p, found.fast
     else:
         v, notes = branch_rates(system, here, t, q, rates)
-        lacking, fast = np.zeros(len(rates)), 1.0
+        lacking = fast = np.zeros(len(rates))
     wrong = [
         (one, -part)
         for one, part in zip(places, off, strict=True)
@@ -148,8 +148,8 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
     ]
     wrong += [
         (one, part)
-        for one, part in zip(rates, lacking, strict=True)
-        if abs(part) > tol.SIMULATOR_STATE_MET * fast
+        for one, part, size in zip(rates, lacking, fast, strict=True)
+        if abs(part) > tol.SIMULATOR_STATE_MET * size
     ]
     if wrong:
         notes = (*notes, _sentence(system, wrong))
@@ -159,23 +159,18 @@ def nearest_state(system: System, t: float, base: Array, given: Sequence[Prescri
 
 
 def _stationary_motions(
-    system: System, work: Work, q: Array, given: Sequence[Prescribed], *, rates: bool
+    system: System, work: Work, q: Array, given: Sequence[Prescribed]
 ) -> list[Prescribed]:
-    """Zero positions or rates of the leading bodies' free motions, as far as `given` leaves them
-    free.
-    """
+    """Positions of the leading bodies' free motions, as far as `given` leaves them free."""
     own = rank_of(dense(system, work)[1]).motions
     found: list[Prescribed] = []
     rows = np.array([one.row(system, q) for one in given]).reshape(-1, system.coordinates) @ own.T
     free = free_motions(system, np.append(q, np.zeros(3)), own) if len(own) else ()
     for motion in free:
         vx, vy, _ = motion.rates[motion.leader]
-        place, rate = "angle", "omega"
-        if not motion.turns:
-            place, rate = ("x", "vx") if abs(vx) >= abs(vy) else ("y", "vy")
-        one = Prescribed(motion.leader, rate if rates else place, 0.0)
-        if not rates:
-            one = replace(one, value=one.at(system, q) * one.unit(system))
+        place = "angle" if motion.turns else "x" if abs(vx) >= abs(vy) else "y"
+        one = Prescribed(motion.leader, place, 0.0)
+        one = replace(one, value=one.at(system, q) * one.unit(system))
         row = one.row(system, q) @ own.T
         left = (
             row

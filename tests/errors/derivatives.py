@@ -58,6 +58,22 @@ def hanging(**numbers):
     return machine
 
 
+def of_rates_left_out():
+    """A block on an oblique guide of a cart of which the start says how fast it goes."""
+    machine = Mechanism("wedge", ground={"O": (0, 0)})
+    machine.add(
+        mbody.Body("cart", mass=2.0, inertia=1.0, points={"O": (0, 0)}),
+        mbody.Body("block", mass=1.0, inertia=1.0, points={"O": (0, 0)}),
+        mbody.Prismatic("rail", "ground.O", "cart.O"),
+        mbody.Prismatic(
+            "guide", mbody.Marker("cart", (0, 0), 0.8), mbody.Marker("block", (0, 0), 0.8)
+        ),
+    )
+    start = {"cart": {"x": 0, "vx": 1.0}, "block": {"x": 0.1}}
+    machine.simulation = SimulationSettings(0.1, start, instants=2)
+    return mbody.gradient(machine, "block.x", ["block.mass"], "simulate")
+
+
 def of_a_stiff_motion():
     machine = hanging(simulation=SimulationSettings(1.0, {"bob": {"angle": 0.3}}, instants=2))
     machine.add(mbody.TorsionDamper("damper", "bob", coefficient=1e7))
@@ -131,6 +147,7 @@ SCENARIOS = {
     "a gradient of a motion that begins by guesses": lambda: mbody.gradient(
         hanging(), "last(bob.angle)", analysis="simulate", until=0.1
     ),
+    "a gradient of rates that the start leaves out": of_rates_left_out,
     "a gradient of a motion with rates": lambda: mbody.gradient(
         hanging(), "last(bob.angle)", analysis="simulate", until=0.1, rates={"bob": 1.0}
     ),
@@ -176,6 +193,7 @@ a gradient of a loss by friction | ModelError | - | 'A.loss' has no exact deriva
 a gradient of another analysis | ModelError | - | gradient: there is no analysis 'sweep' with derivatives (there are: 'kinematics', 'kinetostatics', 'statics', 'simulate', 'equilibrium', 'modes')
 a gradient of a motion in steps with impulses | ModelError | - | gradient: a motion with impulses in place of located impacts, as that of 'Pile of discs that friction holds', is not differentiated: compare designs by sweep
 a gradient of a motion that begins by guesses | ModelError | - | gradient: how the motion of 'a pendulum' begins is not determined: 1 of its coordinates follow from guesses, which are no numbers: prescribe as many as are free in the start of its simulation, or give start, a result
+a gradient of rates that the start leaves out | ModelError | block | gradient: the start of 'wedge' leaves out block.vx = 0.5146 m/s, which masses decide: give vx in the start of 'block'
 a gradient of a motion with rates | ModelError | - | gradient: derivatives of a motion with rates are not there: prescribe the start in the simulation of the mechanism, or give start, a result
 a gradient of a stiff motion | SolveError | - | the derivatives of the motion of 'a pendulum' cannot be followed beyond t = 0.0140506 s, it is stiff there: keep more instants, or take differences by sweep
 a prepared gradient with too few numbers | ModelError | - | gradient: 2 numbers are needed, not an array of the shape (1,)

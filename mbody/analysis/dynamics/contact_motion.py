@@ -21,11 +21,13 @@ from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     Impact,
     closed_points,
+    contact_rows,
     decide,
     first_overlap,
     refuse_driven_impact,
     strike,
 )
+from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.analysis.dynamics.events import (
     OF_A_STEP,
     Guard,
@@ -57,8 +59,8 @@ from mbody.kernels.step_state import (
 )
 from mbody.model.element import listed
 from mbody.model.simulation import Event
-from mbody.solution.doubts import doubted
-from mbody.solution.energy import causes, works_of_moving
+from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.energy import causes, gain_of_jump, works_of_moving
 from mbody.solution.histories import EventRecord, reported_certificate, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
@@ -123,7 +125,7 @@ def guard_values(motion: ModalMotion, t: Array, records: Array, guards: list[Gua
     if by_position:
         chosen = [guards[k] for k in by_position]
         new = np.ones(len(flat), dtype=bool)
-        if not motion.system.drivers:
+        if not (motion.system.drivers or len(motion.layout.moving)):
             # while nothing moves what follows from the position alone is as it was
             places = flat[:, : 2 * motion.system.coordinates]
             new[1:] = (places[1:] != places[:-1]).any(axis=1)
@@ -655,6 +657,11 @@ class ContactIntegration(ModalIntegration):
     def begin_modes(self) -> str:
         """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         self.load()
+        if (fitted := fit_contacts(self.uni, self.work)) is not None:
+            self.contact_notes += [fitted] if fitted else []
+            self.y[: self.system.coordinates] = self.work.q[: self.system.coordinates, 0]
+            self.evaluate()
+            self.load()
         touching = first_overlap(
             self.uni, self.work, tol.CONTACT_GAP_BEGINNING * self.system.length
         )
@@ -888,7 +895,7 @@ class ContactIntegration(ModalIntegration):
             self.evaluate()
         elif flies:
             self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
-        self._add_losses(found, closed)
+        self._add_losses(found, closed, before)
         self._record_contact(
             kind, when, point.name, record, self.record, self._impulses(found, closed)
         )
@@ -904,8 +911,11 @@ class ContactIntegration(ModalIntegration):
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
         )
 
-    def _add_losses(self, found: Impact, closed: list[int]) -> None:
-        """The energy that an impact took of the contacts; what stops that move gave."""
+    def _add_losses(self, found: Impact, closed: list[int], before: Array) -> None:
+        """The energy that an impact took of the contacts; what stops that move gave. `before`
+        (coordinates,): velocities.
+        """
+        self._check_impact(found, closed, before)
         for k, gained, moved in zip(closed, found.gained, found.moved, strict=True):
             name = self.uni.contact_points[k].name
             self.lost[self.stops.index(name)] += gained
@@ -913,6 +923,43 @@ class ContactIntegration(ModalIntegration):
                 self.total[self.moving[name]] += moved
         for name, given in found.driven.items():
             self.total[self.work_names.index(name)] += given
+
+    def _check_impact(self, found: Impact, closed: list[int], before: Array) -> None:
+        """A doubt where an impact gives energy, or more or less than its impulses do."""
+        mass, t = self.system.mass[: len(before), 0], float(self.state[TIME])
+        gained, rounding = gain_of_jump(mass, before, found.jump)
+        given = np.array([*found.moved, *found.driven.values()])
+        self.load()
+        W, after = contact_rows(self.uni, self.uni.read(self.work), closed)
+        rates = 0.5 * (np.abs(after) + np.abs(after - W @ found.jump))
+        exchanged = float(np.abs(found.impulses) @ rates) + float(np.abs(given).sum())
+        rounding += tol.ENERGY_IMPACT * exchanged
+        gained -= float(given.sum())
+        off = abs(gained - float(found.gained.sum()))
+        if not (gained > rounding or off > rounding):
+            return
+        points = [self.uni.contact_points[k] for k in closed]
+        names, units = tuple(dict.fromkeys(one.name for one in points)), self.system.mechanism.units
+        energy = units.of("torque")
+        where = f"at t = {t:.6g} {units.time} the impact of {listed(names)}"
+        if off > rounding:
+            message = (
+                f"{where} changes the energy by {gained:.3g} {energy}, its impulses by "
+                f"{found.gained.sum():.3g} {energy}: do not rely on the motion from there on, and "
+                "look at bodies without mass or inertia"
+            )
+        else:
+            newton = any(one.law == "newton" and one.friction > 0.0 for one in points)
+            message = (
+                f"{where} gives {gained:.3g} {energy}, of {exchanged:.3g} {energy} that its "
+                "impulses exchange: "
+                + (
+                    "Newton's law does so with friction (Kane's paradox); take law = \"poisson\""
+                    if newton
+                    else "restitutions that differ do so; make them equal"
+                )
+            )
+        self.passage.doubts += (Doubt("energy", message, t, names),)
 
     def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
@@ -932,7 +979,7 @@ class ContactIntegration(ModalIntegration):
         self._switch_off()
         self.y[n : 2 * n] = velocities + found.jump
         self.evaluate()
-        self._add_losses(found, closed)
+        self._add_losses(found, closed, velocities)
         name, impulses = self.uni.contact_points[closed[0]].name, self._impulses(found, closed)
         self._record_contact("impact", t, name, record, self.record, impulses)
         self.contact_notes.append(

@@ -6,9 +6,9 @@ groups are tables beside it (`mbody.analysis.contact.contact_tables`).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -66,9 +66,10 @@ from mbody.kernels.moreau import (
 )
 from mbody.kernels.step_state import DELIVERED, DONE, NEXT, NOT_FINITE, STEPS, TIME
 from mbody.model.closed_mechanism import without_contacts
-from mbody.model.contact import Contact, Rope
+from mbody.model.contact import Contact, Rope, shape_names
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of
+from mbody.model.mechanism import Mechanism
 from mbody.solution.checks import residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record, reported_certificate, with_fields
@@ -220,7 +221,7 @@ class ImpulseMemory:
         pairs = {
             (min(i, j), max(i, j))
             for row in rows
-            for (i, _), (j, _) in combinations(row, 2)
+            for (i, _), (j, _) in itertools.combinations(row, 2)
             if i != j
         }
         parts = [part for row in rows for part in row]
@@ -345,6 +346,51 @@ def step_findings(
             )
         )
     return notes, doubts
+
+
+def connected_laws(machine: Mechanism) -> list[list[str]]:
+    """Names of contacts, ropes and groups by bodies that these and joints connect."""
+    known = shape_names((*machine.bodies, machine.ground))
+    bodies = {one.name: set(one.bodies) for one in machine.contacts}
+    for group in machine.groups:
+        shapes = itertools.chain(*group.sides(known))
+        bodies[group.name] = {shape.partition(".")[0] for shape in shapes}
+    pairs = [([name], own) for name, own in bodies.items()]
+    parts: list[tuple[list[str], set[str]]] = []
+    for names, own in [
+        *pairs,
+        *(([], set(one.bodies)) for one in (*machine.joints, *machine.couplings)),
+    ]:
+        moving = own - {"ground"}
+        joined = [part for part in parts if part[1] & moving]
+        names = [*itertools.chain(*(part[0] for part in joined)), *names]
+        parts = [part for part in parts if not part[1] & moving]
+        parts.append((names, moving.union(*(part[1] for part in joined))))
+    return [names for names, _ in parts if names]
+
+
+def energy_gains(machine: Mechanism, found: Solution, rounding: float) -> list[Doubt]:
+    """A doubt for connected bodies whose contacts have given energy between kept instants, more
+    than errors of their impulses do, `rounding`.
+    """
+    energy, doubts = found.energy, list[Doubt]()
+    if energy is None or not len(found):
+        return []
+    parts = connected_laws(machine)
+    works = [np.sum([energy.by[name] for name in names], axis=0) for names in parts]
+    for names, whole in zip(parts, works, strict=True):
+        gained = whole - np.minimum.accumulate(whole)
+        allowed = tol.CONTACT_IMPULSES_UNCERTAIN * float(np.abs(whole).max()) + rounding
+        beyond = np.flatnonzero(gained > allowed)
+        if len(beyond):
+            t, unit = float(found.t[beyond[0]]), machine.units.of("torque")
+            message = (
+                f"the contacts {listed(names)} give up to {gained.max():.3g} {unit}, from t = "
+                f"{t:.6g} {machine.units.time} on: Newton's law of restitution does so with "
+                "friction (Kane's paradox); give them less restitution"
+            )
+            doubts.append(Doubt("energy", message, t, tuple(names)))
+    return doubts
 
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
@@ -635,6 +681,8 @@ class ImpulseIntegration(Integration):
             "by_lemke": self.by_lemke,
         }
         notes, doubts = step_findings(self.whole, self.impulses, self.settings)
+        rounding = self.settings.rtol * float(np.abs(stepped.numbers[:, 4:6]).max(initial=0.0))
+        doubts += energy_gains(self.whole.mechanism, found, rounding * self.system.length)
         records = self._whole_records(found, stepped)
         said = reported_certificate(found)
         return with_fields(

@@ -66,6 +66,7 @@ from mbody.kernels.step_state import (
     REJECTED,
     STEPS,
     STIFF,
+    THROUGHPUT,
     TIME,
     Outputs,
     Tolerances,
@@ -136,6 +137,8 @@ class Integration(RateJumps):
 
     #: Whether it decides what is open, sticks and slides.
     decides_modes = False
+    #: Whether explicit steps vanished, for a reason that is not known.
+    vanished = False
     integrator = staticmethod(integrator)
 
     def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
@@ -253,6 +256,9 @@ class Integration(RateJumps):
         own = auxiliary_sizes(self.system)
         sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
         self.scale[:] = np.concatenate([sizes, own])
+        # powers are rounded, also where no work is done: to a part of the energy at these rates
+        energy = float(self.work.mass[:n3, 0] @ sizes[n3:] ** 2)
+        self.state[THROUGHPUT] = tol.ENERGY_ROUNDING_STEP * energy / self.settings.rtol
         self._begin_steps()
         self.step_reference, self.longest = (0.0, first), 0.0
 
@@ -405,6 +411,8 @@ class Integration(RateJumps):
         self.evaluate()
         self.record = record
         self._take(restart)
+        if self.state[NEXT] <= tol.TIME_STEP_SHORTEST_REJECTED * abs(self.until):
+            self._begin_steps()  # that of a motion that was hardly any
         self.initial_work[:] = restart.gained
 
     def _take(self, restart: Restart) -> None:
@@ -488,6 +496,7 @@ class Integration(RateJumps):
             for name, curve in self.system.mechanism.curves.items()
             if getattr(curve.law, "outside", "") == "error"
         ]
+        self.vanished = self.settings.method != "radau5"
         ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
         return SolveError(
             f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "

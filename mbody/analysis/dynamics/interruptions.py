@@ -20,7 +20,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from mbody.core.tolerances import RATE_JUMP_SAME, TIMES_SAME_SAMPLE
+from mbody.core.tolerances import ENERGY_IMPACT, RATE_JUMP_SAME, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.loop_closure import laws_of_time, violation
@@ -28,7 +28,8 @@ from mbody.kernels.step_state import JACOBIAN_VALID, TIME
 from mbody.laws import Table
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.inputs import Controller
-from mbody.solution.energy import causes
+from mbody.solution.doubts import Doubt
+from mbody.solution.energy import causes, gain_of_jump
 from mbody.system.rank import dense, dense_rates
 from mbody.system.system import System
 
@@ -155,6 +156,7 @@ class RateJumps:
     motion: Any
     steps: Any
     work_done: Array
+    passage: Any
 
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record; whether the loops close."""
@@ -176,11 +178,30 @@ class RateJumps:
         self.evaluate()
         self._check_finite(self.K, corner)
         work.q[:n, 0] = self.y[:n]
-        momentum = self.system.mass[:n, 0] * (self.y[n : 2 * n] - v)
-        self._give(works_of_drivers(self.system, work, momentum, 0.5 * (before + after)))
+        mass, jump = self.system.mass[:n, 0], self.y[n : 2 * n] - v
+        works = works_of_drivers(self.system, work, mass * jump, 0.5 * (before + after))
+        self._give(works)
+        self._check_jump(corner, *gain_of_jump(mass, v, jump), works)
         self.state[JACOBIAN_VALID] = 0.0
         self.steps.jumped(self.motion)
         self._settle_jump()
+
+    def _check_jump(
+        self, t: float, gained: float, rounding: float, works: Mapping[str, float]
+    ) -> None:
+        """A doubt where a jump of velocities changes the energy by more or less than drivers do."""
+        given = sum(works.values())
+        allowed = rounding + ENERGY_IMPACT * sum(map(abs, works.values()))
+        if abs(gained - given) <= allowed:
+            return
+        units = self.system.mechanism.units
+        energy = units.of("torque")
+        message = (
+            f"at t = {t:.6g} {units.time} rates of drivers jump, which changes the energy by "
+            f"{gained:.3g} {energy}, their impulses by {given:.3g} {energy}: do not rely on the "
+            "motion from there on, and look at bodies without mass or inertia"
+        )
+        self.passage.doubts += (Doubt("energy", message, t, tuple(works)),)
 
     def _prescribed(self, t: float) -> Array:
         """ν of every row at a time, the position being in the workspace; lengths by the model

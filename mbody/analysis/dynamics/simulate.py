@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -30,6 +31,7 @@ from mbody.analysis.initial.initial_state import (
     begins_so,
     event_measure,
     initial_state_of,
+    other_model_note,
     state_of,
 )
 from mbody.analysis.position.assembly_analysis import as_system
@@ -38,7 +40,7 @@ from mbody.core.former_names import refuses_former_arguments
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.kernels.step_state import PROGRESS
+from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
@@ -88,7 +90,7 @@ Array = np.ndarray
 
 #: What a motion depends on; what else a description has may differ.
 SAME_PARTS: tuple[str, ...] = ("units", "ground", "bodies", "joints", "couplings", "drivers")
-SAME_PARTS += ("loads", "curves", "states", "controllers")
+SAME_PARTS += ("contacts", "loads", "curves", "states", "controllers")
 
 
 def stops_of(run: Solution) -> list[str]:
@@ -340,14 +342,16 @@ def integrate_phases(
         kind = EventIntegration if request.events or _one_sided(free) else None
         if decided:
             kind = ContactIntegration
-        integration = (
-            Integration(free, start, request.settings)
-            if kind is None
-            else kind(free, start, request.settings, request.events)
-        )
+
+        parts = (kind or Integration, free, start, request.events if kind else None)
+        integration = _integration(*parts, request.settings)
         try:
             run = integration.run(first, q, v, wanted, progress, restart, carried)
         except SolveError as error:
+            if integration.vanished and _implicit_goes_on(
+                functools.partial(_integration, *parts), integration, carried
+            ):
+                error.args = (f"{error}, or take the method 'radau5', which goes on from there",)
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and free_since:
                 error.solution = joined(system, reached, free_since, struck, request.times)
@@ -361,6 +365,35 @@ def integrate_phases(
     if len(found) == 1 and not free_since:
         return found[0]
     return joined(system, found, free_since, struck, request.times)
+
+
+def _integration(
+    kind: Callable[..., Integration],
+    system: System,
+    start: Solution,
+    events: tuple[Event, ...] | None,
+    settings: IntegrationSettings,
+) -> Integration:
+    return kind(system, start, settings, *(() if events is None else (events,)))
+
+
+def _implicit_goes_on(
+    made: Callable[[IntegrationSettings], Integration],
+    stopped: Integration,
+    carried: tuple[dict[str, float], Sequence[Any]] | None,
+) -> bool:
+    """Whether the implicit method passes the state at which explicit steps vanished."""
+    n, t = stopped.system.coordinates, float(stopped.state[TIME])
+    if len(stopped.y) > 2 * n:  # auxiliary states begin where the start has them
+        return False
+    end = np.array([t + tol.STEPS_VANISHED_BEYOND * (stopped.until - stopped.first)])
+    try:
+        made(replace(stopped.settings, method="radau5")).run(
+            t, stopped.y[:n].copy(), stopped.y[n:].copy(), end, None, None, carried
+        )
+    except (ModelError, SolveError):
+        return False
+    return True
 
 
 def _restart(
@@ -625,8 +658,9 @@ def simulate(
     start : Solution, optional
         Whose last instant is the first one here: of `close_loops`, of an analysis at an instant, or
         of another `simulate`; a motion of the same mechanism in the same way goes on bit for bit as
-        if it had not ended, unless there are contacts. By default the `simulation` of the mechanism
-        says it, else the loops are closed from the guesses, at rest, at t = 0.
+        if it had not ended, unless there are contacts; of another model a note says what differs.
+        By default the `simulation` of the mechanism says it, else the loops are closed from the
+        guesses, at rest, at t = 0.
     guess, rates : mapping, optional
         As of `close_loops`: first positions, and angular velocities, of bodies by name.
     method : str, optional
@@ -712,7 +746,7 @@ def simulate(
         system = with_inputs(system, inputs, first, last)
     closed_system, system = system, with_contacts_of_joints(system)
     start = first_instant_with_contacts(closed_system, system, start, guess, rates)
-    state = state_of(system, start)
+    state, notes = state_of(system, start), other_model_note(system, start)
     request = motion_request(
         system,
         state[0],
@@ -734,9 +768,11 @@ def simulate(
         if isinstance(error.solution, Solution):
             error.solution = certified_motion(error.solution, request.settings)
         raise
+    run = certified_motion(run, request.settings)
     return with_fields(
-        certified_motion(run, request.settings),
+        run,
         initial_states=(motion_start(system, start, request),),
+        notes=(*reported_certificate(run).notes, *notes),
     )
 
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbody.analysis.driven.time_grid import DriverValues, time_grid
-from mbody.analysis.freedom.free_motions import free_motions
+from mbody.analysis.initial.first_rates import (
+    Rates,
+    first_rates,
+    moved_note,
+    no_velocities,
+    rates_of,
+    settled,
+)
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.singular.singular_positions import (
@@ -40,112 +46,35 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
-from mbody.system.rank import dense, dense_rates, rank_of, shortest
+from mbody.system.rank import dense, dense_rates, shortest
 from mbody.system.system import System, too_large
 
-# -- First rates of free motions of which nothing says how fast they begin while drivers move --
+# -- First velocities by prescribed rates, on a branch of the motion ---------------------------
 
 Array = np.ndarray
-
-#: Bodies that a note names.
-LISTED = 4
-
-
-def unspecified_rates(
-    system: System, work: Work, v: Array, said: Array | None = None
-) -> tuple[str, ...]:
-    """A sentence of the bodies that begin to move though they are free to rest. `v` (coordinates,)
-    and `said` (conditions, coordinates) without units of length.
-
-    Drivers that move leave open how fast free bodies do; of all rates that fit those of least norm
-    are taken, which is seldom what was meant.
-    """
-    if too_large(system) or not np.abs(dense_rates(system, work)).max(initial=0.0) > 0.0:
-        return ()
-    G = dense(system, work)[1]
-    motions = rank_of(G if said is None else np.vstack([G, said])).motions
-    if not len(motions):
-        return ()
-    rates = (v * system.coordinate_units).reshape(-1, 3)
-    fast, unit, found = float(np.abs(v).max(initial=0.0)), system.mechanism.units, []
-    for motion in free_motions(system, work.q[:, 0], motions):
-        n = system.bodies[motion.leader]
-        parts = [(2, "omega", "angular velocity")] if motion.turns else []
-        for k, key, dimension in parts or [(0, "vx", "velocity"), (1, "vy", "velocity")]:
-            if abs(float(v[3 * n + k])) > tol.RATE_NONE_MOTION * fast:
-                value = f"{float(rates[n, k]):.6g} {unit.of(dimension)}"
-                found.append(f"'{motion.leader}' begins with {key} = {value}")
-    if not found:
-        return ()
-    more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
-    return (
-        f"{', '.join(found[:LISTED])}{more}: drivers move, and nothing says how fast what is free "
-        "does, so that of all rates the least were taken; say in start of one of its bodies where "
-        "it begins and how fast, as by y and vy",
-    )
-
-
-# -- First velocities by prescribed rates, on a branch of the motion ---------------------------
 
 #: Elements of a contradiction that are named.
 PRESCRIBED = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Rates:
-    """Prescribed rates, as conditions P v = p on velocities without units of length."""
-
-    prescribed: Sequence[Prescribed]
-    P: Array
-    p: Array
-
-    def without(self, n: int) -> Rates:
-        """All but one."""
-        left = [k for k in range(len(self.p)) if k != n]
-        return Rates([self.prescribed[k] for k in left], self.P[left], self.p[left])
-
-
-@dataclass(frozen=True, eq=False)
-class NearestRates:
-    """Velocities that are as near to rates as joints and drivers allow, without units of length.
-
-    `v` (coordinates,)
-    `met` (rates,): What the rates are; those that are given, where all agree.
-    `rows` (rows,): What the rates as they are given leave of the rows; zero where all agree.
-    `fast`: The fastest rate.
-    """
-
-    v: Array
-    given: Rates
-    met: Array
-    rows: Array
-    fast: float
-
-
-def rates_of(system: System, q: Array, prescribed: Sequence[Prescribed]) -> Rates:
-    """Conditions of what is prescribed, at a position (coordinates,)."""
-    P, p = np.zeros((len(prescribed), system.coordinates)), np.zeros(len(prescribed))
-    for n, rate in enumerate(prescribed):
-        P[n], p[n] = rate.row(system, q), rate.value
-        p[n] /= rate.unit(system)
-    return Rates(prescribed, P, p)
-
-
 def fitting_rates(
-    system: System, work: Work, prescribed: Sequence[Prescribed]
+    system: System, work: Work, prescribed: Sequence[Prescribed], whole: float = 0.0
 ) -> tuple[Array, tuple[str, ...]]:
-    """Velocities (coordinates,) that have the rates and move least beside, and notes."""
-    nearest = nearest_rates(system, work, prescribed)
-    scale, off, met = system.coordinate_units, nearest.rows, nearest.met
-    if met is nearest.given.p:
-        return scale * nearest.v, unspecified_rates(system, work, nearest.v, nearest.given.P)
-    asked, fast = nearest.given.p, nearest.fast
-    unmet = [
-        n for n in range(len(prescribed)) if abs(met[n] - asked[n]) > tol.VELOCITIES_AGREE * fast
-    ]
-    if np.abs(met - asked).max() <= tol.VELOCITY_ROUNDING * fast:
-        return scale * nearest.v, _fitted(system, prescribed, met - asked)
-    part = np.abs(off)
+    """Velocities (coordinates,) that have the rates, and notes. `whole`: How long the motion goes
+    on, in which what moves by no more than rounding is at rest.
+    """
+    found = first_rates(system, work, prescribed)
+    scale, asked, fast = system.coordinate_units, found.given.p, found.fast
+    lacking, notes = np.abs(found.met - asked), moved_note(system, found.moved)
+    if not lacking.any():
+        return scale * found.v, notes
+    rests = lacking * whole <= tol.START_MOTION_ROUNDING
+    if (rests | (lacking <= tol.VELOCITY_ROUNDING * fast)).all():
+        if rests.all():
+            return scale * found.v, notes
+        return scale * found.v, (*_fitted(system, prescribed, found.met - asked), *notes)
+    unmet = np.flatnonzero((lacking > tol.VELOCITIES_AGREE * fast) & ~rests).tolist()
+    part = np.abs(found.rows)
     part /= part.max(initial=tol.TINY)
     # equal parts in the order of the rows: their last digits are the processor's
     taking = dict.fromkeys(
@@ -153,40 +82,13 @@ def fitting_rates(
         for n in np.argsort(-part.round(6), kind="stable")
         if part[n] > tol.PARTICIPATION
     )
-    fitted = listed_rates(system, [prescribed[n] for n in unmet], met[unmet])
+    fitted = listed_rates(system, [prescribed[n] for n in unmet], found.met[unmet])
     numbers = ", ".join(f"{prescribed[n].value:.6g}" for n in unmet[:PRESCRIBED])
     raise SolveError(
         f"the rates of the start do not fit {_elements(list(taking))}: the nearest velocities that "
         f"fit have {fitted}, not {numbers}; give those, or leave out rates that follow from others",
         next(iter(taking), None),
     )
-
-
-def nearest_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) -> NearestRates:
-    """Velocities that joints and drivers allow, as near to the rates as may be, that move least
-    beside.
-    """
-    q = work.q[: system.coordinates, 0].copy()
-    given = rates_of(system, q, prescribed)
-    G = dense(system, work)[1]
-    nu = dense_rates(system, work)
-    A, b = np.vstack([G, given.P]), np.append(nu, given.p)
-    v = np.linalg.lstsq(A, b, rcond=tol.SINGULAR_VALUE_ZERO)[0]
-    off = A @ v - b
-    fast = max(float(np.abs(b).max(initial=0.0)), float(np.abs(v).max(initial=0.0)))
-    if np.abs(off).max(initial=0.0) <= tol.VELOCITIES_AGREE * fast:
-        return NearestRates(v, given, given.p, np.zeros(len(G)), fast)
-    # what joints and drivers impose holds, rates as nearly as may be
-    own = np.linalg.lstsq(G, nu, rcond=tol.SINGULAR_VALUE_ZERO)[0]
-    _, sizes, vt = np.linalg.svd(G)
-    free = vt[int((sizes > tol.SINGULAR_VALUE_ZERO * sizes.max(initial=tol.TINY)).sum()) :]
-    shares = shortest(given.P @ free.T, given.p - given.P @ own, tol.SINGULAR_VALUE_ZERO)
-    v = own + shares @ free
-    if (
-        np.abs(G @ v - nu).max(initial=0.0) > tol.RATES_CONTRADICT * fast
-    ):  # drivers themselves do not agree
-        raise no_velocities(system, nu)
-    return NearestRates(v, given, given.P @ v, off[: len(G)], fast)
 
 
 def branch_rates(
@@ -198,7 +100,8 @@ def branch_rates(
         return np.zeros(len(q)), ()
     points, complete, flat = _points(here, given)
     if len(points) == 1 and complete:
-        return here.rows.scale * _velocity(here, given, points[0]), ()
+        v, open_motions = _velocity(here, given, points[0]), _open_motions(here, given, points[0])
+        return here.rows.scale * settled(system, q, prescribed, v, open_motions), ()
     if points:
         raise _several(system, here, t, given, points, complete)
     nearest = _rounded(here, given)
@@ -252,6 +155,21 @@ def _velocity(here: Singular, given: Rates, y: Array, *, exact: bool = True) -> 
     if here.clock.any():
         P, p = np.vstack([P, T @ here.clock]), np.append(p, 1.0)
     return np.asarray(shortest(P, p, tol.SINGULAR_VALUE_DEAD_CENTRE) @ directions)
+
+
+def _open_motions(here: Singular, given: Rates, y: Array) -> Array:
+    """Motions (motions, coordinates) along the branch of y that the rates leave free."""
+    T = tangent(here.A, y)
+    if not is_flat(here.A, T):
+        return np.zeros((0, given.P.shape[1]))
+    place = along(T, here)
+    directions = frame(here, T, place)[1] if place.any() else T @ here.directions
+    rows = directions @ given.P.T
+    if here.clock.any():
+        rows = np.column_stack([rows, T @ here.clock])
+    u, sizes, _ = np.linalg.svd(rows)
+    rank = int((sizes > tol.SINGULAR_VALUE_DEAD_CENTRE).sum())
+    return np.asarray(u[:, rank:].T @ directions)
 
 
 def _rounded(here: Singular, given: Rates) -> Array | None:
@@ -345,17 +263,6 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
     return SolveError(f"{where}{nearest_words(system, here, nearest(here, base))}")
 
 
-def no_velocities(system: System, nu: Array) -> SolveError:
-    """The sentence of drivers that no velocities follow; nu (rows,) without units of length."""
-    # what moves at all are drivers: the fastest is the one to speak of
-    name = system.owners[system.row_table[0][int(np.abs(nu).argmax())]][0].name
-    return SolveError(
-        f"no velocities agree with '{name}' at this position: it is at a dead centre, or "
-        "drivers contradict each other; close the loops elsewhere",
-        name,
-    )
-
-
 #: Bodies that a note names.
 NAMED = 3
 
@@ -384,7 +291,8 @@ def close_loops(
         By body, instead of its own guess: angle [rad], or (x, y, angle) of the link axes.
     rates : mapping, optional
         Angular velocity of bodies [rad/time]; where joints and drivers do not allow all of them,
-        the nearest that they allow, and a note says so. What they leave open moves least.
+        the nearest that they allow, and a note says so. All other rates are zero where that
+        fits; where it does not, what has to move has the least kinetic energy, and a note.
 
     Returns
     -------
@@ -415,33 +323,33 @@ def close_loops(
     work = start.work
     if rates is not None and not isinstance(rates, Mapping):
         raise ModelError(f'rates must be a dict such as {{"crank": 2.0}}, not {rates!r}')
-    omegas: dict[str, float] = {}
+    prescribed = list[Prescribed]()
     for name, rate in (rates or {}).items():
         if name not in system.bodies or name == "ground":
             raise ModelError(f"there is no moving body {name!r} to give a rate", str(name))
-        omegas[name] = number_in(system.mechanism, rate, "angular velocity", name, "rate")
+        omega = number_in(system.mechanism, rate, "angular velocity", name, "rate")
+        prescribed.append(Prescribed(name, "omega", omega))
         if too_large(system):
-            work.v[3 * system.bodies[name] + 2] = omegas[name]
+            work.v[3 * system.bodies[name] + 2] = omega
     if drive:
         for n, row in enumerate(system.layout.driver_row):
             work.signal[row + 1] = request.given[0, n, 1]
     project(system.runtime(), work, start.regularization)
     raise_user_error(system)
-    here = _singular(system, start, float(request.t[0]), omegas)
-    if here is None:
-        _check_velocities(system, work)
-        notes = [*start.notes, *_rotate_bodies(system, work, omegas)]
-        v = work.v[: system.coordinates, 0] / system.coordinate_units
-        said = np.zeros((len(omegas), len(v)))
-        said[range(len(omegas)), [3 * system.bodies[name] + 2 for name in omegas]] = 1.0
-        notes += unspecified_rates(system, work, v, said)
+    n3, notes = system.coordinates, tuple(start.notes)
+    here = _singular(system, start, float(request.t[0]), prescribed)
+    if here is not None:
+        q = work.q[:n3, 0].copy()
+        work.v[:n3, 0], more = branch_rates(system, here, float(request.t[0]), q, prescribed)
+        notes = (*notes, *more)
     else:
-        prescribed = [Prescribed(name, "omega", rate) for name, rate in omegas.items()]
-        q = work.q[: system.coordinates, 0].copy()
-        v, more = branch_rates(system, here, float(request.t[0]), q, prescribed)
-        work.v[: len(v), 0] = v
-        notes = [*start.notes, *more]
-    n3 = system.coordinates
+        _check_velocities(system, work)
+        more = ()
+        if not too_large(system) and (system.rows < n3 or prescribed or start.regularization):
+            found = first_rates(system, work, prescribed)
+            work.v[:n3, 0] = system.coordinate_units * found.v
+            more = moved_note(system, found.moved)
+        notes = (*notes, *_unmet(system, work, prescribed), *more)
     block = np.zeros((1, system.record_rows, 1))
     block[0, :n3], block[0, n3 : 2 * n3] = work.q[:n3], work.v[:n3]
     return Solution(
@@ -451,16 +359,17 @@ def close_loops(
         record=Record([block], 1, batch=False),
         given=request.given if drive else None,
         regularization=start.regularization,
-        notes=tuple(notes),
+        notes=notes,
     )
 
 
 def _singular(
-    system: System, start: ClosedPosition, t: float, omegas: Mapping[str, float]
+    system: System, start: ClosedPosition, t: float, rates: Sequence[Prescribed]
 ) -> Singular | None:
     """The singular position that a start is at, where velocities depend on its branches."""
     work = start.work
-    moving = any(omegas.values()) or bool(np.abs(work.v[: system.coordinates]).max(initial=0.0))
+    still = not np.abs(work.v[: system.coordinates]).max(initial=0.0)
+    moving = any(one.value for one in rates) or not still
     if not moving or not (start.regularization or start.ratio < tol.PIVOT_SUSPECT):
         return None
     own = system.work()
@@ -468,32 +377,23 @@ def _singular(
     return singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
 
 
-def _rotate_bodies(system: System, work: Work, rates: Mapping[str, float]) -> list[str]:
-    """Add the free motion that rotates bodies as they should; sentences where it cannot."""
-    if not rates:
-        return []
-    columns = [3 * system.bodies[name] + 2 for name in rates]
-    request = np.array(list(rates.values()))
-    if not too_large(system):
-        scale = system.coordinate_units
-        motions = rank_of(dense(system, work)[1]).motions
-        left = request - work.v[columns, 0]
-        shares = np.linalg.lstsq(motions[:, columns].T, left, rcond=tol.SINGULAR_VALUE_ZERO)[0]
-        work.v[: system.coordinates, 0] += scale * (shares @ motions)
-    found = work.v[columns, 0]
+def _unmet(system: System, work: Work, rates: Sequence[Prescribed]) -> tuple[str, ...]:
+    """A sentence of rotations that are not as they were requested."""
+    greatest = max((abs(one.value) for one in rates), default=0.0)
     unit = system.mechanism.units.of("angular velocity")
+    now = {one.body: float(work.v[3 * system.bodies[one.body] + 2, 0]) for one in rates}
     parts = [
-        f"'{name}' turns at {now:.6g} {unit}, not at {rate:.6g}"
-        for name, rate, now in zip(rates, request, found, strict=True)
-        if abs(now - rate) > tol.RATE_MET * float(np.abs(request).max())
+        f"'{one.body}' turns at {now[one.body]:.6g} {unit}, not at {one.value:.6g}"
+        for one in rates
+        if abs(now[one.body] - one.value) > tol.RATE_MET * greatest
     ]
     if not parts:
-        return []
+        return ()
     more = f", and {len(parts) - NAMED} more" if len(parts) > NAMED else ""
-    return [
+    return (
         f"rates: {', '.join(parts[:NAMED])}{more}: joints and drivers do not allow all that were "
-        "requested; the nearest were taken"
-    ]
+        "requested; the nearest were taken",
+    )
 
 
 def _check_velocities(system: System, work: Work) -> None:

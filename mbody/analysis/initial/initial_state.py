@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
+from mbody.analysis.initial.first_rates import first_rates
 from mbody.analysis.position.assembly_analysis import closed, rounding, set_driver_values
 from mbody.analysis.position.closed_position import by_rows, close_batch
 from mbody.analysis.position.initial_guess import placed
@@ -230,17 +231,16 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     t, q, notes = 0.0, *_places(system, simulation)
     start = closed(system, t, {}, pose=q)
     work = start.work
-    rates = [
-        Prescribed(body, RATES[place], float(speed))
-        for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
-    ]
+    rates = prescribed_rates(system, simulation)
     here = None
     if start.regularization or start.ratio < tol.PIVOT_SUSPECT:
         own = system.work()
         own.q[:], own.signal[:], own.time[:] = work.q, work.signal, work.time
         here = singular(system, own, t, tol.SINGULAR_DISTANCE_PRECISE)
     if here is None:
-        v, more = fitting_rates(system, work, rates)
+        v, more = fitting_rates(
+            system, work, rates, float(_number(system.mechanism, simulation.until, "time", "until"))
+        )
     else:
         v, more = branch_rates(system, here, t, work.q[: system.coordinates, 0], rates)
     n = system.coordinates
@@ -332,6 +332,14 @@ def _closed_by_drivers(
     imposed = start_drivers(system, simulation, rates=rates, poses=poses)
     drive = {name: (value, rate) for name, _, value, rate in imposed}
     return close_loops(with_start_drivers(system, imposed), drive=drive or None, guess=guess)
+
+
+def prescribed_rates(system: System, simulation: SimulationSettings) -> list[Prescribed]:
+    """The rates that a motion begins with, of one design."""
+    return [
+        Prescribed(body, RATES[place], float(speed))
+        for _, (body, place, _), _, speed in start_drivers(system, simulation, rates=True, poses={})
+    ]
 
 
 def start_drivers(
@@ -430,6 +438,35 @@ def state_of(system: System, start: Any) -> tuple[float, np.ndarray, np.ndarray]
     return float(start.t[-1]), q, v
 
 
+#: Parts of a mechanism whose elements a note names where another model goes on without them.
+STRUCTURE = ("joints", "couplings", "contacts", "loads")
+
+
+def other_model_note(system: System, start: Solution) -> tuple[str, ...]:
+    """How the model of a motion differs from that of the motion which it goes on from."""
+    if start.analysis != "simulate" or start.system is system:
+        return ()
+    ours, theirs = (
+        [one.name for part in STRUCTURE for one in getattr(of.mechanism, part)]
+        for of in (system, start.system)
+    )
+    own, other = system.values, start.system.values
+    free = {one.name for one in (*system.mechanism.inputs, *system.mechanism.states)}
+    numbers = [
+        f"{name} = {float(own[name]):.6g} in place of {float(other[name]):.6g}"
+        for name in own
+        if name in other and own[name] != other[name] and name.partition(".")[0] not in free
+    ]
+    less, more = ([one for one in a if one not in b] for a, b in ((theirs, ours), (ours, theirs)))
+    texts = [f"without {listed(less, NAMED)}"] if less else []
+    texts += [f"with {listed(more, NAMED)}"] if more else []
+    texts += numbers[:NAMED]
+    texts += [f"{len(numbers) - NAMED} more numbers"] if len(numbers) > NAMED else []
+    if not texts:
+        return ()
+    return (f"the motion goes on from one of another model: {', '.join(texts)}",)
+
+
 # -- First positions and velocities of many designs, closed in one call ------------------------
 # Driven designs close from the one position of the description, so that all are on its branch; here
 # each closes from its own guess, as it would alone, which may be on another branch.
@@ -494,7 +531,26 @@ def initial_states(
     project_designs(
         rate_system.layout, rate_system.work(), rate_system.par, poses, rates, velocities, off
     )
-    return poses[:, :n3], velocities, good & (off <= tol.VELOCITIES_AGREE)
+    good &= off <= tol.VELOCITIES_AGREE
+    if rate_system.rows < n3:
+        for design in np.flatnonzero(good & velocities.any(axis=1)).tolist():
+            velocities[design], good[design] = _first_rates(start, system, design, poses[design])
+    return poses[:, :n3], velocities, good
+
+
+def _first_rates(start: BatchStart, system: System, design: int, pose: Array) -> tuple[Array, bool]:
+    """Velocities (coordinates,) of a design that joints and rates leave free, and whether they have
+    what is prescribed.
+    """
+    one = system.design(design)
+    work, rates = one.work(), list[Prescribed]()
+    work.q[:, 0] = pose
+    laws_of_time(one.runtime(), work)
+    if start.simulation is not None:
+        rates = prescribed_rates(one, start.simulation)
+    found = first_rates(one, work, rates)
+    met = np.abs(found.met - found.given.p) <= tol.VELOCITIES_AGREE * found.fast
+    return one.coordinate_units * found.v, bool(met.all())
 
 
 def _one_by_one(start: BatchStart, system: System) -> tuple[Array, Array, np.ndarray]:

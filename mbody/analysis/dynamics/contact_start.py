@@ -1,0 +1,60 @@
+"""Places of a start fitted to contacts: what touches within rounding of digits touches exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
+from mbody.core import tolerances as tol
+from mbody.kernels.layout import Work
+from mbody.system.rank import dense, shortest
+from mbody.system.system import too_large
+
+Array = np.ndarray
+
+#: Corrections at most.
+CORRECTIONS = 30
+
+
+def fit_contacts(uni: Unilateral, work: Work) -> str | None:
+    """Move the position in a workspace, as little as may be, to where no shapes overlap by rounding
+    and what touches has no gap; joints stay closed. A sentence where that is more than rounding,
+    "" where it is not; None where the position stays as it is.
+    """
+    system = uni.system
+    n, scale = system.coordinates, system.coordinate_units
+    before = work.q[:n, 0].copy()
+    touching, overlaps = set[int](), dict[str, str]()
+    for _ in range(CORRECTIONS):
+        rows = uni.read(work)
+        gaps = uni.gaps(rows)
+        found = deepest_overlap(uni, rows, work, tol.CONTACT_GAP_BEGINNING * system.length)
+        if found is not None:
+            k = found.contact_point
+            if not found.depth * uni.unit_of(k) <= tol.START_CHANGE_ALLOWED * system.length:
+                break
+            touching.add(k)
+            size = f"{found.depth:.2g} {system.mechanism.units.length}"
+            if uni.angular[uni.contact_points[k].normal]:
+                size = f"{np.degrees(found.depth):.2g} deg"
+            overlaps.setdefault(found.contact, f"'{found.contact}', where {size} overlapped")
+        near = np.abs(gaps) <= tol.CONTACT_GAP_BEGINNING * system.length
+        within = uni.within_edges(rows, work, tol.CONTACT_GAP_BEGINNING * system.length, 0.0)
+        touching |= set(np.flatnonzero(near & within & ~uni.one_way).tolist())
+        own = sorted(touching)
+        off = np.abs(gaps[own]).max(initial=0.0) > tol.GUARD_ROUNDING_GAP * system.length
+        if not off or too_large(system):
+            break
+        normals = [uni.contact_points[k].normal for k in own]
+        phi, G = dense(system, work)
+        J = np.vstack([G, rows.block[normals] * scale / system.length])
+        left = np.append(phi, rows.value[normals] / system.length)
+        step = shortest(J, -left, tol.SINGULAR_VALUE_NEAR_SINGULAR)
+        work.q[:n, 0] += scale * step
+        if np.abs(step).max() <= tol.GUARD_ROUNDING_GAP:
+            break
+    if np.array_equal(work.q[:n, 0], before):
+        return None
+    if not overlaps:
+        return ""
+    return f"the places of the start were fitted to contacts: {', '.join(overlaps.values())}"

@@ -1,0 +1,178 @@
+"""Impacts by momentum alone: every one within its cones, and none gives energy without a doubt."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mbody import (
+    Body,
+    Contact,
+    Gravity,
+    Mechanism,
+    Prismatic,
+    Rope,
+    SimulationSettings,
+    Simulator,
+    Stop,
+    simulate,
+)
+from mbody.analysis.dynamics import contact_motion
+from tests.support.impact_cones import check_impacts
+
+G = 9.81
+
+
+def floored(name, *elements, until, start, gravity=G):
+    made = Mechanism(
+        name, ground={"O": (0.0, 0.0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    made.add(*elements, *([Gravity("gravity", y=-gravity)] if gravity else []))
+    made.simulation = SimulationSettings(until, start)
+    return made
+
+
+def kane(law="newton", size=1.0, mass=1.0, e=0.98, along=0.736):
+    """A bar that strikes on its end so that friction turns the sliding round."""
+    angle = 1.03
+    bar = Body("bar", mass=mass, inertia=mass * size**2 / 6.32, points={"E": (-size, 0.0)})
+    end = Contact("end", "ground.floor", "bar.E", friction=0.43, restitution=e, law=law)
+    y = size * (math.sin(angle) + 0.1)
+    start = {"x": 0.0, "y": y, "angle": angle, "vx": along * size, "vy": -size}
+    return floored("bar", bar, end, until=0.2, start={"bar": start}, gravity=0.0)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
+def test_newtons_law_may_gain_energy_which_is_said(size, mass):
+    """What it gives is the kinetic energy by the rates before and after (Kane's paradox)."""
+    run = simulate(kane(size=size, mass=mass))
+    (check,) = check_impacts(run)
+    assert check.outside < 1e-12
+    assert check.energy == pytest.approx(0.16621 * mass * size**2, rel=1e-4)
+    assert run.status.startswith("doubtful: ")
+    (doubt,) = run.doubts
+    assert (doubt.kind, doubt.elements) == ("energy", ("end",))
+    assert doubt.t == pytest.approx(0.1, abs=1e-9)
+    assert f"{check.energy:.3g}" in doubt.message
+    assert run.energy.lost["end"][-1] == pytest.approx(-check.energy, rel=1e-9)
+
+
+@pytest.mark.parametrize("changes", [{"law": "poisson"}, {"along": -0.736}, {"e": 0.5}, {"e": 0.0}])
+def test_others_of_these_gain_none(changes):
+    run = simulate(kane(**changes))
+    (check,) = check_impacts(run)
+    assert check.outside < 1e-12
+    assert check.gained < 0.0
+    assert run.status == "completed"
+
+
+def test_a_simulator_says_it_too():
+    lead = Simulator(kane())
+    lead.step(0.05)
+    before = lead.state
+    lead.until(0.15)
+    assert [one.kind for one in lead.doubts] == ["energy"]
+    lead.state = before
+    assert not lead.doubts
+
+
+def test_steps_with_impulses_say_it():
+    run = simulate(kane(), method="moreau", step=1e-3)
+    (doubt,) = run.doubts
+    assert (doubt.kind, doubt.elements) == ("energy", ("end",))
+    assert doubt.t == pytest.approx(0.1, abs=2e-3)
+    assert not simulate(kane(e=0.0), method="moreau", step=1e-3).doubts
+
+
+def test_only_what_is_connected_is_taken_together():
+    """What a great box loses beside it does not hide what the bar gains."""
+    bar = kane()
+    corners = {"A": (-1.0, -1.0), "B": (1.0, -1.0), "C": (1.0, 1.0), "D": (-1.0, 1.0)}
+    shape = {"box": {"polygon": ("A", "B", "C", "D")}}
+    box = Body("box", mass=900.0, inertia=600.0, points=corners, shapes=shape)
+    bar.add(box, Contact("foot", "ground.floor", "box.box", friction=0.2))
+    start = {**bar.simulation.start, "box": {"x": 9.0, "y": 1.04, "vx": 3.0, "vy": -0.4}}
+    bar.simulation = replace(bar.simulation, start=start)
+    run = simulate(bar, method="moreau", step=1e-3)
+    assert [one.elements for one in run.doubts] == [("end",)]
+
+
+def boxes(rng, scale):
+    """Some boxes and discs that are thrown at the floor and at each other, one on a rope."""
+    made, start = [], {}
+    for n in range(3):
+        x, y = (n * 1.1 + 0.2) * scale, (0.9 + 0.3 * n) * scale
+        a, b = (rng.uniform(0.2, 0.4, 2) * scale).tolist()
+        mass = 10.0 ** rng.uniform(-3.0, 3.0)
+        corners = {"A": (-a, -b), "B": (a, -b), "C": (a, b), "D": (-a, b), "O": (0.0, 0.0)}
+        round_one = n == 1
+        shape = {"disc": "O", "radius": a} if round_one else {"polygon": ("A", "B", "C", "D")}
+        inertia = mass * a * a * rng.uniform(0.3, 0.6)
+        made.append(Body(f"b{n}", mass=mass, inertia=inertia, points=corners, shapes={"s": shape}))
+        made.append(
+            Contact(
+                f"c{n}",
+                "ground.floor",
+                f"b{n}.s",
+                friction=rng.uniform(0.1, 0.9),
+                restitution=rng.choice([0.0, 0.4, 0.8]),
+            )
+        )
+        speeds = (rng.normal(size=2) * math.sqrt(G * scale)).tolist()
+        start[f"b{n}"] = {"x": x, "y": y, "angle": rng.uniform(-1.0, 1.0) * (not round_one)}
+        start[f"b{n}"] |= {"vx": speeds[0], "vy": -abs(speeds[1]), "omega": rng.normal()}
+    made.append(Rope("leash", "ground.O", "b2.A", length=3.6 * scale))
+    return floored("boxes", *made, until=math.sqrt(scale), start=start)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_impact_is_within_its_cones(seed):
+    rng = np.random.default_rng(seed)
+    run = simulate(boxes(rng, 10.0 ** rng.uniform(-3.0, 3.0)), rtol=1e-9)
+    checks = check_impacts(run)
+    assert len(checks) > 3
+    for check in checks:
+        # a series of impacts that is taken to its end leaves what the loads did in that time
+        assert check.outside * check.size < (1e-6 if check.name == "rest" else 1e-9), check
+        assert check.outside < 1e-7 or check.name == "rest", check
+        assert check.gained < 1e-8, check
+    assert not run.doubts
+
+
+def test_a_planted_impulse_beyond_its_cone_is_seen():
+    run = simulate(kane("poisson"))
+    (event,) = run.events
+    event.after.record.blocks[0][:, 3, 0] += 0.5
+    (check,) = check_impacts(run)
+    assert check.outside > 0.05
+
+
+@pytest.mark.parametrize("wrong", [1.5, -1e-3])
+def test_an_impact_that_its_impulses_do_not_explain_is_doubted(monkeypatch, wrong):
+    strike = contact_motion.strike
+
+    def planted(*args, **how):
+        found = strike(*args, **how)
+        return replace(found, jump=found.jump * (1.0 + wrong))
+
+    monkeypatch.setattr(contact_motion, "strike", planted)
+    run = simulate(kane("poisson"))
+    assert (run.doubts[0].kind, run.doubts[0].elements) == ("energy", ("end",))
+    assert "do not rely" in run.status
+
+
+def test_a_stop_that_moves_gives_what_it_says():
+    """It throws a mass: energy is given, and no doubt of it."""
+    made = Mechanism("thrown")
+    made.add(
+        Body("mass", mass=2.0, inertia=1.0, guess=(0.5, 0.0, 0.0)),
+        Prismatic("guide", "ground", "mass"),
+        Stop("table", "mass.x - 3 m/s*t", restitution=0.5),
+    )
+    made.simulation = SimulationSettings(0.4, {"mass": {"x": 0.5}})
+    run = simulate(made)
+    assert run["mass"].vx[-1] == pytest.approx(4.5, rel=1e-12)
+    assert run.energy.by["table.moving"][-1] == pytest.approx(2.0 * 4.5 * 3.0, rel=1e-12)
+    assert run.status == "completed"
