@@ -486,8 +486,10 @@ class Checks:
         if moved > CLOSED * self.size:
             self.fault("jump", moved / self.size, f"positions at {event.name} of {event.contact}")
         # one row for every momentum, by the roots of mass and inertia
-        roots = np.concatenate([np.sqrt([p.mass, p.mass, p.inertia]) for p in parts.values()])
-        change = np.concatenate([after.v[n] - before.v[n] for n in names]) * roots
+        masses = np.array([[p.mass, p.mass, p.inertia] for p in parts.values()]).ravel()
+        arms = np.array([[1.0, 1.0, p.size] for p in parts.values()]).ravel()
+        roots = np.where(masses > 0.0, np.sqrt(masses), np.sqrt(np.repeat(masses[::3], 3)) * arms)
+        change = np.concatenate([after.v[n] - before.v[n] for n in names]) * masses / roots
         columns, approach = self.impulses(before, after)
         size = float(np.abs(change).max())
         energy = before.kinetic()
@@ -530,6 +532,8 @@ class Checks:
             far = math.dist(before.place(*rope.i), before.place(*rope.j))
             if struck & {rope.i[0], rope.j[0]} and far > rope.length - near:
                 return
+        if any(scene.parts[name].inertia == 0.0 for name in struck):
+            return
         if len(places) != 1 or any(one.limits for one in (*scene.pins, *scene.guides)):
             return
         (one, spot) = places[0]

@@ -695,6 +695,9 @@ def random_scene(seed: int) -> Scene:
         factor = 10.0 ** draw.between(-4.0, 4.0)
         part.mass *= factor
         part.inertia *= factor
+    discs = [part for part in scene.parts.values() if part.radius]
+    if discs and np.random.default_rng([seed, 0x0D15C]).random() < 0.05:
+        discs[0].inertia = 0.0  # a rim without mass of its own
     if draw.chance(0.3):
         return scene.scaled(1.0, 1.0, 1.0)
     masses = [math.log10(p.mass) for p in scene.parts.values()]
