@@ -23,6 +23,7 @@ KINDS = (
     "incomplete",
     "contact",
     "inadmissible",
+    "validity",
     "solver",
 )
 

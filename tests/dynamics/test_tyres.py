@@ -255,3 +255,23 @@ def test_it_is_no_other_spring():
         until=0.1, start={"wheel": {"x": 0, "y": run["wheel"].y[0]}}
     )
     np.testing.assert_allclose(mbody.simulate(machine)["wheel"].y, run["wheel"].y, atol=1e-9)
+
+
+@pytest.mark.parametrize("part", [0.45, 0.6])
+def test_a_wheel_that_sinks_through_its_road_is_doubted(part):
+    """h = R − (m g/k)(1 − cos √(k/m) t) of a soft tyre: below the road where that is beyond R."""
+    stiffness = MASS * G / (part * 0.3)
+    own = {"stiffness": stiffness, "damping": 0.0, "speed": 0.0, "until": 0.5}
+    machine = wheel(**own)
+    machine.simulation.start["wheel"]["y"] = 0.3
+    run = mbody.simulate(machine, 0.5, instants=5001)
+    height = run.measure("tyre.height")
+    assert height.min() == pytest.approx(0.3 * (1.0 - 2.0 * part), rel=1e-3)
+    if part < 0.5:
+        assert run.status == "completed"
+        return
+    (doubt,) = run.doubts
+    assert (doubt.kind, doubt.elements) == ("validity", ("tyre",))
+    t = math.acos(1.0 - 1.0 / part) / math.sqrt(stiffness / MASS)
+    assert doubt.t == pytest.approx(t, abs=2e-4)
+    assert "0.06 m below the road" in doubt.message

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.core.tolerances import TABLE_RANGE_MARGIN
 from mbody.laws import MeasuredFormula, Table, Table2
 from mbody.model.element import Element
+from mbody.model.loads.tyre import Tyre
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
 from mbody.solution.histories import column
@@ -185,7 +186,29 @@ def extrapolated(solution: Solution) -> list[Doubt]:
             dimension = dimension_of(element.__dataclass_fields__[field].metadata["of"])
             what, units = (element.name, f"the table of its {field}"), solution.mechanism.units
             found.append(range_doubt(units, what, table.x, dimension, table.outside, met))
-    return [*found, *curve_doubts(solution)]
+    return [*found, *curve_doubts(solution), *tyre_doubts(solution)]
+
+
+def tyre_doubts(solution: Solution) -> list[Doubt]:
+    """A doubt for each tyre that is pressed in by more than its radius, where k (R − h) is no law
+    of a wheel.
+    """
+    from mbody.solution.doubts import Doubt
+    from mbody.solution.measures import measured
+
+    found, units = [], solution.mechanism.units
+    for tyre in (load for load in solution.mechanism.loads if isinstance(load, Tyre)):
+        heights = np.atleast_2d(measured(solution, f"{tyre.name}.height")[0])
+        below = (heights < 0.0).any(axis=0)
+        if below.any():
+            since = float(solution.t[below].min())
+            message = (
+                f"'{tyre.name}': the wheel's centre is up to {-np.nanmin(heights):.3g} "
+                f"{units.length} below the road, from t = {since:.6g} {units.time} on, where the "
+                "law of the tyre does not hold: give it more stiffness"
+            )
+            found.append(Doubt("validity", message, since, (tyre.name,)))
+    return found
 
 
 def open_tables(mechanism: Mechanism) -> Iterator[tuple[Element, str, Table]]:
