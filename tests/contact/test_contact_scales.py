@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from mbody import Body, Contact, Force, Gravity, Mechanism, SimulationSettings, simulate
+from mbody import (
+    Body,
+    Contact,
+    Force,
+    Gravity,
+    Mechanism,
+    Revolute,
+    SimulationSettings,
+    simulate,
+)
 
 G = 9.81
 
@@ -139,3 +148,41 @@ def test_impulses_of_a_tumbling_box_lie_in_coulombs_cone(mass):
         speed = math.hypot(a.vx[0], a.vy[0]) + abs(a.omega[0])
         # velocities have rounding of the greatest of them
         assert abs(got @ along) <= mu * (got @ across) + 1e-13 * speed
+
+
+def test_newtons_law_that_friction_wedges_is_said():
+    """A hinged rod whose tip strikes the floor ahead of its hinge: any rebound slides, and friction
+    that opposes it holds more than the impulse throws; the cone holds the tip by Poisson's law.
+    """
+    for law, ends in (("newton", True), ("poisson", False)):
+        floor = {"line": {"point": "F"}}
+        machine = Mechanism(
+            "rod", ground={"O": (0, 0), "F": (0, -0.9)}, ground_shapes={"floor": floor}
+        )
+        machine.add(
+            Body("rod", mass=2.0, inertia=0.2, cg=(0.5, 0), points={"O": (0, 0), "A": (1, 0)}),
+            Revolute("O", "ground.O", "rod.O"),
+            Gravity("g", y=-G),
+            Contact("tip", "ground.floor", "rod.A", friction=2.5, restitution=0.5, law=law),
+        )
+        start = {"rod": dict(angle=math.radians(-140.0), omega=2.0)}
+        machine.simulation = SimulationSettings(until=1.0, start=start)
+        run = simulate(machine, 0.6, instants=5)
+        wedged = "friction wedges what Newton's law of impact would throw back" in run.status
+        assert wedged == ends
+        if not ends:
+            assert run.mode("tip")[-1] == "stick" and abs(run["rod"].omega[-1]) < 1e-9
+
+
+def test_what_slides_on_more_places_than_hold_it_slides_at_all():
+    """A rod on four places of one floor."""
+    points = {"a": (-0.4, 0), "b": (-0.1, 0), "c": (0.2, 0), "d": (0.5, 0)}
+    floor = {"line": {"point": "O"}}
+    machine = Mechanism("rod", ground={"O": (0, 0)}, ground_shapes={"floor": floor})
+    machine.add(Body("rod", mass=3.0, inertia=0.3, points=points), Gravity("g", y=-G))
+    machine.add(*(Contact(f"at_{n}", "ground.floor", f"rod.{n}", friction=0.3) for n in points))
+    start = {"rod": dict(x=0.0, y=0.0, angle=0.0, vx=1.0, vy=0.0, omega=0.0)}
+    machine.simulation = SimulationSettings(until=1.0, start=start)
+    run = simulate(machine, 0.2, instants=3)
+    assert run["rod"].vx[-1] == pytest.approx(1.0 - 0.3 * G * 0.2, abs=1e-9)
+    assert {run.mode(f"at_{n}")[1] for n in points} == {"slip+"}

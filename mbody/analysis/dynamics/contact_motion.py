@@ -365,7 +365,8 @@ class ModalIntegration(JumpIntegration):
             pair.name: mode for pair, mode in zip(self.uni.friction_joints, pairs, strict=True)
         }
         order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
-        for point, mode in zip(self.uni.contact_points, modes, strict=True):
+        for point, one in zip(self.uni.contact_points, modes, strict=True):
+            mode = self._by_rate(point) if one == "redundant" else one
             named = "roll" if mode == "stick" and point.candidate.round else mode
             if point.static == 0.0 and mode in SLIP_SIGNS:
                 named = "slip+"  # smooth: its direction changes nothing
@@ -374,6 +375,16 @@ class ModalIntegration(JumpIntegration):
             sticking = found.get(point.name, "open")
             found[point.name] = max((sticking, named), key=order.index)
         return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
+
+    def _by_rate(self, point: ContactPoint) -> str:
+        """The mode of a redundant contact point that slides."""
+        if point.tangent < 0:
+            return "redundant"
+        self.load()
+        rate = float(self.uni.read(self.work).rate[point.tangent])
+        if abs(rate) <= tol.RATE_NONE_FRICTION * self.speed:
+            return "redundant"
+        return "slip+" if rate > 0.0 else "slip-"
 
     @property
     def speed(self) -> float:
@@ -853,7 +864,7 @@ class ContactIntegration(ModalIntegration):
         found = strike(self.uni, self.work, closed)
         if found is None:
             refuse_driven_impact(self.uni, self.work, hit)
-            return self._wedged(hit)
+            return self._wedged(closed, hit)
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
         kind, when = "impact", t
@@ -890,7 +901,7 @@ class ContactIntegration(ModalIntegration):
                 fixed = stuck if soon else None
                 found = strike(self.uni, self.work, closed, still=True, sticking=fixed)
             if found is None:
-                return self._wedged(hit)
+                return self._wedged(closed, hit)
             self.y[n : 2 * n] = before + found.jump
             self.evaluate()
         elif flies:
@@ -902,10 +913,18 @@ class ContactIntegration(ModalIntegration):
         self.transition.closed -= set(closed)
         return None
 
-    def _wedged(self, hit: list[int]) -> str:
-        """No velocities keep all that strikes apart: drivers lead it from two sides."""
+    def _wedged(self, closed: list[int], hit: list[int]) -> str:
+        """No velocities keep all that strikes apart: friction wedges what Newton's law throws back,
+        or drivers lead it from two sides.
+        """
         names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
         quoted = ", ".join(f"'{name}'" for name in names)
+        self.load()
+        if strike(self.uni, self.work, closed, still=True) is not None:
+            return self._ended(
+                f"an impact at {quoted} has no solution: friction wedges what Newton's law of "
+                'impact would throw back; Poisson\'s law (law = "poisson") or less friction has one'
+            )
         return self._ended(
             f"an impact at {quoted} has no solution: what strikes is driven against both sides at "
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
