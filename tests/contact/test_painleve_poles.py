@@ -4,11 +4,22 @@ before, beside an integration of its own with N in closed form.
 
 import math
 
+import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings, Simulator, simulate
+from mbody import (
+    Body,
+    Contact,
+    Gravity,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    SimulationSettings,
+    Simulator,
+    simulate,
+)
 
 G = 9.81
 #: Coefficients, half lengths, masses, angles, rates in parts of that of the singular point.
@@ -159,3 +170,52 @@ def test_what_holds_the_floor_slips_on_the_way_to_the_pole(rtol):
     run = simulate(made, rtol=rtol)
     assert (run.events[0].name, run.events[0].contact) == ("slip", "hold")
     assert run.events[0].t == pytest.approx(float(t), rel=1e-9 + 0.1 * rtol)
+
+
+def guided(mu, block, angle):
+    """Equations (3, 3) of a rod of 1 kg and 1 m on a block in a guide that slides to the left, in
+    its acceleration, that of the angle and the pressing force: forces along and across, moment.
+    """
+    s, c = math.sin(angle), math.cos(angle)
+    return np.array([[1.0 + block, -s, -mu], [0.0, c, -1.0], [-s, 4.0 / 3.0, 0.0]])
+
+
+def jams(mu, block, angle, rate):
+    """When det = 0 of a rod on a block in a guide, with (θ̇², t) over τ, x = θ* − θ = x₀ e^−τ."""
+    end = brentq(lambda th: np.linalg.det(guided(mu, block, th)), angle, 1.0, xtol=1e-15)
+    x0 = end - angle
+
+    def rates(tau, y):
+        x = x0 * math.exp(-tau)
+        s, c = math.sin(end - x), math.cos(end - x)
+        right = [y[0] * c, y[0] * s - (1.0 + block) * G, -G * c]
+        _, turns, _ = np.linalg.solve(guided(mu, block, end - x), right)
+        return [2.0 * turns * x, x / math.sqrt(y[0])]
+
+    found = solve_ivp(rates, (0.0, 20.0), [rate**2, 0.0], "DOP853", rtol=1e-11, atol=1e-12)
+    return float(found.y[1, -1])
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("block", [1e-3, 0.02])
+def test_a_guide_jams_at_its_pole_too(block, rtol, method):
+    """What slides in a guide that holds both ways presses without bound at the same determinant."""
+    mu, angle, rate, along = 1.7, 0.6, 2.8, -50.0
+    t = jams(mu, block, angle, rate)
+    made = Mechanism("guided", ground={"O": (0.0, 0.0)})
+    made.add(
+        Body("block", mass=block, inertia=1e-6, points={"C": (0.0, 0.0)}),
+        Body("rod", mass=1.0, inertia=1.0 / 3.0, points={"E": (-1.0, 0.0)}),
+        Prismatic("guide", "ground.O", "block.C", friction=mu),
+        Revolute("pin", "block.C", "rod.E"),
+        Gravity("gravity", y=-G),
+    )
+    s, c = math.sin(angle), math.cos(angle)
+    start = {"x": c, "y": s, "angle": angle, "omega": rate, "vx": along - rate * s, "vy": rate * c}
+    begin = {"block": {"x": 0.0, "y": 0.0, "vx": along, "vy": 0.0}, "rod": start}
+    made.simulation = SimulationSettings(1.4 * t, begin)
+    run = simulate(made, rtol=rtol, method=method)
+    assert [(one.name, one.contact) for one in run.events] == [("paradox", "guide")]
+    assert run.events[0].t == pytest.approx(t, rel=1e-8 + 0.3 * rtol)
+    assert run.status.startswith("ended: ")
