@@ -554,7 +554,9 @@ CONTACT_IMPACT_UNKNOWN_NONE = 1e-10
 #: A flight shorter than this, in parts of the time in which what is pulled back goes a model
 #: length, is none.
 CONTACT_FLIGHT_SHORTEST = 2e-6
-#: The same of the oracle, in parts of the time of a fall by the model length.
+#: What pulls a contact back by less than this part of both bodies' accelerations is no pull.
+CONTACT_PULL_NONE = 1e-6
+#: A flight that is none for the oracle, in parts of the time of a fall by the model length.
 CONTACT_FLIGHT_SHORTEST_ORACLE = 5e-7
 #: What cubics of reserves do not show, as a part of the least of them near by,
 CONTACT_RESERVE_UNSEEN = 0.25

@@ -878,12 +878,13 @@ class ContactIntegration(ModalIntegration):
         point = self.uni.contact_points[first]
         up = self.uni.approach(rows)[first]
         row = point.normal
-        pull = point.candidate.sign * float(
-            rows.block[row] @ self.K[0, n : 2 * n] - rows.gamma[row]
-        )
+        parts = np.append(rows.block[row] * self.K[0, n : 2 * n], -rows.gamma[row])
+        pull = point.candidate.sign * float(parts.sum())
         flies = up > tol.RATE_NONE_FRICTION * self.speed and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
-        short = tol.CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / max(abs(pull), tol.TINY))
+        # where both fall alike nothing brings them back, of which rounding says a little
+        pulled = max(abs(pull), tol.CONTACT_PULL_NONE * float(np.abs(parts).sum()), tol.TINY)
+        short = tol.CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / pulled)
         # what joints that slip and stick again throw back comes sooner each time, too
         again = t - self.struck.get(first, -np.inf) < short
         soon = again and len(stuck) > 0
