@@ -250,6 +250,10 @@ def certificate_of(solution: Result) -> Certificate:
     if not any(doubt.kind == "residual" for doubt in doubts):
         doubts = (*doubts, *residual_doubts(solution))
     added = [doubt.message for doubt in doubts if doubt.message not in said.notes]
+    if solution.analysis == "simulate" and solution.shared is not None:
+        from mbody.solution.friction_results import open_forces_note
+
+        added += open_forces_note(solution)
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *added))
 
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mbody.model.study import Measure
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
+    from mbody.solution.shared_forces import SharedResult
     from mbody.solution.stepped_contacts import SteppedContacts
 
 Array = np.ndarray
@@ -330,6 +331,10 @@ class Result(Protocol):
     @property
     def stepped(self) -> SteppedContacts | None:
         """Contacts of a motion by steps with impulses; None of other motions."""
+
+    @property
+    def shared(self) -> SharedResult | None:
+        """Admissible forces that no equation decides."""
 
     @property
     def residuals(self) -> Array:

@@ -423,7 +423,10 @@ class Solution:
         plain: Unique = (True, True, True)
         if self.regularization and self.dependencies is None:
             return None
-        if self.dependencies is not None:
+        element = self.mechanism.element_or_group(joint)
+        # of closed contacts all that is open is among the admissible forces, by their limits too
+        limited = element.role == "contact" and self.open_forces is not None
+        if self.dependencies is not None and not limited:
             open_parts = self.dependencies.get(joint, [False] * 3)
             plain = (not open_parts[0], not open_parts[1], not open_parts[2])
             if self.mechanism.contacts_of(joint):
@@ -434,7 +437,7 @@ class Solution:
             return plain
         from mbody.solution.friction_results import unique_reaction
 
-        return unique_reaction(self, self.mechanism.element_or_group(joint), on, plain)
+        return unique_reaction(self, element, on, plain)
 
     def unique_effort(self, name: str) -> bool | None:
         """Whether the effort of a driver or a coupling is determined; redundant rows may leave it

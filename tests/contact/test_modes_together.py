@@ -54,7 +54,7 @@ def test_a_rough_pin_beside_a_shoe_at_rest():
     """The pin could carry a part of the moment; the brake holds, and nothing moves."""
     run = mbody.simulate(brake(5.0), 0.1, instants=5)
     assert run.status == "completed"
-    assert not run.events and not run.notes
+    assert not run.events and all("not unique" in note for note in run.notes)
     assert set(run.mode("shoe")) == {"roll"}
     assert set(run.mode("A")) == {"stick"}
     assert float(np.abs(run["drum"].alpha).max()) < 1e-9

@@ -11,7 +11,7 @@ import pytest
 from scipy.optimize import linprog
 
 import mbody
-from mbody import Body, Contact, Force, Gravity, Mechanism, SimulationSettings, Torque
+from mbody import Body, Contact, Force, Gravity, Mechanism, Rope, SimulationSettings, Torque
 
 G = 9.81
 MOST = 1e3  # A margin of what wedges itself, in loads.
@@ -190,3 +190,196 @@ def test_what_is_reported_turns_with_the_scene():
         c, s = math.cos(0.7), math.sin(0.7)
         turned = np.array(plain) @ np.array([[c, s], [-s, c]])
         assert np.array(reported(run, "pq")[0]) == pytest.approx(turned, abs=1e-8 * held.size)
+
+
+# -- Feet of a table that is held, and ropes -----------------------------------------------------
+
+
+def on_feet(feet, mu, force, cg=0.0, rate=0.0):
+    """A table on a floor, its place held or led along it."""
+    made = Mechanism("table", ground={"O": (0, 0)}, ground_shapes={"floor": line(0.0)})
+    points = {f"f{k}": (x, -1.0) for k, x in enumerate(feet)} | {"c": (0, -1.0)}
+    made.add(
+        Body("top", mass=10.0, inertia=2.0, cg=(cg, 0.0), points=points, guess=(0.0, 1.0, 0.0)),
+        Gravity("g", y=-G),
+        Force("F", "top", force, angle=0.0),
+        *(Contact(f"p{k}", "ground.floor", f"top.f{k}", friction=mu) for k in range(len(feet))),
+        mbody.CoordinateDriver("pull", "ground.O", "top.c", f"{rate} m/s*t"),
+    )
+    return made
+
+
+def feet_program(feet, mu, force, cg, k):
+    """Between what N of foot k, its friction and the effort lie."""
+    n = len(feet)
+    A = np.zeros((3, 2 * n + 1))
+    A[0, n:], A[1, :n], A[2, :n], A[2, n:] = 1.0, 1.0, np.array(feet) - cg, 1.0
+    cone = [
+        s * np.eye(2 * n + 1)[n + j] - mu * np.eye(2 * n + 1)[j] for j in range(n) for s in (1, -1)
+    ]
+    bounds = [(0, None)] * n + [(None, None)] * (n + 1)
+    aim = np.eye(2 * n + 1)[k]
+    every = [
+        linprog(s * aim, cone, np.zeros(len(cone)), A, [-force, 98.1, 0.0], bounds) for s in (1, -1)
+    ]
+    return every[0].fun, -every[1].fun
+
+
+@pytest.mark.parametrize(
+    ("feet", "mu", "force", "cg"),
+    [
+        ((-1.0, 0.0, 1.0), 0.3, 50.0, 0.0),
+        ((-1.0, -0.5, 0.5, 1.0), 0.2, -30.0, 0.2),
+        ((-2.0, 0.1, 1.0), 0.0, 10.0, -0.4),
+    ],
+)
+def test_feet_of_a_table_that_is_held(feet, mu, force, cg):
+    run, n = mbody.statics(on_feet(feet, mu, force, cg)), len(feet)
+    press = np.array([float(run.contact(f"p{k}")[0]) for k in range(n)])
+    assert run.status == "completed" and press.min() > 0.0 and press.sum() == pytest.approx(98.1)
+    best = linprog(
+        np.append(np.zeros(n), -1.0),
+        np.hstack([-np.eye(n), np.ones((n, 1))]),
+        np.zeros(n),
+        np.hstack([[np.ones(n), np.array(feet) - cg], np.zeros((2, 1))]),
+        [98.1, force],
+        [(None, None)] * (n + 1),
+    )
+    assert press.min() == pytest.approx(-best.fun, rel=1e-9)
+    for k in range(n):
+        found, unique = run.range(f"p{k}"), run.reaction(f"p{k}").unique
+        for key, place in (("fy", k), ("fx", n + k)):
+            low, high = feet_program(feet, mu, force, cg, place)
+            ends = getattr(found.low, key)[0], getattr(found.high, key)[0]
+            assert ends == pytest.approx((low, high), abs=1e-7)
+            assert unique[("fx", "fy").index(key)] == (high - low < 1e-7)
+    low, high = feet_program(feet, mu, force, cg, 2 * n)
+    found = run.range("pull")
+    assert (found.low[0], found.high[0]) == pytest.approx((low, high), abs=1e-7)
+    assert run.unique_effort("pull") == (mu == 0.0)
+
+
+def test_feet_that_slide_share_their_load():
+    run = mbody.kinetostatics(on_feet((-1.0, 0.0, 1.0), 0.3, 50.0, 0.1, rate=0.1), t=[0.0, 1.0])
+    for k in range(3):
+        own = run.reaction(f"p{k}")
+        assert own.fx == pytest.approx(-0.3 * own.fy, abs=1e-9) and not own.unique[0]
+    assert run.effort("pull") == pytest.approx(0.3 * 98.1 - 50.0) and run.unique_effort("pull")
+
+
+def test_no_share_keeps_a_table_that_tips():
+    run = mbody.statics(on_feet((-1.0, 0.0, 1.0), 0.3, 0.0, cg=1.5))
+    (doubt,) = run.doubts
+    assert doubt.kind == "inadmissible" and run.status.startswith("doubtful: no forces were found")
+    assert set(doubt.elements) <= {"p0", "p1", "p2"} and doubt.t == 0.0
+
+
+def test_four_ropes_that_hold_a_bar():
+    """Of parallel ropes at rest none pushes; two more than needed."""
+    ends = {f"P{k}": (0.5 * k - 0.75, 0.0) for k in range(4)}
+    made = Mechanism("ropes", ground={f"O{k}": (0.5 * k, 0.0) for k in range(4)})
+    made.add(
+        Body("bar", mass=4.0, inertia=1.0, points=ends),
+        Gravity("g", y=-G),
+        *(Rope(f"r{k}", f"ground.O{k}", f"bar.P{k}", 2.0) for k in range(4)),
+    )
+    start = dict(x=0.75, y=-2.0, angle=0.0, vx=0.0, vy=0.0, omega=0.0)
+    made.simulation = SimulationSettings(until=0.1, start={"bar": start})
+    run = mbody.simulate(made, instants=2)
+    assert [run.contact(f"r{k}")[-1] for k in range(4)] == pytest.approx([G] * 4)
+    low, high = run.range("r0").low.fy[-1], run.range("r0").high.fy[-1]
+    assert (low, high) == pytest.approx((0.0, 2.0 * G), abs=1e-8)
+    assert not run.reaction("r0").unique[1] and any("not unique" in note for note in run.notes)
+
+
+# -- Pins with friction at rest ------------------------------------------------------------------
+
+
+def four_bar(seed, mass=1.0, size=1.0):
+    """A four-bar whose pins are rough: mechanism, ρ of every pin."""
+    rng = np.random.default_rng(seed)
+    while True:
+        a, b, c, d = rng.uniform(0.15, 0.7, 4)
+        turn = rng.uniform(0.3, 2.8)
+        far = math.hypot(d - a * math.cos(turn), a * math.sin(turn))
+        if abs(b - c) + 0.05 < far < b + c - 0.05:
+            break
+    mu, radius = rng.uniform(0.3, 0.9, 4), rng.uniform(0.02, 0.05, 4) * size
+    a, b, c, d = (x * size for x in (a, b, c, d))
+    made = Mechanism("four-bar", ground={"O": (0, 0), "C": (d, 0)})
+    ends = {"O": "ground.O crank.O", "A": "crank.A coupler.A"}
+    ends |= {"B": "coupler.B rocker.B", "C": "ground.C rocker.C"}
+    made.add(
+        *(
+            Body(
+                name,
+                mass=mass,
+                inertia=0.02 * mass * size**2,
+                cg=(x / 2, 0),
+                points={first: (0, 0), last: (x, 0)},
+                guess=guess,
+            )
+            for name, x, first, last, guess in (
+                ("crank", a, "O", "A", turn),
+                ("coupler", b, "A", "B", 0.3),
+                ("rocker", c, "C", "B", 1.8),
+            )
+        ),
+        Gravity("g", y=-G),
+        *(
+            mbody.Revolute(name, *pair.split(), friction=float(m), pin_radius=float(r))
+            for (name, pair), m, r in zip(ends.items(), mu, radius, strict=True)
+        ),
+    )
+    made.simulation = SimulationSettings(until=1.0)
+    return made, radius * mu / np.sqrt(1.0 + mu * mu)
+
+
+@pytest.mark.parametrize(("mass", "size"), [(1.0, 1.0), (1e-6, 1e-4), (1e6, 1e4)])
+def test_pins_at_rest_keep_their_friction(mass, size):
+    seen = 0
+    for seed in (2, 10, 15, 26, 33):
+        made, rho = four_bar(seed, mass, size)
+        run = mbody.simulate(made, 1.5 * math.sqrt(size), instants=4)
+        pins = [run.reaction(name) for name in "OABC"]
+        weight = mass * G
+        for k in range(len(run)):
+            for name, pin, most in zip("OABC", pins, rho, strict=True):
+                limit = most * math.hypot(pin.fx[k], pin.fy[k])
+                if run.mode(name)[k] == "stick":
+                    assert abs(pin.torque[k]) <= limit + 1e-9 * weight * size
+                else:
+                    assert abs(pin.torque[k]) == pytest.approx(limit, abs=1e-8 * weight * size)
+        assert run.checks.equilibrium < 1e-9
+        if all(run.mode(name)[-1] == "stick" for name in "OABC"):
+            assert all(pin.unique == (False, False, False) for pin in pins)
+            found = run.range("O")
+            assert found.low.torque[-1] <= pins[0].torque[-1] <= found.high.torque[-1]
+            assert max(abs(found.low.torque[-1]), abs(found.high.torque[-1])) > abs(
+                pins[0].torque[-1]
+            )
+            seen += 1
+    assert seen
+
+
+def test_steps_read_what_is_reported():
+    made, held = next(pair for pair in map(on_two_lines, range(10)) if rests(pair[1]))
+    run = mbody.simulate(made, 0.02, instants=2)
+    sim = mbody.Simulator(made)
+    sim.step(0.02)
+    for name in "pq":
+        now, whole = sim.reaction(name), run.reaction(name)
+        assert (now.fx, now.fy) == pytest.approx((whole.fx[-1], whole.fy[-1]), abs=1e-9 * held.size)
+        assert now.unique == whole.unique
+        assert sim.measure(f"{name}.contact") == pytest.approx(run.contact(name)[-1])
+
+
+def test_a_file_keeps_what_is_not_unique(tmp_path):
+    made, _ = next(pair for pair in map(on_two_lines, range(10)) if rests(pair[1]))
+    run = mbody.simulate(made, 0.01, instants=2)
+    mbody.save_run(run, tmp_path / "run.npz")
+    again = mbody.load_run(tmp_path / "run.npz")
+    assert again.reaction("p").unique == run.reaction("p").unique
+    assert np.isnan(again.range("p").low.fx).all()
+    ranges = run.data()["ranges"]["reactions"]["p"]
+    assert ranges["low"][-1][0] == run.range("p").low.fx[-1]

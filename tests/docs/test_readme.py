@@ -29,7 +29,7 @@ PROGRAMS = [
     ("docs/teaching.md", 3),
     ("docs/assemblies.md", 3),
     ("docs/exchange.md", 1),
-    ("docs/contact.md", 7),
+    ("docs/contact.md", 8),
     ("docs/environments.md", 3),
     ("docs/linkages.md", 4),
     ("docs/stepping.md", 5),

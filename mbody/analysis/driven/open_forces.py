@@ -195,9 +195,9 @@ class DrivenForces:
         return float((self.limits.at(forces)[1][self.pulls]).min(initial=0.0))
 
 
-def admissible_forces(found: Solution) -> SharedResult | None:
-    """All admissible forces of the instants at which forces are open; the record gets those that
-    are reported. None where all are determined.
+def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | None:
+    """All admissible forces of the instants at which forces are open, or of a `few` of them; the
+    record gets those that are reported. None where all are determined.
     """
     system = found.system
     if not found.has_forces or found.record.batch or too_large(system):
@@ -205,6 +205,8 @@ def admissible_forces(found: Solution) -> SharedResult | None:
     instants = _examined(found)
     if not len(instants):
         return None
+    if few:
+        instants = np.unique(instants[[0, len(instants) // 2, -1]])
     sets: list[ForceSet | None] = [None] * len(found)
     first = 3 * system.coordinates
     last = first + PER_PRIMITIVE * len(system.owners)
@@ -253,8 +255,10 @@ def with_admissible_forces(found: Solution) -> Solution:
 
 
 def open_forces(found: Any) -> SharedResult | None:
-    """What `Solution.open_forces` has of a driven motion."""
+    """What `Solution.open_forces` has of a driven motion whose joints rest: which rows depend on
+    each other is the same at nearly all instants.
+    """
     system: System = found.system
     if not len(system.layout.friction_kind):
         return None
-    return admissible_forces(found)
+    return admissible_forces(found, few=True)

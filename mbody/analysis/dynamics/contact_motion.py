@@ -308,8 +308,16 @@ class ModalIntegration(JumpIntegration):
             self.kept_forces.pop()
         shown = self.shown(t, record)
         super()._keep(t, shown.record[:, None], work)
-        self.kept_modes.append(self.named_modes())
+        self.kept_modes.append(self.named_modes(self.modes_of(shown)))
         self.kept_forces.append(shown.forces)
+
+    def modes_of(self, shown: Reported) -> list[str]:
+        """The present modes of the contact points, with those that slide without rows."""
+        found, points = list(self.modes), self.uni.contact_points
+        for n in (n for n, mode in enumerate(self.modes) if mode == "redundant"):
+            if n in shown.sliding or (points[n].static == 0.0 and points[n].tangent >= 0):
+                found[n] = "slip-" if shown.sliding.get(n, 1.0) < 0.0 else "slip+"
+        return found
 
     @property
     def modes_now(self) -> ModesAt:
@@ -328,7 +336,7 @@ class ModalIntegration(JumpIntegration):
             known = self.last_shown[1]
             found = record[:, 0].copy()
             found[3 * n : numbers] = known.record[3 * n : numbers]
-            return Reported(found, known.forces)
+            return known._replace(record=found)
         self.probe.signal[:] = self.work.signal
         self._look_at(t, record)
         found_now = reported_instant(self.uni, self.probe, record[:, 0], modes)

@@ -10,8 +10,9 @@ stick.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -282,10 +283,13 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
 
 
 class Reported(NamedTuple):
-    """A record whose forces are admissible, and all that are; None where they are determined."""
+    """A record whose forces are admissible, and all that are; None where they are determined.
+    `sliding`: Directions of what slides, by contact point, those whose rows are off among them.
+    """
 
     record: Array
     forces: ForceSet | None
+    sliding: Mapping[int, float] = MappingProxyType({})
 
 
 def reported_instant(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> Reported:
@@ -311,9 +315,8 @@ def reported_instant(uni: Unilateral, work: Work, record: Array, modes: ModesAt)
     rows = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
     least = np.array([one.least for one in margins])
     worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
-    return Reported(
-        found, ForceSet(forces, limits, tuple(parts), least, worst, rows, changes[rows])
-    )
+    every = ForceSet(forces, limits, tuple(parts), least, worst, rows, changes[rows])
+    return Reported(found, every, held.slipping)
 
 
 def _all_held(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> HeldForces | None:

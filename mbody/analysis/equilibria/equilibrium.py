@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.contact.closed_contacts import with_closed_contacts
 from mbody.analysis.driven.contact_report import pulled
+from mbody.analysis.driven.open_forces import with_admissible_forces
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
@@ -989,7 +990,7 @@ class _EquilibriumResults:
             )
         if word == "stable":
             notes += lifting(self.manifold, position)
-        solution = self._statics(place)
+        solution = with_admissible_forces(self._statics(place))
         notes += pulled(solution)
         return Equilibrium(
             solution=solution,
