@@ -20,6 +20,7 @@ from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impe
 from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
+from mbody.model.stop import Stop
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import (
     FrictionPair,
@@ -608,7 +609,7 @@ def _wrench(
     """Force and torque of a joint or contact on a body, of forces (choices, …instants)."""
     if joint.role == "contact":
         if not joint.bodies:
-            return group_wrench(solution, joint, on, forces)
+            return group_wrench(solution, joint, on or None, forces)
         return contact_wrench(solution, joint, on, forces)
     rows = solution.system.primitives_of[joint.name]
     sign = 1.0 if on == joint.j.body else -1.0
@@ -661,7 +662,9 @@ def _shared_ends(solution: Any, plain: Array, by: Array, none: float) -> tuple[A
 
 def unique_reaction(solution: Any, joint: Any, on: str | None, plain: Unique) -> Unique:
     """Which components of a joint or contact are determined, beside what is known of its rows."""
-    body = on or joint.bodies[-1]
+    if isinstance(joint, Stop):
+        return plain  # it has no reaction between two bodies
+    body = on or (joint.bodies[-1] if joint.bodies else "")
     found: list[bool | None] = []
     each = zip(plain or (), _changes(solution, joint, body), _rounding(solution), strict=False)
     for known, by, none in each:

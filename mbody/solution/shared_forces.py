@@ -321,7 +321,8 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: Limits) -> lis
     torque = np.arange(len(columns)) % 3 == 2
     acts = (columns != 0.0).reshape(len(columns) // 3, 3, -1).any(axis=1)
     units, Z = np.ones(columns.shape[1]), np.zeros((columns.shape[1], 0))
-    for which in _components(acts.T @ acts):
+    acting = acts.astype(float)
+    for which in _components(acting.T @ acting > 0.0):
         mine = columns[:, which]
         plain = np.hypot.reduce(mine[~torque])
         arms = np.abs(mine[torque]).max(axis=0, initial=0.0)
@@ -335,21 +336,23 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: Limits) -> lis
         found = np.zeros((columns.shape[1], some.shape[1]))
         found[which] = some
         Z = np.hstack([Z, found])
-    _, sizes, vt = np.linalg.svd(Z[own])
-    Z = Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T
+    if Z.shape[1] and not own.all():
+        _, sizes, vt = np.linalg.svd(Z[own])
+        Z = Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T
     if not Z.shape[1]:
         return []
     P, support = Z @ Z.T, limits.support(len(forces))
     touched = np.abs(P) > tol.SINGULAR_VALUE_SHARED_FRICTION
     moving = touched.any(axis=1)
-    joined = touched.copy()
-    for row in support & moving:
-        joined |= np.outer(row, row)
+    coupled = (support & moving).astype(float)
+    joined = touched | (coupled.T @ coupled > 0.0)
     parts = []
-    for which in _components(joined):
-        values, vectors = np.linalg.eigh(P[np.ix_(which, which)])
-        own_ones = np.zeros((len(forces), int((values > 0.5).sum())))
-        own_ones[which] = vectors[:, values > 0.5]
+    for which in _components(joined) if Z.shape[1] > 1 else [np.flatnonzero(moving)]:
+        own_ones = Z
+        if Z.shape[1] > 1:
+            values, vectors = np.linalg.eigh(P[np.ix_(which, which)])
+            own_ones = np.zeros((len(forces), int((values > 0.5).sum())))
+            own_ones[which] = vectors[:, values > 0.5]
         mine = np.flatnonzero((support & moving)[:, which].any(axis=1))
         start = -own_ones.T @ (forces / units)
         least = forces / units + own_ones @ start
@@ -447,6 +450,8 @@ def _within(
 def _settled(G: Array, g: Array, least: Array, y: Array, moves: Array, wanted: Array) -> Array:
     """Of all places with these margins (limits,) that nearest to `wanted`."""
     tight = G[moves]
+    if len(y) == 1 and len(tight):
+        return y
     _, sizes, vt = np.linalg.svd(tight)
     Q = vt[int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum()) :].T
     if not Q.shape[1]:

@@ -338,8 +338,8 @@ class ModalIntegration(JumpIntegration):
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
         self.probe.signal[:] = self.work.signal
-        self._look_at(t, record)
-        found_now = reported_instant(self.uni, self.probe, record[:, 0], modes)
+        rows = self._look_at(t, record)
+        found_now = reported_instant(self.uni, self.probe, rows, record[:, 0], modes)
         if found_now.forces is None:
             self.determined = key
         else:

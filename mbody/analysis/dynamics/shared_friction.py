@@ -73,9 +73,10 @@ class HeldForces:
         sticking: Sequence[int],
         joints: Sequence[int],
         slipping: dict[int, float],
+        rows: Rows | None = None,
     ) -> None:
         system, n = uni.system, uni.system.coordinates
-        rows = self.rows = uni.read(work)
+        rows = uni.read(work) if rows is None else rows
         self.uni, self.work, self.system, self.slipping = uni, work, system, slipping
         self.normals, self.sticking, self.joints = tuple(normals), tuple(sticking), tuple(joints)
         self.primitive, self.number, _ = system.row_table
@@ -292,11 +293,13 @@ class Reported(NamedTuple):
     sliding: Mapping[int, float] = MappingProxyType({})
 
 
-def reported_instant(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> Reported:
+def reported_instant(
+    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: ModesAt
+) -> Reported:
     """The record (rows,) of an instant with those forces that keep their limits best, at the
-    position in a workspace.
+    position in a workspace, with its rows.
     """
-    held = _all_held(uni, work, record, modes)
+    held = _all_held(uni, work, rows, record, modes)
     if held is None:
         return Reported(record, None)
     limits = held.limits_of({}).made()
@@ -307,26 +310,28 @@ def reported_instant(uni: Unilateral, work: Work, record: Array, modes: ModesAt)
     first = 3 * system.coordinates
     numbers = slice(first, first + PER_PRIMITIVE * len(system.owners))
     found = record.copy()
-    change = primitive_numbers(uni.layout, work, held.multipliers(forces - before))
-    found[numbers] += change.ravel()
-    free = np.hstack([part.free for part in parts])
-    changes = primitive_numbers(uni.layout, work, held.multipliers(free))
-    changes = changes.reshape(-1, free.shape[1])
-    rows = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
+    moved = np.column_stack([forces - before, *(part.free for part in parts)])
+    changes = primitive_numbers(uni.layout, work, held.multipliers(moved))
+    changes = changes.reshape(-1, moved.shape[1])
+    found[numbers] += changes[:, 0]
+    changes = changes[:, 1:]
+    touched = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
     least = np.array([one.least for one in margins])
     worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
-    every = ForceSet(forces, limits, tuple(parts), least, worst, rows, changes[rows])
+    every = ForceSet(forces, limits, tuple(parts), least, worst, touched, changes[touched])
     return Reported(found, every, held.slipping)
 
 
-def _all_held(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> HeldForces | None:
+def _all_held(
+    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: ModesAt
+) -> HeldForces | None:
     """Every closed contact point and what sticks; None where so few cannot depend on each other."""
     points = uni.contact_points
     normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
     joints = [m for m, mode in enumerate(modes.pairs) if mode == "stick"]
     if not modes.on.any() or (len(normals) < 2 and not joints):
         return None
-    rows, n = uni.read(work), uni.system.coordinates
+    n = uni.system.coordinates
     slipping = {
         k: SLIP_SIGNS[modes.modes[k]]
         for k in normals
@@ -348,7 +353,7 @@ def _all_held(uni: Unilateral, work: Work, record: Array, modes: ModesAt) -> Hel
             speed = np.abs(rows.block[points[k].tangent] * record[n : 2 * n]).max()
             slides = abs(rate) > tol.RATE_NONE_STOPPED * speed
             slipping[k] = float(np.sign(rate if slides else ahead)) or 1.0
-    return HeldForces(uni, work, record, modes, normals, sorted(sticking), joints, slipping)
+    return HeldForces(uni, work, record, modes, normals, sorted(sticking), joints, slipping, rows)
 
 
 def _row_space(uni: Unilateral, work: Work, rows: Rows, on: Array) -> Array:
