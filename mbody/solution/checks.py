@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.friction import DETERMINANT
@@ -251,9 +252,7 @@ def certificate_of(solution: Result) -> Certificate:
         doubts = (*doubts, *residual_doubts(solution))
     added = [doubt.message for doubt in doubts if doubt.message not in said.notes]
     if solution.analysis == "simulate" and solution.shared is not None:
-        from mbody.solution.friction_results import open_forces_note
-
-        added += open_forces_note(solution)
+        added += present("open_forces_note", solution)
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *added))
 
 

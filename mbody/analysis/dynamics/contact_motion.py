@@ -308,16 +308,8 @@ class ModalIntegration(JumpIntegration):
             self.kept_forces.pop()
         shown = self.shown(t, record)
         super()._keep(t, shown.record[:, None], work)
-        self.kept_modes.append(self.named_modes(self.modes_of(shown)))
+        self.kept_modes.append(self.named_modes())
         self.kept_forces.append(shown.forces)
-
-    def modes_of(self, shown: Reported) -> list[str]:
-        """The present modes of the contact points, with those that slide without rows."""
-        found, points = list(self.modes), self.uni.contact_points
-        for n in (n for n, mode in enumerate(self.modes) if mode == "redundant"):
-            if n in shown.sliding or (points[n].static == 0.0 and points[n].tangent >= 0):
-                found[n] = "slip-" if shown.sliding.get(n, 1.0) < 0.0 else "slip+"
-        return found
 
     @property
     def modes_now(self) -> ModesAt:

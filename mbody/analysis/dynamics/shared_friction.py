@@ -10,9 +10,8 @@ stick.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -284,13 +283,10 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
 
 
 class Reported(NamedTuple):
-    """A record whose forces are admissible, and all that are; None where they are determined.
-    `sliding`: Directions of what slides, by contact point, those whose rows are off among them.
-    """
+    """A record whose forces are admissible, and all that are; None where they are determined."""
 
     record: Array
     forces: ForceSet | None
-    sliding: Mapping[int, float] = MappingProxyType({})
 
 
 def reported_instant(
@@ -319,7 +315,7 @@ def reported_instant(
     least = np.array([one.least for one in margins])
     worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
     every = ForceSet(forces, limits, tuple(parts), least, worst, touched, changes[touched])
-    return Reported(found, every, held.slipping)
+    return Reported(found, every)
 
 
 def _all_held(
