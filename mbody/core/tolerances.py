@@ -430,6 +430,9 @@ RATE_NONE_TURNING = 1e-9  # Free motions whose rates of angles are below this do
 # -- Forces, work, energy; parts of the greatest ---------------------------------------------------
 
 FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the greatest is rounding.
+#: Part of the greatest force of what is joined that may pass on to another body by rounding, of
+#: which `GUARD_ZERO` is left.
+FORCE_PASSED_ON = 1e-6
 FORCE_NONE_BRANCH = 1e-8  # The same where branches are compared.
 #: A tangential residual force along a walk below this part of its greatest is rounding.
 FORCE_NONE_WALK = 1e-12

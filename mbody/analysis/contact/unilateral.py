@@ -96,7 +96,7 @@ class Corners:
         rates: Array,
         along: Array,
         gap_tolerance: float,
-        velocity_tolerance: float,
+        velocity_tolerance: Array,
     ) -> Array:
         """Which contact points are none, (points,): by what is no corner, at a corner what is
         behind the edge but for that corner, and what approaches an edge there while another one
@@ -110,7 +110,7 @@ class Corners:
         for n in np.flatnonzero(rates < -velocity_tolerance):
             for end in np.flatnonzero(np.abs(along[n]) <= gap_tolerance):
                 found[n] |= any(
-                    gaps[m] >= -gap_tolerance and rates[m] > rates[n] + velocity_tolerance
+                    gaps[m] >= -gap_tolerance and rates[m] > rates[n] + velocity_tolerance[n]
                     for m in self.others.get((int(n), int(end)), ())
                 )
         return found
@@ -514,14 +514,15 @@ class Unilateral:
         return Corners([one.candidate for one in self.contact_points], self.system.length)
 
     def within_edges(
-        self, rows: Rows, work: Work, gap_tolerance: float, velocity_tolerance: float
+        self, rows: Rows, work: Work, gap_tolerance: float, velocity_tolerance: float | Array
     ) -> Array:
         """Which contact points are within the ends of their edges, (points,): of those at a corner
         that approach not those that another edge there keeps apart.
         """
-        along = self.along(work)
+        along, count = self.along(work), len(self.contact_points)
+        tolerances = np.broadcast_to(velocity_tolerance, np.shape(velocity_tolerance) or count)
         passed = self.corners.passed(
-            self.gaps(rows), self.approach(rows), along, gap_tolerance, velocity_tolerance
+            self.gaps(rows), self.approach(rows), along, gap_tolerance, tolerances[:count]
         )
         return np.asarray((along.min(axis=1, initial=np.inf) >= -gap_tolerance) & ~passed)
 
@@ -531,6 +532,41 @@ class Unilateral:
         L = self.layout
         primitives = [int(L.active_set[t.normal]) for t in self.contact_points]
         return [(int(L.primitive_i[e]), int(L.primitive_j[e])) for e in primitives]
+
+    @functools.cached_property
+    def every_body(self) -> Array:
+        """Both bodies of every contact point and, after these, of every frictional joint."""
+        L = self.layout
+        joints = [int(L.active_set[one.tangent]) for one in self.friction_joints]
+        pairs = [*self.bodies, *((int(L.primitive_i[e]), int(L.primitive_j[e])) for e in joints)]
+        return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+    def greatest_of(self, own: Array) -> Array:
+        """The greater of a size (bodies,) of both bodies of each, that of the ground zero."""
+        return np.asarray(np.append(own, 0.0)[self.every_body].max(axis=1))
+
+    @functools.cached_property
+    def arms(self) -> Array:
+        """By what forces are multiplied to be of the kind of each: 1, of pins their radius, of
+        other angles the model length.
+        """
+        L, par = self.layout, self.system.par
+        found = np.ones(len(self.contact_points))
+        own = []
+        for one in self.friction_joints:
+            radius = float(par[int(L.friction_par[one.pair]) + 4, 0])
+            pin = FRICTION_KINDS[int(L.friction_kind[one.pair])] == "pin" and radius > 0.0
+            own.append(radius if pin else self.system.length if self.angular[one.tangent] else 1.0)
+        return np.concatenate([found, own])
+
+    @functools.cached_property
+    def parts(self) -> Array:
+        """The first body of what is joined to each body or may touch it, the ground apart."""
+        L, part = self.layout, np.arange(self.layout.bodies)
+        for i, j in zip(L.primitive_i, L.primitive_j, strict=True):
+            if max(i, j) < L.bodies and part[i] != part[j]:
+                part[part == max(part[i], part[j])] = min(part[i], part[j])
+        return part
 
     def phase_offsets(self, work: Work) -> Array:
         """The angle between the direction of the line of centres and ψ of the row along each

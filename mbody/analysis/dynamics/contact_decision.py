@@ -361,7 +361,7 @@ def closed_points(motion: ModalMotion, rows: Rows) -> list[int]:
     """
     uni, gap_tolerance = motion.uni, motion.gap_tolerance
     within = uni.within_edges(
-        rows, motion.work, gap_tolerance, tol.RATE_NONE_FRICTION * motion.speed
+        rows, motion.work, gap_tolerance, tol.RATE_NONE_FRICTION * motion.speeds
     )
     found = {int(n) for n in np.flatnonzero((np.abs(uni.gaps(rows)) <= gap_tolerance) & within)}
     return sorted((found | motion.transition.closed) - motion.transition.opened - motion.beyond)
@@ -387,11 +387,11 @@ def _instant(motion: ModalMotion) -> _DecisionState:
     uni, transition, count = motion.uni, motion.transition, len(motion.uni.contact_points)
     motion.load()
     rows = uni.read(motion.work)
-    velocity_tolerance, approach = tol.RATE_NONE_FRICTION * motion.speed, uni.approach(rows)
+    velocity_tolerance, approach = tol.RATE_NONE_FRICTION * motion.speeds, uni.approach(rows)
     closed = [
         k
         for k in closed_points(motion, rows)
-        if abs(approach[k]) <= velocity_tolerance or k in transition.closed
+        if abs(approach[k]) <= velocity_tolerance[k] or k in transition.closed
     ]
     tangents = [t.tangent for t in uni.contact_points] + [p.tangent for p in uni.friction_joints]
     speeds = _speeds(motion, tangents, rows.rate)
@@ -402,7 +402,7 @@ def _instant(motion: ModalMotion) -> _DecisionState:
         left = _speeds(
             motion, tangents, _rates_when_stopped(motion, rows, [tangents[k] for k in sticking])
         )
-        still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speed) & (
+        still |= (np.abs(speeds) <= tol.RATE_NONE_STOPPED * motion.speeds) & (
             np.abs(left) <= np.maximum(velocity_tolerance, tol.RATE_NONE_STOPPED * np.abs(speeds))
         )
     slip_signs = np.where(still, 0.0, np.sign(speeds))

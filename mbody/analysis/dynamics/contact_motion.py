@@ -40,7 +40,7 @@ from mbody.analysis.dynamics.modal_motion import (
     ModalMotion,
     ModeTransition,
     SharedForces,
-    force_size,
+    force_sizes,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import ModesAt, Reported, reported_instant
@@ -149,7 +149,7 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
     found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
     flush, velocity_tolerance = (
         tol.CONTACT_EDGES_FLUSH * motion.system.length,
-        tol.RATE_NONE_FRICTION * motion.speed,
+        tol.RATE_NONE_FRICTION * motion.speeds,
     )
     if not kinds <= set(ALONG):
         rows = uni.read_at(probe, t, records)
@@ -166,7 +166,7 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
             if guards[k] not in motion.fresh:
                 # what leaves its edge does so first
                 on_one_line = (np.abs(gap) <= flush) & (
-                    np.abs(approaches[:, number]) <= velocity_tolerance
+                    np.abs(approaches[:, number]) <= velocity_tolerance[number]
                 )
                 found[k, on_one_line] = np.maximum(motion.gap_tolerance - along_edge, -flush)[
                     on_one_line
@@ -226,11 +226,19 @@ def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
-    """Scales of the guards' values: length, velocity, force or 1."""
-    force = force_size(motion)
-    lengths = dict.fromkeys(("close", "edge", "enter"), motion.system.length)
-    kinds = {**lengths, "stop": motion.speed, "lock": motion.speed, "paradox": 1.0}
-    return [kinds.get(guard.kind, force) for guard in motion.guards]
+    """Scales of the guards' values: length, velocity, force or torque, or 1."""
+    forces, speeds, shared = force_sizes(motion), motion.speeds, motion.shared
+    found = list[float]()
+    for guard in motion.guards:
+        if guard.kind in ("close", "edge", "enter"):
+            found.append(motion.system.length)
+        elif guard.kind in ("stop", "lock"):
+            found.append(float(speeds[guard.number]))
+        elif guard.kind == "share" and shared is not None:
+            found.append(float(forces[list(shared.members | shared.pressing)].max()))
+        else:
+            found.append(1.0 if guard.kind == "paradox" else float(forces[guard.number]))
+    return found
 
 
 # -- Integration between two changes of modes: active constraints, guards, restarts ------------
@@ -365,8 +373,8 @@ class ModalIntegration(JumpIntegration):
             pair.name: mode for pair, mode in zip(self.uni.friction_joints, pairs, strict=True)
         }
         order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
-        for point, one in zip(self.uni.contact_points, modes, strict=True):
-            mode = self._by_rate(point) if one == "redundant" else one
+        for n, (point, one) in enumerate(zip(self.uni.contact_points, modes, strict=True)):
+            mode = self._by_rate(n) if one == "redundant" else one
             named = "roll" if mode == "stick" and point.candidate.round else mode
             if point.static == 0.0 and mode in SLIP_SIGNS:
                 named = "slip+"  # smooth: its direction changes nothing
@@ -376,21 +384,23 @@ class ModalIntegration(JumpIntegration):
             found[point.name] = max((sticking, named), key=order.index)
         return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
 
-    def _by_rate(self, point: ContactPoint) -> str:
+    def _by_rate(self, n: int) -> str:
         """The mode of a redundant contact point that slides."""
+        point = self.uni.contact_points[n]
         if point.tangent < 0:
             return "redundant"
         self.load()
         rate = float(self.uni.read(self.work).rate[point.tangent])
-        if abs(rate) <= tol.RATE_NONE_FRICTION * self.speed:
+        if abs(rate) <= tol.RATE_NONE_FRICTION * self.speeds[n]:
             return "redundant"
         return "slip+" if rate > 0.0 else "slip-"
 
     @property
-    def speed(self) -> float:
-        """Velocity scale: the fastest motion in model lengths a time."""
+    def speeds(self) -> Array:
+        """Velocity scales: the fastest motion of both bodies, in model lengths a time."""
         n = self.system.coordinates
-        return float((self.scale[n : 2 * n] / self.scale[:n]).max()) * self.system.length
+        own = (self.scale[n : 2 * n] / self.scale[:n]).reshape(-1, 3).max(axis=1)
+        return np.asarray(self.system.length * self.uni.greatest_of(own))
 
     @property
     def gap_tolerance(self) -> float:
@@ -558,7 +568,7 @@ class ModalIntegration(JumpIntegration):
         if self.uni.gaps(rows)[one.event.number] < -self.gap_tolerance:
             return False
         within = self.uni.within_edges(
-            rows, self.probe, self.gap_tolerance, tol.RATE_NONE_FRICTION * self.speed
+            rows, self.probe, self.gap_tolerance, tol.RATE_NONE_FRICTION * self.speeds
         )
         return bool(within[one.event.number])
 
@@ -679,7 +689,7 @@ class ContactIntegration(ModalIntegration):
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
         self.transition = ModeTransition(
-            {n for n in touching if approach[n] <= tol.RATE_NONE_FRICTION * self.speed}
+            {n for n in touching if approach[n] <= tol.RATE_NONE_FRICTION * self.speeds[n]}
         )
         return self._settle(begins=True)
 
@@ -705,13 +715,13 @@ class ContactIntegration(ModalIntegration):
         self.load()
         approach, velocity_tolerance = (
             self.uni.approach(self.uni.read(self.work)),
-            tol.RATE_NONE_FRICTION * self.speed,
+            tol.RATE_NONE_FRICTION * self.speeds,
         )
         self.transition = ModeTransition(
             {
                 n
                 for n, mode in enumerate(self.modes)
-                if mode != "open" and approach[n] <= velocity_tolerance
+                if mode != "open" and approach[n] <= velocity_tolerance[n]
             }
         )
         self.jerked = True
@@ -805,9 +815,11 @@ class ContactIntegration(ModalIntegration):
             self.load()
             rows = self.uni.read(self.work)
             closed = closed_points(self, rows)
-            speed = self.speed
+            speeds = self.speeds
             hit = [
-                n for n in closed if self.uni.approach(rows)[n] < -tol.RATE_NONE_FRICTION * speed
+                n
+                for n in closed
+                if self.uni.approach(rows)[n] < -tol.RATE_NONE_FRICTION * speeds[n]
             ]
             if not hit:
                 break
@@ -880,7 +892,7 @@ class ContactIntegration(ModalIntegration):
         row = point.normal
         parts = np.append(rows.block[row] * self.K[0, n : 2 * n], -rows.gamma[row])
         pull = point.candidate.sign * float(parts.sum())
-        flies = up > tol.RATE_NONE_FRICTION * self.speed and pull < 0.0
+        flies = up > tol.RATE_NONE_FRICTION * self.speeds[first] and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
         # where both fall alike nothing brings them back, of which rounding says a little
         pulled = max(abs(pull), tol.CONTACT_PULL_NONE * float(np.abs(parts).sum()), tol.TINY)

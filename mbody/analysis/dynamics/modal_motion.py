@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.events import Guard
+from mbody.core import tolerances as tol
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.system import System
 
@@ -113,8 +114,8 @@ class ModalMotion(Protocol):
     probe: Work
 
     @property
-    def speed(self) -> float:
-        """Velocity scale: the fastest motion in model lengths a time."""
+    def speeds(self) -> Array:
+        """Velocity scales of contact points and frictional joints."""
 
     @property
     def gap_tolerance(self) -> float:
@@ -130,12 +131,24 @@ class ModalMotion(Protocol):
         """Set the modes, and which rows of contact points and frictional joints are on."""
 
 
-def force_size(motion: ModalMotion) -> float:
-    """The greatest force, or torque by unit length, at the present instant."""
-    system, n = motion.system, motion.system.coordinates
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] / motion.scale[:n]
-    forces = motion.record[3 * n : system.friction_rows.start]
-    return max(float(np.abs(part).max(initial=0.0)) for part in (inertia, forces))
+def force_sizes(motion: ModalMotion) -> Array:
+    """The greatest force on both bodies of every contact point and, after these, of every
+    frictional joint, torques of pins by their radius, (points + joints,); not less than what
+    rounding passes on of the greatest force of what may touch or is joined.
+    """
+    system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
+    own = np.zeros(L.bodies + 1)
+    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] * motion.scale[:n] / system.length**2
+    own[:-1] = np.abs(inertia).reshape(-1, 3).max(axis=1)
+    record = motion.record[3 * n : system.friction_rows.start, 0].reshape(-1, PER_PRIMITIVE)
+    forces = np.abs(record[:, 2:]).max(axis=1, initial=0.0, where=[True, True, False])
+    forces = np.maximum(forces, np.abs(record[:, 4]) / system.length)
+    for side in (L.primitive_i, L.primitive_j):
+        np.maximum.at(own, side, forces)
+    whole = np.zeros(L.bodies)
+    np.maximum.at(whole, uni.parts, own[:-1])
+    found = uni.greatest_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * whole[uni.parts]))
+    return np.asarray(found * uni.arms)
 
 
 def multipliers_at(system: System, record: Array, node: int) -> tuple[float, float]:
