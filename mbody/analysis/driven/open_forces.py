@@ -20,7 +20,7 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs
 from mbody.solution.doubts import doubted
-from mbody.solution.histories import with_fields
+from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,
     ForceSet,
@@ -200,7 +200,8 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
     record gets those that are reported. None where all are determined.
     """
     system = found.system
-    if not found.has_forces or found.record.batch or too_large(system):
+    plain = type(found.record) is Record and not found.record.batch
+    if not found.has_forces or not plain or too_large(system):
         return None
     instants = _examined(found)
     if not len(instants):
