@@ -647,6 +647,8 @@ class ModalIntegration(JumpIntegration):
 
 #: Impacts, and changes of modes, at one instant, at most.
 STRIKES, CHANGES = 500, 200
+#: What rocks strikes with at most so many times the rate that its pull gives between two strikes.
+ROCKING = 100.0
 #: The first step after a rebound is this much longer than the flight.
 FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
@@ -902,9 +904,11 @@ class ContactIntegration(ModalIntegration):
         soon = again and len(stuck) > 0
         self.struck[first] = t
         # what rocks from one place to another strikes ever sooner without a flight
-        rocks = again and not (flies or soon) and len(closed) > 1
+        slow = -rates[first] <= ROCKING * pulled * short
+        rocks = again and slow and not (flies or soon) and len(closed) > 1
         if rocks or soon or (flies and flight < short):
-            last = flight / (1.0 - point.restitution) if flies and not soon else 0.0
+            left = 1.0 - point.restitution
+            last = flight / (left or 1.0) if flies and not soon else 0.0
             kind, when = "rest", t + last
             self.y[n : 2 * n] = before
             self.load()
