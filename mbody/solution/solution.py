@@ -694,7 +694,8 @@ class Solution:
     @functools.cached_property
     def open_forces(self) -> SharedResult | None:
         """Admissible forces that no equation decides; None where all are determined."""
-        if self.shared is not None or self.analysis not in ("kinetostatics", "statics"):
+        rests = self.analysis in ("kinetostatics", "statics")
+        if self.shared is not None or not rests or not len(self.system.layout.friction_kind):
             return self.shared
         found: SharedResult | None = present("open_forces", self)
         return found

@@ -410,5 +410,10 @@ def uniqueness_text(reaction: Reaction) -> str:
     if reaction.unique is None:
         return "uniqueness unknown"
     pairs = zip(("x", "y", "T"), reaction.unique, strict=True)
-    open_parts = [name for name, unique in pairs if not unique]
-    return f"not unique: {', '.join(open_parts)}" if open_parts else ""
+    parts = list(pairs)
+    said = [
+        f"{word}: {', '.join(found)}"
+        for word, kind in (("not unique", False), ("uniqueness unknown", None))
+        if (found := [name for name, unique in parts if unique is kind])
+    ]
+    return "; ".join(said)

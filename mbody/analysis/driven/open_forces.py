@@ -8,8 +8,6 @@ friction can help, those with friction.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mbody.analysis.contact.friction_problem import JointFriction
@@ -35,7 +33,7 @@ from mbody.solution.shared_forces import (
 )
 from mbody.solution.solution import Solution
 from mbody.system.rank import jacobian
-from mbody.system.system import System, too_large
+from mbody.system.system import too_large
 
 Array = np.ndarray
 
@@ -255,11 +253,8 @@ def with_admissible_forces(found: Solution) -> Solution:
     return doubted(found, inadmissible(found))
 
 
-def open_forces(found: Any) -> SharedResult | None:
+def open_forces(found: Solution) -> SharedResult | None:
     """What `Solution.open_forces` has of a driven motion whose joints rest: which rows depend on
     each other is the same at nearly all instants.
     """
-    system: System = found.system
-    if not len(system.layout.friction_kind):
-        return None
     return admissible_forces(found, few=True)
