@@ -30,12 +30,18 @@ POSITION_SAME_FINE = 1e-7  # The same of a walk that comes back to its beginning
 POSITION_SAME_WALK = 1e-4  # The same of a rest position that a walk meets beside one found already.
 #: Points of one position nearer than this, in model lengths or of their size, are one; angles too.
 POINT_SAME = 1e-9
+#: A length so many times the next one below it is no length of the part, but a far point of it.
+LENGTH_FAR = 1e4
 LENGTH_NONE = 1e-12  # A length below this part of the model length is none, and printed as zero.
 DISTANCE_TIE = 1e-12  # Distances that differ by less than this part are equally near.
 #: Places are rounded by this part of 1 + the greatest coordinate: Newton's last step leaves it.
 POSITION_ROUNDING = 1e-14
 #: How far away a position beside another one lies, where loads or branches are compared.
 POSITION_BESIDE = 0.02
+#: How far beside a first position loads are measured as well, at which they may all vanish.
+WEIGHTS_BESIDE = 0.1
+#: A first position with gaps of more lengths is drawn together before anything turns.
+GUESS_FAR = 10.0
 GUESS_NEAR = 0.2  # A body that closing turns by less [rad] is where the guess meant it to be.
 #: Bodies are as near to their guess in another position where they are off by less than so many
 #: times as much.
@@ -203,7 +209,11 @@ MATRIX_SYMMETRIC = 1e-9  # A matrix counts as symmetric, or as none, below this 
 STIFFNESS_SYMMETRIC = 1e-6
 #: Inertia below this part of the greatest is rounding, as of a crank at its dead centre.
 INERTIA_NONE = 1e-12
-ARTIFICIAL_MASS = 1e-7  # Part of the greatest mass and inertia that replaces less in free motions.
+#: Part of what a body is joined to that replaces a missing mass or inertia in free motions;
+#: solutions are refined where masses are smaller.
+ARTIFICIAL_MASS = 1e-7
+#: Part of both of what it joins below which a body's own mass is not told from none.
+MASS_LOST = 1e-12
 #: Where masses that replace missing ones have this part of the kinetic energy, the motion depends
 #: on them.
 ARTIFICIAL_MASS_ENERGY = 1e-3
@@ -653,6 +663,8 @@ STEP_COLLAPSE_SLOW = 1e-4  # and this part of the time in which the motion chang
 #: Sizes, in tolerances, below which a state or its derivative says nothing of the first step
 #: (Hairer, Nørsett, Wanner, II.4).
 STEP_FIRST_SILENT = 1e-5
+#: A state below this part of its size is at the origin, and says nothing of the first step either.
+STEP_FIRST_ORIGIN = 1e-6
 STEP_FIRST_LITTLE = 1e-6  # Part of the way that it takes then.
 STEP_FIRST_MOST = 0.1  # Part of the way that it takes at most.
 STEP_STEADY_START = 1e-12  # Part of the first rates at which a steady start is found.

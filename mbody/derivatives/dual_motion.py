@@ -130,9 +130,9 @@ class DualMotion:
         self.loads = len(system.mechanism.loads) if with_loads else 0
         self.first_load = system.record_rows + 1 + 3 * len(system.drivers)
         self.rows = self.first_load + self.loads * system.coordinates
-        sizes = coordinate_sizes(system.length, rates, accelerations)
+        sizes = coordinate_sizes(system, rates, accelerations)
         self.scale = np.concatenate([sizes, auxiliary_sizes(system), [1.0]])
-        light = artificial_masses(system.layout, system.mass, system.length).any()
+        light = artificial_masses(system.layout, system.mass, system.sizes).any()
         self.regularization = tol.REDUNDANT_ROW_SOFTNESS * bool(run.regularization)
         self.refinements = 1 + REFINEMENTS if light or self.regularization else 0
 

@@ -33,7 +33,8 @@ from mbody.kernels.schur_ldl import apply_gt, factor
 
 #: Columns of the output: greatest |Φ| (model lengths, radians); greatest part of f − M a − Gᵀλ and
 #: greatest term of it (forces, torques by the model length); power of loads, inertia and drivers,
-#: and the sum of their magnitudes. And how many they are.
+#: and the sum of their magnitudes. And how many they are; where there are further columns, LEFT and
+#: TERM of every connected part follow, in those of its first body, zero in those of the others.
 CONSTRAINT, LEFT, TERM, POWER, FLOW = range(5)
 RESIDUALS = 5
 
@@ -75,14 +76,14 @@ def carry_row(L, W, e, size):
 
 @kernel
 def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
-    """Fill output (instants, RESIDUALS) from stored instants.
+    """Fill output (instants, RESIDUALS or RESIDUALS + 2·bodies) from stored instants.
 
     Virtual power, with the drivers' efforts −λ: Σ (f − M a)·v − Σ λ_d ν_d = 0.
     """
     motion, t, lam, driven, given = found.motion, found.t, found.lam, found.driven, found.given
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
-    n3, size = 3 * L.bodies, W.size[0, 0]
+    n3, by_parts = 3 * L.bodies, output.shape[1] > RESIDUALS
     for k in range(t.shape[0]):
         W.time[0, 0] = t[k]
         # before the laws, which drivers of auxiliary states follow, and after: inputs may have been
@@ -102,6 +103,8 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
         for n in range(2 * L.nodes):
             if W.regularization_weight[n, 0] > 0.0:
                 # rows of lengths weigh one, rows of angles 1/length²
+                slot = min(L.node_column[n - n % 2], L.node_column[n - n % 2 + 1]) // 3
+                size = W.size[1 + L.slot_body[slot], 0]
                 unit = 1.0 / size if W.regularization_weight[n, 0] == 1.0 else 1.0
                 worst = max(worst, abs(W.phi[n, 0]) * unit)
         output[k, CONSTRAINT] = worst
@@ -119,6 +122,9 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
             for n in range(3):
                 W.r[3 * L.slot_body[s] + n, 0] += W.u[3 * s + n, 0]
         worst, term, power, flow = 0.0, 0.0, 0.0, 0.0
+        if by_parts:
+            for n in range(RESIDUALS, output.shape[1]):
+                output[k, n] = 0.0
         for s in range(L.active_set.shape[0]):
             # a row that can be off acts all the same: as a contact or friction
             e = L.active_set[s]
@@ -127,12 +133,17 @@ def residuals_of(L: Layout, W: Work, found: Finished, output: Rows) -> None:
             flow += abs(own)
         for b in range(L.bodies):
             for n in range(3):
-                unit = 1.0 / size if n == 2 else 1.0
+                unit = 1.0 / W.size[1 + b, 0] if n == 2 else 1.0
                 inertia = W.mass[3 * b + n, 0] * motion[k, 2 * n3 + 3 * b + n]
                 load = W.force[3 * b + n, 0]
                 carried = W.r[3 * b + n, 0]
-                worst = max(worst, unit * abs(load - inertia - carried))
-                term = max(term, unit * max(abs(load), abs(inertia), abs(carried)))
+                left = unit * abs(load - inertia - carried)
+                part = unit * max(abs(load), abs(inertia), abs(carried))
+                worst, term = max(worst, left), max(term, part)
+                if by_parts:
+                    o = RESIDUALS + 2 * L.body_part[b]
+                    output[k, o] = max(output[k, o], left)
+                    output[k, o + 1] = max(output[k, o + 1], part)
                 v = W.v[3 * b + n, 0]
                 power += (load - inertia) * v
             # what a force could do along its body's path: one that is square to it does no work,

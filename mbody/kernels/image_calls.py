@@ -9,17 +9,17 @@ import math
 from mbody.core.bundle import Bundle, Floats, Rows
 from mbody.core.decorators import kernel, njit
 from mbody.core.tolerances import (
-    ARTIFICIAL_MASS,
     ARTIFICIAL_MASS_ENERGY,
     FINITE,
     LOOP_OPEN,
+    RATE_NONE_MOTION,
     STEP_FIRST_LITTLE,
+    STEP_FIRST_ORIGIN,
     STEP_FIRST_SILENT,
-    TINY,
 )
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import signals
-from mbody.kernels.layout import Layout, Work
+from mbody.kernels.layout import Layout, Work, store_least_masses
 from mbody.kernels.loop_closure import close_from, gap
 from mbody.kernels.state_derivative import first_derivative
 from mbody.kernels.step_state import (
@@ -85,20 +85,14 @@ def is_closed(L, W):
 @njit
 def store_inverse_masses(L, W):
     """W.weight of a free motion from W.mass, as `mbody.kernels.layout` has it of batches; whether
-    every mass was taken as it is.
+    solutions need no refinement.
     """
-    square = W.size[0, 0] * W.size[0, 0]
-    top = TINY
-    for n in range(3 * L.bodies):
-        top = max(top, W.mass[n, 0] / (square if n % 3 == 2 else 1.0))
-    own = True
+    refined = store_least_masses(L, W.mass, W.size, 0, W.u, W.r, W.a)
     for s in range(L.slots):
         for n in range(3):
-            mass = W.mass[3 * L.slot_body[s] + n, 0]
-            low = ARTIFICIAL_MASS * top * (square if n == 2 else 1.0)
-            own = own and mass >= low
-            W.weight[3 * s + n, 0] = 1.0 / max(mass * W.share[s, 0], low)
-    return own
+            row = 3 * L.slot_body[s] + n
+            W.weight[3 * s + n, 0] = 1.0 / max(W.mass[row, 0] * W.share[s, 0], W.a[row, 0])
+    return not refined
 
 
 @njit
@@ -106,17 +100,20 @@ def store_sizes(L, W, S, v):
     """S.scale: sizes of coordinates and of their rates at the start, to which absolute errors are
     relative; as simulations of batches has it for many motions. Those of auxiliary states stay.
     """
-    n3, length = 3 * L.bodies, W.size[0, 0]
-    speed, greatest = 0.0, 0.0
+    n3, greatest = 3 * L.bodies, 0.0
     for n in range(n3):
-        unit = 1.0 if n % 3 == 2 else length
-        speed = max(speed, abs(v[n]) / unit)
-        greatest = max(greatest, abs(S.K[0, n3 + n]) / unit)
-    velocity_scale = max(speed, math.sqrt(greatest))
-    velocity_scale = 1.0 if velocity_scale == 0.0 else velocity_scale
+        S.scale[n], S.scale[n3 + n] = 1.0 if n % 3 == 2 else W.size[1 + n // 3, 0], 0.0
     for n in range(n3):
-        unit = 1.0 if n % 3 == 2 else length
-        S.scale[n], S.scale[n3 + n] = unit, velocity_scale * unit
+        rate = max(abs(v[n]) / S.scale[n], math.sqrt(abs(S.K[0, n3 + n]) / S.scale[n]))
+        o = n3 + 3 * L.body_part[n // 3]
+        S.scale[o], greatest = max(S.scale[o], rate), max(greatest, rate)
+    greatest = 1.0 if greatest == 0.0 else greatest
+    for back in range(n3):
+        # the first body of a part, which has its rate, comes last
+        n = n3 - 1 - back
+        rate = S.scale[n3 + 3 * L.body_part[n // 3]]
+        rate = rate if rate > RATE_NONE_MOTION * greatest else greatest
+        S.scale[n3 + n] = rate * S.scale[n]
 
 
 @njit
@@ -128,7 +125,8 @@ def first_length(S, T, whole):
     d0, d1 = 0.0, 0.0
     for n in range(count):
         size = T.absolute * S.scale[n] + T.relative * abs(S.y[n])
-        d0 += (S.y[n] / size) ** 2
+        if abs(S.y[n]) > STEP_FIRST_ORIGIN * S.scale[n]:
+            d0 += (S.y[n] / size) ** 2
         d1 += (S.K[0, n] / size) ** 2
     d0, d1 = math.sqrt(d0 / count), math.sqrt(d1 / count)
     step = (

@@ -10,14 +10,15 @@ nodes, so that elimination stays cheap; every other body is one slot.
 from __future__ import annotations
 
 import functools
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables, array_words
-from mbody.core.decorators import inline, njit
+from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import aligned, ld, st
-from mbody.core.tolerances import ARTIFICIAL_MASS, TINY
+from mbody.core.tolerances import ARTIFICIAL_MASS, MASS_LOST, TINY
 from mbody.kernels.friction import ARMS
 
 #: Samples of a step by which its branch is judged, both ends included, at most.
@@ -87,6 +88,9 @@ class Layout(Bundle):
     # slots: body of each; first slot of each body
     slot_body: Ints
     body_slot: Ints
+    # first body of the connected part of each: what joints, couplings and drivers join, the ground
+    # apart
+    body_part: Ints
     # laws: physics, parameters, fixed data, user's function
     law_kind: Ints
     law_par: Ints
@@ -136,7 +140,7 @@ class Work(Bundle):
     share: Rows  # part of its body's force that each slot takes
     pad: Rows  # one for identity rows, two rows a node
     regularization_weight: Rows  # what the proximal term adds, two rows a node, before it is scaled
-    size: Rows  # model length
+    size: Rows  # model length, then the length of each body's part, then each body's own
     time: Rows
     q: Rows
     v: Rows
@@ -282,7 +286,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "share": slots,
         "pad": 2 * nodes,
         "regularization_weight": 2 * nodes,
-        "size": 1,
+        "size": 1 + 2 * bodies,
         "time": 1,
         "turn": 2 * (bodies + 1),
         "signal": 3 * signals,
@@ -332,28 +336,139 @@ def integers(values: Any) -> np.ndarray:
     return np.ascontiguousarray(values, dtype=np.int64).reshape(-1)
 
 
-def inverse_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
-    """Weights of free motion: (3·slots, sets) for masses (3·bodies + 3, sets).
+# -- Weights of free motion: inverse masses, and what replaces masses that are missing ---------
+#
+# A massless body moves as its joints prescribe: a small mass serves, corrected by refinement. It is
+# a part of the body's own inertia or mass, else of the least of what the body, with those beside it
+# that have no mass either, is joined to: of the second greatest of these, the ground the greatest.
+# So it is small beside all that it may load, and nothing that it is not joined to has a say in it.
+# A body that has mass keeps it, unless it is so little beside the second greatest that no digit of
+# what it passes on would be left.
 
-    A massless body moves as its joints prescribe: a small mass serves, corrected later.
+
+@inline
+def effective_mass(L, mass, size, b, w):
+    """The greater of mass and inertia of a body, of inertia by its own length."""
+    span = size[1 + L.bodies + b, 0]
+    return max(mass[3 * b, w], mass[3 * b + 2, w] / (span * span))
+
+
+@njit
+def joined_mass(L, effective, side, seed, light):
+    """The second greatest effective mass that a body is joined to, by others that are less than
+    `light`; that of the only one, with its sign changed; zero of none. side (bodies, 1) ← one for
+    the body and those others.
     """
-    L = layout
+    bodies, grounded, found = L.bodies, False, True
+    for b in range(bodies):
+        side[b, 0] = 0.0
+    side[seed, 0] = 1.0
+    while found:
+        found = False
+        for e in range(L.primitive_i.shape[0]):
+            i, j = L.primitive_i[e], L.primitive_j[e]
+            if L.written_node[e] != L.primitive_node[e]:
+                continue
+            for _ in range(2):
+                i, j = j, i
+                if i == bodies or side[i, 0] != 1.0:
+                    continue
+                if j == bodies:
+                    grounded = True
+                elif side[j, 0] == 0.0:
+                    side[j, 0] = 1.0 if effective[j, 0] < light else 2.0
+                    found = True
+    first, second = math.inf if grounded else 0.0, 0.0
+    for b in range(bodies):
+        if side[b, 0] == 2.0:
+            first, second = max(first, effective[b, 0]), max(second, min(first, effective[b, 0]))
+    return second if second > 0.0 or grounded else -first
+
+
+@njit
+def store_least_masses(L, mass, size, w, effective, side, least):
+    """least (3·bodies, ·) ← masses and inertias that replace smaller ones in set w; returns whether
+    solutions are to be refined. mass (3·bodies + 3, ·), size as W.size; effective, side (bodies, 1)
+    are memory.
+    """
+    top, refined = 0.0, False
+    for b in range(L.bodies):
+        effective[b, 0] = effective_mass(L, mass, size, b, w)
+        top = max(top, effective[b, 0])
+        for n in range(3):
+            least[3 * b + n, w] = 0.0
+    for b in range(L.bodies):
+        own, square = effective[b, 0], size[1 + L.bodies + b, 0] ** 2
+        if own == 0.0:
+            refined = True
+            if least[3 * b, w] == 0.0:
+                joined = abs(joined_mass(L, effective, side, b, TINY))
+                joined = ARTIFICIAL_MASS * (joined if joined > 0.0 else top if top > 0.0 else 1.0)
+                for other in range(L.bodies):
+                    if side[other, 0] == 1.0:
+                        for n in range(3):
+                            unit = size[1 + L.bodies + other, 0] ** 2 if n == 2 else 1.0
+                            least[3 * other + n, w] = joined * unit
+            continue
+        joined = 0.0
+        if own < ARTIFICIAL_MASS * top:
+            joined = max(0.0, joined_mass(L, effective, side, b, own / ARTIFICIAL_MASS))
+        for n in range(3):
+            given, unit = mass[3 * b + n, w], square if n == 2 else 1.0
+            among = max(joined, own if n == 2 or given == 0.0 else 0.0)
+            refined = refined or given < ARTIFICIAL_MASS * among * unit
+            part = ARTIFICIAL_MASS * own if given == 0.0 else 0.0
+            least[3 * b + n, w] = max(part, MASS_LOST * among) * unit
+    return refined
+
+
+@kernel
+def least_masses(
+    L: Layout, mass: Rows, size: Rows, effective: Rows, side: Rows, least: Rows, refined: Floats
+) -> None:
+    """Fill least (3·bodies, sets) and refined (sets,), see `store_least_masses`."""
+    for w in range(mass.shape[1]):
+        found = store_least_masses(L, mass, size, w, effective, side, least)
+        refined[w] = 1.0 if found else 0.0
+
+
+def _replaced(layout: Layout, mass: np.ndarray, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Masses and inertias that replace smaller ones, (3·bodies, sets), and whether solutions are to
+    be refined, (sets,).
+    """
+    n, sets = layout.bodies, mass.shape[1]
+    own = mass[: 3 * n].reshape(n, 3, sets)
+    unit = np.ones((n, 3, 1))
+    unit[:, 2, 0] = size[1 + n :, 0] ** 2
+    effective = own / unit
+    least, refined = np.zeros((3 * n, sets)), np.zeros(sets)
+    if (effective < ARTIFICIAL_MASS * effective.max(axis=(0, 1), initial=TINY)).any():
+        room = np.empty((2, n, 1))
+        least_masses(layout, np.ascontiguousarray(mass), size, room[0], room[1], least, refined)
+    return least, refined
+
+
+def inverse_masses(layout: Layout, mass: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Weights of free motion: (3·slots, sets) for masses (3·bodies + 3, sets); size (·, 1) as
+    `Work.size`.
+    """
+    L, sets = layout, mass.shape[1]
     share = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body]
-    own = mass.reshape(-1, 3, mass.shape[1])[L.slot_body] * share[:, None, None]
-    return np.asarray(1.0 / np.maximum(own, _least(mass, length))).reshape(-1, mass.shape[1])
+    own = mass.reshape(-1, 3, sets)[L.slot_body] * share[:, None, None]
+    least = _replaced(layout, mass, size)[0].reshape(-1, 3, sets)[L.slot_body]
+    return np.asarray(1.0 / np.maximum(own, least)).reshape(-1, sets)
 
 
-def artificial_masses(layout: Layout, mass: np.ndarray, length: float) -> np.ndarray:
-    """In which sets a body has so little mass or inertia that another replaces it: (sets,)."""
-    own = mass[: 3 * layout.bodies].reshape(-1, 3, mass.shape[1])
-    return np.asarray((own < _least(mass, length)).any(axis=(0, 1)))
+def lost_masses(layout: Layout, mass: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Which bodies have a mass or an inertia of their own that another replaces: (bodies, sets)."""
+    own = mass[: 3 * layout.bodies]
+    replaced = (own > 0.0) & (own < _replaced(layout, mass, size)[0])
+    return np.asarray(replaced.reshape(-1, 3, mass.shape[1]).any(axis=1))
 
 
-def _least(mass: np.ndarray, length: float) -> np.ndarray:
-    """Artificial mass and inertia in place of smaller ones, in every set: (3, sets)."""
-    unit = np.array([1.0, 1.0, length**2])[:, None]
-    own = mass.reshape(-1, 3, mass.shape[1]) / unit
-    return np.asarray(ARTIFICIAL_MASS * own.max(axis=(0, 1), initial=TINY) * unit)
+def artificial_masses(layout: Layout, mass: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """In which sets a body has so little mass or inertia that solutions are refined: (sets,)."""
+    return np.asarray(_replaced(layout, mass, size)[1] > 0.0)
 
 
 # -- Record of an instant: motion by coordinate, multipliers and reactions by primitive --------

@@ -34,6 +34,7 @@ from mbody.core.tolerances import (
     MONITOR_STEEPER,
     STEP_FIRST_LITTLE,
     STEP_FIRST_MOST,
+    STEP_FIRST_ORIGIN,
     STEP_FIRST_SILENT,
     STEP_INTERPOLATION_DOUBTFUL,
     STEP_SAFETY,
@@ -771,7 +772,8 @@ def first_lengths(T, lanes):
         for n in range(count):
             y = lanes.y[n, lane]
             size = T.absolute * lanes.scale[n, lane] + T.relative * abs(y)
-            d0 += (y / size) ** 2
+            if abs(y) > STEP_FIRST_ORIGIN * lanes.scale[n, lane]:
+                d0 += (y / size) ** 2
             d1 += (lanes.K[0, n, lane] / size) ** 2
         d0, d1 = np.sqrt(d0 / count), np.sqrt(d1 / count)
         whole = S[UNTIL, lane] - S[TIME, lane]

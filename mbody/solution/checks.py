@@ -12,7 +12,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.friction import DETERMINANT
-from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.kernels.layout import PER_PRIMITIVE, Work, lost_masses
 from mbody.model.element import listed
 from mbody.solution.histories import (
     Certificate,
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 def residuals(solution: Result) -> np.ndarray:
-    """(designs, instants, RESIDUALS), see `mbody.kernels.finished_instants`; of one design too."""
+    """(designs, instants, RESIDUALS), see `mbody.kernels.finished_instants`; of one design too. Of
+    several connected parts those of each follow.
+    """
     if solution.stepped is not None:  # of the equation of its steps
         return solution.stepped.residuals
     designs = range(solution.system.batch or 1)
@@ -40,24 +42,18 @@ def residuals(solution: Result) -> np.ndarray:
 
 def rounded_places(solution: Result, design: int) -> np.ndarray:
     """By how much the forces that are left over change where the places that were found are
-    rounded in another way: (instants,) of one design.
+    rounded in another way: (instants, parts) of one design.
     """
-    from mbody.kernels.finished_instants import LEFT
-
     if solution.stepped is not None:
-        return np.zeros(len(solution.t))
+        return np.zeros((len(solution.t), 1))
     system = solution.system
     n = system.coordinates
     norm = 1.0 + system.extent(_motion(solution, design))[:, None]
-    left = solution.residuals[design, :, LEFT]
+    left = _by_parts(system, solution.residuals[design])[0]
     # bodies that move alike strain nothing: each coordinate by another part
     parts = (np.cos(np.arange(n)), np.sin(1.0 + np.arange(n)))
-    moved = [
-        _audited(solution, design, tol.POSITION_ROUNDING * norm * system.coordinate_units * part)[
-            :, LEFT
-        ]
-        for part in parts
-    ]
+    rounding = tol.POSITION_ROUNDING * norm * system.coordinate_units
+    moved = [_by_parts(system, _audited(solution, design, rounding * part))[0] for part in parts]
     found: np.ndarray = np.abs(np.array(moved) - left).max(axis=0)
     return found
 
@@ -66,14 +62,12 @@ def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> 
     """The residuals of one design, where `moved` is added to its coordinates; a released driver
     constrains nothing from then on.
     """
-    from mbody.kernels.finished_instants import RESIDUALS
-
     drivers, t = solution.system.mechanism.drivers, solution.t
     times = [solution.released.get(driver.name, np.inf) for driver in drivers]
     ends = sorted({time for time in times if time <= t.max(initial=-np.inf)})
     if not ends:
         return _audit(solution, design, moved=moved)[0]
-    parts, first = np.empty((len(t), RESIDUALS)), 0
+    parts, first = np.empty((len(t), _width(solution.system))), 0
     for last, until in zip([*np.searchsorted(t, ends), len(t)], [None, *ends], strict=True):
         gone = () if until is None else np.flatnonzero(np.array(times) <= until)
         if last > first:
@@ -82,22 +76,45 @@ def _audited(solution: Result, design: int, moved: np.ndarray | None = None) -> 
     return parts
 
 
+def _width(system: System) -> int:
+    """Columns of residuals."""
+    from mbody.kernels.finished_instants import RESIDUALS
+
+    return RESIDUALS + (2 * system.layout.bodies if len(system.parts) > 1 else 0)
+
+
 def checks(solution: Result) -> Checks:
     """Residuals, relative, greatest of all instants, and the balance of energy."""
-    constraint, unbalanced, term, power, flow = np.moveaxis(solution.residuals, 2, 0)
-    forces, energy = solution.has_forces, solution.energy
+    from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
+
+    parts, energy = solution.residuals, solution.energy
+    constraint, power, flow = (parts[:, :, n] for n in (CONSTRAINT, POWER, FLOW))
+    forces = solution.has_forces
 
     def relative(worst: np.ndarray, whole: np.ndarray) -> float:
-        top = float(whole.max(initial=0.0))
-        return float(np.abs(worst).max(initial=0.0)) / top if top > 0.0 else 0.0
+        top = whole.max(axis=(0, 1), initial=0.0)
+        most = np.abs(worst).max(axis=(0, 1), initial=0.0)
+        return float(np.divide(most, top, out=np.zeros_like(most), where=top > 0.0).max())
 
     return Checks(
         constraint=float(constraint.max(initial=0.0)),
-        equilibrium=relative(unbalanced, term) if forces else 0.0,
-        virtual_work=relative(power, flow) if forces else 0.0,
+        equilibrium=relative(*_by_parts(solution.system, parts)) if forces else 0.0,
+        virtual_work=relative(power[..., None], flow[..., None]) if forces else 0.0,
         energy=None if energy is None else energy.error,
         branch=solution.branch,
     )
+
+
+def _by_parts(system: System, residuals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Greatest part of f − M a − Gᵀλ and greatest term of it, of each connected part: (…, parts);
+    of the equations of steps, which contacts join, altogether.
+    """
+    from mbody.kernels.finished_instants import LEFT, RESIDUALS, TERM
+
+    first = np.array([LEFT])
+    if residuals.shape[-1] > RESIDUALS:
+        first = RESIDUALS + 2 * np.array(system.parts)
+    return residuals[..., first], residuals[..., first + TERM - LEFT]
 
 
 def _motion(solution: Result, design: int) -> np.ndarray:
@@ -131,9 +148,11 @@ def _audit(
     instants: slice = slice(None),
     gone: Any = (),
     moved: np.ndarray | None = None,
+    parts: np.ndarray | None = None,
 ) -> tuple[np.ndarray, Work]:
-    """(instants, RESIDUALS), see `mbody.kernels.finished_instants`, and the workspace as left.
+    """(instants, RESIDUALS …), see `mbody.kernels.finished_instants`, and the workspace as left.
 
+    `parts` (bodies,): Of others than connected ones.
     `gone`: numbers of drivers whose rows are not looked at; `moved`: what is added to the
     coordinates of all instants.
     """
@@ -153,7 +172,10 @@ def _audit(
     if moved is not None:
         motion = motion.copy()
         motion[:, : system.coordinates] += moved
-    output, work = np.empty((len(t), RESIDUALS)), system.work(designs=design)
+    width, layout = _width(system), system.runtime()
+    if parts is not None:
+        width, layout = RESIDUALS + 2 * len(parts), layout.replaced(body_part=parts)
+    output, work = np.empty((len(t), width)), system.work(designs=design)
     work.regularization_weight[2 * system.layout.driver_node[np.asarray(gone, dtype=np.int64)]] = (
         0.0
     )
@@ -166,7 +188,7 @@ def _audit(
         by_law=by_law,
         at_rest=solution.analysis == "statics",
     )
-    residuals_of(system.runtime(), work, found, output)
+    residuals_of(layout, work, found, output)
     return output, work
 
 
@@ -277,8 +299,10 @@ def _limits(
     solution: Result, parts: Array, design: int
 ) -> Iterator[tuple[str, Array, Array | float]]:
     """Residuals (instants,) in words, and what rounding and condition explain of each."""
+    from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
+
     system = solution.system
-    constraint, left, term, power, flow = parts.T
+    constraint, power, flow = (parts[:, n] for n in (CONSTRAINT, POWER, FLOW))
     n = system.coordinates
     records = solution.record.table(slice(None))
     records = records[design] if solution.record.batch else records
@@ -292,28 +316,39 @@ def _limits(
     )
     if not solution.has_forces:
         return
-    top, flowing = (float(np.nanmax(np.abs(whole), initial=0.0)) for whole in (term, flow))
     known &= np.isfinite(records).all(axis=1)
     # forces that are reported as missing are in no balance
     reported = any(doubt.kind == "incomplete" for doubt in reported_certificate(solution).doubts)
     unknown = 0.0 if reported else np.nan
-    part = np.where(known, left / (top or 1.0), unknown)
-    carried = np.where(known, _carried(system, records) / (top or 1.0), 0.0)
+    left, term = _by_parts(system, parts)
+    tops, flowing = (
+        np.nanmax(np.abs(term), axis=0, initial=0.0),
+        float(np.nanmax(np.abs(flow), initial=0.0)),
+    )
+    top, tops = float(tops.max(initial=0.0)), np.where(tops > 0.0, tops, 1.0)
+    share = np.where(known[:, None], left / tops, unknown)
+    own_part = np.zeros(n // 3, dtype=np.int64)
+    if len(tops) > 1:
+        own_part = np.searchsorted(system.parts, system.layout.body_part)
+    carried = np.where(known[:, None], _carried(system, records, own_part, len(tops)) / tops, 0.0)
     rounding = np.full(len(records), tol.BALANCE_LEFT)
     if len(system.layout.friction_kind):
         # the friction of what slides is known to rounding by the determinant that it follows from
         found = np.abs(records[:, system.friction_rows.start + DETERMINANT])
         rounding = rounding + tol.BALANCE_ROUNDING_FRICTION / np.where(found > 0.0, found, 1.0)
-    limit = rounding + tol.BALANCE_ROUNDING_SINGULAR * carried**2
-    if (part > limit).any():
+    limits = rounding[:, None] + tol.BALANCE_ROUNDING_SINGULAR * carried**2
+    if (share > limits).any():
         # at rest on springs of their free lengths all forces are rounding of places
-        limit = np.maximum(limit, rounded_places(solution, design) / (top or 1.0))
-    yield "{} of the forces are out of balance", part, limit
+        limits = np.maximum(limits, rounded_places(solution, design) / tops)
+    yield from _lost(solution, design, records, known)
+    worst = int((share / limits).max(axis=0, initial=0.0).argmax())
+    on = f" on '{system.mechanism.bodies[system.parts[worst]].name}'" if len(tops) > 1 else ""
+    yield f"{{}} of the forces{on} are out of balance", share[:, worst], limits[:, worst]
     # a joint of the user that moves by itself gives power of which nothing is known
     own = (system.layout.primitive_kind == KINDS.index("user")).any()
     if not own and flowing > tol.RATE_NONE_MECHANISM * top * system.length * _pace(system, top):
-        share = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
-        yield "{} of the power is out of balance", share, rounding
+        power = np.where(known, np.abs(power) / (flowing or 1.0), unknown)
+        yield "{} of the power is out of balance", power, rounding
 
 
 def _pace(system: System, top: float) -> float:
@@ -322,12 +357,46 @@ def _pace(system: System, top: float) -> float:
     return float(np.sqrt(top / (whole * system.length))) if whole else 0.0
 
 
-def _carried(system: System, records: Array) -> Any:
-    """The greatest force of a joint or driver at every instant, torques by the model length."""
+def _lost(
+    solution: Result, design: int, records: Array, known: Array
+) -> Iterator[tuple[str, Array, float]]:
+    """The forces of bodies whose own masses are lost beside what they join: refinement balances
+    what these pass on, not what moves by itself.
+    """
+    from mbody.kernels.finished_instants import RESIDUALS
+
+    system = solution.system
+    column = design if system.batch is not None else 0
+    lost = lost_masses(system.layout, system.mass[:, [column]], system.sizes)[:, 0]
+    if not lost.any() or solution.stepped is not None:
+        return
+    every = np.arange(system.layout.bodies)
+    found = _audit(solution, design, parts=every)[0]
+    left, term = found[:, RESIDUALS::2], found[:, RESIDUALS + 1 :: 2]
+    passed = _carried(system, records, every, len(every))
+    for b in np.flatnonzero(lost).tolist():
+        top = float(np.nanmax(np.maximum(term[:, b], passed[:, b]), initial=0.0)) or 1.0
+        share = np.where(known, left[:, b] / top, 0.0)
+        name = system.mechanism.bodies[b].name
+        what = (
+            f"{{}} of the forces on '{name}', whose mass is lost beside others, are out of balance"
+        )
+        yield what, share, tol.BALANCE_LEFT
+
+
+def _carried(system: System, records: Array, part: Array, parts: int) -> Array:
+    """The greatest force of a joint or driver on each part at every instant, torques by the length
+    of what is joined: (instants, parts). `part` (bodies,): The number of that of each body.
+    """
+    L, lengths = system.layout, np.append(system.lengths, system.length)
     primitives = records[:, 3 * system.coordinates :][:, : PER_PRIMITIVE * len(system.owners)]
     forces = np.abs(primitives.reshape(len(records), -1, PER_PRIMITIVE)[:, :, 2:])
-    forces[:, :, 2] /= system.length
-    return forces.reshape(len(records), -1).max(axis=1, initial=0.0)
+    forces[:, :, 2] /= lengths[np.minimum(L.primitive_i, L.primitive_j)]
+    greatest, of_body = forces.max(axis=2, initial=0.0), np.append(part, parts)
+    found = np.zeros((parts + 1, len(records)))
+    for side in (L.primitive_i, L.primitive_j):
+        np.maximum.at(found, of_body[side], greatest.T)
+    return found[:parts].T
 
 
 def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:

@@ -93,7 +93,7 @@ class LaneMotion:
         self.layout = without_hold(system.runtime(), {**hold_inputs(system), **inputs})
         # states that all go alone have no steps on lanes
         self.table = TABLES.get(settings.method, TABLES["dopri5"])()
-        light = bool(artificial_masses(system.layout, system.mass, system.length).any())
+        light = bool(artificial_masses(system.layout, system.mass, system.sizes).any())
         self.tolerances = Tolerances(
             relative=settings.rtol,
             absolute=settings.atol,
@@ -104,7 +104,7 @@ class LaneMotion:
         rows, nodes = system.state_count, max(1, system.layout.nodes)
         par = mass = weight = np.zeros((0, 0, LANES))
         if system.batch is not None:
-            own = inverse_masses(system.layout, system.mass, system.length)
+            own = inverse_masses(system.layout, system.mass, system.sizes)
             par, mass, weight = (self._grouped(one) for one in (system.par, system.mass, own))
         self.many = LaneStates(
             rounds=AT_ONCE,
@@ -208,7 +208,7 @@ class LaneMotion:
         self.evaluate(np.unique(which // LANES))
         y, rates = self.some(many.y, which), self.some(many.derivative, which)
         with np.errstate(invalid="ignore"):
-            sizes = coordinate_sizes(self.system.length, y[:, n : 2 * n], rates[:, n : 2 * n])
+            sizes = coordinate_sizes(self.system, y[:, n : 2 * n], rates[:, n : 2 * n])
         own = np.broadcast_to(self._auxiliary_sizes, (len(which), len(self._auxiliary_sizes)))
         self.put_all(many.scale, which, np.hstack([sizes, own]))
         self.put(many.state, NEXT, which, 0.0)

@@ -484,7 +484,9 @@ class InstantMechanics:
             )
         scale = system.coordinate_units
         G = system.row_units[:, None] * self.jacobian * scale
-        motions = free_motions(system, np.append(self.q, np.zeros(3)), rank_of(G).motions)
+        motions = free_motions(
+            system, np.append(self.q, np.zeros(3)), rank_of(G, parts=system.coordinate_part).motions
+        )
         rates = rates_of(system, motions).reshape(len(motions), system.coordinates)
         parts = leading(system, motions, rates / scale) if len(motions) else rates
         return Minimal(tuple(motion.leader for motion in motions), rates.T, parts / scale)

@@ -162,7 +162,7 @@ def _stationary_motions(
     system: System, work: Work, q: Array, given: Sequence[Prescribed]
 ) -> list[Prescribed]:
     """Positions of the leading bodies' free motions, as far as `given` leaves them free."""
-    own = rank_of(dense(system, work)[1]).motions
+    own = rank_of(dense(system, work)[1], parts=system.coordinate_part).motions
     found: list[Prescribed] = []
     rows = np.array([one.row(system, q) for one in given]).reshape(-1, system.coordinates) @ own.T
     free = free_motions(system, np.append(q, np.zeros(3)), own) if len(own) else ()

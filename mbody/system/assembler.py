@@ -8,17 +8,19 @@ the user's numbers (`Numbers`), for one set and for a batch alike.
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 import functools
 import heapq
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
+from mbody.core.tolerances import LENGTH_FAR, LENGTH_NONE
 from mbody.errors import ModelError
 from mbody.kernels.constraints import KINDS
 from mbody.kernels.constraints import KINDS as PRIMITIVE_KINDS
@@ -29,8 +31,11 @@ from mbody.laws import LAW_KINDS, Constant, Law
 from mbody.model.closed_mechanism import snapshot
 from mbody.model.constraint import Constraint
 from mbody.model.element import AuxiliaryState, Element, Numbers, signal_of
+from mbody.model.joints import Joint
+from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
+from mbody.model.touching_shapes import Polygon, Segment, points_of
 from mbody.quantities import Formula
 from mbody.system.formula_rows import FormulaRows, RecordedLaw, driver_law, following, recorded
 from mbody.system.system import System, polar_points
@@ -431,61 +436,154 @@ class _Hook:
         y[:] = values
 
 
-# -- The model length, by which lengths and angles are compared with each other ----------------
-
-#: The unit of length serves a model without positions on bodies whose other lengths are within this
-#: factor of it.
-LENGTH_RATIO = 10.0
+# -- Lengths, by which lengths and angles are compared with each other -------------------------
 
 
-def model_length(mechanism: Mechanism, at: Numbers) -> float:
-    """The farthest position from the mass centre of a moving body, else another distance, as
-    between the centres of gears or of a cam and its roller, else one; of blocks on springs and of
-    balls that are far from one it is the greatest length of those.
+def connected_parts(bodies: int, joined: Iterable[Sequence[int]]) -> np.ndarray:
+    """The first body of the part that each body belongs to (bodies,); `joined`: groups of bodies
+    that something joins, the ground, which joins nothing, being the one after the last.
+
+    >>> connected_parts(4, [(0, 2), (1, 4)]).tolist()
+    [0, 1, 0, 3]
     """
-    moving, fixed = [0.0], [0.0]
+    root = list(range(bodies))
+
+    def found(b: int) -> int:
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        return b
+
+    for group in joined:
+        moving = [found(b) for b in group if b < bodies]
+        for b in moving:
+            root[b] = min(moving)
+    return integers([found(b) for b in range(bodies)])
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """`model`: The model length. `parts` (bodies,): That of the part of each body. `spans`
+    (bodies,): Each body's own, the farthest of its joints from its mass centre.
+    """
+
+    model: float
+    parts: np.ndarray
+    spans: np.ndarray
+
+
+class _Sizes:
+    """Lengths of one part, the sorts that are taken first first: of joints from mass centres; of
+    places on the ground, wheels and rods from each other; of loads and shapes; of gyration.
+    """
+
+    def __init__(self) -> None:
+        self.arms: list[float] = []
+        self.distances: list[float] = []
+        self.own: list[float] = []
+        self.gyration: list[float] = []
+        self.fixed: list[tuple[float, float]] = []
+
+    def length(self) -> tuple[float, bool]:
+        """The part's length, zero where it has none, and whether it is one of its geometry."""
+        x = np.array(self.fixed).reshape(-1, 2)
+        if len(x) > 1:
+            self.distances.append(float(np.hypot(*np.ptp(x, axis=0))))
+        sorts = self.arms, self.distances, self.own, self.gyration
+        every = [size for sort in sorts for size in sort]
+        none = LENGTH_NONE * max(every, default=0.0)
+        known = sorted(size for size in every if size > none)
+        for sort in sorts:
+            for size in sorted(sort, reverse=True):
+                # one far point, or one remainder, is no length of what has others
+                near = bisect.bisect_left(known, size / LENGTH_FAR)
+                fits = bisect.bisect_right(known, size * LENGTH_FAR) - near > 1
+                if size > none and (fits or len(known) == 1):
+                    return size, sort is not self.gyration
+        return (known[(len(known) - 1) // 2], True) if known else (0.0, False)
+
+
+def lengths_of(mechanism: Mechanism, at: Numbers, part: np.ndarray, masses: np.ndarray) -> Lengths:
+    """The lengths of a mechanism whose bodies belong to these parts (bodies,); masses (m, m, I)
+    of each body in turn.
+
+    A part's length is the farthest joint from a mass centre of it, unless nothing else in it is
+    nearly as long; where it has none, that of the model, the greatest of its parts. A model without
+    any takes how far apart bodies are guessed to be or begin, else one.
+    """
+    bodies = {body.name: b for b, body in enumerate(mechanism.bodies)}
+    sizes = {b: _Sizes() for b in part.tolist()}
+    spans = np.zeros(len(bodies))
+    mass, inertia = masses[: 3 * len(bodies)].reshape(-1, 3)[:, 1:].T.tolist()
     for element in mechanism.constraints:
-        for key, marker in element.places().items():
-            distance = math.hypot(*(float(part) for part in at.arm(element, key)))
-            (fixed if marker.body == "ground" else moving).append(distance)
-    distances = [abs(float(joint.apart(at))) for joint in mechanism.joints]
-    known = max(moving) or max(fixed) or max(distances, default=0.0)
-    if known:
-        return known
-    attempts = (_own_lengths(mechanism, at), _places(mechanism, at))
-    sizes = (max(map(abs, lengths), default=0.0) for lengths in attempts)
-    other = next((size for size in sizes if size), 1.0)
-    return 1.0 if 1.0 / LENGTH_RATIO <= other <= LENGTH_RATIO else other
-
-
-def _own_lengths(mechanism: Mechanism, at: Numbers) -> Iterator[float]:
-    """Lengths of loads and radii of shapes: they do not depend on where the origin is."""
+        markers = element.places()
+        own = [bodies[m.body] for m in markers.values() if m.body != "ground"]
+        for key, marker in markers.items():
+            if marker.body != "ground":
+                b = bodies[marker.body]
+                distance = _distance(element, key, at)
+                sizes[part[b]].arms.append(distance)
+                spans[b] = max(spans[b], distance)
+            elif own:
+                x, y = at.arm(element, key)
+                sizes[part[own[0]]].fixed.append((float(x), float(y)))
+        if isinstance(element, Joint) and own:
+            sizes[part[own[0]]].distances.append(abs(float(element.apart(at))))
     for load in mechanism.loads:
-        for field in dataclasses.fields(cast(Any, load)):
-            given = field.metadata.get("dimension") == "length"
-            if given and getattr(load, field.name) is not None:
-                yield float(at[f"{load.name}.{field.name}"])
-    for body in mechanism.bodies:
+        markers = load.places()
+        loaded = [sizes[part[bodies[m.body]]] for m in markers.values() if m.body != "ground"]
+        own_lengths = _own_lengths(load, at)
+        own_lengths += [
+            _distance(load, key, at) for key, marker in markers.items() if marker.body != "ground"
+        ]
+        fixed = [at.arm(load, key) for key, marker in markers.items() if marker.body == "ground"]
+        for one in loaded:
+            one.own += own_lengths
+            one.fixed += [(float(x), float(y)) for x, y in fixed]
+    for b, body in enumerate(mechanism.bodies):
+        own_sizes = sizes[part[b]]
         for name, shape in body.shapes.items():
             if hasattr(shape, "radius"):
-                yield float(at[f"{body.name}.{name}.radius"])
+                own_sizes.own.append(abs(float(at[f"{body.name}.{name}.radius"])))
+            elif isinstance(shape, Polygon | Segment):
+                cx, cy = at.point(f"{body.name}.cg")
+                corners = (at.point(f"{body.name}.{point}") for point in points_of(shape))
+                own_sizes.own += [math.hypot(float(x - cx), float(y - cy)) for x, y in corners]
+        if mass[b] > 0.0 and inertia[b] > 0.0:
+            own_sizes.gyration.append(math.sqrt(inertia[b] / mass[b]))
+    found = {b: one.length() for b, one in sizes.items()}
+    known = [size for size, geometric in found.values() if geometric]
+    known = known or [size for size, _ in found.values()]
+    model = max(known, default=0.0) or _spread(mechanism) or 1.0
+    parts = np.array([found[b][0] or model for b in part.tolist()])
+    return Lengths(model, parts, np.where(spans > 0.0, spans, parts))
 
 
-def _places(mechanism: Mechanism, at: Numbers) -> Iterator[float]:
-    """How far from the origin loads act, and bodies are guessed to be and begin."""
-    for load in mechanism.loads:
-        for key in load.places():
-            yield math.hypot(*(float(part) for part in at.arm(load, key)))
-    for body in mechanism.bodies:
-        if body.guess is not None:
-            yield from _numbers(body.guess.x, body.guess.y)
+def _distance(element: Element, key: str, at: Numbers) -> float:
+    """From a mass centre to a marker; zero where it is a rounding remainder of both places."""
+    x, y = (float(number) for number in at.place(element, key))
+    dx, dy = (float(number) for number in at.arm(element, key))
+    distance = math.hypot(dx, dy)
+    return distance if distance > LENGTH_NONE * math.hypot(x, y) else 0.0
+
+
+def _own_lengths(load: Load, at: Numbers) -> list[float]:
+    """Lengths that a load has itself: they do not depend on where the origin is."""
+    return [
+        abs(float(at[f"{load.name}.{field.name}"]))
+        for field in dataclasses.fields(cast(Any, load))
+        if field.metadata.get("dimension") == "length" and getattr(load, field.name) is not None
+    ]
+
+
+def _spread(mechanism: Mechanism) -> float:
+    """How far apart bodies are guessed to be and begin."""
+    places = [body.guess for body in mechanism.bodies if body.guess is not None]
+    given = [(one.x, one.y) for one in places]
     if mechanism.simulation is not None:
-        for start in mechanism.simulation.start.values():
-            yield from _numbers(start.get("x"), start.get("y"))
-
-
-def _numbers(*given: Any) -> Iterator[float]:
-    yield from (float(part) for part in given if isinstance(part, float))
+        given += [(one.get("x"), one.get("y")) for one in mechanism.simulation.start.values()]
+    known = [(x, y) for x, y in given if isinstance(x, float) and isinstance(y, float)]
+    return float(np.hypot(*np.ptp(np.array(known), axis=0))) if len(known) > 1 else 0.0
 
 
 # the loops of the kernels read a fixed number of parameters and drop those beyond the own ones
@@ -538,15 +636,19 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
     compiler = _Compiler(mechanism)
     numbers = compiler.numbers
     par, mass = compiler.compile(numbers)
+    layout = compiler.layout()
+    lengths = lengths_of(mechanism, compiler.read(numbers), layout.body_part, mass[:, 0])
     return System(
         mechanism=mechanism,
-        layout=compiler.layout(),
+        layout=layout,
         values=numbers,
         formulas=compiler.formulas(numbers),
         par=par,
         mass=mass,
         batch=None,
-        length=model_length(mechanism, compiler.read(numbers)),
+        length=lengths.model,
+        lengths=lengths.parts,
+        spans=lengths.spans,
         owners=tuple(compiler.owners),
         row_kinds=tuple(primitive.rows for primitive in compiler.first_primitives),
         signals=len(compiler.signal_laws) + compiler.formula_signals,
@@ -898,6 +1000,9 @@ class _Compiler:
             fill=integers(plan.fill),
             slot_body=integers(slots.body),
             body_slot=np.searchsorted(slots.body, np.arange(bodies)),
+            body_part=connected_parts(
+                bodies, ([index[b] for b in p.bodies] for p in primitives if not p.active_set)
+            ),
             law_kind=integers([LAW_KINDS.index(law.law.kind) for law in laws]),
             law_par=integers(offset[a:b]),
             law_count=integers(sizes[a:b]),

@@ -115,11 +115,16 @@ def dense_rates(system: System, work: Work) -> np.ndarray:
     return np.asarray(system.row_units * nu)
 
 
-def rank_of(G: np.ndarray, zero: float = tol.SINGULAR_VALUE_ZERO) -> Rank:
+def rank_of(
+    G: np.ndarray, zero: float = tol.SINGULAR_VALUE_ZERO, parts: np.ndarray | None = None
+) -> Rank:
     """Rank, free motions and dependencies of a dimensionless Φ_q (rows, coordinates).
 
-    A singular value below the part `zero` of the greatest counts as none.
+    A singular value below the part `zero` of the greatest counts as none. With the `parts` that
+    coordinates belong to (coordinates,) each motion and each dependency is of one part.
     """
+    if parts is not None and (parts != parts[0]).any():
+        return _rank_by_parts(G, zero, parts)
     rows, coordinates = G.shape
     if not rows:
         return Rank(coordinates, 0, 0, np.eye(coordinates), np.empty((0, 0)))
@@ -130,6 +135,35 @@ def rank_of(G: np.ndarray, zero: float = tol.SINGULAR_VALUE_ZERO) -> Rank:
     u, sizes, vt = np.linalg.svd(G)
     rank = int((sizes > zero * max(1.0, sizes[0])).sum())
     return Rank(coordinates, rows, rank, vt[rank:], u[:, rank:].T)
+
+
+def _rank_by_parts(G: np.ndarray, zero: float, parts: np.ndarray) -> Rank:
+    """Rank of a Φ_q whose parts have no row in common but those that join them."""
+    label = parts.copy()
+    for row in G != 0.0:
+        joined = np.unique(label[row])
+        if len(joined) > 1:
+            label[np.isin(label, joined)] = joined[0]
+    motions: list[np.ndarray] = []
+    dependencies: list[np.ndarray] = []
+    rank = 0
+    taken = np.zeros(len(G), dtype=bool)
+    for part in np.unique(label):
+        columns = label == part
+        own = (G[:, columns] != 0.0).any(axis=1)
+        taken |= own
+        found = rank_of(G[np.ix_(own, columns)], zero)
+        rank += found.rank
+        for vectors, where, kept in (
+            (found.motions, columns, motions),
+            (found.dependencies, own, dependencies),
+        ):
+            whole = np.zeros((len(vectors), len(where)))
+            whole[:, where] = vectors
+            kept.append(whole)
+    dependencies.append(np.eye(len(G))[~taken])
+    rows, coordinates = G.shape
+    return Rank(coordinates, rows, rank, np.concatenate(motions), np.concatenate(dependencies))
 
 
 def _null_space(G: np.ndarray, zero: float) -> np.ndarray | None:

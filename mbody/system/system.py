@@ -60,7 +60,7 @@ def no_such_number(name: str, machine: Mechanism, values: Mapping[str, Any]) -> 
 
 
 def fixed_rows(
-    layout: Layout, row_kinds: Sequence[str], active_set: Container[int], length: float
+    layout: Layout, row_kinds: Sequence[str], active_set: Container[int], lengths: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Proximal terms, identity rows, and blocks of the welds of one body's slots, each (rows, 1):
     equal x and y, then equal angle.
@@ -69,6 +69,7 @@ def fixed_rows(
     weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
     pairs = zip(row_kinds, L.primitive_node, strict=True)
     for e, (kinds, node) in enumerate(pairs):
+        length = lengths[min(L.primitive_i[e], L.primitive_j[e])]
         for row in range(2):
             if row < len(kinds) and e not in active_set:
                 weights[2 * node + row] = 1.0 if kinds[row] == "l" else length**-2
@@ -124,6 +125,8 @@ class System:
         Number of sets of numbers; None for one set.
     length : float
         Model length, by which sizes are made dimensionless.
+    lengths, spans : arrays (bodies,)
+        That of what each body is joined with, and the body's own.
     owners : tuple
         (element, index of its primitive) of every primitive, in the order of the kernels.
     machine_code : bool
@@ -141,6 +144,8 @@ class System:
     mass: np.ndarray
     batch: int | None
     length: float
+    lengths: np.ndarray
+    spans: np.ndarray
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int
@@ -189,13 +194,51 @@ class System:
 
     @functools.cached_property
     def coordinate_units(self) -> np.ndarray:
-        """The model length for each coordinate that is a length, 1 for each angle."""
-        return locked(np.tile([self.length, self.length, 1.0], self.layout.bodies))
+        """Its part's length for each coordinate that is a length, 1 for each angle."""
+        return locked(
+            np.column_stack([self.lengths, self.lengths, np.ones_like(self.lengths)]).ravel()
+        )
 
     @functools.cached_property
     def row_units(self) -> np.ndarray:
         """By what each row of Φ, in the order of `row_table`, is multiplied to have no unit."""
-        return locked(np.where(self.row_table[2], 1.0, 1.0 / self.length))
+        primitive, _, is_angle = self.row_table
+        i, j = (side[primitive] for side in (self.layout.primitive_i, self.layout.primitive_j))
+        length = np.append(self.lengths, self.length)[np.minimum(i, j)]
+        return locked(np.where(is_angle, 1.0, 1.0 / length))
+
+    @functools.cached_property
+    def parts(self) -> tuple[int, ...]:
+        """First bodies of the connected parts, in ascending order."""
+        return tuple(np.unique(self.layout.body_part).tolist())
+
+    @functools.cached_property
+    def coordinate_part(self) -> np.ndarray:
+        """First body of the connected part of each coordinate (coordinates,)."""
+        return locked(np.repeat(self.layout.body_part, 3))
+
+    @functools.cached_property
+    def groups(self) -> np.ndarray:
+        """First body of the group of each body (bodies,): of connected parts that loads and
+        contacts may join as well. Formulas and functions of the user may join any.
+        """
+        L = self.layout
+        if L.formula_numbers or L.owns or self.has_user_code:
+            return locked(np.zeros(L.bodies, dtype=np.int64))
+        label = np.append(L.body_part, L.bodies)
+        ends = [(L.action_i, L.action_j), (L.action_i, L.action_by), (L.action_j, L.action_by)]
+        ends += [(L.primitive_i, L.primitive_j)]
+        joined = np.concatenate([np.column_stack(pair) for pair in ends])
+        joined = joined[(joined < L.bodies).all(axis=1)]
+        for i, j in joined[label[joined[:, 0]] != label[joined[:, 1]]].tolist():
+            one, other = sorted((label[i], label[j]))
+            label[label == other] = one
+        return locked(label[:-1])
+
+    @functools.cached_property
+    def sizes(self) -> np.ndarray:
+        """`Work.size`: the model length, then `lengths` and `spans`, (1 + 2·bodies, 1)."""
+        return locked(np.concatenate([[self.length], self.lengths, self.spans])[:, None])
 
     def extent(self, poses: np.ndarray) -> Any:
         """Greatest coordinate of positions (…, coordinates or more), in model lengths and radians:
@@ -450,7 +493,7 @@ class System:
             if L.owns:
                 work.own[:] = self.first_states[:, np.broadcast_to(designs, lanes)]
         if masses:
-            work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.length)
+            work.weight[: 3 * L.slots] = inverse_masses(L, work.mass, self.sizes)
         return work
 
     @functools.cached_property
@@ -473,14 +516,14 @@ class System:
         work.par[:], work.mass[:] = self.par[:, :1], self.mass[:, :1]
         if L.owns:
             work.own[:] = self.first_states[:, :1]
-        work.size[:] = self.length
+        work.size[:] = self.sizes
         work.turn[2 * L.bodies] = 1.0
         shares = np.bincount(L.slot_body, minlength=L.bodies)
         work.share[:] = 1.0 / shares[L.slot_body][:, None]
         columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
-        columns[:] = np.array([1.0, 1.0, self.length**-2])[None, :, None]
+        columns[:, :2], columns[:, 2] = 1.0, (self.lengths[L.slot_body] ** -2)[:, None]
         weights, pad, blocks = self.once(
-            "fixed rows", lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.length)
+            "fixed rows", lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.lengths)
         )
         work.regularization_weight[: len(weights)] = weights
         work.pad[: len(pad)], work.block[: len(blocks)] = pad, blocks

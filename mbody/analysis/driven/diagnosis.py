@@ -56,13 +56,17 @@ def undetermined(system: System, t: float, q: Array, v: Array) -> SolveError | N
     if too_large(system) or own.all():
         return None
     work = _workspace_at(system, t, q)
-    motions = rank_of(dense(system, work)[1]).motions
+    motions = rank_of(dense(system, work)[1], parts=system.coordinate_part).motions
     if not len(motions):
         return None
     scale = system.coordinate_units
     mass = system.mass[: system.coordinates, 0] * scale**2
+    # by the heaviest body of each part: what nothing joins to it has no say
+    heaviest = np.zeros_like(mass)
+    np.maximum.at(heaviest, system.coordinate_part, mass)
+    mass = mass / np.maximum(heaviest[system.coordinate_part], tol.TINY)
     inertia, shapes = np.linalg.eigh((motions * mass) @ motions.T)
-    massless = shapes[:, inertia <= tol.INERTIA_NONE * max(float(mass.max()), tol.TINY)].T @ motions
+    massless = shapes[:, inertia <= tol.INERTIA_NONE].T @ motions
     for motion in massless:
         body = bodies[int(np.abs(motion.reshape(-1, 3)).max(axis=1).argmax())]
         if body.massless:
@@ -85,7 +89,9 @@ def inertialess(system: System, t: float, q: Array) -> int:
     own = system.mass[: system.coordinates, 0]
     if too_large(system) or own.all():
         return 0
-    motions = rank_of(dense(system, _workspace_at(system, t, q))[1]).motions
+    motions = rank_of(
+        dense(system, _workspace_at(system, t, q))[1], parts=system.coordinate_part
+    ).motions
     if not len(motions):
         return 0
     work, scale = system.work(masses=True), system.coordinate_units

@@ -99,7 +99,7 @@ def lane_motions(
         or first.regularization
     ):
         return None
-    light = artificial_masses(system.layout, system.mass, system.length)
+    light = artificial_masses(system.layout, system.mass, system.sizes)
     return LaneMotions(start, request, bool(light.any()))
 
 
@@ -110,7 +110,7 @@ def integrate_lanes(
     (rows,).
     """
     q, v, good = initial_states(motions.start, system, values)
-    good &= artificial_masses(system.layout, system.mass, system.length) == motions.light
+    good &= artificial_masses(system.layout, system.mass, system.sizes) == motions.light
     good &= np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
     for design in np.flatnonzero(good).tolist():
         good[design] = _moves(system, design, motions.request.first, q[design], v[design])
@@ -144,7 +144,7 @@ def _integrated(
     batch = Batch(
         par=system.par[:, which],
         mass=mass,
-        weight=inverse_masses(system.layout, mass, system.length),
+        weight=inverse_masses(system.layout, mass, system.sizes),
         y=y.T.copy(),
         derivative=np.empty((system.state_count, n)),
         scale=np.empty((system.state_count, n)),
@@ -161,7 +161,7 @@ def _integrated(
     if batch.bad.all():
         return batch.output, batch.bad == 0.0
     whole, derivative = float(times[-1]) - request.first, np.ascontiguousarray(batch.derivative.T)
-    sizes = coordinate_sizes(system.length, y[:, n3 : 2 * n3], derivative[:, n3 : 2 * n3])
+    sizes = coordinate_sizes(system, y[:, n3 : 2 * n3], derivative[:, n3 : 2 * n3])
     own = np.broadcast_to(auxiliary_sizes(system)[:, None], (system.layout.owns, n))
     scale = np.hstack([sizes, own.T])
     batch.scale[:] = scale.T

@@ -148,7 +148,7 @@ class ImpulseMemory:
         self.layout, self.shapes = layout, shapes
         self.room, self.columns = ROOM, COLUMNS
         self.coupled = {system.bodies[name] for name in coupled_bodies(system.mechanism)}
-        masses = inverse_masses(layout, system.mass, system.length)[:, 0]
+        masses = inverse_masses(layout, system.mass, system.sizes)[:, 0]
         #: Inverse masses, zero of the ground.
         self.inverse = np.zeros(3 * layout.bodies + 3)
         for b in range(layout.bodies):

@@ -170,7 +170,7 @@ class Integration(RateJumps):
     def _motion(self) -> Motion:
         """All that the kernel works on."""
         # a small mass replaces a missing one: refinement takes its effect back
-        light = artificial_masses(self.layout, self.system.mass, self.system.length).any()
+        light = artificial_masses(self.layout, self.system.mass, self.system.sizes).any()
         tolerances = Tolerances(
             relative=self.settings.rtol,
             absolute=self.settings.atol,
@@ -254,7 +254,7 @@ class Integration(RateJumps):
         self._check_finite(self.K, first)
         self.passage.first_position = self.y[:n3].copy()
         own = auxiliary_sizes(self.system)
-        sizes = coordinate_sizes(self.system.length, v, self.K[0, n3 : 2 * n3])
+        sizes = coordinate_sizes(self.system, v, self.K[0, n3 : 2 * n3])
         self.scale[:] = np.concatenate([sizes, own])
         # powers are rounded, also where no work is done: to a part of the energy at these rates
         energy = float(self.work.mass[:n3, 0] @ sizes[n3:] ** 2)

@@ -46,17 +46,19 @@ from mbody.system.system import System
 REFINEMENTS = 2
 
 
-def coordinate_sizes(length: float, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+def coordinate_sizes(system: System, v: np.ndarray, a: np.ndarray) -> np.ndarray:
     """Sizes of coordinates and rates, to which absolute errors are relative: (…, 2·coordinates).
-    `v`, `a` (…, coordinates).
+    `v`, `a` (…, coordinates). The rates of each connected part have their own.
     """
-    unit = np.broadcast_to(np.tile([length, length, 1.0], v.shape[-1] // 3), v.shape)
-    velocity_scale = np.maximum(
-        np.abs(v / unit).max(axis=-1, initial=0.0),
-        np.sqrt(np.abs(a / unit).max(axis=-1, initial=0.0)),
-    )
-    rates = np.where(velocity_scale == 0.0, 1.0, velocity_scale)[..., None] * unit
-    return np.concatenate([unit, rates], axis=-1)
+    unit, part = system.coordinate_units, system.coordinate_part
+    own = np.maximum(np.abs(v / unit), np.sqrt(np.abs(a / unit)))
+    rate = np.zeros_like(own)
+    np.maximum.at(np.moveaxis(rate, -1, 0), part, np.moveaxis(own, -1, 0))
+    whole = rate.max(axis=-1, initial=0.0)[..., None]
+    whole = np.where(whole == 0.0, 1.0, whole)
+    # what hardly moves at the start may be moved by the others
+    rate = np.where(rate > tol.RATE_NONE_MOTION * whole, rate, whole)[..., part]
+    return np.concatenate([np.broadcast_to(unit, v.shape), rate * unit], axis=-1)
 
 
 def first_step(
@@ -70,7 +72,8 @@ def first_step(
     2·coordinates).
     """
     size = settings.atol * scale + settings.rtol * np.abs(y)
-    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (y, derivative))
+    away = np.where(np.abs(y) > tol.STEP_FIRST_ORIGIN * scale, y, 0.0)
+    d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (away, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where(
             (d0 > tol.STEP_FIRST_SILENT) & (d1 > tol.STEP_FIRST_SILENT),

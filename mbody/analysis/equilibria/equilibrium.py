@@ -26,7 +26,7 @@ from mbody.analysis.equilibria.search import (
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
 from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
-from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
 from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError, remedy
@@ -87,7 +87,7 @@ class ContactReserve:
         manifold = self.manifold
         load = manifold.force(place.q)
         manifold.rows(place.q)
-        forces = StickingContacts(self.limits, manifold.work, load / manifold.scale)
+        forces = StickingContacts(self.limits, manifold.work, load / manifold.force_unit)
         return forces.reserve() * float(np.abs(load).max(initial=0.0))
 
 
@@ -849,7 +849,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _Equil
                 f"equilibrium of '{system.mechanism.name}': {system.rows} rows of "
                 f"{system.coordinates} coordinates are too many, it takes up to {DENSE} rows"
             )
-        manifold = Manifold(system, start.work, t)
+        manifold = Manifold(system, start.work, t, weighted=True)
         here = manifold.place(start.work.q[: system.coordinates, 0].copy())
         if here is None:
             # a load without a value: statics says which, and why
@@ -1006,7 +1006,8 @@ class _EquilibriumResults:
         """The stiffness for unit rates of the leaders."""
         rates = rates_of(self.system, motions).reshape(len(motions), -1)
         basis = rates / self.manifold.scale @ place.motions.T
-        return np.asarray(basis @ K @ basis.T)
+        own = self.manifold.weight[[self.system.bodies[motion.leader] for motion in motions]]
+        return np.asarray(basis @ K @ basis.T) / own[:, None]
 
 
 def stability_of(
@@ -1020,7 +1021,7 @@ def stability_of(
     """
     K = position.stiffness
     zero = tol.STIFFNESS_ZERO * max(float(np.abs(K).max(initial=0.0)), position.top)
-    massive = bool(np.linalg.eigvalsh(mass).min() > tol.INERTIA_NONE * np.abs(mass).max())
+    inert = massive(mass)
     if np.abs(K - K.T).max() <= tol.STIFFNESS_SYMMETRIC * float(np.abs(K).max()) + zero:
         sizes = np.linalg.eigvalsh(0.5 * (K + K.T))
         word = "neutral"
@@ -1028,20 +1029,20 @@ def stability_of(
             word = "unstable"
         elif sizes.min() > zero:
             word = "stable"
-        if word != "stable" or not massive:
+        if word != "stable" or not inert:
             return word, (), []
         squares = np.linalg.eigvals(np.linalg.solve(mass, 0.5 * (K + K.T))).real
         return word, tuple(np.sqrt(np.sort(squares)).tolist()), []
     note = "its stiffness is not symmetric: the loads have no potential"
-    roots = np.linalg.eigvals(np.linalg.solve(mass, K) if massive else K)
+    roots = np.linalg.eigvals(np.linalg.solve(mass, K) if inert else K)
     top = float(np.abs(roots).max())
-    if (np.abs(roots.imag) > tol.STIFFNESS_SYMMETRIC * top).any() and massive:
+    if (np.abs(roots.imag) > tol.STIFFNESS_SYMMETRIC * top).any() and inert:
         return "unstable", (), [f"{note}, and it flutters"]
-    if not massive:
+    if not inert:
         note += "; a free motion has no inertia, so that only divergence is looked for, no flutter"
     if roots.real.min() < -tol.STIFFNESS_SYMMETRIC * top:
         return "unstable", (), [note]
     if roots.real.min() <= tol.STIFFNESS_SYMMETRIC * top:
         return "neutral", (), [note]
-    frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if massive else ()
+    frequencies = tuple(np.sqrt(np.sort(roots.real)).tolist()) if inert else ()
     return "stable", frequencies, [note]

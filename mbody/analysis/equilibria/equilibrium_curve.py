@@ -705,7 +705,7 @@ def _start(system: System, start: Any, t: float) -> tuple[Place, Manifold]:
         raise ModelError(
             f'start must be a rest position or a guess such as {{"crank": 0.3}}, not {start!r}'
         )
-    manifold = Manifold(system, begin.work, t)
+    manifold = Manifold(system, begin.work, t, weighted=True)
     here = manifold.place(begin.work.q[: system.coordinates, 0].copy())
     if here is not None:
         nearest = EquilibriumSearch(manifold)

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 import weakref
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
 from mbody.analysis.initial.first_rates import first_rates
-from mbody.analysis.position.assembly_analysis import closed, rounding, set_driver_values
+from mbody.analysis.position.assembly_analysis import (
+    closed,
+    drawn_together,
+    rounding,
+    set_driver_values,
+)
 from mbody.analysis.position.closed_position import by_rows, close_batch
 from mbody.analysis.position.initial_guess import placed
 from mbody.analysis.singular.singular_positions import Prescribed, singular
@@ -20,7 +25,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time, project_designs
-from mbody.model.body import Guesses
+from mbody.model.body import Guess, Guesses, GuessLike
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, Numbers, listed
 from mbody.model.mechanism import Mechanism
@@ -74,6 +79,7 @@ def fitted_places(
     scale = system.coordinate_units
     work.q[:, 0] = first
     wanted = np.array([one.value / one.unit(system) for one in prescribed])
+    sliding = np.arange(n) % 3 != 2
     for _ in range(CORRECTIONS):
         q = work.q[:n, 0]
         phi, G = dense(system, work)
@@ -87,7 +93,9 @@ def fitted_places(
         free = vt[rank:]
         step = step + shortest(P @ free.T, off - P @ step, tol.SINGULAR_VALUE_NEAR_SINGULAR) @ free
         length = float(np.abs(step).max(initial=0.0))
-        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(length, tol.TINY))
+        # none turns by more than half a radian; what is far is brought there at once
+        most = np.where(sliding, 0.0, np.abs(step)) if length > tol.GUESS_FAR else np.abs(step)
+        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(float(most.max()), tol.TINY))
         if length <= tol.LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
             break
     open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
@@ -289,8 +297,12 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
     if imposed and system.rows + len(imposed) > system.coordinates:
         work = system.work()
         driver_values = set_driver_values(system, work, 0.0, {})
-        guess = {body: _pose(system, body, places) for body, places in own.items()}
-        first = placed(system, {k: v for k, v in guess.items() if v is not None}, driver_values)
+        bodies = {body.name: body for body in system.mechanism.bodies}
+        guess: dict[str, GuessLike] = {}
+        for body, places in own.items():
+            rough = asdict(bodies[body].guess)
+            guess[body] = Guess(**{key: places.get(key, value) for key, value in rough.items()})
+        first = drawn_together(system, work, placed(system, guess, driver_values))
         sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]
         for some in (imposed, sure):
             candidates = [
@@ -305,15 +317,6 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
     driven = with_start_drivers(system, imposed)
     start = closed(driven, 0.0, {name: float(value) for name, _, value, _ in imposed})
     return start.work.q[:, 0].copy(), tuple(start.notes)
-
-
-def _pose(system: System, body: str, places: Mapping[str, Any]) -> Any:
-    """The guess of a body by what is prescribed of it; None where that does not matter."""
-    if "angle" not in places:
-        return None
-    if "x" in places and "y" in places:
-        return (float(places["x"]), float(places["y"]), float(places["angle"]))
-    return float(places["angle"])
 
 
 def _by_drivers(system: System, simulation: SimulationSettings) -> Solution:

@@ -18,7 +18,7 @@ from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed, raise_user_error
-from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
@@ -524,14 +524,6 @@ class Linearization(Inherited):
         }
 
 
-def massive(mass: Array) -> bool:
-    """Whether every free motion has inertia, whatever the units of the leaders."""
-    size = np.sqrt(np.abs(np.diag(mass)))
-    if not size.all():
-        return False
-    return bool(np.linalg.eigvalsh(mass / np.outer(size, size))[0] > tol.INERTIA_NONE)
-
-
 def linearize(
     model: Mechanism | System, *, at: Equilibrium | Solution, free: str | Sequence[str] = ()
 ) -> Linearization:
@@ -596,7 +588,8 @@ def linearize(
     q, v = _state(system, given)
     t = float(given.t[-1])
     start = closed(system, t, {}, None, pose=np.append(q, np.zeros(3)))
-    manifold = Manifold(system, start.work, t, _own_numbers(system, given))
+    own, weighted = _own_numbers(system, given), not has_modes(system)
+    manifold = Manifold(system, start.work, t, own, weighted=weighted)
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
     if here is None or manifold.distance(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
         raise ModelError(
@@ -609,7 +602,9 @@ def linearize(
         work = system.work()
         work.q[:], work.signal[:], work.time[:] = start.work.q, start.work.signal, t
         contacts.enter(work)
-        free_directions = rank_of(np.vstack([here.rows, contacts.rows(work)[1]])).motions
+        free_directions = rank_of(
+            np.vstack([here.rows, contacts.rows(work)[1]]), parts=system.coordinate_part
+        ).motions
         here = replace(here, motions=free_directions, residual=free_directions @ here.force)
     if not len(here.motions):
         why = "release a driver, with free"
@@ -632,7 +627,9 @@ def linearize(
     fast = max(float(np.abs(v / manifold.scale).max()), _driven(system, t, natural))
     directions = rates_of(system, motions).reshape(len(motions), -1) / manifold.scale
     basis = directions @ here.motions.T
-    M = np.asarray(basis @ mass @ basis.T)
+    # forces and masses of each leader as they are
+    units = 1.0 / manifold.weight[[system.bodies[motion.leader] for motion in motions], None]
+    M = units * np.asarray(basis @ mass @ basis.T)
     about_equilibrium = given_equilibrium or (balanced and fast <= tol.RATE_NONE * natural)
     notes: list[str] = []
     parts = leading(system, motions, directions)
@@ -649,7 +646,8 @@ def linearize(
         C, K = (_rounded(part, top, by) for part, by in ((C, natural), (K, 1.0)))
     elif about_equilibrium:
         C, K, notes = _about_equilibrium(manifold, here, natural, top)
-        C, K, drive = basis @ C @ basis.T, basis @ K @ basis.T, np.zeros(len(M))
+        C, K = (units * np.asarray(basis @ part @ basis.T) for part in (C, K))
+        drive = np.zeros(len(M))
     else:
         C, K, drive = nearby().matrices(M)
     notes += branches

@@ -465,7 +465,19 @@ def _modes_at(linear: Linearization) -> ModesAt:
     if np.abs(K - K.T).max() <= tol.MATRIX_SYMMETRIC * np.abs(K).max():
         K = 0.5 * (K + K.T)
         least = float(np.linalg.eigvalsh(K)[0])
-    solved = eigenvalues(M, C, K)
+    # an eigenproblem each of what nothing joins: lists of roots, vectors, and how many are infinite
+    whole = rates.reshape(len(M), -1, 3)
+    group = system.groups[np.abs(whole).max(axis=2).argmax(axis=1)]
+    solved: tuple[list[complex], list[Array], int] | None = [], [], 0
+    for which in (np.flatnonzero(group == one) for one in np.unique(group)):
+        own = eigenvalues(*(X[np.ix_(which, which)] for X in (M, C, K)))
+        if own is None or solved is None:
+            solved = None
+            continue
+        shapes = [np.zeros(len(M), dtype=complex) for _ in own[1]]
+        for shape, part in zip(shapes, own[1], strict=True):
+            shape[which] = part
+        solved = [*solved[0], *own[0]], [*solved[1], *shapes], solved[2] + own[2]
     if solved is None:
         parts = [X / (np.abs(X).max() or 1.0) for X in (M, C, K)]
         null = np.linalg.svd(np.vstack(parts))[2][-1]

@@ -539,7 +539,7 @@ def closed(
     work = system.work(designs=design)
     values = set_driver_values(system, work, t, driver_values)
     base = system if system.batch is None else system.design(design)
-    first = _guessed(base, guess, values) if pose is None else pose
+    first = drawn_together(system, work, _guessed(base, guess, values) if pose is None else pose)
     check_own(base, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
@@ -568,6 +568,31 @@ def closed(
     if sure:
         keep_position(system, key, found)
     return found
+
+
+#: Moves that bring far bodies together, at most: lengths of rods are not linear in them.
+DRAWN = 8
+
+
+def drawn_together(system: System, work: Work, pose: np.ndarray) -> np.ndarray:
+    """A first position (coordinates + 3,) with bodies that are far from where rows have them moved
+    there, none of them turned: Newton's method, which turns them too, would take as many steps as
+    they are lengths away.
+    """
+    from mbody.system.rank import dense
+
+    if too_large(system) or not system.rows:
+        return pose
+    far = np.flatnonzero(~system.row_table[2])
+    sliding = np.flatnonzero(np.arange(system.coordinates) % 3 != 2)
+    work.q[:, 0] = pose
+    for _ in range(DRAWN):
+        phi, G = dense(system, work)
+        if not np.isfinite(G).all() or np.abs(phi[far]).max(initial=0.0) <= tol.GUESS_FAR:
+            break
+        move = np.linalg.lstsq(G[:, sliding], -phi, rcond=tol.SINGULAR_VALUE_SLIGHT)[0]
+        work.q[sliding, 0] += system.coordinate_units[sliding] * move
+    return work.q[:, 0].copy()
 
 
 def _meshing(

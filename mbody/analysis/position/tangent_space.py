@@ -77,9 +77,21 @@ class Place:
 class Manifold:
     """The closed positions of a system at time t, its drivers holding their values. `own`
     (auxiliary states + inputs,).
+
+    `weight` (bodies,): What forces and masses of each body are multiplied by. Powers of two that
+    make the greatest loads of groups which nothing joins about equal, if they are `weighted`: what
+    is rounding of one group is none of another.
     """
 
-    def __init__(self, system: System, work: Work, t: float, own: Array | None = None) -> None:
+    def __init__(
+        self,
+        system: System,
+        work: Work,
+        t: float,
+        own: Array | None = None,
+        *,
+        weighted: bool = False,
+    ) -> None:
         self.system, self.work, self.layout = system, work, system.runtime()
         self.size = system.coordinates
         self.scale = system.coordinate_units
@@ -98,6 +110,23 @@ class Manifold:
             at_rest=True,
         )
         self.output = np.empty((1, RESIDUALS))
+        self.weight, self.force_unit = np.ones(self.size // 3), self.scale
+        if weighted and (system.groups != system.groups[0]).any():
+            self.weight = self._weights()
+            self.force_unit = self.scale * np.repeat(self.weight, 3)
+
+    def _weights(self) -> Array:
+        """`weight` by the loads at the position in the workspace and at one beside it."""
+        start, groups = self.work.q[: self.size, 0].copy(), self.system.groups
+        beside = start + tol.WEIGHTS_BESIDE * self.scale * np.cos(np.arange(self.size))
+        loads = np.abs(ManyPositions(self).loads(np.array([start, beside])))
+        own = loads.max(axis=(0, 1), initial=0.0).reshape(-1, 3).max(axis=1)
+        top = np.zeros_like(own)
+        np.maximum.at(top, groups, np.nan_to_num(own))
+        top = top[groups]
+        self.work.q[: self.size, 0] = start
+        ratio = np.where(top > 0.0, float(top.max()) / np.maximum(top, tol.TINY), 1.0)
+        return np.asarray(np.exp2(np.round(np.log2(ratio))))
 
     def other(self, system: System) -> Manifold:
         """The manifold of a system of equal topology with other parameter values."""
@@ -105,7 +134,9 @@ class Manifold:
         work.time[:] = self.time[0]
         laws_of_time(system.runtime(), work)
         raise_user_error(system)
-        return Manifold(system, work, float(self.time[0]), self.own)
+        found = Manifold(system, work, float(self.time[0]), self.own)
+        found.weight, found.force_unit = self.weight, self.force_unit
+        return found
 
     def force(self, q: Array, v: Array | None = None) -> Array:
         """All loads on the coordinates (coordinates,), lengths by the model length; at rest, or at
@@ -116,7 +147,7 @@ class Manifold:
         # the kernel of the residuals sums the loads of an instant, laws included; drivers rest
         residuals_of(self.layout, self.work, self.instant, self.output)
         raise_user_error(self.system)
-        return np.asarray(self.work.force[: self.size, 0] * self.scale)
+        return np.asarray(self.work.force[: self.size, 0] * self.force_unit)
 
     def rows(self, q: Array) -> tuple[Array, Array]:
         """Φ (rows,) and Φ_q (rows, coordinates) without units."""
@@ -150,7 +181,7 @@ class Manifold:
             work.q[: self.size, 0] = q
             kernel = self.layout, work, tol.REDUNDANT_ROW_SOFTNESS, self.motion, self.time
             breakdown(*kernel, cause + 1, NO_FRICTION, parts)
-            top = max(top, float(np.abs(work.force[: self.size, 0] * self.scale).max()))
+            top = max(top, float(np.abs(work.force[: self.size, 0] * self.force_unit).max()))
         return top
 
     def at(self, q: Array) -> Place | None:
@@ -175,7 +206,7 @@ class Manifold:
         if not np.isfinite(G).all():
             return None
         if motions is None:
-            motions = rank_of(G).motions
+            motions = rank_of(G, parts=self.system.coordinate_part).motions
         return Place(q, force, motions, G, motions @ force)
 
     def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
@@ -276,11 +307,25 @@ class Manifold:
         """Mass matrix (free, free) in such directions, as inertias; what is rounding beside the
         heaviest body is none.
         """
-        own = self.work.mass[: self.size, 0] * self.scale**2
-        mass = (motions * own) @ motions.T
-        sizes, modes = np.linalg.eigh(mass)
-        small = sizes <= tol.INERTIA_NONE * float(own.max())
-        return np.asarray((modes * np.where(small, 0.0, sizes)) @ modes.T if small.any() else mass)
+        own = self.work.mass[: self.size, 0] * self.scale * self.force_unit
+        mass, part = (motions * own) @ motions.T, self.system.coordinate_part
+        heaviest = np.zeros_like(own)
+        np.maximum.at(heaviest, part, own)
+        # the heaviest body that is joined to what a motion moves most
+        root = np.sqrt(np.maximum(heaviest[part[np.abs(motions).argmax(axis=1)]], tol.TINY))
+        sizes, modes = np.linalg.eigh(mass / np.outer(root, root))
+        small = sizes <= tol.INERTIA_NONE
+        if not small.any():
+            return np.asarray(mass)
+        return np.asarray((modes * np.where(small, 0.0, sizes)) @ modes.T * np.outer(root, root))
+
+
+def massive(mass: Array) -> bool:
+    """Whether every free motion has inertia, whatever the units of the leaders."""
+    size = np.sqrt(np.abs(np.diag(mass)))
+    if not size.all():
+        return False
+    return bool(np.linalg.eigvalsh(mass / np.outer(size, size))[0] > tol.INERTIA_NONE)
 
 
 # -- Many positions of a manifold at once: closed over tangent planes, loads and stiffness there
@@ -346,7 +391,7 @@ class ManyPositions:
             times = np.repeat(manifold.time, len(q))
             each_load(manifold.layout, manifold.work, motion, times, output)
             raise_user_error(manifold.system)
-        return output * self.scale
+        return output * self.manifold.force_unit
 
     def forces(self, q: Array) -> Array:
         """All loads together: (positions, coordinates)."""
