@@ -329,7 +329,7 @@ def _limits(
     share = np.where(known[:, None], left / tops, unknown)
     own_part = np.zeros(n // 3, dtype=np.int64)
     if len(tops) > 1:
-        own_part = np.searchsorted(system.parts, system.layout.body_part)
+        own_part[:] = np.searchsorted(system.parts, system.layout.body_part)
     carried = np.where(known[:, None], _carried(system, records, own_part, len(tops)) / tops, 0.0)
     rounding = np.full(len(records), tol.BALANCE_LEFT)
     if len(system.layout.friction_kind):
