@@ -225,7 +225,7 @@ def start_of(x, which):
         Revolute("O", "ground.O", "swing"),
         Gravity("gravity", y=-9.81),
     )
-    start = {"a": {"angle": 0.3, "omega": 1.0}, "b": {"angle": 1.0}, "swing": {"angle": 0.2}}
+    start = {"a": {"angle": 0.3}, "b": {"angle": 1.0}, "swing": {"angle": 0.2}}
     start[which] |= {"x": x, "y": -0.5 * x}
     made.simulation = SimulationSettings(until=0.4, start=start, instants=2)
     return made
