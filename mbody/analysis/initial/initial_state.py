@@ -137,7 +137,7 @@ def fitted_note(system: System, prescribed: Sequence[Prescribed], found: Fitted)
         return ()
     candidate = prescribed[worst]
     unit = "deg" if candidate.key == "angle" else system.mechanism.units.length
-    change = np.degrees(size) if candidate.key == "angle" else size * system.length
+    change = np.degrees(size) if candidate.key == "angle" else size * candidate.unit(system)
     return (
         f"the places of the start were fitted to joints and drivers: by {change:.2g} {unit} at "
         f"most, of {candidate.name}",

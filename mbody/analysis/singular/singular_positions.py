@@ -691,8 +691,13 @@ class Prescribed:
         return f"{self.body}.{self.key}"
 
     def unit(self, system: System) -> float:
-        """The model length, or one of angles: what values are divided by for `row`."""
-        return 1.0 if self.key in ROTATION else system.length
+        """The length of the body's part, or one of angles: what values are divided by for
+        `row`.
+        """
+        return 1.0 if self.key in ROTATION else self._length(system)
+
+    def _length(self, system: System) -> float:
+        return float(system.coordinate_units[3 * system.bodies[self.body]])
 
     def row(self, system: System, q: Array) -> Array:
         """Derivative by coordinates without units of length, (coordinates,), at a position q.
@@ -707,7 +712,7 @@ class Prescribed:
             return row
         x, y = self._mass_centre(system, q)
         row[first + (self.key in Y)] = 1.0
-        row[first + 2] = (-x if self.key in Y else y) / system.length
+        row[first + 2] = (-x if self.key in Y else y) / self._length(system)
         return row
 
     def at(self, system: System, q: Array) -> float:
@@ -716,7 +721,7 @@ class Prescribed:
         if self.key in ROTATION:
             return float(q[first + 2])
         k = int(self.key in Y)
-        return float(q[first + k] - self._mass_centre(system, q)[k]) / system.length
+        return float(q[first + k] - self._mass_centre(system, q)[k]) / self._length(system)
 
     def _mass_centre(self, system: System, q: Array) -> tuple[float, float]:
         """The mass centre from the origin of the body's axes: A(θ) c."""
