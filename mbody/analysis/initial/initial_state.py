@@ -14,7 +14,6 @@ from mbody.analysis.initial.close_loops import branch_rates, close_loops, fittin
 from mbody.analysis.initial.first_rates import first_rates
 from mbody.analysis.position.assembly_analysis import (
     closed,
-    drawn_together,
     rounding,
     set_driver_values,
 )
@@ -302,7 +301,7 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
         for body, places in own.items():
             rough = asdict(bodies[body].guess)
             guess[body] = Guess(**{key: places.get(key, value) for key, value in rough.items()})
-        first = drawn_together(system, work, placed(system, guess, driver_values))
+        first = placed(system, guess, driver_values)
         sure = [one for one in imposed if one[1][1] in simulation.start[one[1][0]]]
         for some in (imposed, sure):
             candidates = [

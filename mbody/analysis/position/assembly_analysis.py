@@ -539,11 +539,16 @@ def closed(
     work = system.work(designs=design)
     values = set_driver_values(system, work, t, driver_values)
     base = system if system.batch is None else system.design(design)
-    first = drawn_together(system, work, _guessed(base, guess, values) if pose is None else pose)
+    first = _guessed(base, guess, values) if pose is None else pose
     check_own(base, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
+        if not attempt and result is None:
+            near = drawn_together(system, work, first)
+            if not np.array_equal(near, first):
+                start = near[:, None]
+                result = _from(system, work, start)
         if not attempt and (result is None or not result.regularization):
             refuse_near_redundant(base, work, start)
         if result is not None:
