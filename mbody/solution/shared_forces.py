@@ -189,7 +189,7 @@ class BentLimit:
 
 
 @dataclass(frozen=True, eq=False)
-class Limits:
+class ForceLimits:
     """What must not be negative: `lines` · forces + `given`, and the reserves of `bent`.
 
     `owners`: Of every line whose it is, and the sign of the sliding (0 of a normal force).
@@ -217,7 +217,7 @@ class Limits:
         lines, values = zip(*every, strict=True)
         return np.vstack(lines), np.concatenate(values)
 
-    def sizes(self, part: Part) -> tuple[Array, Array]:
+    def sizes(self, part: OpenPart) -> tuple[Array, Array]:
         """By what the limits of a part are divided, and their weights."""
         none = np.zeros(2 * len(self.bent), dtype=bool)
         relative = np.append(self.relative, none)[part.limits]
@@ -258,18 +258,18 @@ class Lines:
         self.given.append(given)
         self.counts.append(counts)
 
-    def made(self) -> Limits:
+    def made(self) -> ForceLimits:
         """All of them."""
         rows = np.array(self.rows).reshape(-1, self.count)
         given, counts = np.array(self.given), np.array(self.counts)
-        return Limits(self.owners, rows, given, given != 0.0, counts, tuple(self.bent))
+        return ForceLimits(self.owners, rows, given, given != 0.0, counts, tuple(self.bent))
 
 
 # -- Forces in balance with themselves ---------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class OpenPart:
     """Forces in balance with themselves that hang together, by limits too.
 
     `free` (forces, k): Of all forces, with their units; orthonormal in units of the part.
@@ -306,7 +306,7 @@ def _nothing_moves(columns: Array, scale: Array) -> Array:
     return np.asarray(vt[int((sizes > least).sum()) :].T)
 
 
-def free_parts(columns: Array, forces: Array, own: Array, limits: Limits) -> list[Part]:
+def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -> list[OpenPart]:
     """Forces in balance with themselves, those among which none of `own` is left out.
 
     Parameters
@@ -360,7 +360,7 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: Limits) -> lis
         size = float(np.abs(least[near]).max(initial=0.0))
         size = size or float(np.abs(forces / units)[near].max(initial=0.0))
         free = own_ones * units[:, None]
-        parts.append(Part(free, start, mine, max(size, tol.TINY), units))
+        parts.append(OpenPart(free, start, mine, max(size, tol.TINY), units))
     return parts
 
 
@@ -381,7 +381,7 @@ class Margin:
 
 
 def greatest_margin(
-    part: Part, limits: Limits, forces: Array, most: float, *, settle: bool = True
+    part: OpenPart, limits: ForceLimits, forces: Array, most: float, *, settle: bool = True
 ) -> Margin:
     """The y of a part with the greatest least margin; with `settle` the least of several such."""
 
@@ -400,8 +400,8 @@ def greatest_margin(
 
 
 def _within(
-    part: Part,
-    limits: Limits,
+    part: OpenPart,
+    limits: ForceLimits,
     forces: Array,
     bounds: tuple[float, float],
     turn: float,
@@ -483,8 +483,8 @@ class ForceSet:
     """
 
     forces: Array
-    limits: Limits
-    parts: tuple[Part, ...]
+    limits: ForceLimits
+    parts: tuple[OpenPart, ...]
     least: Array
     active: tuple[tuple[int, float], ...]
     rows: Array
@@ -535,7 +535,7 @@ class ForceSet:
                 low, high = low + ends[0], high + ends[1]
         return low, high
 
-    def _by_part(self, by: Array) -> list[tuple[Part, float, Array]]:
+    def _by_part(self, by: Array) -> list[tuple[OpenPart, float, Array]]:
         first, found = 0, []
         for part, least in zip(self.parts, self.least, strict=True):
             own = by[first : first + part.free.shape[1]]
@@ -543,14 +543,14 @@ class ForceSet:
             found.append((part, float(least), own))
         return found
 
-    def _range(self, part: Part, by: Array) -> tuple[float, float]:
+    def _range(self, part: OpenPart, by: Array) -> tuple[float, float]:
         key = by.tobytes()
         if key not in self._ends:
             self._ends[key] = self._end(part, -by), self._end(part, by)
         less, more = self._ends[key]
         return -less, more
 
-    def _end(self, part: Part, aim: Array) -> float:
+    def _end(self, part: OpenPart, aim: Array) -> float:
         """The greatest change of aim · y within the limits, by tangents where they bend."""
         y, best = np.zeros(part.free.shape[1]), 0.0
         scale, _ = self.limits.sizes(part)
@@ -584,8 +584,8 @@ def _far(a: Array, g: Array) -> float | None:
 
 
 def reported(
-    columns: Array, forces: Array, own: Array, limits: Limits
-) -> tuple[Array, list[Part], list[Margin]]:
+    columns: Array, forces: Array, own: Array, limits: ForceLimits
+) -> tuple[Array, list[OpenPart], list[Margin]]:
     """The forces that are reported, the parts that are free, and their margins; see `free_parts`.
 
     Three feet of a table whose load is in the middle of two:

@@ -21,8 +21,8 @@ from mbody.solution.doubts import doubted
 from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
     BentLimit,
+    ForceLimits,
     ForceSet,
-    Limits,
     Lines,
     SharedResult,
     free_parts,
@@ -97,7 +97,7 @@ class DrivenForces:
         found[self.number[at], at] = 1.0
         return found
 
-    def _limits(self) -> tuple[Limits, Array]:
+    def _limits(self) -> tuple[ForceLimits, Array]:
         """Limits of contacts, ropes, and friction of what rests, whose owners are the elements by
         number: closed contacts, couplings, then pairs.
         """

@@ -43,7 +43,7 @@ from mbody.analysis.dynamics.modal_motion import (
     force_sizes,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
-from mbody.analysis.dynamics.shared_friction import ModesAt, Reported, reported_instant
+from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
@@ -292,7 +292,7 @@ class ModalIntegration(JumpIntegration):
         #: All admissible forces of the kept instants, where they are not determined.
         self.kept_forces: list[ForceSet | None] = []
         #: Modes before those that are being decided; modes whose forces are determined.
-        self.before: ModesAt | None = None
+        self.before: InstantModes | None = None
         self.determined = b""
         self.last_shown: tuple[bytes, Reported] | None = None
         self.contact_notes: list[str] = []
@@ -320,11 +320,11 @@ class ModalIntegration(JumpIntegration):
         self.kept_forces.append(shown.forces)
 
     @property
-    def modes_now(self) -> ModesAt:
+    def modes_now(self) -> InstantModes:
         """The present modes."""
-        return ModesAt(self.modes, self.pairs, self.on)
+        return InstantModes(self.modes, self.pairs, self.on)
 
-    def shown(self, t: float, record: Array, modes: ModesAt | None = None) -> Reported:
+    def shown(self, t: float, record: Array, modes: InstantModes | None = None) -> Reported:
         """A record (rows, 1) with admissible forces, of the present modes or of others."""
         modes, plain = modes or self.modes_now, Reported(record[:, 0], None)
         key = repr((modes.modes, modes.pairs)).encode() + modes.on.tobytes()
@@ -349,7 +349,7 @@ class ModalIntegration(JumpIntegration):
     def _present_record(self) -> Array:
         return self.shown(float(self.state[TIME]), self.record).record[:, None]
 
-    def _instant(self, t: float, instant: Array, modes: ModesAt | None = None) -> Solution:
+    def _instant(self, t: float, instant: Array, modes: InstantModes | None = None) -> Solution:
         shown = self.shown(t, instant, modes)
         found = super()._instant(t, shown.record[:, None])
         return with_fields(found, shared=self.shared_result(shown.forces))
@@ -812,7 +812,7 @@ class ContactIntegration(ModalIntegration):
         """
         before = list(self.modes), list(self.pairs)
         state_before = self.record.copy()
-        self.before = ModesAt(*before, self.on.copy())
+        self.before = InstantModes(*before, self.on.copy())
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)

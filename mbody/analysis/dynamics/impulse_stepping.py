@@ -355,12 +355,10 @@ def connected_laws(machine: Mechanism) -> list[list[str]]:
     for group in machine.groups:
         shapes = itertools.chain(*group.sides(known))
         bodies[group.name] = {shape.partition(".")[0] for shape in shapes}
-    pairs = [([name], own) for name, own in bodies.items()]
+    pairs: list[tuple[list[str], set[str]]] = [([name], own) for name, own in bodies.items()]
+    pairs += [([], set(one.bodies)) for one in (*machine.joints, *machine.couplings)]
     parts: list[tuple[list[str], set[str]]] = []
-    for names, own in [
-        *pairs,
-        *(([], set(one.bodies)) for one in (*machine.joints, *machine.couplings)),
-    ]:
+    for names, own in pairs:
         moving = own - {"ground"}
         joined = [part for part in parts if part[1] & moving]
         names = [*itertools.chain(*(part[0] for part in joined)), *names]

@@ -35,7 +35,7 @@ from mbody.system.rank import jacobian
 Array = np.ndarray
 
 
-class ModesAt(NamedTuple):
+class InstantModes(NamedTuple):
     """Modes of an instant: of the contact points and frictional joints, and which rows are on."""
 
     modes: list[str]
@@ -67,7 +67,7 @@ class HeldForces:
         uni: Unilateral,
         work: Work,
         record: Array,
-        modes: ModesAt,
+        modes: InstantModes,
         normals: Sequence[int],
         sticking: Sequence[int],
         joints: Sequence[int],
@@ -105,7 +105,7 @@ class HeldForces:
         self.forces = np.concatenate([own, forces])
         self.own = np.arange(len(self.forces)) >= count
 
-    def _sliding(self, modes: ModesAt, rows: Rows, count: int) -> list[_Sliding]:
+    def _sliding(self, modes: InstantModes, rows: Rows, count: int) -> list[_Sliding]:
         uni, found = self.uni, list[_Sliding]()
         pairs = [
             (one.tangent, one.pair, SLIP_SIGNS.get(mode, 0.0))
@@ -229,7 +229,7 @@ class SharedFriction:
             for k in self.normals
             if motion.modes[k] in SLIP_SIGNS and motion.uni.contact_points[k].tangent >= 0
         }
-        modes = ModesAt(motion.modes, motion.pairs, np.zeros(0))
+        modes = InstantModes(motion.modes, motion.pairs, np.zeros(0))
         return HeldForces(
             motion.uni, work, record, modes, self.normals, self.sticking, self.joints, slipping
         )
@@ -290,7 +290,7 @@ class Reported(NamedTuple):
 
 
 def reported_instant(
-    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: ModesAt
+    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: InstantModes
 ) -> Reported:
     """The record (rows,) of an instant with those forces that keep their limits best, at the
     position in a workspace, with its rows.
@@ -319,7 +319,7 @@ def reported_instant(
 
 
 def _all_held(
-    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: ModesAt
+    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: InstantModes
 ) -> HeldForces | None:
     """Every closed contact point and what sticks; None where so few cannot depend on each other."""
     points = uni.contact_points
