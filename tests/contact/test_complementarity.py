@@ -9,6 +9,7 @@ import pytest
 from mbody.analysis.contact.friction_problem import (
     ClosedContacts,
     FrictionProblem,
+    Tangent,
     cone,
     decide_modes,
     impact_impulses,
@@ -153,6 +154,31 @@ def test_modes_are_those_of_coulombs_law(count):
         else:
             assert verdict == "inconsistent"
     assert unique > 20
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_what_begins_to_slide_has_its_kinetic_friction(count):
+    """Random contacts at rest with more static than kinetic friction: what is decided is among the
+    modes of Coulomb's law, static where it sticks and kinetic where it slides.
+    """
+    rng, found = RNG(100 + count), 0
+    for _ in range(150 if count < 3 else 40):
+        R = rng.normal(size=(2 * count, 2 * count + 2))
+        D, mu = R @ R.T, rng.uniform(0.1, 0.6, count)
+        static = mu * rng.uniform(1.0, 1.6, count)
+        c = np.concatenate([rng.normal(size=count) - 1.5, 2.0 * rng.normal(size=count)])
+        right = by_modes(D, c[:count], c[count:], mu, static)
+        tangents = tuple(Tangent(k, static[k], begun=cone(k, mu[k])) for k in range(count))
+        problem = FrictionProblem(count, tangents, c, D, np.zeros(2 * count))
+        solutions, _ = decide_modes(problem)
+        if not right or not solutions:
+            continue
+        one = problem.begun(solutions[0])
+        normals, along = one.modes()
+        modes = tuple(t if n == "closed" else n for n, t in zip(normals, along, strict=True))
+        found += 1
+        assert modes in [each for each, _ in right]
+    assert found > 20
 
 
 def rod(angle: float, rate: float) -> tuple[np.ndarray, float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -247,7 +247,8 @@ class Tangent:
     """One tangent row with friction.
 
     `normal`: The row of the normal that presses it; −1 of a joint.
-    `friction`: The coefficient of a contact.
+    `friction`: The coefficient of a contact: the static one of what is at rest.
+    `begun`: The tangent once it slides, whose friction is kinetic; None where it is the same.
     `sliding`: Sign of the rate of what slides, zero of what is at rest.
     `law`: The law of a joint, its multipliers at the present forces (2,), and how these change by
       each force (2, forces).
@@ -259,6 +260,7 @@ class Tangent:
     sliding: float = 0.0
     law: tuple[JointFriction, Array, Array] | None = None
     given: float = 0.0
+    begun: Tangent | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -340,6 +342,30 @@ class FrictionProblem:
                     one[0][rows], one[1][rows], one[2][rows] = f, w, mode
             whole += others
         return [FrictionSolution(self, f, w, mode, worst) for f, w, mode in whole], complete
+
+    def begun(self, one: FrictionSolution) -> FrictionSolution:
+        """A solution in which what begins to slide has its kinetic friction, as it goes on; the
+        given one where none is found.
+        """
+        m, tried = self.normals, set[tuple[float, ...]]()
+        slip = np.where([t.begun is not None for t in self.tangents], one.mode[m:], 0.0)
+        while slip.any() and (key := tuple(slip.tolist())) not in tried:
+            tried.add(key)
+            tangents = [
+                replace(t.begun, sliding=float(sign)) if sign and t.begun is not None else t
+                for t, sign in zip(self.tangents, slip, strict=True)
+            ]
+            two = replace(self, tangents=tuple(tangents)).solve()
+            if two is None:
+                break
+            terms = np.abs(self.without) + np.abs(self.delassus) @ np.abs(two.forces)
+            back = slip * two.accelerations[m:] < -tol.CONTACT_ACCELERATION_NONE * terms[m:]
+            more = np.where([t.begun is not None for t in self.tangents], two.mode[m:], 0.0)
+            now = np.where(slip != 0.0, np.where(back, 0.0, slip), more)
+            if (now == slip).all():
+                return two
+            slip = now
+        return one
 
     def _state(self, rows: Array) -> kernels.ContactProblem:
         """The memory of the kernel with the problem of some rows."""

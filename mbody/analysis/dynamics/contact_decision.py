@@ -8,7 +8,7 @@ far as they do not depend on others.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -296,17 +296,23 @@ def model_of(
     tangents = []
     for k in frictional:
         one, slip_sign = points[k], sliding[closed[k]]
-        tangents.append(cone(k, one.friction if slip_sign else one.static, slip_sign))
+        kinetic = cone(k, one.friction, slip_sign)
+        rests = not slip_sign and one.static != one.friction
+        tangents.append(replace(cone(k, one.static), begun=kinetic) if rests else kinetic)
     laws = [
         JointFriction(system, work, f, rate if slip_sign else None)
         for rate, (_, f, slip_sign, _) in zip(rates, pairs, strict=True)
     ]
+    kinetic_laws = [JointFriction(system, work, f, 0.0) for _, f, *_ in pairs]
     noise = tol.CONTACT_ACCELERATION_ROUNDING * _terms(motion, every, gamma)
     response = responses_to(uni, work, every, softer=1.0)
-    for law, (_, _, slip_sign, _) in zip(laws, pairs, strict=True):
-        at, node = multipliers_at(system, record, law.node), 2 * law.node
-        by = (law, np.array(at), response.multipliers[node : node + 2])
-        tangents.append(Tangent(-1, sliding=slip_sign, law=by))
+    for law, slower, (_, _, slip_sign, _) in zip(laws, kinetic_laws, pairs, strict=True):
+        at, node = np.array(multipliers_at(system, record, law.node)), 2 * law.node
+        by = response.multipliers[node : node + 2]
+        one = Tangent(-1, sliding=slip_sign, law=(law, at, by))
+        if not slip_sign and not np.array_equal(law.arm, slower.arm):
+            one = replace(one, begun=Tangent(-1, law=(slower, at, by)))
+        tangents.append(one)
     problem = FrictionProblem(
         m, tuple(tangents), every @ a - gamma, response.delassus, forces, noise, response.soft
     )
@@ -373,7 +379,7 @@ def decide(motion: ModalMotion) -> Verdict:
     model = _model(motion, now)
     found, complete = decide_modes(model.problem)
     reached = motion.system.friction_rows.start + REACHED_PART
-    for one in found:
+    for one in map(model.problem.begun, found):
         modes, pairs = _modes(motion, model, one)
         _set(motion, now, modes, pairs, one)
         # what slides may jam though its modes are consistent: friction cannot be followed to it
