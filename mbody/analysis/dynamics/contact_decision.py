@@ -309,10 +309,10 @@ def model_of(
     for law, slower, (_, _, slip_sign, _) in zip(laws, kinetic_laws, pairs, strict=True):
         at, node = np.array(multipliers_at(system, record, law.node)), 2 * law.node
         by = response.multipliers[node : node + 2]
-        one = Tangent(-1, sliding=slip_sign, law=(law, at, by))
+        tangent = Tangent(-1, sliding=slip_sign, law=(law, at, by))
         if not slip_sign and not np.array_equal(law.arm, slower.arm):
-            one = replace(one, begun=Tangent(-1, law=(slower, at, by)))
-        tangents.append(one)
+            tangent = replace(tangent, begun=Tangent(-1, law=(slower, at, by)))
+        tangents.append(tangent)
     problem = FrictionProblem(
         m, tuple(tangents), every @ a - gamma, response.delassus, forces, noise, response.soft
     )
