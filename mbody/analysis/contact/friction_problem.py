@@ -118,10 +118,12 @@ class ClosedContacts:
 
     `delassus` (2 m, 2 m): Normals before tangents.
     `friction` (m,): Coefficients; zero of what has no tangent.
+    `noise` (2 m,): Rounding of the velocities.
     """
 
     delassus: Array
     friction: Array
+    noise: Array | None = None
 
     def __len__(self) -> int:
         return len(self.friction)
@@ -154,7 +156,8 @@ class ClosedContacts:
             Tangent(int(k), float(self.friction[k]), given=float(given[k])) for k in frictional
         )
         D, c = self.delassus[np.ix_(rows, rows)], before[rows]
-        return FrictionProblem(m, tangents, c, D, np.zeros(len(rows)))
+        noise = None if self.noise is None else self.noise[rows]
+        return FrictionProblem(m, tangents, c, D, np.zeros(len(rows)), noise)
 
 
 def impact_impulses(

@@ -147,7 +147,8 @@ def strike(
         taken = [arresting_impulses(every.delassus[n:, n:], one) for one in across]
         Y, D = Y + every.motion[:, n:] @ np.transpose(taken), D + across @ np.transpose(taken)
     friction = np.array([one.friction if one.tangent >= 0 else 0.0 for one in points])
-    contacts = ClosedContacts(D, friction)
+    noise = tol.CONTACT_ACCELERATION_ROUNDING * (np.abs(W) @ np.abs(v))
+    contacts = ClosedContacts(D, friction, noise)
     restitution = np.array([0.0 if still else one.restitution for one in points])
     newton = np.array([one.law == "newton" for one in points])
     impulse = impact_impulses(
