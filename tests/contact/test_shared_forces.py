@@ -12,6 +12,8 @@ from scipy.optimize import linprog
 
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism, Rope, SimulationSettings, Torque
+from tests.campaign.scene_checks import faults_of
+from tests.campaign.scenes import random_scene
 
 G = 9.81
 MOST = 1e3  # A margin of what wedges itself, in loads.
@@ -383,3 +385,31 @@ def test_a_file_keeps_what_is_not_unique(tmp_path):
     assert np.isnan(again.range("p").low.fx).all()
     ranges = run.data()["ranges"]["reactions"]["p"]
     assert ranges["low"][-1][0] == run.range("p").low.fx[-1]
+
+
+@pytest.mark.parametrize(("mass", "size"), [(3.0, 1.0), (2e-4, 3e3)])
+def test_a_guide_that_sticks_beside_its_limit(mass, size):
+    """It slides to its stop and sticks there: N − T = F, |T| ≤ μ m g."""
+    mu, push = 0.4, 0.3 * mass * G
+    machine = Mechanism("slider", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("slider", mass=mass, inertia=mass * size**2, points={"C": (0.0, 0.0)}),
+        mbody.Prismatic("guide", "ground.O", "slider.C", friction=mu, limits=(0.0, size)),
+        Force("push", "slider.C", push),
+        Gravity("gravity", y=-G),
+    )
+    start = {"slider": {"x": 0.9 * size, "vx": math.sqrt(size)}}
+    machine.simulation = SimulationSettings(0.5 * math.sqrt(size), start, rtol=1e-9)
+    run = mbody.simulate(machine)
+    assert run["slider"].vx[-1] == 0.0 and run.mode("guide")[-1] == "stick"
+    assert not run.doubts
+    stop = run.contact("guide_high")[-1]
+    assert 0.0 <= stop <= push + mu * mass * G
+
+
+def test_a_ladder_at_the_edge_of_its_static_limits_rests():
+    """No motion begins: both ends keep their cones, though sliding would have less friction."""
+    scene = random_scene(1136)
+    run = mbody.simulate(scene.mechanism("ladder"), scene.until, rtol=scene.rtol, instants=3)
+    assert {run.mode(name)[-1] for name in ("floor a P1", "wall a P0")} == {"stick"}
+    assert not faults_of(scene, run)

@@ -342,7 +342,8 @@ class FrictionProblem:
             others = [[part.copy() for part in whole[0]] for _ in own[1:]]
             for made, part in ((whole, own[:1] * len(whole)), (others, own[1:])):
                 for one, (f, w, mode) in zip(made, part, strict=True):
-                    one[0][rows], one[1][rows], one[2][rows] = f, w, mode
+                    begins = self._begins(rows, f, w)
+                    one[0][rows], one[1][rows], one[2][rows] = f, w, np.where(begins, mode, 0.0)
             whole += others
         return [FrictionSolution(self, f, w, mode, worst) for f, w, mode in whole], complete
 
@@ -369,6 +370,13 @@ class FrictionProblem:
                 return two
             slip = now
         return one
+
+    def _begins(self, rows: Array, f: Array, w: Array) -> Array:
+        """Whether rows that would slide from rest do: not by rounding of what cancels there."""
+        D = np.abs(self.delassus[np.ix_(rows, rows)])
+        least = tol.CONTACT_ACCELERATION_NONE * (np.abs(self.without[rows]) + D @ np.abs(f))
+        still = [r >= self.normals and not self.tangents[r - self.normals].sliding for r in rows]
+        return ~np.array(still) | (np.abs(w) > least)
 
     def _state(self, rows: Array) -> kernels.ContactProblem:
         """The memory of the kernel with the problem of some rows."""

@@ -335,6 +335,7 @@ def _all_held(
     }
     sticking = [k for k in normals if modes.modes[k] == "stick" and points[k].static > 0.0]
     idle = [k for k in normals if modes.modes[k] == "redundant" and points[k].static > 0.0]
+    idle = [k for k in idle if points[k].tangent >= 0]  # limits of joints have none
     if idle:
         holding = _row_space(uni, work, rows, modes.on)
         for k in idle:
