@@ -413,3 +413,23 @@ def test_a_ladder_at_the_edge_of_its_static_limits_rests():
     run = mbody.simulate(scene.mechanism("ladder"), scene.until, rtol=scene.rtol, instants=3)
     assert {run.mode(name)[-1] for name in ("floor a P1", "wall a P0")} == {"stick"}
     assert not faults_of(scene, run)
+
+
+@pytest.mark.parametrize("until", [0.2, 0.25, 1.0])
+def test_feet_without_a_force_of_their_own_slide_until_all_stop(until):
+    """Of three feet no equation decides all forces: v₀ − μ g t, whatever step an instant is in."""
+    v, mu = 1.0, 0.4
+    places = {"left": (-0.5, 0.0), "middle": (0.1, 0.0), "right": (0.5, 0.0)}
+    machine = Mechanism("table", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": line(0.0)})
+    machine.add(
+        Body("top", mass=2.0, inertia=0.1, points=places),
+        *(Contact(name, "ground.floor", f"top.{name}", friction=mu) for name in places),
+        Gravity("gravity", y=-G),
+    )
+    start = {"top": dict(x=0.0, y=0.0, angle=0.0, vx=v, vy=0.0, omega=0.0)}
+    machine.simulation = SimulationSettings(until, start, instants=14)
+    run = mbody.simulate(machine)
+    assert run["top"].vx == pytest.approx(np.maximum(v - mu * G * run.t, 0.0), abs=1e-9)
+    words = np.where(run.t < v / (mu * G), "slip", "stick")
+    for name in places:
+        assert [word[:5].rstrip("+-") for word in run.mode(name)] == words.tolist()

@@ -316,7 +316,8 @@ class ModalIntegration(JumpIntegration):
             self.kept_forces.pop()
         shown = self.shown(t, record)
         super()._keep(t, shown.record[:, None], work)
-        self.kept_modes.append(self.named_modes())
+        rows = self._look_at(t, record) if "redundant" in self.modes else None
+        self.kept_modes.append(self.named_modes(rows=rows))
         self.kept_forces.append(shown.forces)
 
     @property
@@ -337,7 +338,6 @@ class ModalIntegration(JumpIntegration):
             found = record[:, 0].copy()
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
-        self.probe.signal[:] = self.work.signal
         rows = self._look_at(t, record)
         found_now = reported_instant(self.uni, self.probe, rows, record[:, 0], modes)
         if found_now.forces is None:
@@ -363,10 +363,13 @@ class ModalIntegration(JumpIntegration):
         return SharedResult(forces, tuple(names))
 
     def named_modes(
-        self, modes: list[str] | None = None, pairs: list[str] | None = None
+        self,
+        modes: list[str] | None = None,
+        pairs: list[str] | None = None,
+        rows: Rows | None = None,
     ) -> dict[str, str]:
         """The mode of every contact and frictional joint, by default the present one: of several
-        contact points that which holds most.
+        contact points that which holds most. `rows`, by default at the present state.
         """
         modes, pairs = modes or self.modes, pairs or self.pairs
         found = {
@@ -374,7 +377,7 @@ class ModalIntegration(JumpIntegration):
         }
         order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
         for n, (point, one) in enumerate(zip(self.uni.contact_points, modes, strict=True)):
-            mode = self._by_rate(n) if one == "redundant" else one
+            mode = self._by_rate(n, rows) if one == "redundant" else one
             named = "roll" if mode == "stick" and point.candidate.round else mode
             if point.static == 0.0 and mode in SLIP_SIGNS:
                 named = "slip+"  # smooth: its direction changes nothing
@@ -384,13 +387,15 @@ class ModalIntegration(JumpIntegration):
             found[point.name] = max((sticking, named), key=order.index)
         return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
 
-    def _by_rate(self, n: int) -> str:
+    def _by_rate(self, n: int, rows: Rows | None) -> str:
         """The mode of a redundant contact point that slides."""
         point = self.uni.contact_points[n]
         if point.tangent < 0:
             return "redundant"
-        self.load()
-        rate = float(self.uni.read(self.work).rate[point.tangent])
+        if rows is None:
+            self.load()
+            rows = self.uni.read(self.work)
+        rate = float(rows.rate[point.tangent])
         if abs(rate) <= tol.RATE_NONE_FRICTION * self.speeds[n]:
             return "redundant"
         return "slip+" if rate > 0.0 else "slip-"
@@ -575,6 +580,7 @@ class ModalIntegration(JumpIntegration):
     def _look_at(self, t: float, record: Array) -> Rows:
         """The rows at a time and record (rows, 1), of which the probe has the position."""
         n, probe = self.system.coordinates, self.probe
+        probe.signal[:] = self.work.signal
         probe.q[:n, 0], probe.v[:n, 0], probe.time[0, 0] = record[:n, 0], record[n : 2 * n, 0], t
         laws_of_time(self.layout, probe)
         return self.uni.read(probe)
