@@ -628,7 +628,7 @@ TIMES_SAME = 1e-13
 #: The same of changes of modes, as a part of the motion; one that ends it so soon after ends at the
 #: change itself.
 TIMES_SAME_CHANGES = 1e-12
-TIMES_SAME_MODES = 1e-14  # Changes of modes within this part of the motion happen at once.
+TIMES_SAME_MODES = 1e-12  # Changes of modes within this part of the motion happen at once.
 TIMES_SAME_BEGINNING = 1e-9  # A change nearer to the beginning than this part of the time is at it.
 #: Times nearer to each other than this part of a step, or of the sample time, are one.
 TIMES_SAME_SAMPLE = 1e-9
