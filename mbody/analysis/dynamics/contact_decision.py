@@ -186,9 +186,10 @@ def arrest(uni: Unilateral, work: Work, closed: list[int]) -> Impact:
     """
     W, rates = contact_rows(uni, uni.read(work), closed)
     m = len(closed)
-    # what slides faster than it strikes goes on to
-    stuck = [k for k in range(m, 2 * m) if abs(rates[k]) <= np.abs(rates[:m]).max()]
-    rows = [*range(m), *stuck]
+    # what opens, or slides, faster than it strikes goes on to
+    fastest = -rates[:m].min()
+    rows = [k for k in range(m) if rates[k] <= fastest]
+    rows += [m + k for k in rows if abs(rates[m + k]) <= fastest]
     response = responses_to(uni, work, W[rows])
     impulse, work_done = np.zeros(2 * m), np.zeros(2 * m)
     impulse[rows] = arresting_impulses(response.delassus, rates[rows])
