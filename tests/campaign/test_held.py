@@ -81,3 +81,9 @@ def test_what_balances_nothing_is_seen():
 def test_all_kinds_are_drawn():
     assert {random_held(seed)[0].kind for seed in range(40)} == set(HELD)
     assert np.isfinite([hand.value for seed in range(40) for hand in random_held(seed)[1]]).all()
+
+
+@pytest.mark.parametrize("seed", [203, 316, 3056, 3070])
+def test_a_ladder_near_jamming_presses_though_pulling_balances_too(seed):
+    found = examine_held(seed)
+    assert not (found.silent or found.doubted or found.refused), found.told

@@ -139,9 +139,9 @@ def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
     if rows.start == rows.stop and not found.mechanism.contacts:
         return found
     from mbody.analysis.driven.contact_report import with_contact_report, with_friction_notes
-    from mbody.analysis.driven.open_forces import with_admissible_forces
+    from mbody.analysis.driven.open_forces import with_admissible_forces, with_pressing_forces
 
-    found = with_admissible_forces(with_friction_notes(found))
+    found = with_admissible_forces(with_pressing_forces(with_friction_notes(found)))
     return with_contact_report(found, notes)
 
 

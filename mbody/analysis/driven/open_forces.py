@@ -16,10 +16,11 @@ from mbody.core import tolerances as tol
 from mbody.kernels.friction import LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.solution.checks import loaded
-from mbody.solution.contact_forces import FrictionPair, friction_pairs
+from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
 from mbody.solution.doubts import doubted
 from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
+    PASSES,
     BentLimit,
     ForceLimits,
     ForceSet,
@@ -43,17 +44,20 @@ class DrivenForces:
 
     `columns` (coordinates, forces), `forces` (forces,), `limits`: See `mbody.solution`.
     `pulls` (limits,): Which are of contacts and ropes.
+    `known` (forces,): Those about which sliding friction is linear, by default the present ones.
     """
 
-    def __init__(self, solution: Solution, instant: int) -> None:
+    def __init__(self, solution: Solution, instant: int, known: Array | None = None) -> None:
         system = self.system = solution.system
         self.work = loaded(solution, instant)
         self.primitive, self.number, _ = system.row_table
         first, self.count = 3 * system.coordinates, len(self.primitive)
         places = first + PER_PRIMITIVE * self.primitive + self.number
         record = solution.record.table(slice(None))[instant]
-        own = record[places]
+        present = record[places]
+        own = present if known is None else known[: self.count]
         self.pairs = friction_pairs(system)
+        closed = {one.name for one in system.mechanism.contacts if one.closed}
         along, at_rest = self._along(), solution.pairs_at_rest[instant]
         rates = solution.rates_of_pairs[instant] if self.pairs else np.zeros((0, 3))
         self.resting = [n for n in range(len(self.pairs)) if at_rest[n]]
@@ -69,12 +73,14 @@ class DrivenForces:
             pressing = self._pressing(law, self.count)
             x, y = pressing @ own
             _, by_x, by_y = law.size(x, y, slip_sign)
+            if known is not None and pair.joint in closed:
+                by_x = -law.mu * float(self.work.par[pair.parameter + 4, 0])  # by N, not |N|
             change = slip_sign * (by_x * pressing[0] + by_y * pressing[1])
             of_rows -= np.outer(along[n], change)
             self.sliding.append((pair, change))
         friction = [-record[first + PER_PRIMITIVE * self.pairs[n].primitive] for n in self.resting]
         self.columns = np.column_stack([of_rows, *(along[n] for n in self.resting)])
-        self.forces = np.concatenate([own, friction])
+        self.forces = np.concatenate([present, friction])
         self.limits, self.pulls = self._limits()
         self.own = np.arange(len(self.forces)) >= self.count
         for line in self.limits.lines[self.pulls[: len(self.limits.lines)]]:
@@ -153,6 +159,30 @@ class DrivenForces:
             found[pair.primitive, 0] = np.tensordot(by, change[: self.count], 1)
         return found
 
+    def pressing(self, solution: Solution, instant: int) -> DrivenForces | None:
+        """Forces of friction that goes by N of contacts, not by |N|; None unless all press."""
+        rows, alike = slice(self.count), np.ones((len(self.columns), 1))
+        alike[2::3] = 1.0 / self.system.length
+        forces = self.forces.copy()
+        load = self.columns[:, rows] @ forces[rows] * alike[:, 0]
+        for _ in range(PASSES):
+            other = DrivenForces(solution, instant, forces)
+            columns = other.columns[:, rows] * alike
+            scale = 1.0 / np.maximum(np.abs(columns).max(axis=0), tol.TINY)
+            own = np.linalg.lstsq(columns * scale, load, rcond=None)[0]
+            moved = np.abs(own - forces[rows] / scale).max()
+            forces[rows] = other.forces[rows] = scale * own
+            if moved <= tol.CONTACT_FORCE_SETTLED * np.abs(own).max():
+                break
+        left = np.abs(columns @ forces[rows] - load).max() / max(np.abs(own).max(), tol.TINY)
+        pressing = self.limits.at(forces)[1][self.pulls]
+        pulls = pressing.min() < -tol.FORCES_ADMISSIBLE * np.abs(pressing).max()
+        return None if left > tol.FORCES_ADMISSIBLE or pulls else other
+
+    def of_rows(self) -> Array:
+        """Multipliers of all primitives, (primitives, 2)."""
+        return self.multipliers(self.forces)
+
     def admissible(self) -> tuple[Array, ForceSet | None]:
         """The forces that are reported, and all that are admissible; None where they are
         determined.
@@ -193,6 +223,34 @@ class DrivenForces:
         return float((self.limits.at(forces)[1][self.pulls]).min(initial=0.0))
 
 
+def with_pressing_forces(found: Solution) -> Solution:
+    """The result with forces that press where contacts that slide were found to pull: those of
+    friction μ N in place of μ |N|, where there are such. They are set in its record.
+    """
+    plain = type(found.record) is Record and not found.record.batch
+    rough = {pair.joint for pair in friction_pairs(found.system)} if plain else set()
+    sliding = [one for one in found.mechanism.contacts if one.closed and one.name in rough]
+    if not (sliding and found.has_forces) or too_large(found.system):
+        return found
+    every = [force for one in sliding for force in pressing_forces(found, one)]
+    changed = False
+    for k in np.flatnonzero(np.min(every, axis=0) < 0.0).tolist():
+        here = DrivenForces(found, k)
+        there = here.pressing(found, k) if np.isfinite(here.forces).all() else None
+        if there is not None:
+            _set(found, k, here, there.of_rows() - here.of_rows())
+            changed = True
+    return with_fields(found) if changed else found
+
+
+def _set(found: Solution, k: int, here: DrivenForces, change: Array) -> None:
+    """Changes multipliers of all primitives, (primitives, 2), of instant k in the record."""
+    first, block = 3 * found.system.coordinates, found.record.blocks[0]
+    lane, place = divmod(k, len(block))
+    moved = primitive_numbers(found.system.layout, here.work, change).ravel()
+    block[place, first : first + len(moved), lane] += moved
+
+
 def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | None:
     """All admissible forces of the instants at which forces are open, or of a `few` of them; the
     record gets those that are reported. None where all are determined.
@@ -207,9 +265,6 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
     if few:
         instants = np.unique(instants[[0, len(instants) // 2, -1]])
     sets: list[ForceSet | None] = [None] * len(found)
-    first = 3 * system.coordinates
-    last = first + PER_PRIMITIVE * len(system.owners)
-    block = found.record.blocks[0]
     for k in instants.tolist():
         here = DrivenForces(found, k)
         if not np.isfinite(here.forces).all():
@@ -217,9 +272,7 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
         forces, sets[k] = here.admissible()
         change = here.multipliers(forces - here.forces)
         if change.any():
-            lane, place = divmod(k, len(block))
-            moved = primitive_numbers(system.layout, here.work, change).ravel()
-            block[place, first:last, lane] += moved
+            _set(found, k, here, change)
     if not any(one is not None for one in sets):
         return None
     machine = system.mechanism
