@@ -263,7 +263,8 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
         if motion.modes[n] == "stick" and n not in sharing and uni.contact_points[n].static > 0.0
     )
     joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
-    if not joints and len(sticking) < 2:
+    # what joints guide may be held twice by one contact that sticks
+    if not joints and len(sticking) < (1 if motion.system.rows else 2):
         return None
     every = SharedFriction(normals, sticking, joints)
     motion.load()
@@ -325,7 +326,9 @@ def _all_held(
     points = uni.contact_points
     normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
     joints = [m for m, mode in enumerate(modes.pairs) if mode == "stick"]
-    if not modes.on.any() or (len(normals) < 2 and not joints):
+    # what joints guide may be held twice by one contact that sticks
+    guided = bool(uni.system.rows) and any(modes.modes[n] == "stick" for n in normals)
+    if not modes.on.any() or (len(normals) < 2 and not joints and not guided):
         return None
     n = uni.system.coordinates
     slipping = {
