@@ -432,10 +432,10 @@ def _amplitude(mode: Mode, linear: Linearization, place: ModePlace) -> complex:
     """The amplitude of a place; what is rounding is zero."""
     (motions,) = _motions_of(linear, [place])
     found = complex(mode.amplitudes @ motions)
-    # lengths by the model length, so that no unit has a say in what is zero
-    unit = np.array([linear.solution.system.length] * 2 + [1.0])
+    # lengths by those of the parts, so that no unit has a say in what is zero
+    unit = linear.solution.system.coordinate_units.reshape(-1, 3)
     size = float(np.abs(mode.amplitudes) @ np.abs(linear.rates / unit).max(axis=(1, 2)))
-    size *= unit[place.key]
+    size *= unit[linear.solution.system.bodies[place.body], place.key]
     return found if abs(found) > tol.DERIVATIVE_ROOT_SIMPLE * size else 0.0
 
 

@@ -464,7 +464,8 @@ def connected_parts(bodies: int, joined: Iterable[Sequence[int]]) -> np.ndarray:
 @dataclass(frozen=True)
 class Lengths:
     """`model`: The model length. `parts` (bodies,): That of the part of each body. `spans`
-    (bodies,): Each body's own, the farthest of its joints from its mass centre.
+    (bodies,): Each body's own, the farthest of its joints from its mass centre, or its radius of
+    gyration where that is longer and no longer than its part's length.
     """
 
     model: float
@@ -556,6 +557,11 @@ def lengths_of(mechanism: Mechanism, at: Numbers, part: np.ndarray, masses: np.n
     known = known or [size for size, _ in found.values()]
     model = max(known, default=0.0) or _spread(mechanism) or 1.0
     parts = np.array([found[b][0] or model for b in part.tolist()])
+    # nor is a joint all but at the mass centre the size of a body that has both mass and inertia
+    heavy = (np.array(mass) > 0.0) & (np.array(inertia) > 0.0)
+    gyration = np.sqrt(np.where(heavy, inertia, 0.0) / np.where(heavy, mass, 1.0))
+    spans = np.where(spans * LENGTH_FAR > parts, spans, 0.0)
+    spans = np.maximum(spans, np.minimum(gyration, parts))
     return Lengths(model, parts, np.where(spans > 0.0, spans, parts))
 
 

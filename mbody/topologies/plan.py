@@ -27,7 +27,7 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Element
 from mbody.model.joints import PinSlot, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.system.assembler import eliminate, split
+from mbody.system.assembler import connected_parts, eliminate, split
 from mbody.system.pivoting import LARGEST, PivotChoices, choose_pivots
 from mbody.system.system import System
 
@@ -298,7 +298,7 @@ def _layout(
             fill=plan.fill,
             slot_body=slots.body,
             body_slot=np.searchsorted(slots.body, np.arange(bodies)),
-            body_part=np.zeros(bodies, dtype=np.int64),
+            body_part=connected_parts(bodies, ends.tolist()),
             law_kind=[kind for kind, _, _ in laws],
             law_par=offset[count:-1],
             law_count=sizes[count:],

@@ -1,10 +1,13 @@
 """Lengths of models and of their parts: no rounding remainder, no single far point, no origin."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from mbody import Body, Contact, Force, Mechanism, Revolute, SimulationSettings, Spring, assemble
+from mbody.kernels.layout import inverse_masses
 
 
 def lengths(*elements, ground=None, start=None, **options):
@@ -34,6 +37,17 @@ def test_a_rounding_remainder_is_none():
     off = 0.3 - (0.1 + 0.2)  # −5.6e-17
     body = Body("disc", mass=2.0, inertia=0.08, cg=(0.3, 0.0), points={"C": (0.1 + 0.2, 0.0)})
     assert off and lengths(body, Revolute("O", "ground.O", "disc.C")).length == 0.2
+
+
+@pytest.mark.parametrize("off", [0.0, 1.1e-16, 1e-8, 1e-3])
+def test_a_joint_all_but_at_the_mass_centre_makes_no_body_heavy(off):
+    """A slider at the tip of a rod: masses that are there are not replaced."""
+    slider = Body("slider", mass=0.9, inertia=0.001, cg=(off, 0.0))
+    joints = Revolute("O", "ground.O", "rod"), Revolute("P", "rod.E", "slider")
+    made = lengths(rod(), slider, *joints)
+    assert_allclose(made.spans, [0.4, math.sqrt(0.001 / 0.9)])
+    weights = inverse_masses(made.layout, made.mass, made.sizes)
+    assert_allclose(weights[:6, 0], 1.0 / made.mass[:6, 0])
 
 
 @pytest.mark.parametrize("far", [1e6, 3e8])

@@ -147,7 +147,7 @@ class FreeMotions(Sequence[FreeMotion]):
 
 def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, ...]:
     """A readable basis of free motions. `q` (coordinates + 3,), `motions` (free, coordinates),
-    lengths by the model length.
+    lengths by those of the parts.
     """
     return _worded(system, q, *_echelon(system, motions, leading_order(system)))
 
@@ -155,8 +155,8 @@ def free_motions(system: System, q: Array, motions: Array) -> tuple[FreeMotion, 
 def _worded(
     system: System, q: Array, basis: Array, leaders: Sequence[str]
 ) -> tuple[FreeMotion, ...]:
-    """Motions with words; the basis (motions, coordinates) with lengths by the model length."""
-    scale = np.array([system.length, system.length, 1.0])
+    """Motions with words; the basis (motions, coordinates) with lengths by those of the parts."""
+    scale = system.coordinate_units.reshape(-1, 3)
     neighbours, found = _JointGraph(system), []
     for row, leader in zip(basis, leaders, strict=True):
         rates = row.reshape(-1, 3) * scale
@@ -261,7 +261,7 @@ class _Words:
         self, system: System, q: Array, neighbours: _JointGraph, rates: Array, leader: str
     ) -> None:
         self.system, self.q, self.neighbours, self.leader = system, q, neighbours, leader
-        size = np.abs(rates / [system.length, system.length, 1.0]).max(axis=1)
+        size = np.abs(rates / system.coordinate_units.reshape(-1, 3)).max(axis=1)
         self.small = RATE_NONE_MOTION * float(size.max())
         self.rates, self.names = rates, neighbours.names
         moving = size > self.small
@@ -297,7 +297,8 @@ class _Words:
         left = self.gliding
         velocity, guided = self.rates[left, :2], self.guided[left]
         while left.size:
-            alike = np.abs(velocity - velocity[0]).max(axis=1) < self.small * self.system.length
+            least = self.small * self.system.lengths[left]
+            alike = np.abs(velocity - velocity[0]).max(axis=1) < least
             alike &= guided == guided[0]
             alike[0] = True
             found.append(left[alike])
@@ -327,7 +328,7 @@ class _Words:
         x, y = self.q[3 * self.system.bodies[name] :][:2]
         vx, vy, w = self._rate(name)
         neighbours = self.neighbours.joints[name]
-        tolerance = RATE_NONE_MOTION * self.system.length * 10.0
+        tolerance = RATE_NONE_MOTION * self.system.lengths[self.system.bodies[name]] * 10.0
         for joint in neighbours:
             side = "i" if joint.i.body == name else "j"
             px, py = place(self.system, self.q, joint, side)

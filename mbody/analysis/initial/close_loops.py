@@ -343,10 +343,10 @@ def close_loops(
         work.v[:n3, 0], more = branch_rates(system, here, float(request.t[0]), q, prescribed)
         notes = (*notes, *more)
     else:
-        _check_velocities(system, work)
+        G = _check_velocities(system, work)
         more = ()
         if not too_large(system) and (system.rows < n3 or prescribed or start.regularization):
-            found = first_rates(system, work, prescribed)
+            found = first_rates(system, work, prescribed, G)
             work.v[:n3, 0] = system.coordinate_units * found.v
             more = moved_note(system, found.moved)
         notes = (*notes, *_unmet(system, work, prescribed), *more)
@@ -396,13 +396,16 @@ def _unmet(system: System, work: Work, rates: Sequence[Prescribed]) -> tuple[str
     )
 
 
-def _check_velocities(system: System, work: Work) -> None:
-    """Refuse velocities that the constraints do not allow, as of a driver at its dead centre."""
+def _check_velocities(system: System, work: Work) -> np.ndarray | None:
+    """Refuse velocities that the constraints do not allow, as of a driver at its dead centre;
+    returns Φ_q without units (rows, coordinates), None of what is too large or has no rows.
+    """
     if too_large(system) or not system.rows:
-        return
+        return None
     G = dense(system, work)[1]
     nu = dense_rates(system, work)
     v = work.v[: system.coordinates, 0] / system.coordinate_units
     residual = np.abs(G @ v - nu)
     if residual.max() > tol.RATES_CONTRADICT * max(np.abs(nu).max(), np.abs(v).max()):
         raise no_velocities(system, nu)
+    return G

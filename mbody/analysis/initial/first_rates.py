@@ -78,11 +78,16 @@ class FirstRates:
     moved: tuple[Prescribed, ...]
 
 
-def first_rates(system: System, work: Work, prescribed: Sequence[Prescribed]) -> FirstRates:
-    """Velocities with the prescribed rates at the position in a workspace, its signals set."""
+def first_rates(
+    system: System, work: Work, prescribed: Sequence[Prescribed], G: Array | None = None
+) -> FirstRates:
+    """Velocities with the prescribed rates at the position in a workspace, its signals set; with
+    Φ_q there without units, where it is known.
+    """
     q = work.q[: system.coordinates, 0].copy()
     given = rates_of(system, q, prescribed)
-    G, nu = dense(system, work)[1], dense_rates(system, work)
+    G = dense(system, work)[1] if G is None else G
+    nu = dense_rates(system, work)
     v = left_out_rates(system, q, prescribed)
     met, rows, fast = given.p.copy(), np.zeros(len(G)), np.zeros(len(given.p))
     moved = list[Prescribed]()

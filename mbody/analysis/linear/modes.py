@@ -483,8 +483,8 @@ def _modes_at(linear: Linearization) -> ModesAt:
         null = np.linalg.svd(np.vstack(parts))[2][-1]
         raise _undetermined(system, np.abs((inverse @ null @ rates).reshape(-1, 3)).max(axis=1))
     roots, shapes, infinite = solved
-    angular = [motion.turns for motion in linear.motions]
-    unit = np.where(angular, 1.0, system.length)
+    lengths = system.lengths[[system.bodies[name] for name in linear.leaders]]
+    unit = np.where([motion.turns for motion in linear.motions], 1.0, lengths)
     found = []
     for root, shape in zip(roots, shapes, strict=True):
         amplitudes = inverse @ shape

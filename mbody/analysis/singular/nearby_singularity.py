@@ -213,12 +213,14 @@ def _ahead(
         if not rows.driven and len(met) < KNOWN:
             met = (*met, found)
     elements = _owners(system, found.U)
-    gone = found.x - x
-    distance, along = (
-        float(np.linalg.norm(gone)),
-        float(gone @ direction) / float(direction @ direction),
-    )
-    when = t + (along - 0.5 * along**2 * float(bent @ direction)) / speed
+    # what nothing joins to the dependent rows may be anywhere then
+    on = _joined(system, found.U, len(x))
+    gone, direction, bent = (np.where(on, part, 0.0) for part in (found.x - x, direction, bent))
+    square = float(direction @ direction)
+    if not square > 0.0:
+        return Ahead(elements=elements, met=met)
+    distance, along = float(np.linalg.norm(gone)), float(gone @ direction) / square
+    when = t + (along - 0.5 * along**2 * float(bent @ direction) / square) / speed
     if found.left > tol.LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
         return Ahead(closest_time=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
@@ -226,9 +228,8 @@ def _ahead(
         return Ahead(elements=elements, met=met)
     n = len(q)
     place, direction = found.x[:n], direction[:n]
-    crossing = Crossing(
-        when, elements, place, direction, (t, float((x[:n] - place) @ direction), speed)
-    )
+    seen = t, float((x[:n] - place) @ direction), float(v / scale @ direction)
+    crossing = Crossing(when, elements, place, direction, seen)
     return Ahead(crossing=crossing, elements=elements, met=met)
 
 
@@ -330,12 +331,29 @@ def _at_most(G: Array) -> float:
     return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
-def _owners(system: System, U: Array) -> tuple[str, ...]:
-    """Joints and drivers whose rows take part in dependencies U (rows, ·), those most first."""
+def _dependent(U: Array) -> Array:
+    """Numbers of the rows that take part in dependencies U (rows, ·), those most first."""
     part = np.linalg.norm(U, axis=1)
-    order = np.argsort(-part)[: int((part > tol.PARTICIPATION * part.max()).sum())]
-    names = [system.owners[system.row_table[0][n]][0].name for n in order]
+    return np.argsort(-part)[: int((part > tol.PARTICIPATION * part.max()).sum())]
+
+
+def _owners(system: System, U: Array) -> tuple[str, ...]:
+    """Joints and drivers of the rows that take part in dependencies, those most first."""
+    names = [system.owners[system.row_table[0][n]][0].name for n in _dependent(U)]
     return tuple(dict.fromkeys(names))
+
+
+def _joined(system: System, U: Array, count: int) -> Array:
+    """Which of so many coordinates, time the one behind those of the bodies, are of parts whose
+    rows take part in dependencies.
+    """
+    L = system.layout
+    primitive = system.row_table[0][_dependent(U)]
+    bodies = np.concatenate([L.primitive_i[primitive], L.primitive_j[primitive]])
+    found = np.ones(count, dtype=bool)
+    parts = L.body_part[bodies[bodies < L.bodies]]
+    found[: system.coordinates] = np.isin(system.coordinate_part, parts)
+    return found
 
 
 def crossing_note(crossings: list[Crossing], unit: str) -> str:
