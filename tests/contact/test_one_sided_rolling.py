@@ -128,3 +128,33 @@ def test_it_goes_through_files():
 def test_what_does_not_fit_is_a_sentence(fields, words):
     with pytest.raises(ModelError, match=words):
         Rolling("road", "ground.O", "wheel.C", radius=0.3, **fields)
+
+
+@pytest.mark.parametrize(("mass", "r"), [(2.0, 0.3), (5e-4, 2e3)])
+def test_a_wheel_without_inertia_rolls_at_once(mass, r):
+    """No friction is needed to spin it: ω = −v/r from the first instant, then v̇ = g sin α."""
+    a, v = -0.2, 1.5 * math.sqrt(r)
+    ground = {"floor": {"line": {"point": "O", "angle": a}}}
+    machine = Mechanism("wheel", ground={"O": (0.0, 0.0)}, ground_shapes=ground)
+    machine.add(
+        Body(
+            "wheel",
+            mass=mass,
+            inertia=0.0,
+            points={"C": (0.0, 0.0)},
+            shapes={"rim": {"disc": "C", "radius": r}},
+        ),
+        Contact("road", "ground.floor", "wheel.rim", friction=0.5),
+        Gravity("gravity", y=-G),
+    )
+    c, s = math.cos(a), math.sin(a)
+    start = dict(x=-r * s, y=r * c, angle=0.0, vx=v * c, vy=v * s, omega=0.3 * v / r)
+    machine.simulation = SimulationSettings(math.sqrt(r), {"wheel": start}, rtol=1e-9, instants=9)
+    run = mbody.simulate(machine)
+    wheel, along = run["wheel"], v - G * s * run.t
+    assert not run.doubts and run.mode("road") == ["roll"] * 9
+    assert any("rolls at once" in note for note in run.notes)
+    assert np.hypot(wheel.vx, wheel.vy) == pytest.approx(along, rel=1e-6)
+    assert wheel.omega == pytest.approx(-along / r, rel=1e-6)
+    road = run.reaction("road", on="wheel")
+    assert road.fx * c + road.fy * s == pytest.approx(0.0, abs=1e-6 * mass * G)

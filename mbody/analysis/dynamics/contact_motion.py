@@ -19,12 +19,15 @@ from mbody.analysis.contact.friction_problem import JointFriction
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, ContactPoint, Rows, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
+    MASSLESS,
     Impact,
+    arresting_impulses,
     closed_points,
     contact_rows,
     decide,
     first_overlap,
     refuse_driven_impact,
+    responses_to,
     strike,
 )
 from mbody.analysis.dynamics.contact_start import fit_contacts
@@ -699,7 +702,37 @@ class ContactIntegration(ModalIntegration):
         self.transition = ModeTransition(
             {n for n in touching if approach[n] <= tol.RATE_NONE_FRICTION * self.speeds[n]}
         )
-        return self._settle(begins=True)
+        status = self._settle(begins=True)
+        return status or (self._settle(begins=True) if self._rolls_at_once() else "")
+
+    def _rolls_at_once(self) -> bool:
+        """Whether what slides by a motion without inertia is stopped: it takes no friction."""
+        points, n = self.uni.contact_points, self.system.coordinates
+        slides = [
+            k
+            for k, mode in enumerate(self.modes)
+            if mode in SLIP_SIGNS and points[k].tangent >= 0 and points[k].friction > 0.0
+        ]
+        if not slides or self.system.mass[:n, 0].all():
+            return False
+        self.load()
+        rows = self.uni.read(self.work)
+        block = rows.block[[points[k].tangent for k in slides]]
+        stiff, soft = (responses_to(self.uni, self.work, block, by) for by in (1.0, MASSLESS))
+        light = np.diag(soft.delassus) > 2.0 * np.diag(stiff.delassus)
+        rates = rows.rate[[points[k].tangent for k in slides]]
+        light &= np.abs(rates) > tol.RATE_NONE_FRICTION * self.speeds[slides]
+        if not light.any():
+            return False
+        stops = arresting_impulses(soft.delassus[np.ix_(light, light)], rates[light])
+        self._switch_off()
+        self.y[n : 2 * n] += soft.motion[:, light] @ stops
+        self.evaluate()
+        names = listed([points[k].name for k, some in zip(slides, light, strict=True) if some])
+        self.contact_notes.append(
+            f"what slides at the beginning at {names} has no inertia to do so: it rolls at once"
+        )
+        return True
 
     def _guarded(self) -> tuple[Array, list[float]]:
         found = guard_values(self, self.state[[TIME]], self.record[None], self.guards)[:, 0]
