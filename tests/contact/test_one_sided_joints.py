@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+import mbody
 from mbody import (
     AngleDriver,
     Body,
@@ -30,6 +31,7 @@ from mbody import (
     kinetostatics,
     simulate,
 )
+from mbody.analysis.contact.unilateral import Unilateral
 from mbody.laws import Harmonic
 
 G = 9.81
@@ -456,3 +458,20 @@ def test_a_freewheel_winds_a_spring_up():
     t2 = brentq(ahead, t1 + 0.05, t1 + 2.0, xtol=1e-15)
     assert on.name == "stick" and on.t == pytest.approx(t2, abs=1e-10)
     assert run.energy.error < 1e-9
+
+
+def test_a_limit_of_a_joint_with_friction_has_none_of_its_own():
+    """Two rods on rough pins, the second one at its limit: it ends, and its limit never pulls."""
+    machine = mbody.Mechanism("rods", ground={"H": (0, 0)})
+    rod = {"P0": (-0.5, 0), "P1": (0.5, 0)}
+    machine.add(
+        mbody.Body("a", mass=1.0, inertia=0.1, points=rod, guess=(0.5, 0, 0)),
+        mbody.Body("b", mass=2.0, inertia=0.2, points=rod, guess=(1.5, 0, 0)),
+        mbody.Revolute("A", "ground.H", "a.P0", friction=0.5, pin_radius=0.2),
+        mbody.Revolute("B", "a.P1", "b.P0", friction=0.9, pin_radius=0.1, limits=(-0.3, 0.3)),
+        mbody.Gravity("g", y=-9.81),
+    )
+    machine.simulation = mbody.SimulationSettings(until=3.0)
+    run = mbody.simulate(machine, 3.0, instants=31)
+    assert run.status == "completed" and len(run.events) < 60
+    assert all(point.static == 0.0 for point in Unilateral(run.system).contact_points)

@@ -302,7 +302,9 @@ class Unilateral:
                 tangent = place.get(number.get((contact.name, len(candidates) + n), -1), -1)
                 tangent_pairs.add(pair := pair_of.get(tangent, -1))
                 law = getattr(contact, "law", "poisson")
-                numbers = (float(mu[0]), float(mu[1]), float(contact.restitution_of(at)))
+                # limits of a joint with friction have none of their own
+                own = mu if tangent >= 0 else (0.0, 0.0)
+                numbers = (float(own[0]), float(own[1]), float(contact.restitution_of(at)))
                 self.contact_points.append(
                     ContactPoint(contact.name, candidate, normal, tangent, pair, *numbers, law)
                 )

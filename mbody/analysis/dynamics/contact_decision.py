@@ -22,7 +22,7 @@ from mbody.analysis.contact.friction_problem import (
     decide_modes,
     impact_impulses,
 )
-from mbody.analysis.contact.unilateral import Overlap, Rows, Unilateral, deepest_overlap
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.interruptions import works_of_drivers
 from mbody.analysis.dynamics.modal_motion import ModalMotion, multipliers_at
 from mbody.analysis.dynamics.shared_friction import shared_friction
@@ -146,7 +146,7 @@ def strike(
         across = every.delassus[:n, n:]
         taken = [arresting_impulses(every.delassus[n:, n:], one) for one in across]
         Y, D = Y + every.motion[:, n:] @ np.transpose(taken), D + across @ np.transpose(taken)
-    friction = np.array([one.friction if one.tangent >= 0 else 0.0 for one in points])
+    friction = np.array([one.friction for one in points])
     noise = tol.CONTACT_ACCELERATION_ROUNDING * (np.abs(W) @ np.abs(v))
     contacts = ClosedContacts(D, friction, noise)
     restitution = np.array([0.0 if still else one.restitution for one in points])
@@ -265,7 +265,7 @@ def model_of(
     points = [uni.contact_points[k] for k in closed]
     m, count = len(closed), len(uni.contact_points)
     W, _ = contact_rows(uni, rows, list(closed))
-    frictional = [k for k in range(m) if points[k].tangent >= 0 and points[k].static > 0.0]
+    frictional = [k for k in range(m) if points[k].static > 0.0]
     # of every tangent its row among those of the active set, its pair, its slip sign, its owner
     pairs = [
         (one.tangent, one.pair, joint_sliding[k], count + k)
@@ -384,11 +384,37 @@ def decide(motion: ModalMotion) -> Verdict:
     for one in map(model.problem.begun, found):
         modes, pairs = _modes(motion, model, one)
         _set(motion, now, modes, pairs, one)
-        # what slides may jam though its modes are consistent: friction cannot be followed to it
-        if not len(motion.layout.friction_kind) or motion.record[reached, 0] >= 1.0:
+        # what slides may jam though its modes are consistent, or friction that is followed from
+        # none reach another solution
+        follows = not len(motion.layout.friction_kind) or motion.record[reached, 0] >= 1.0
+        if follows and _goes_on(motion, now, modes, pairs):
             motion.shared = shared_friction(motion)
             return Verdict(True, len(found) > 1, complete)
     return Verdict(False, complete=complete)
+
+
+def _goes_on(motion: ModalMotion, now: _DecisionState, modes: list[str], pairs: list[str]) -> bool:
+    """Whether what begins to slide does so in the direction of its acceleration by the kernels."""
+    uni, n = motion.uni, motion.system.coordinates
+    # of what is smooth the direction changes nothing
+    points = [k for k, one in enumerate(uni.contact_points) if one.static > 0.0]
+    begins = [(uni.contact_points[k].tangent, modes[k], now.sliding[k]) for k in points]
+    begins += [
+        (one.tangent, mode, slides)
+        for one, mode, slides in zip(uni.friction_joints, pairs, now.joint_sliding, strict=True)
+    ]
+    begun = [
+        (row, SLIP_SIGNS[mode]) for row, mode, slides in begins if mode in SLIP_SIGNS and not slides
+    ]
+    if not begun:
+        return True
+    motion.load()
+    rows, a = uni.read(motion.work), motion.K[0, n : 2 * n]
+    for row, slip_sign in begun:
+        parts = np.append(rows.block[row] * a, -rows.gamma[row])
+        if slip_sign * parts.sum() < -tol.FORCE_NONE * np.abs(parts).sum():
+            return False
+    return True
 
 
 def _instant(motion: ModalMotion) -> _DecisionState:
