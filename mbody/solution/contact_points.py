@@ -30,7 +30,7 @@ class ContactPointHistory:
     `normal` (instants, 2): Unit vector from i to j.
     `force` (instants, 2): On j by i; zero where it is open.
     `gap` (instants,): Between the surfaces.
-    `closed` (instants,)
+    `closed`, `touching` (instants,): The second one of whatever mode, with a force or without.
     `friction`, `static`: Coefficients of what slides and of what sticks.
     `mode`: Of its contact at every instant, "open" where this place is.
     `axes`: Axes in which place and normal do not change while it is closed: their origin, and the
@@ -46,6 +46,7 @@ class ContactPointHistory:
     force: Array
     gap: Array
     closed: Array
+    touching: Array
     friction: float
     static: float
     mode: list[str]
@@ -103,6 +104,7 @@ def _rope(run: Solution, k: int, rope: Rope) -> list[ContactPointHistory]:
             force,
             zero,
             closed,
+            closed,
             0.0,
             0.0,
             ["stick"],
@@ -120,7 +122,8 @@ def _away(one: ContactPointHistory) -> float:
 
 def _instant(one: ContactPointHistory, k: int) -> ContactPointHistory:
     arrays = {
-        key: getattr(one, key)[k : k + 1] for key in ("place", "normal", "force", "gap", "closed")
+        key: getattr(one, key)[k : k + 1]
+        for key in ("place", "normal", "force", "gap", "closed", "touching")
     }
     fields = ("contact", "i", "j", "friction", "static", "axes", "round")
     return ContactPointHistory(
@@ -150,13 +153,24 @@ def _history(
         force += np.column_stack([run.primitive_history(e, part) for part in (2, 3)])
     force = -force if candidate.swapped else force
     words = run.mode(contact.name)
-    within_gap = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
-    closed = within_gap & np.array([word != "open" for word in words])
+    touching = (np.abs(gap) <= CONTACT_GAP_CLOSED_RESULT * run.system.length) & along
+    closed = touching & np.array([word != "open" for word in words])
     mode = [word if shut else "open" for word, shut in zip(words, closed, strict=True)]
     mu, static = contact.coefficients(run.system.numbers)
     numbers = float(mu), float(static)
     return ContactPointHistory(
-        contact.name, *own, place, normal, force, gap, closed, *numbers, mode, axes, candidate.round
+        contact.name,
+        *own,
+        place,
+        normal,
+        force,
+        gap,
+        closed,
+        touching,
+        *numbers,
+        mode,
+        axes,
+        candidate.round,
     )
 
 
@@ -238,6 +252,7 @@ def _stepped(run: Solution, k: int, name: str) -> list[ContactPointHistory]:
                 normal,
                 np.array([[x[n], y[n]]]),
                 np.zeros(1),
+                np.ones(1, dtype=bool),
                 np.ones(1, dtype=bool),
                 mu,
                 static,

@@ -32,7 +32,7 @@ def bead(shape, start, until, disc=None, restitution=0.0, rtol=1e-12):
 QUARTER = {"ring": "O", "radius": 1.0, "begin": "180 deg", "end": "270 deg"}
 
 
-@pytest.mark.parametrize("disc", [None, 0.25])
+@pytest.mark.parametrize("disc", [None, 0.25, 0.4, 0.5])
 def test_a_bead_leaves_a_quarter_of_a_ring_at_its_end(disc):
     """From rest at its beginning to its lowest place, as a pendulum of 180 deg: K(1/√2) √(l/g);
     then it flies on with √(2 g l).

@@ -381,8 +381,9 @@ class ContactPhase:
     open: frozenset[str]
 
 
-def contact_phases(run: Solution) -> list[ContactPhase]:
-    """The instants of a result by what is closed; one of all where no contact opens or closes.
+def contact_phases(run: Solution, *, touching: bool = False) -> list[ContactPhase]:
+    """The instants of a result by what is closed, or by what is `touching` without a force, too;
+    one of all where no contact opens or closes.
 
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=5)
@@ -400,7 +401,8 @@ def contact_phases(run: Solution) -> list[ContactPhase]:
             continue
         if isinstance(one, Contact):
             points = contact_points_of(run, one)
-            places += [(one.name, n, point.closed) for n, point in enumerate(points)]
+            own = [point.touching if touching else point.closed for point in points]
+            places += [(one.name, n, shut) for n, shut in enumerate(own)]
         else:
             shut = np.array([word != "open" for word in run.mode(one.name)])
             places.append((one.name, 0, shut))

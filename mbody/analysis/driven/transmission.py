@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -161,16 +162,26 @@ class ForcePath:
     def __init__(
         self, run: Solution, driver: Driver, body: str, point: str, joint: str | None
     ) -> None:
-        self.run, self.body = run, body
-        self.phases = [_Phase(run, one, driver, body, point) for one in contact_phases(run)]
-        self.phase_at: dict[int, _Phase] = {
-            int(k): phase for phase in self.phases for k in phase.instants
-        }
+        self.run, self.body, self.output = run, body, (driver, body, point)
+        self.phases, self.phase_at = self._phases(touching=False)
         self.names = self._transmitters() if joint is None else self._named_transmitters(joint)
 
     def at(self, k: int) -> Transferred:
         """Transmission angle, ratio and index at instant k."""
-        return self.phase_at[k].at(k, self.names)
+        found = self.phase_at[k].at(k, self.names)
+        # what stands by friction lies against its lock without a force
+        return self.touching_at[k].at(k, self.names) if found is NOTHING else found
+
+    @cached_property
+    def touching_at(self) -> dict[int, _Phase]:
+        """The phases of all instants with what touches without a force, too."""
+        return self._phases(touching=True)[1]
+
+    def _phases(self, *, touching: bool) -> tuple[list[_Phase], dict[int, _Phase]]:
+        """Phases, and that of each instant."""
+        every = contact_phases(self.run, touching=touching)
+        phases = [_Phase(self.run, one, *self.output) for one in every]
+        return phases, {int(k): phase for phase in phases for k in phase.instants}
 
     @property
     def turns(self) -> bool:

@@ -89,7 +89,11 @@ def responses_to(uni: Unilateral, work: Work, block: Array, softer: float = MASS
     rows = np.ascontiguousarray(block)
     motion, nodes = np.zeros((len(rows), n)), np.zeros((len(rows), 2 * L.nodes))
     row_responses(L, work, rows, motion, nodes, uni.regularization, uni.refinements, softer)
-    D, soft = rows @ motion.T, rows**2 @ coordinate_weights(uni, work)
+    weights = coordinate_weights(uni, work)
+    # of what has no mass what replaces it says nothing: what it is a part of does
+    replaced = uni.system.mass[:n, 0] * weights < 0.5
+    soft = rows**2 @ np.where(replaced, tol.ARTIFICIAL_MASS * weights, weights)
+    D = rows @ motion.T
     D = 0.5 * (D + D.T)
     led = np.diag(D) <= tol.CONTACT_ROW_LED * soft
     D[led], D[:, led] = 0.0, 0.0

@@ -568,17 +568,29 @@ class ModalIntegration(JumpIntegration):
 
     def _counts(self, one: LocatedZero) -> bool:
         """Whether a gap that closes does so within the ends of its edge: what comes round an end
-        from behind closes none.
+        from behind closes none, nor does what touches on its way and goes away by itself, as the
+        end of an arc on which a disc slides.
         """
         if not isinstance(one.event, Guard) or one.event.kind != "close":
             return True
-        rows = self._look_at(one.t, one.saved.record)
-        if self.uni.gaps(rows)[one.event.number] < -self.gap_tolerance:
+        number, record = one.event.number, one.saved.record
+        rows = self._look_at(one.t, record)
+        if self.uni.gaps(rows)[number] < -self.gap_tolerance:
+            return False
+        pull = float(self._pulls(rows, number, record[2 * self.system.coordinates :, 0]).sum())
+        overlap = tol.GUARD_ROUNDING_GAP * self.system.length
+        if 0.0 < self.uni.approach(rows)[number] ** 2 <= 2.0 * overlap * pull:
             return False
         within = self.uni.within_edges(
             rows, self.probe, self.gap_tolerance, tol.RATE_NONE_FRICTION * self.speeds
         )
-        return bool(within[one.event.number])
+        return bool(within[number])
+
+    def _pulls(self, rows: Rows, number: int, a: Array) -> Array:
+        """Terms of the acceleration of a gap at accelerations a (coordinates and more,)."""
+        point, n = self.uni.contact_points[number], rows.block.shape[1]
+        parts = np.append(rows.block[point.normal] * a[:n], -rows.gamma[point.normal])
+        return np.asarray(point.candidate.sign * parts)
 
     def _look_at(self, t: float, record: Array) -> Rows:
         """The rows at a time and record (rows, 1), of which the probe has the position."""
@@ -930,9 +942,8 @@ class ContactIntegration(ModalIntegration):
         rows = self.uni.read(self.work)
         point = self.uni.contact_points[first]
         up = self.uni.approach(rows)[first]
-        row = point.normal
-        parts = np.append(rows.block[row] * self.K[0, n : 2 * n], -rows.gamma[row])
-        pull = point.candidate.sign * float(parts.sum())
+        parts = self._pulls(rows, first, self.K[0, n : 2 * n])
+        pull = float(parts.sum())
         flies = up > tol.RATE_NONE_FRICTION * self.speeds[first] and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
         # where both fall alike nothing brings them back, of which rounding says a little
