@@ -423,6 +423,12 @@ class Unilateral:
             [point.candidate.solid == "one way" for point in self.contact_points], dtype=bool
         )
 
+    def pulls(self, rows: Rows, number: int, a: Array) -> Array:
+        """Terms of the acceleration of a gap at accelerations a (coordinates and more,)."""
+        point, n = self.contact_points[number], rows.block.shape[1]
+        parts = np.append(rows.block[point.normal] * a[:n], -rows.gamma[point.normal])
+        return np.asarray(point.candidate.sign * parts)
+
     def approach(self, rows: Rows | RowHistories) -> Array:
         """Rates of the gaps (…, points)."""
         normals, gap_signs = self._normals

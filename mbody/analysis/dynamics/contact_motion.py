@@ -577,7 +577,7 @@ class ModalIntegration(JumpIntegration):
         rows = self._look_at(one.t, record)
         if self.uni.gaps(rows)[number] < -self.gap_tolerance:
             return False
-        pull = float(self._pulls(rows, number, record[2 * self.system.coordinates :, 0]).sum())
+        pull = float(self.uni.pulls(rows, number, record[2 * self.system.coordinates :, 0]).sum())
         overlap = tol.GUARD_ROUNDING_GAP * self.system.length
         if 0.0 < self.uni.approach(rows)[number] ** 2 <= 2.0 * overlap * pull:
             return False
@@ -585,12 +585,6 @@ class ModalIntegration(JumpIntegration):
             rows, self.probe, self.gap_tolerance, tol.RATE_NONE_FRICTION * self.speeds
         )
         return bool(within[number])
-
-    def _pulls(self, rows: Rows, number: int, a: Array) -> Array:
-        """Terms of the acceleration of a gap at accelerations a (coordinates and more,)."""
-        point, n = self.uni.contact_points[number], rows.block.shape[1]
-        parts = np.append(rows.block[point.normal] * a[:n], -rows.gamma[point.normal])
-        return np.asarray(point.candidate.sign * parts)
 
     def _look_at(self, t: float, record: Array) -> Rows:
         """The rows at a time and record (rows, 1), of which the probe has the position."""
@@ -946,7 +940,7 @@ class ContactIntegration(ModalIntegration):
         rows = self.uni.read(self.work)
         point = self.uni.contact_points[first]
         up = self.uni.approach(rows)[first]
-        parts = self._pulls(rows, first, self.K[0, n : 2 * n])
+        parts = self.uni.pulls(rows, first, self.K[0, n : 2 * n])
         pull = float(parts.sum())
         flies = up > tol.RATE_NONE_FRICTION * self.speeds[first] and pull < 0.0
         flight = -2.0 * up / pull if flies else 0.0
