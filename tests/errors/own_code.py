@@ -35,6 +35,12 @@ class Remembers(CustomLoad):
         return 0.0, 0.0, 0.0, 0.0, 0.0, self.asked[0]
 
 
+def remembering():
+    """Its analysis, whatever was asked before."""
+    Remembers.asked[0] = 0.0
+    return kinetostatics(four_bar(Remembers("own", "ground.O2", "rocker.B")))
+
+
 class Loose(CustomJoint):
     """A pin by the mass centre of j whose γ or Φ_q or ν is wrong."""
 
@@ -115,9 +121,7 @@ SCENARIOS = {
     "a plain field that is to be found": lambda: solve_for(
         four_bar(Plain("own", "ground.O2", "rocker.B")), "own.k", "motor.effort = 0"
     ),
-    "a load that remembers": lambda: kinetostatics(
-        four_bar(Remembers("own", "ground.O2", "rocker.B"))
-    ),
+    "a load that remembers": remembering,
     "a joint of wrong rates": loose(LooseRates),
     "a joint of wrong times": loose(LooseTimes),
     "a joint of wrong changes": loose(LooseChange),
