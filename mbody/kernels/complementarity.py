@@ -220,14 +220,6 @@ def leaving_row(table, basis, entering, k):
     return row
 
 
-@kernel
-def lemke(A: Rows, q: Floats, z: Floats, table: Rows, basis: Ints, path: int) -> bool:
-    """z ← one solution of 0 ≤ A z + q ⊥ z ≥ 0 (n,); whether there is one on this path. `table`
-    (n, 2 n + 2) and `basis` (n,) are memory.
-    """
-    return lemke_path(A, q, z, table, basis, q.shape[0], path)
-
-
 # -- Scales and limits -------------------------------------------------------------------------
 
 
@@ -626,14 +618,16 @@ def by_modes(P):
         limits(P)
         for r in range(n):
             cone = r >= m and P.law[r] == CONE
-            closed = P.trial[P.normal[r] if cone else r] == 1 if r < m or cone else True
+            acts = True
+            if r < m:
+                acts = P.trial[r] == 1
+            elif cone:
+                # an open contact has the friction of impulses that are given
+                acts = P.trial[P.normal[r]] == 1 or P.given[r] > 0.0
             slip = 0.0 if r < m else (P.sliding[r] if P.sliding[r] != 0.0 else float(P.trial[r]))
             for c in range(n + 1):
                 M[r, c] = 1.0 if c == r else 0.0
-            if not closed:
-                # what is open may slide with impulses that are given
-                if cone and P.given[P.normal[r]] > 0.0 and slip != 0.0:
-                    M[r, n] = -slip * P.low[r]
+            if not acts:
                 continue
             if slip == 0.0:
                 for c in range(n):
@@ -682,7 +676,7 @@ def number_of_modes(P):
         sets *= 2.0 if r < m else 3.0 if P.sliding[r] == 0.0 else 1.0
     for r in range(m, n):
         # of what is open one mode of the tangent is tried
-        if P.law[r] == CONE and P.sliding[r] == 0.0:
+        if P.law[r] == CONE and P.sliding[r] == 0.0 and P.given[r] == 0.0:
             sets *= 4.0 / 6.0
     return sets
 
@@ -697,7 +691,7 @@ def try_all_modes(P):
         skip = False
         for r in range(m, n):
             if P.law[r] == CONE and P.trial[P.normal[r]] == 0 and P.trial[r] != 0:
-                skip = skip or P.given[P.normal[r]] == 0.0
+                skip = skip or P.given[r] == 0.0
         # where limits bend there may be several with the same modes
         for start in range(0 if skip else 1 if linear else 3):
             for r in range(n):

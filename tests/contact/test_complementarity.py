@@ -13,8 +13,8 @@ from mbody.analysis.contact.friction_problem import (
     cone,
     decide_modes,
     impact_impulses,
-    lemke,
 )
+from tests.support.lemke import lemke
 
 RNG = np.random.default_rng
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.contact.friction_problem import lemke
 from tests.contact.test_many_contacts import stepped
+from tests.support.lemke import lemke
 from tests.support.piles import RADIUS, G, chain, pile
 
 

@@ -45,30 +45,6 @@ class _Memory(threading.local):
 _memory = _Memory()
 
 
-def lemke(A: Array, b: Array) -> Array | None:
-    """z of one solution of 0 ≤ A z + b ⊥ z ≥ 0; None where all paths end on a ray, which for
-    copositive A means that there is no solution. A (n, n), `b` (n,).
-
-    >>> lemke(np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-5.0, -6.0])).round(12)
-    array([1.33333333, 2.33333333])
-    >>> lemke(np.array([[0.0]]), np.array([-1.0])) is None
-    True
-    """
-    n = len(b)
-    z, table, basis = np.zeros(n), np.zeros((n, 2 * n + 2)), np.zeros(n, dtype=np.int64)
-    A, b = np.ascontiguousarray(A, dtype=float), np.ascontiguousarray(b, dtype=float)
-    for path in range(kernels.PATHS):
-        if kernels.lemke(A, b, z, table, basis, path) and _solves(A, b, z):
-            return z
-    return None
-
-
-def _solves(A: Array, b: Array, z: Array) -> bool:
-    """Whether w and z are not negative, and of each pair one is zero."""
-    w, size = (A @ z + b) / max(np.abs(b).max(initial=0.0), tol.TINY), max(z.max(initial=0.0), 1.0)
-    return bool(np.abs(np.minimum(w, z / size)).max(initial=0.0) <= tol.COMPLEMENTARITY_RESIDUAL)
-
-
 # -- Friction of a joint for the multipliers that press it, with its derivatives ----------------
 
 
@@ -352,7 +328,8 @@ class FrictionProblem:
         given one where none is found.
         """
         m, tried = self.normals, set[tuple[float, ...]]()
-        slip = np.where([t.begun is not None for t in self.tangents], one.mode[m:], 0.0)
+        kinetic = np.array([t.begun is not None for t in self.tangents], dtype=bool)
+        slip = np.where(kinetic, one.mode[m:], 0.0)
         while slip.any() and (key := tuple(slip.tolist())) not in tried:
             tried.add(key)
             tangents = [
@@ -364,7 +341,7 @@ class FrictionProblem:
                 break
             terms = np.abs(self.without) + np.abs(self.delassus) @ np.abs(two.forces)
             back = slip * two.accelerations[m:] < -tol.CONTACT_ACCELERATION_NONE * terms[m:]
-            more = np.where([t.begun is not None for t in self.tangents], two.mode[m:], 0.0)
+            more = np.where(kinetic, two.mode[m:], 0.0)
             now = np.where(slip != 0.0, np.where(back, 0.0, slip), more)
             if (now == slip).all():
                 return two

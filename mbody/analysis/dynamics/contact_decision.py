@@ -80,15 +80,16 @@ MASSLESS = 1e6
 
 def responses_to(uni: Unilateral, work: Work, block: Array, softer: float = MASSLESS) -> Responses:
     """Responses to rows (rows, coordinates) by the factor of the joints at the position of a
-    workspace; accelerations have artificial masses, impulses none. Switches all rows of contacts
-    and sticking joints off.
+    workspace, without rows of contacts and sticking joints; accelerations have artificial masses,
+    impulses none.
     """
     L, n = uni.layout, block.shape[1]
-    slip_signs = work.slip_sign[: len(L.friction_kind), 0]
+    slip_signs, on = work.slip_sign[: len(L.friction_kind), 0], work.on[: len(uni), 0].copy()
     uni.set_rows(work, np.zeros(len(uni)), slip_signs)
     rows = np.ascontiguousarray(block)
     motion, nodes = np.zeros((len(rows), n)), np.zeros((len(rows), 2 * L.nodes))
     row_responses(L, work, rows, motion, nodes, uni.regularization, uni.refinements, softer)
+    uni.set_rows(work, on, slip_signs)
     weights = coordinate_weights(uni, work)
     # of what has no mass what replaces it says nothing: what it is a part of does
     replaced = uni.system.mass[:n, 0] * weights < 0.5
@@ -477,10 +478,6 @@ def _model(motion: ModalMotion, now: _DecisionState) -> FrictionModel:
     motion.set_modes(open_ones, pairs, np.column_stack([none, none]), np.zeros(len(pairs)))
     motion.evaluate()
     return model_of(motion, now.closed, now.sliding, now.joint_sliding)
-
-
-def _mode(slip_sign: float) -> str:
-    return "slip+" if slip_sign > 0.0 else "slip-" if slip_sign < 0.0 else "stick"
 
 
 def _modes(

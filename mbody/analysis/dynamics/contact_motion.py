@@ -729,9 +729,6 @@ class ContactIntegration(ModalIntegration):
         rates = rows.rate[[points[k].tangent for k in slides]]
         light &= np.abs(rates) > tol.RATE_NONE_FRICTION * self.speeds[slides]
         if not light.any():
-            # responses have switched all rows off
-            slip_signs = self.work.slip_sign[: len(self.layout.friction_kind), 0].copy()
-            self.uni.set_rows(self.work, self.on, slip_signs)
             self.evaluate()
             return False
         stops = arresting_impulses(soft.delassus[np.ix_(light, light)], rates[light])
