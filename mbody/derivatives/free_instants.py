@@ -34,8 +34,10 @@ from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import ConstantSpeed
+from mbody.model.closed_mechanism import with_others
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
+from mbody.model.joint_limits import JointLimit
 from mbody.model.simulation import STATE
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
@@ -211,8 +213,12 @@ def _refuse_left_out(
 
 
 def _driven(system: System, free: list[tuple[StartDriver, float]]) -> System:
-    """The system with a driver for each of the prescribed coordinates."""
-    machine = system.mechanism.copied()
+    """The system with a driver for each of the prescribed coordinates, its joints without the
+    contacts of their limits, which would be made once more.
+    """
+    whole = system.mechanism
+    limits = {one.name for one in whole.contacts if isinstance(one, JointLimit)}
+    machine = (with_others(whole, limits, []) if limits else whole).copied()
     for (name, (body, place, direction), value, _), speed in free:
         law = ConstantSpeed(float(value), float(speed))
         if place == "angle":

@@ -380,3 +380,30 @@ def test_a_motion_that_ends_at_an_impact():
     # v⁺ = −e v⁻
     v = -float(mbody.simulate(ball, until=impact).measure("ball.vy")[-1])
     assert after["last(ball.vy)"]["e"] == pytest.approx(v, rel=1e-6)
+
+
+def swinging(mass, rtol=1e-10):
+    machine = Mechanism("pendulum", ground={"O": (0, 0)})
+    machine.add(
+        Body("a", mass=mass, inertia=0.05, cg=(0.25, 0.02), points={"O": (0, 0)}),
+        Revolute("O", "ground.O", "a.O", limits=(-1.0, 1.1)),
+        Gravity("g", y=-9.81),
+    )
+    machine.simulation = SimulationSettings(1.3, {"a": {"angle": 0.3, "omega": 1.0}}, rtol=rtol)
+    return machine
+
+
+@pytest.mark.parametrize("until", [0.3, 0.9])
+def test_joints_with_limits(until):
+    """Before the limit is struck and after, against differences of two runs."""
+
+    def ends(mass):
+        return mbody.simulate(swinging(mass, 1e-12), until, rtol=1e-12)["a"].omega[-1]
+
+    h = 1e-5
+    exact = (ends(1.2 + h) - ends(1.2 - h)) / (2.0 * h)
+    measure = "last(a.omega)"
+    found = mbody.gradient(swinging(1.2), measure, ["a.mass"], analysis="simulate", until=until)
+    # differences lose h² of a third derivative and rtol / h of rounding
+    assert found[measure]["a.mass"] == pytest.approx(exact, rel=1e-6)
+    assert (until > 0.5) == any(one.contact for one in mbody.simulate(swinging(1.2), until).events)
