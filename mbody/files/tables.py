@@ -164,8 +164,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     """All histories of one motion by column name, each with its unit.
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, a driver, an input, an auxiliary state and a measure, the power
-    of every driver, and six columns a point that moves (of a pin that on the first of its links);
+    on its body j), one a coupling, an input, an auxiliary state and a measure, the effort, value,
+    rate, acceleration and power of every driver, and six columns a point that moves (of a pin that on the first of its links);
     kinematics has no forces. Frictional joints have a column of their loss, drivers those of the
     limits of their effort where joints rest. Where forces are not determined, each joint, coupling
     and driver has a column ``"A.unique"``, 1 or 0.
@@ -190,7 +190,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
             else:
                 table[f"{body.name}.{key} [{unit(dimension)}]"] = values
     if not solution.has_forces:
-        return table | _signals(solution, angle) | _measures(solution, angle) | _points(solution)
+        others = _signals(solution, angle) | _measures(solution, angle)
+        return table | others | _driven(solution, angle) | _points(solution)
     unique = uniqueness(solution)
     for joint in mechanism.joints:
         reaction = solution.reaction(joint.name)
@@ -211,10 +212,26 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
         table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
         table |= unique.get(each.name, {})
     table |= friction_columns(solution)
-    table |= _signals(solution, angle) | _measures(solution, angle)
+    table |= _signals(solution, angle) | _measures(solution, angle) | _driven(solution, angle)
     for name, power in driving_powers(solution).items():
         table[f"{name}.power [{unit('power')}]"] = power
     return table | _points(solution)
+
+
+def _driven(solution: Solution, angle: str) -> dict[str, np.ndarray]:
+    """Value, rate and acceleration of what every driver drives, at rest the value."""
+    unit, table = solution.mechanism.units.of, {}
+    for driver in solution.mechanism.drivers:
+        for (key, dimension), values in zip(
+            driver.motion.items(), solution.driven(driver.name), strict=True
+        ):
+            if dimension == "angle" and angle == "deg":
+                table[f"{driver.name}.{key} [deg]"] = degrees_of(values)
+            else:
+                table[f"{driver.name}.{key} [{unit(dimension)}]"] = values
+            if solution.analysis == "statics":
+                break
+    return table
 
 
 #: Of a point, beside its place.
@@ -298,7 +315,7 @@ def dataframe(solution: Solution) -> Any:
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> dataframe(run).shape
-    (361, 40)
+    (361, 43)
     """
     table = columns(solution)
     try:

@@ -298,10 +298,12 @@ def test_columns_have_names_and_units(norton):
     assert names[9] == "crank.alpha [rad/s²]"
     assert names[28:31] == ["O2.fx [lbf]", "O2.fy [lbf]", "O2.torque [lbf·in]"]
     assert names[40:43] == ["motor.effort [lbf·in]", "F12 [lbf]", "T12 [lbf·in]"]
-    assert names[43:46] == ["motor.power [lbf·in/s]", "crank.A.x [in]", "crank.A.y [in]"]
-    assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures) + 1 + 3 * 6
+    assert names[43:46] == ["motor.value [rad]", "motor.rate [rad/s]", "motor.acceleration [rad/s²]"]
+    assert names[46:48] == ["motor.power [lbf·in/s]", "crank.A.x [in]"]
+    assert np.array_equal(table["motor.rate [rad/s]"], table["crank.omega [rad/s]"])
+    assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures) + 4 + 3 * 6
     assert table["A.fx [lbf]"][0] == norton.reaction("A").fx[0]
-    assert len(mbody.kinematics(build()).columns()) == 28 + 3 * 6
+    assert len(mbody.kinematics(build()).columns()) == 31 + 3 * 6
 
 
 def test_a_file_brings_back_every_bit(turn, tmp_path):
