@@ -165,9 +165,9 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
 
     Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
     on its body j), one a coupling, an input, an auxiliary state and a measure, the effort, value,
-    rate, acceleration and power of every driver, and six columns a point that moves (of a pin that on the first of its links);
-    kinematics has no forces. Frictional joints have a column of their loss, drivers those of the
-    limits of their effort where joints rest. Where forces are not determined, each joint, coupling
+    rate, acceleration and power of every driver, and six columns a point that moves (of a pin that
+    on the first of its links); kinematics has no forces. Frictional joints have a column of their
+    loss, drivers those of the limits of their effort where joints rest. Where forces are not determined, each joint, coupling
     and driver has a column ``"A.unique"``, 1 or 0.
 
     >>> import mbody

@@ -298,7 +298,8 @@ def test_columns_have_names_and_units(norton):
     assert names[9] == "crank.alpha [rad/s²]"
     assert names[28:31] == ["O2.fx [lbf]", "O2.fy [lbf]", "O2.torque [lbf·in]"]
     assert names[40:43] == ["motor.effort [lbf·in]", "F12 [lbf]", "T12 [lbf·in]"]
-    assert names[43:46] == ["motor.value [rad]", "motor.rate [rad/s]", "motor.acceleration [rad/s²]"]
+    rates = ["motor.value [rad]", "motor.rate [rad/s]", "motor.acceleration [rad/s²]"]
+    assert names[43:46] == rates
     assert names[46:48] == ["motor.power [lbf·in/s]", "crank.A.x [in]"]
     assert np.array_equal(table["motor.rate [rad/s]"], table["crank.omega [rad/s]"])
     assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures) + 4 + 3 * 6
@@ -330,7 +331,7 @@ def test_a_frame(turn):
     pandas = pytest.importorskip("pandas")
     frame = turn.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)
-    assert frame.shape == (361, 43 + 1 + 3 * 6)
+    assert frame.shape == (361, 43 + 4 + 3 * 6)
     assert np.array_equal(frame["motor.effort [lbf·in]"], turn.effort("motor"))
 
 
