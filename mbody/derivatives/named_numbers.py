@@ -19,7 +19,7 @@ from mbody.image.changeable import Changeable, changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import dimension_named
+from mbody.model.numbers import IMMOVABLE, dimension_named
 from mbody.model.simulation import STATE
 from mbody.quantities.units import DIMENSIONS
 from mbody.system.system import System
@@ -44,7 +44,7 @@ def checked_names(
         # a delay that is zero may only be more
         delays = (f"{one.name}.delay" for one in system.mechanism.controllers)
         left |= {name for name in delays if not system.values[name]}
-        left |= {f"ground.{key}" for key in ("mass", "inertia", "cg.x", "cg.y")}
+        left |= set(IMMOVABLE)
         return {name: name for name in system.values if name not in left}
     if not isinstance(by, str | Sequence):
         raise ModelError(f'{verb}: by must be names such as ["crank.A.x"], not {brief(by)}')

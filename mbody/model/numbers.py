@@ -20,6 +20,8 @@ from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 #: Numbers of a body that its points and its mass centre do not depend on.
 MASS = ("mass", "weight", "inertia")
+#: Numbers of the ground on which nothing depends.
+IMMOVABLE = tuple(f"ground.{key}" for key in ("mass", "inertia", "cg.x", "cg.y"))
 #: Second moments of its mass.
 SPREAD = ("spread.xx", "spread.yy", "spread.xy")
 
@@ -50,17 +52,18 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
     if name in mechanism.parameters:
         return name, dimension_named(mechanism, name)
     owner, _, key = name.partition(".")
-    if owner not in mechanism:
+    if owner not in mechanism and owner != "ground":
         known = listed(_common_unknowns(mechanism))
         raise ModelError(
-            f"there is no number {brief(name)} to find (there are: {known}, and those of bodies)",
+            f"there is no number {brief(name)} to find (there are: {known}, and those of bodies "
+            "and the ground)",
             name,
         )
     element = mechanism[owner]
     motion = getattr(element, "motion", {})
     if key in motion:
         return name, DIMENSIONS[motion[key]]
-    numbers = element.numbers()
+    numbers = {k: v for k, v in element.numbers().items() if k not in IMMOVABLE}
     for whole in (name, f"{name}.value"):
         if whole in numbers:
             return whole, dimension_named(mechanism, whole)

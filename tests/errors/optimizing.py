@@ -175,7 +175,7 @@ the description of an optimum whose number no file has | ModelError | A.j.angle 
 the description of an optimum of two numbers by one parameter | ModelError | crank.A.x | the model file of 'crank' makes 'crank.A.x' of a number that gives others too ('a'): give it one of its own; run.system has the numbers of the optimum
 an optimization without a design that closes | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: loops do not close at t = 0 s: the smallest gap is 23.41 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess; give other bounds
 an optimization of a name that there is not | ModelError | best | 'four-bar' has no optimization 'best' (it has: none)
-an optimization of a file by a number that there is not | ModelError | - | model: line 37: optimize.best: there is no number 'crunk.A.x' to find (there are: 'motor.acceleration', and those of bodies)
+an optimization of a file by a number that there is not | ModelError | - | model: line 37: optimize.best: there is no number 'crunk.A.x' to find (there are: 'motor.acceleration', and those of bodies and the ground)
 an optimization of a file with one bound | ModelError | - | model: line 37: optimize.best: by.crank.A.x must be [low, high], not of 1 values
 an optimization of a file without numbers | ModelError | - | model: line 37: optimize.best.by: is missing: give it
 a task of optimization with an aim that is no text | ModelError | - | optimization: minimize takes texts, not 3

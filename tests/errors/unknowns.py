@@ -159,7 +159,7 @@ greatest and least | ModelError | - | question: give greatest or least, not both
 an analysis that is none | ModelError | - | question: analysis must be 'kinetostatics' or 'statics', not 'dynamics'
 several instants | ModelError | - | question: at has several values: a question is of one instant
 no mechanism | ModelError | - | solve_for takes a Mechanism, not 'four-bar'
-a number that is not there | ModelError | push | there is no number 'push' to find (there are: 'motor.acceleration', 'brake', and those of bodies)
+a number that is not there | ModelError | push | there is no number 'push' to find (there are: 'motor.acceleration', 'brake', and those of bodies and the ground)
 a number that a load has not | ModelError | brake.size | there is no number 'brake.size' to find (there are: 'brake.value')
 a start in other units | ModelError | brake | unknown 'brake': '3 kg' is a mass (kg), where a torque (N·m) is wanted
 a unit of something else | ModelError | brake | unknown 'brake': cannot convert: 'N·m' is a torque (N·m), 'N' is a force (N)
@@ -192,6 +192,6 @@ a model that asks nothing | ModelError | - | 'Four-bar: dynamic force analysis' 
 a question that a model does not ask | ModelError | front_wheel | 'Vehicle: limiting traction and braking' has no question 'front_wheel' (it has: 'front_drive', 'rear_drive', 'all_drive', 'front_brake', 'rear_brake', 'all_brake')
 a table of a question without unknowns | ModelError | - | model: line 7: solve.q.unknowns: is missing: give it
 unknowns of a file that are a number | ModelError | - | model: line 8: solve.q.unknowns: must be a name, a list of names, or { name = { start = …, unit = … } }, not 3
-an unknown of a file that is not there | ModelError | - | model: line 7: solve.q: there is no number 'brake' to find (there are: 'motor.acceleration', and those of bodies)
+an unknown of a file that is not there | ModelError | - | model: line 7: solve.q: there is no number 'brake' to find (there are: 'motor.acceleration', and those of bodies and the ground)
 a condition of a file that is not there | ModelError | - | model: line 7: solve.q: 'brake.effort = 0': measure 'brake.effort': there is no body 'brake' (there are: 'ground', 'arm')
 """

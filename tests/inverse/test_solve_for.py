@@ -451,3 +451,22 @@ def test_ratios_radii_and_second_moments_have_their_units(units):
     spread = {"arm.spread.xy": {"unit": "kg m^2"}}
     found = solve_for(in_units(spun, units), spread, "hold.effort = 5 N m", analysis="statics")[0]
     assert abs(found.unknowns["arm.spread.xy"]) == pytest.approx(5.0 / 100.0)
+
+
+def test_a_point_of_the_ground_is_a_number():
+    """In Python and in the tables of a file; the frame that is found gives the torque again."""
+    machine = mbody.gallery.load("norton_fourbar")
+    moved = mbody.assemble(machine).with_values({"ground.O4.x": 18.7})
+    wanted = float(mbody.kinetostatics(moved).effort("motor")[0])
+    request = {"unknowns": ["ground.O4.x"], "conditions": f"motor.effort = {wanted!r} lbf*in"}
+    found = mbody.solve_for(machine, **request)[0].unknowns
+    assert found["ground.O4.x"] == pytest.approx(18.7, rel=1e-9)
+    text = mbody.gallery.path("norton_fourbar").read_text(encoding="utf-8") + (
+        f'\n[solve.frame]\nunknowns = ["ground.O4.x"]\nconditions = "{request["conditions"]}"\n'
+        '[optimize.best]\nminimize = "peak(motor.effort)"\nby = { "ground.O4.x" = [18, 20] }\n'
+        '[fit]\nby = ["ground.O4.x"]\n'
+    )
+    read = mbody.from_toml(text)
+    assert [one.name for one in read.questions["frame"].unknowns] == ["ground.O4.x"]
+    with pytest.raises(ModelError, match="there is no number 'ground.mass' to find"):
+        mbody.solve_for(machine, unknowns=["ground.mass"], conditions="motor.effort = 1 lbf*in")
