@@ -167,8 +167,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     on its body j), one a coupling, an input, an auxiliary state and a measure, the effort, value,
     rate, acceleration and power of every driver, and six columns a point that moves (of a pin that
     on the first of its links); kinematics has no forces. Frictional joints have a column of their
-    loss, drivers those of the limits of their effort where joints rest. Where forces are not determined, each joint, coupling
-    and driver has a column ``"A.unique"``, 1 or 0.
+    loss, drivers those of the limits of their effort where joints rest. Where forces are not
+    determined, each joint, coupling and driver has a column ``"A.unique"``, 1 or 0.
 
     >>> import mbody
     >>> table = columns(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))

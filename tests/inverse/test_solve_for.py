@@ -468,5 +468,5 @@ def test_a_point_of_the_ground_is_a_number():
     )
     read = mbody.from_toml(text)
     assert [one.name for one in read.questions["frame"].unknowns] == ["ground.O4.x"]
-    with pytest.raises(ModelError, match="there is no number 'ground.mass' to find"):
+    with pytest.raises(ModelError, match=r"no number .ground\.mass. to find"):
         mbody.solve_for(machine, unknowns=["ground.mass"], conditions="motor.effort = 1 lbf*in")
