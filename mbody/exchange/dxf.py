@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import POINT_SAME
+from mbody.core.tolerances import POINT_SAME, TINY
 from mbody.engineering.cam_limits import cam_contour
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Body
@@ -48,19 +48,46 @@ class Contour:
 class PartOutline:
     """A link alone, in its own axes [length].
 
-    `holes`, `circles`: Holes for pins; pitch circles and rollers, which are no edges.
-    `contours`: Its edges.
+    `bar`: Whether its outline is a bar, a plate or a circle of their width.
+    `holes`: Those for pins: place, radius, and the joints that have a radius of their own.
+    `circles`: Pitch circles and rollers, which are no edges.
+    `contours`, `edges`: Its edges; circles.
+    `slots`: Outlines of those that end.
     `lines`: Directions of guides and slots.
     `marks`: Named points.
     """
 
     name: str
-    holes: list[tuple[Place, float]] = field(default_factory=list)
+    bar: bool = False
+    holes: list[tuple[Place, float, str]] = field(default_factory=list)
+    slots: list[Contour] = field(default_factory=list)
     circles: list[tuple[Place, float]] = field(default_factory=list)
     contours: list[Contour] = field(default_factory=list)
     edges: list[tuple[Place, float]] = field(default_factory=list)
     lines: list[tuple[Place, Place]] = field(default_factory=list)
     marks: dict[str, Place] = field(default_factory=dict)
+
+    def bore(self, at: Place, radius: float, near: float, joint: str = "") -> None:
+        """A hole for a pin; pins within a distance of each other have the widest hole."""
+        same = [hole for hole in self.holes if math.dist(at, hole[0]) < near]
+        widest = max((*same, (at, radius, joint)), key=lambda hole: (bool(hole[2]), hole[1]))
+        self.holes = [hole for hole in self.holes if hole not in same] + [widest]
+
+    def nearest_edge(self, at: Place) -> float:
+        """Distance of a place to the nearest edge."""
+        found = [abs(radius - math.dist(at, centre)) for centre, radius in self.edges]
+        for contour in self.contours:
+            x, y, bulge = np.transpose(contour.points)
+            ends = np.roll([x, y], -1, axis=1)
+            a, d = np.array([x, y]), ends - np.array([x, y])
+            p = np.array(at)[:, None] - a
+            size = np.maximum(np.sum(d * d, axis=0), TINY)
+            part = np.clip(np.sum(p * d, axis=0) / size, 0.0, 1.0)
+            away = np.hypot(*(p - part * d))
+            straight = bulge == 0.0
+            straight[-1] &= contour.closed
+            found += [*away[straight], *np.hypot(*p)]
+        return float(min(found, default=math.inf))
 
 
 def rounded_bar(points: list[Place], radius: float) -> Contour | None:
@@ -108,6 +135,7 @@ def _outline_of(system: System, link: Body, width: float, hole: float) -> PartOu
         _shape(shape, part, system, f"{body}.{name}")
     if not part.contours and not part.edges and body != "ground":
         _bar(part, width)
+        part.bar = True
     return part
 
 
@@ -122,17 +150,18 @@ def _add(
 def _(
     joint: Revolute, part: PartOutline, side: str, at: Place, system: System, hole: float
 ) -> None:
-    own = joint.pin_radius is not None
-    radius = float(system.numbers[f"{joint.name}.pin_radius"]) if own else hole / 2.0
-    if not any(math.dist(at, centre) < POINT_SAME * hole for centre, _ in part.holes):
-        part.holes.append((at, radius))
+    if joint.pin_radius is None:
+        part.bore(at, hole / 2.0, POINT_SAME * hole)
+    else:
+        radius = float(system.numbers[f"{joint.name}.pin_radius"])
+        part.bore(at, radius, POINT_SAME * hole, joint.name)
 
 
 @_add.register
 def _(
     joint: Distance, part: PartOutline, side: str, at: Place, system: System, hole: float
 ) -> None:
-    part.holes.append((at, hole / 2.0))
+    part.bore(at, hole / 2.0, POINT_SAME * hole)
 
 
 @_add.register
@@ -145,13 +174,13 @@ def _(
 @_add.register
 def _(joint: PinSlot, part: PartOutline, side: str, at: Place, system: System, hole: float) -> None:
     if side == "j":
-        part.holes.append((at, hole / 2.0))
+        part.bore(at, hole / 2.0, POINT_SAME * hole)
         return
     start, end = _guide(joint, side, at, system, hole)
-    if joint.limits is None or None in joint.limits:
-        part.lines.append((start, end))
-    elif slot := rounded_bar([start, end], hole / 2.0):
-        part.contours.append(slot)
+    part.lines.append((start, end))
+    limited = joint.limits is not None and None not in joint.limits
+    if limited and (slot := rounded_bar([start, end], hole / 2.0)):
+        part.slots.append(slot)
 
 
 @_add.register
@@ -211,7 +240,7 @@ def _shape(shape: Shape, part: PartOutline, system: System, name: str) -> None:
 
 def _bar(part: PartOutline, width: float) -> None:
     """A bar or a plate with round corners about the places of its joints and points."""
-    places = [*(centre for centre, _ in part.holes), *part.marks.values()]
+    places = [*(centre for centre, _, _ in part.holes), *part.marks.values()]
     places += [place for start, end in part.lines for place in (start, end)]
     places = [(float(x), float(y)) for x, y in unique(places or [(0.0, 0.0)], POINT_SAME * width)]
     if contour := rounded_bar(places, width / 2.0):
@@ -256,15 +285,17 @@ def to_dxf(
     Raises
     ------
     ModelError
-        For a width or a diameter that is not positive, or a hole that is wider than the bar.
+        For a width or a diameter that is not positive, or a hole that is wider than its bar.
     SolveError
         Where ezdxf is not installed.
 
     Notes
     -----
-    Circles are holes, at the places of pins; bars have round ends about them. A cam is its contour
-    in 1440 points, to be cut as it is. Bodies with shapes have the edges of these. The layer
-    ``marks`` has names, named points, pitch circles, rollers and the lines of guides.
+    Circles are holes, at the places of pins, as wide as their `pin_radius`, else as `hole`; pins at
+    one place have the widest. Bars have round ends about them; those that nobody gave a width are
+    wide enough for them. A cam is its contour in 1440 points, to be cut as it is. Bodies with
+    shapes have the edges of these. The layer ``marks`` has names, named points, pitch circles,
+    rollers and the lines of guides.
 
     Examples
     --------
@@ -284,7 +315,9 @@ def to_dxf(
     unit = mechanism.units.length
     broad = _length(mechanism, width, "width")
     if broad is None:
-        broad = WIDTH * _span(parts_of(system, 1.0, 1.0))
+        bare = parts_of(system, 1.0, 1.0)
+        widest = max((2.0 * r for part in bare for _, r, own in part.holes if own), default=0.0)
+        broad = max(WIDTH * _span(bare), widest / HOLE)
         notes.append(f"bars are {broad:.4g} {unit} wide: the model does not say how wide")
     bore = _length(mechanism, hole, "hole")
     if bore is None:
@@ -302,10 +335,40 @@ def to_dxf(
         scale = unit_system(mechanism.units).unit("length").factor * 1e3
         notes.append("lengths are in mm")
     parts = [part for part in parts_of(system, broad, bore) if _drawn(part)]
+    notes += _holes_examined(parts, broad, bore if hole is not None else None, unit)
     if any(isinstance(joint, Gear) for joint in mechanism.joints):
         notes.append("wheels are pitch circles, without teeth")
     text = _written(ezdxf, parts, broad, scale, UNITS.get(unit, UNITS["mm"]))
     return PartDrawing(text, tuple(notes))
+
+
+def _holes_examined(
+    parts: list[PartOutline], broad: float, bore: float | None, unit: str
+) -> list[str]:
+    """Notes on holes of another width than was asked for, or that cross an edge; a bar with a hole
+    that is wider is refused.
+    """
+    notes: list[str] = []
+    own: dict[str, float] = {}
+    for part in parts:
+        for at, radius, joint in part.holes:
+            own |= {joint: 2.0 * radius} if joint else {}
+            if radius < part.nearest_edge(at):
+                continue
+            pin = f"the hole of the pin '{joint}'" if joint else "a hole"
+            if part.bar:
+                raise ModelError(
+                    f"{pin} is {2.0 * radius:g} {unit} wide, twice its pin_radius, and the bar "
+                    f"'{part.name}' {broad:g} {unit}: give wider bars"
+                )
+            notes.append(f"{pin}, {2.0 * radius:.4g} {unit} wide, crosses an edge of '{part.name}'")
+    other = [f"{name} {width:.4g} {unit}" for name, width in own.items() if width != bore]
+    if other and bore is not None:
+        notes.append(
+            f"holes of pins with a pin_radius are as wide as these: {', '.join(other)}; "
+            f"{bore:.4g} {unit} is that of the others"
+        )
+    return notes
 
 
 def _length(mechanism: Mechanism, given: Number | None, field: str) -> float | None:
@@ -320,7 +383,7 @@ def _span(parts: list[PartOutline]) -> float:
     """The mean extent of the places on a link."""
     spans, sizes = [], []
     for part in parts:
-        places = np.array([*(c for c, _ in part.holes), *part.marks.values()]).reshape(-1, 2)
+        places = np.array([*(c for c, _, _ in part.holes), *part.marks.values()]).reshape(-1, 2)
         if len(places) > 1:
             spans.append(float(np.hypot(*np.ptp(places, axis=0))))
         round_ones = [2.0 * radius for _, radius in part.circles]
@@ -331,7 +394,7 @@ def _span(parts: list[PartOutline]) -> float:
 
 
 def _drawn(part: PartOutline) -> bool:
-    return bool(part.holes or part.contours or part.edges or part.circles)
+    return bool(part.holes or part.slots or part.contours or part.edges or part.circles)
 
 
 def _written(ezdxf: Any, parts: list[PartOutline], width: float, scale: float, units: int) -> str:
@@ -369,9 +432,9 @@ def _layer(name: str, used: set[str]) -> str:
 
 def _draw(block: Any, part: PartOutline, layer: str, scale: float) -> None:
     edge, mark = {"layer": layer}, {"layer": MARKS}
-    for (x, y), radius in (*part.holes, *part.edges):
+    for (x, y), radius in (*((at, radius) for at, radius, _ in part.holes), *part.edges):
         block.add_circle((x * scale, y * scale), radius * scale, dxfattribs=edge)
-    for contour in part.contours:
+    for contour in (*part.contours, *part.slots):
         points = [(x * scale, y * scale, bulge) for x, y, bulge in contour.points]
         block.add_lwpolyline(points, format="xyb", close=contour.closed, dxfattribs=edge)
     for (x, y), radius in part.circles:

@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 from unittest import mock
 
+from mbody import Body, Mechanism, Revolute
 from mbody.exchange import import_model, to_dxf
 from tests.errors.command import said
 from tests.errors.models import four_bar
@@ -94,12 +95,20 @@ def without_ezdxf():
         to_dxf(four_bar())
 
 
+def thick_pin():
+    machine = Mechanism("crank")
+    machine.add(Body("crank", mass=1.0, inertia=1.0, points={"O": (0, 0), "A": (1, 0)}))
+    machine.add(Revolute("O", "ground", "crank.O", pin_radius=0.15))
+    return machine
+
+
 SCENARIOS = {
     "a file of another program as a model": as_model("ground,crank,R,0,0", "crank.txt"),
     "a file of another program as a model, in XML": as_model("<linkage2/>", "crank.linkage2"),
     "a drawing of parts without ezdxf": without_ezdxf,
     "a drawing of parts of no width": lambda: to_dxf(four_bar(), 0.0),
     "a drawing of parts whose holes are too wide": lambda: to_dxf(four_bar(), 1.0, 2.0),
+    "a drawing of parts with a pin wider than its bar": lambda: to_dxf(thick_pin(), 0.2, 0.1),
     "a drawing of parts of a mass": lambda: to_dxf(four_bar(), "3 kg"),
     "a drawing of parts with instants": said(
         ["export", "hoekens", "--to", "dxf", "--instants", "3"]
@@ -242,6 +251,7 @@ a file of another program as a model, in XML | ModelError | - | 'crank.linkage2'
 a drawing of parts without ezdxf | SolveError | - | a drawing in DXF needs the package ezdxf, which is not installed: pip install ezdxf
 a drawing of parts of no width | ModelError | - | the width of bars is 0 m: it must be positive
 a drawing of parts whose holes are too wide | ModelError | - | holes of 2 m do not fit into bars of 1 m: give wider bars
+a drawing of parts with a pin wider than its bar | ModelError | - | the hole of the pin 'O' is 0.3 m wide, twice its pin_radius, and the bar 'crank' 0.2 m: give wider bars
 a drawing of parts of a mass | ModelError | drawing | 'drawing': width: '3 kg' is a mass (kg), where a length (m) is wanted
 a drawing of parts with instants | UsageError | - | --instants goes with --to image: a drawing of parts has no instants
 a width of what is not drawn | UsageError | - | --width and --hole go with --to dxf, not with --to mjcf
