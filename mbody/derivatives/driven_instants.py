@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -20,6 +21,7 @@ from mbody.derivatives.dual_solution import (
     DualSolution,
     DualWorkspace,
     EventTime,
+    ReportedForces,
     WorkspaceKind,
     dual_solution,
 )
@@ -73,12 +75,16 @@ class DrivenInstants:
             self.mode = BY_LAW
         #: Numbers by which there is no derivative: with others alone redundant loops do not close.
         self.unclosed: set[str] = set()
-        #: What is to be said of the derivatives besides.
-        self.notes: list[str] = []
+        self.reported = ReportedForces(run, self.names)
         #: Of a driven motion nothing happens at times of its own.
         self.events: list[EventTime] = []
         known = number_tangents(run.system, self.names) if tangents is None else tangents
         self.par, self.mass = known
+
+    @property
+    def notes(self) -> list[str]:
+        """What is to be said of the derivatives besides."""
+        return self.reported.notes
 
     def at(self, instants: np.ndarray, with_loads: bool) -> Any:
         """The result at some of its instants with derivatives, a `DualSolution`."""
@@ -105,7 +111,17 @@ class DrivenInstants:
             values[:] = output[:, :, 0]
             tangents[:, :, part] = output[:, :, 1 : 1 + width]
         self.spaces.append(space)
+        for n in self.reported.open_at(instants):
+            k, own = int(instants[n]), slice(0, system.record_rows)
+            shown = functools.partial(self._reported, k)
+            self.reported.derive(k, values[n, own], tangents[n, own, :count], shown)
         return DualRecord(values, tangents, space.first_load, system.coordinates)
+
+    def _reported(self, k: int, system: System, row: np.ndarray, *_: float) -> np.ndarray | None:
+        """The row of instant k with the forces that are reported."""
+        from mbody.analysis.driven.open_forces import reported_row
+
+        return reported_row(self.run, k, system, row)
 
     def without_derivative(self, instants: np.ndarray, record: DualRecord) -> np.ndarray:
         """Which of some instants, with their rows of values, have no derivatives: (instants,).

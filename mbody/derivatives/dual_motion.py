@@ -19,6 +19,7 @@ from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
+from mbody.analysis.dynamics.shared_friction import InstantModes, reported_instant
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
@@ -30,6 +31,7 @@ from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, w
 from mbody.errors import SolveError
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, artificial_masses
+from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
@@ -38,7 +40,7 @@ from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.rank import joint_rows
-from mbody.system.system import polar_points
+from mbody.system.system import System, polar_points
 
 Array = np.ndarray
 
@@ -127,6 +129,8 @@ class DualMotion:
         self.layout = without_hold(system.runtime(), self.hold)
         self.sided: dict[tuple[tuple[int, float], ...], tuple[Layout, dict[int, float]]] = {}
         self.uni = Unilateral(system)
+        #: Those of systems with other numbers, which are kept by who asks.
+        self.beside: dict[int, Unilateral] = {}
         self.loads = len(system.mechanism.loads) if with_loads else 0
         self.first_load = system.record_rows + 1 + 3 * len(system.drivers)
         self.rows = self.first_load + self.loads * system.coordinates
@@ -172,6 +176,26 @@ class DualMotion:
         return DualInstant(
             parts[0].t, *(_concatenated([getattr(one, n) for one in parts]) for n in names)
         )
+
+    def reported_row(
+        self, stretch: ModeStretch, t: float, system: System, row: Array, phases: Array
+    ) -> Array | None:
+        """A row (rows,) of a system in the modes of a stretch with the forces that are reported;
+        None where all are determined.
+        """
+        if system is not self.system and id(system) not in self.beside:
+            self.beside[id(system)] = Unilateral(system)
+        uni, work = self.beside.get(id(system), self.uni), system.work()
+        n = system.coordinates
+        work.q[:n, 0], work.v[:n, 0], work.time[0, 0] = row[:n], row[n : 2 * n], t
+        for name, amount in stretch.inputs.items():
+            work.signal[self.hold[name], 0] = amount
+        uni.set_rows(work, stretch.on, stretch.slip_sign)
+        work.par[uni.phase_rows, 0] = phases
+        laws_of_time(without_hold(system.runtime(), self.hold), work)
+        modes = InstantModes(list(stretch.modes), list(stretch.pairs), stretch.on)
+        found = reported_instant(uni, work, uni.read(work), row, modes)
+        return None if found.forces is None else found.record
 
     def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
         uni, L = self.uni, self.layout

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
 from mbody.core.lanes import LANES
+from mbody.derivatives.named_numbers import number_sizes
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.motion_duals import DualInstants, DualOutput
 from mbody.model.joints import CamFollower
@@ -127,6 +130,92 @@ def _dual_solution(run: Solution, system: System, record: DualRecord) -> DualSol
         regularization=run.regularization,
         dependencies=run.dependencies,
     )
+
+
+# -- Forces that no equation decides, with derivatives -----------------------------------------
+# What is reported of them is the end of linear programs. Along the tangents of all else at an
+# instant it is a function of one number alone, of which differences over four places are taken.
+
+
+class ReportedForces:
+    """Derivatives of the forces of a result that no equation decides.
+
+    `lost`: Times at which what stops them changes, so that there is no derivative.
+    """
+
+    def __init__(self, run: Solution, names: Sequence[str]) -> None:
+        self.run, self.names, self.lost = run, list(names), list[float]()
+        self.sizes = number_sizes(run.system, names)
+        self.systems: dict[tuple[str, float], System] = {}
+        first = 3 * run.system.coordinates
+        self.forces = slice(first, first + PER_PRIMITIVE * len(run.system.owners))
+
+    def open_at(self, instants: np.ndarray) -> np.ndarray:
+        """Which of these instants have such forces: their places."""
+        sets = () if self.run.shared is None else self.run.shared.sets
+        return np.array([n for n, k in enumerate(instants) if sets and sets[k] is not None], int)
+
+    def derive(
+        self,
+        k: int,
+        values: np.ndarray,
+        tangents: np.ndarray,
+        shown: Callable[[System, np.ndarray, int, float], np.ndarray | None],
+    ) -> None:
+        """Set the rows (rows,) of instant k and their tangents (rows, names) to what is reported.
+        `shown`: That of a system and rows beside it, by so much of a number.
+        """
+        own, plain = self.forces, values.copy()
+        middle = shown(self.run.system, plain, 0, 0.0)
+        if middle is None:
+            return
+        greatest = float(np.abs(middle[own]).max(initial=0.0))
+        values[own] = middle[own]
+        for n, name in enumerate(self.names):
+            way = tangents[:, n].copy()
+            moves = float(np.abs(way[own]).max(initial=0.0)) / (greatest or 1.0)
+            steps = [x for x in (self.sizes[n], 1.0 / moves if moves else 0.0) if x]
+            if not steps or not np.isfinite(way).all():
+                continue
+            h = tol.DIFFERENCE_STEP_FOURTH_ORDER * min(steps)
+            ends = [
+                shown(self.system_at(name, c * h), plain + c * h * way, n, c * h)
+                for c in (-2, -1, 1, 2)
+            ]
+            found = [one[own] for one in ends if one is not None]
+            if len(found) < len(ends):
+                tangents[own, n] = np.nan
+                self.lost.append(float(self.run.t[k]))
+                continue
+            low, down, up, most = found
+            tangents[own, n] = (8.0 * (up - down) - (most - low)) / (12.0 * h)
+            # where it bends, second differences grow as the step, else as its square
+            bend = np.abs(4.0 * (up + down) - (most + low) - 6.0 * middle[own])
+            fine = np.abs(up - down).max(initial=0.0) + tol.BALANCE_LEFT * greatest
+            if bend.max(initial=0.0) > tol.DERIVATIVE_ALLOWED * fine:
+                tangents[own, n] = np.nan
+                self.lost.append(float(self.run.t[k]))
+
+    def system_at(self, name: str, change: float) -> System:
+        """The system with another number."""
+        key, system = (name, change), self.run.system
+        if name not in system.values:  # of the start
+            return system
+        if key not in self.systems:
+            moved = {name: float(system.values[name]) + change}
+            self.systems[key] = system.with_values(moved)
+        return self.systems[key]
+
+    @property
+    def notes(self) -> list[str]:
+        """A sentence of where there is no derivative."""
+        if not self.lost:
+            return []
+        when = f"t = {min(self.lost):.6g} {self.run.mechanism.units.time}"
+        return [
+            f"forces that are not unique have no derivative at {when}: other limits decide beside "
+            "it which of them are given"
+        ]
 
 
 # -- Workspaces of the kernels for instants in dual numbers ------------------------------------

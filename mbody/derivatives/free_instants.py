@@ -26,7 +26,13 @@ from mbody.derivatives.dual_motion import (
     Tangents,
     anchored,
 )
-from mbody.derivatives.dual_solution import DualRecord, DualSolution, EventTime, dual_solution
+from mbody.derivatives.dual_solution import (
+    DualRecord,
+    DualSolution,
+    EventTime,
+    ReportedForces,
+    dual_solution,
+)
 from mbody.derivatives.mode_record import LostNumbers, ModeStretch, stretches_of, unfollowed_jumps
 from mbody.derivatives.named_numbers import dual_values, number_sizes, number_tangents, unit_of
 from mbody.derivatives.sampled_inputs import SampledInputs, reads_loads
@@ -330,6 +336,7 @@ class DualWalk:
         self.inputs = inputs
         self.lost: LostNumbers = times.lost
         self.derivative_before = np.zeros(len(first.y))
+        self.reported = ReportedForces(self.run, times.lost.names)
         #: Where the motion has come to.
         self.y = DualNumber(first.y, first.tangents)
 
@@ -358,6 +365,7 @@ class DualWalk:
             places = np.searchsorted(times, wanted)
             events, places = places[len(inside) :], places[: len(inside)]
             values[inside], changes[inside] = found.value[places], found.tangents[places]
+            self._report(stretch, inside, t, values, changes)
             self.lost.without(changes, inside)
             for one, place in zip(own, events, strict=True):
                 self.times.event(one, stretch, self._state(found[place]), self.tangents)
@@ -378,6 +386,25 @@ class DualWalk:
             before = stretch
         self.y = y
         return DualNumber(values, changes)
+
+    # -- forces that no equation decides ------------------------------------------------------
+
+    def _report(
+        self, stretch: ModeStretch, inside: Array, t: Array, values: Array, changes: Array
+    ) -> None:
+        """Sets the forces of instants of a stretch that are not unique to those reported."""
+        instants, own = np.searchsorted(self.run.t, t[inside]), slice(0, self.system.record_rows)
+        phases = self.tangents.phases
+        for n in self.reported.open_at(instants):
+            k, place = int(instants[n]), inside[n]
+
+            def shown(
+                system: System, row: Array, number: int, step: float, k: int = k
+            ) -> Array | None:
+                moved = stretch.phases + step * phases[:, number]
+                return self.motion.reported_row(stretch, float(self.run.t[k]), system, row, moved)
+
+            self.reported.derive(k, values[place, own], changes[place, own], shown)
 
     # -- samples of controllers ---------------------------------------------------------------
 
@@ -625,8 +652,9 @@ class FreeInstants:
     @property
     def notes(self) -> list[str]:
         """Notes of places without derivatives."""
-        sampled = [] if self.walk is None else self.walk.inputs.notes
-        return [*self.lost.notes(self.run.mechanism.units.time), *sampled]
+        walk = self.walk
+        more = [] if walk is None else [*walk.inputs.notes, *walk.reported.notes]
+        return [*self.lost.notes(self.run.mechanism.units.time), *more]
 
     def at(self, instants: Array, with_loads: bool) -> DualSolution:
         """The result at some of its instants with derivatives."""

@@ -19,6 +19,7 @@ from mbody.solution.histories import (
     Checks,
     Reaction,
     Result,
+    motion_at,
     motion_rows,
     one_design,
     reaction_torque,
@@ -137,7 +138,8 @@ def each_load_of(solution: Result, instant: int) -> np.ndarray:
 
     system, instants = solution.system, slice(instant, instant + 1 or None)
     output = np.empty((1, len(system.mechanism.loads), system.coordinates))
-    motion = np.ascontiguousarray(_motion(solution, 0)[instants])
+    which = np.arange(len(solution.t))[instants]
+    motion = np.ascontiguousarray(motion_at(solution, which))
     each_load(system.runtime(), system.work(), motion, np.array(solution.t[instants]), output)
     return output[0].reshape(-1, len(system.mechanism.bodies), 3)
 
@@ -159,18 +161,17 @@ def _audit(
     from mbody.kernels.finished_instants import RESIDUALS, Finished, residuals_of
 
     system, t = solution.system, np.array(solution.t[instants])
-    first = 3 * system.coordinates
-    primitives = solution.record.table(slice(first, first + PER_PRIMITIVE * len(system.owners)))
-    primitives = (primitives[design] if solution.record.batch else primitives)[instants]
+    first, which = 3 * system.coordinates, np.arange(len(solution.t))[instants]
+    rows = slice(first, first + PER_PRIMITIVE * len(system.owners))
+    primitives = solution.record.at(rows, which, design)
     lam = primitives.reshape(len(t), -1, PER_PRIMITIVE)[:, :, :2].reshape(len(t), -1)
     driven = [system.primitives_of[driver.name][0] for driver in system.mechanism.drivers]
     by_law = solution.given is None
     given = np.zeros((len(t), max(1, len(driven)), 3))
     if solution.given is not None:
         given = np.array(solution.given[instants])
-    motion = _motion(solution, design)
+    motion = np.ascontiguousarray(motion_at(solution, which, design))
     if moved is not None:
-        motion = motion.copy()
         motion[:, : system.coordinates] += moved
     width, layout = _width(system), system.runtime()
     if parts is not None:
@@ -180,7 +181,7 @@ def _audit(
         0.0
     )
     found = Finished(
-        motion=motion[instants],
+        motion=motion,
         t=t,
         lam=lam,
         driven=np.array(driven, dtype=np.int64),

@@ -77,7 +77,8 @@ class Record:
         (instants, rows).
         """
         if self.batch:
-            return np.ascontiguousarray(self.table(rows)[design, instants])
+            part, lane = divmod(design, self.blocks[0].shape[2])
+            return np.ascontiguousarray(self.blocks[part][instants, rows, lane])
         block = self.blocks[0]
         if len(instants) == 1:  # of searches, which take one of each of many designs
             lane, place = divmod(int(instants[0]), len(block))

@@ -611,12 +611,15 @@ def reported(
 class SharedResult:
     """Forces of a result that no equation decides.
 
-    `sets`: All admissible ones of every instant; None where they are determined.
+    `sets`: All admissible ones of every instant, of a batch of those of one design after the other;
+      None where they are determined.
     `named`: Names of the owners of their limits, by number.
+    `designs`: Of a batch.
     """
 
     sets: tuple[ForceSet | None, ...]
     named: tuple[str, ...] = ()
+    designs: int = 0
 
     def take(self, index: Array) -> SharedResult:
         """Some of the instants."""
@@ -628,16 +631,18 @@ class SharedResult:
         return max((one.free for one in self.sets if one is not None), default=0)
 
     def change(self, row: int) -> Array:
-        """How a number of a primitive changes by the combinations: (free, instants)."""
+        """How a number of a primitive changes by the combinations: (free, instants), of a batch
+        (free, designs, instants).
+        """
         found = np.zeros((self.free, len(self.sets)))
         for k, one in enumerate(self.sets):
             if one is not None:
                 found[: one.free, k] = one.change(row)
-        return found
+        return found.reshape(self.free, self.designs, -1) if self.designs else found
 
     def unique(self, by: Array, none: float) -> bool | None:
-        """Whether what changes so, (free, instants), is determined at all instants; changes up to
-        `none` are rounding.
+        """Whether what changes so, as `change` has it, is determined at all instants; changes up
+        to `none` are rounding.
         """
         found: bool | None = True
         for own, some in self._distinct(by, none):
@@ -648,7 +653,8 @@ class SharedResult:
         return found
 
     def range(self, by: Array, none: float) -> tuple[Array, Array]:
-        """By how much it may be less and more at the instants: two arrays (instants,)."""
+        """By how much it may be less and more: two arrays (instants,), or (designs, instants)."""
+        shape, by = by.shape[1:], by.reshape(len(by), -1)
         ends = np.zeros((2, len(self.sets)))
         known = dict[tuple[int, bytes], tuple[float, float]]()
         for k, own in enumerate(self.sets):
@@ -659,11 +665,11 @@ class SharedResult:
             if key not in known:
                 known[key] = own.range(some)
             ends[:, k] = known[key]
-        return ends[0], ends[1]
+        return ends[0].reshape(shape), ends[1].reshape(shape)
 
     def _distinct(self, by: Array, none: float) -> list[tuple[ForceSet, Array]]:
         """Sets with a change that is not none; of instants that are alike once."""
-        found = dict[tuple[int, bytes], tuple[ForceSet, Array]]()
+        found, by = dict[tuple[int, bytes], tuple[ForceSet, Array]](), by.reshape(len(by), -1)
         for k, own in enumerate(self.sets):
             if own is not None and np.abs(some := by[: own.free, k]).max(initial=0.0) > none:
                 found.setdefault((id(own), some.tobytes()), (own, some))
@@ -703,8 +709,9 @@ def inadmissible(solution: Any) -> list[Doubt]:
         return []
     names = [solution.shared.named[n] for n in sorted(owners)]
     names = list(dict.fromkeys(names))
-    t, unit = float(solution.t[when]), solution.mechanism.units.time
-    many = f"at {count} of {len(solution.t)} instants, first " if len(solution.t) > 1 else ""
+    instants, every = len(solution.t), len(solution.shared.sets)
+    t, unit = float(solution.t[when % instants]), solution.mechanism.units.time
+    many = f"at {count} of {every} instants, first " if every > 1 else ""
     return [
         Doubt(
             "inadmissible",

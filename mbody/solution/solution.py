@@ -421,7 +421,7 @@ class Solution:
 
     def _unique(self, joint: str, on: str | None = None) -> Unique:
         plain: Unique = (True, True, True)
-        if self.regularization and self.dependencies is None:
+        if self._not_examined:
             return None
         element = self.mechanism.element_or_group(joint)
         # of closed contacts all that is open is among the admissible forces, by their limits too
@@ -431,13 +431,19 @@ class Solution:
             plain = (not open_parts[0], not open_parts[1], not open_parts[2])
             if self.mechanism.contacts_of(joint):
                 return None  # it is not looked at whether the sum is determined
-        if self.stepped is not None and len(self.stepped.which):
-            return None  # it is not looked at where something touches
         if self.open_forces is None:
             return plain
         from mbody.solution.friction_results import unique_reaction
 
         return unique_reaction(self, element, on, plain)
+
+    @property
+    def _not_examined(self) -> bool:
+        """Whether nothing is known of what is unique: of large systems, and where something
+        touches in steps with impulses.
+        """
+        touches = self.stepped is not None and len(self.stepped.which) > 0
+        return touches or bool(self.regularization and self.dependencies is None)
 
     def unique_effort(self, name: str) -> bool | None:
         """Whether the effort of a driver or a coupling is determined; redundant rows may leave it
@@ -449,7 +455,7 @@ class Solution:
             As `effort`.
         """
         self._efforts(name)
-        if self.regularization and self.dependencies is None:
+        if self._not_examined:
             return None
         if self.dependencies is not None and any(self.dependencies.get(name, ())):
             return False

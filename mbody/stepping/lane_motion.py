@@ -33,7 +33,7 @@ from mbody.kernels.step_state import NEXT, TIME, Tolerances
 from mbody.laws.kernels import OPERATIONS
 from mbody.model.element import as_marker, listed
 from mbody.model.study import Measure, measure_named
-from mbody.solution.histories import Record
+from mbody.solution.histories import Record, Unique
 from mbody.solution.measures import check_measure, evaluate_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import NUMPY, WRITTEN, TracedInstant, TracedRecord
@@ -434,9 +434,11 @@ class LaneReaction:
     ----------
     fx, fy, torque, magnitude : arrays (n,)
         [force, force, force·length, force].
+    unique : tuple of three bool, or None
+        Whether each of fx, fy, torque is determined in all states, as of `mbody.Reaction`.
     """
 
-    __slots__ = ("_measure", "name")
+    __slots__ = ("_measure", "_uniques", "name")
     KEYS: ClassVar[dict[str, str]] = {
         "fx": "fx",
         "fy": "fy",
@@ -444,8 +446,20 @@ class LaneReaction:
         "magnitude": "force",
     }
 
-    def __init__(self, name: str, measure: Callable[[str], Array]) -> None:
-        self.name, self._measure = name, measure
+    def __init__(
+        self, name: str, measure: Callable[[str], Array], uniques: Callable[[], Iterator[Unique]]
+    ) -> None:
+        self.name, self._measure, self._uniques = name, measure, uniques
+
+    @property
+    def unique(self) -> Unique:
+        """Of all states together."""
+        every = list(self._uniques())
+        if None in every:
+            return None
+        parts = zip((True,) * 3, *(one for one in every if one is not None), strict=True)
+        x, y, torque = (None if None in part and False not in part else all(part) for part in parts)
+        return x, y, torque
 
     def __getattr__(self, key: str) -> Array:
         if key not in self.KEYS:
@@ -511,7 +525,12 @@ class LaneReadings:
     def reaction(self, joint: str) -> LaneReaction:
         """Present force and torque of a joint on its body j: arrays (n,)."""
         check_measure(self.system.mechanism, Measure(f"{joint}.fx"))
-        return LaneReaction(joint, self.measure)
+
+        def uniques() -> Iterator[Unique]:
+            # on lanes no rows are redundant, and nothing touches or sticks
+            return (sim.reaction(joint).unique for _, sim in self._alone())
+
+        return LaneReaction(joint, self.measure, uniques)
 
     def effort(self, name: str) -> Array:
         """Present effort of a driver or a coupling (n,) [force·length, or force]."""

@@ -433,3 +433,65 @@ def test_feet_without_a_force_of_their_own_slide_until_all_stop(until):
     words = np.where(run.t < v / (mu * G), "slip", "stick")
     for name in places:
         assert [word[:5].rstrip("+-") for word in run.mode(name)] == words.tolist()
+
+
+# -- Many designs, and what is not examined ------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.1])
+def test_designs_of_a_batch_are_those_alone(rate):
+    made, masses = on_feet((-1.0, 0.0, 1.0), 0.3, 50.0, 0.1, rate), [10.0, 12.0, 15.0]
+    system = mbody.assemble(made)
+    many = mbody.kinetostatics(system.with_values({"top.mass": masses}), t=[0.0, 1.0])
+    for n, mass in enumerate(masses):
+        one = mbody.kinetostatics(system.with_values({"top.mass": mass}), t=[0.0, 1.0])
+        for k in range(3):
+            name = f"p{k}"
+            assert many.reaction(name).unique == one.reaction(name).unique != (True, True, True)
+            assert many.reaction(name).fy[n] == pytest.approx(one.reaction(name).fy)
+            low, high = many.range(name).low.fy[n], many.range(name).high.fy[n]
+            own = one.range(name)
+            assert (low, high) == (
+                pytest.approx(own.low.fy, abs=1e-9),
+                pytest.approx(own.high.fy, abs=1e-9),
+            )
+        assert many.unique_effort("pull") == one.unique_effort("pull") == (rate > 0.0)
+
+
+def test_a_joint_that_rests_in_one_design_alone():
+    made, _ = four_bar(2)
+    made.add(mbody.AngleDriver("motor", "crank", 2.0))
+    off = {f"{name}.friction": 0.0 for name in "OABC"}
+    system = mbody.assemble(made).with_values(off)
+    smooth = mbody.statics(system)
+    assert smooth.reaction("A").unique == (True, True, True) and smooth.unique_effort("motor")
+    several = mbody.statics(system.with_values({"A.friction": [0.0, 0.0, 0.4, 0.0]}))
+    alone = mbody.statics(system.with_values({"A.friction": 0.4}))
+    assert several.reaction("A").unique == alone.reaction("A").unique == (False, False, False)
+    assert not several.unique_effort("motor")
+
+
+def test_steps_with_impulses_say_that_nothing_was_examined():
+    made = on_two_lines(0)[0]
+    run = mbody.simulate(made, 0.01, method="moreau", step=1e-3)
+    assert run.reaction("p").unique is None
+    assert any(note.startswith("whether forces are unique") for note in run.notes)
+    free = mbody.Mechanism("free")
+    free.add(Body("b", mass=1.0, inertia=1.0, points={"P": (0, 0)}), Gravity("g", y=-G))
+    free.simulation = SimulationSettings(until=0.1)
+    run = mbody.simulate(free, method="moreau", step=1e-2)
+    assert not any(note.startswith("whether forces are unique") for note in run.notes)
+
+
+def test_many_simulators_say_what_is_unique():
+    made, _ = four_bar(15)
+    made.simulation = SimulationSettings(until=1.0)
+    many = mbody.Simulators(mbody.assemble(made), 2)
+    assert many.reaction("O").unique == mbody.Simulator(made).reaction("O").unique
+    many.until(1.5)
+    one = mbody.Simulator(made)
+    one.until(1.5)
+    assert many.reaction("O").unique == one.reaction("O").unique == (False, False, False)
+    smooth = mbody.Simulators(mbody.gallery.load("double_pendulum"), 2)
+    joint = smooth.system.mechanism.joints[0].name
+    assert smooth.reaction(joint).unique == (True, True, True)

@@ -314,6 +314,11 @@ def step_findings(
             f"of so few contacts ({int(state[CONTACTS])} at once) dop853 finds the motion to its "
             "tolerance, with each impact and each change between sticking and sliding located"
         )
+    if state[CONTACTS]:
+        notes.append(
+            "whether forces are unique while something touches was not examined: impulses that "
+            "keep all limits are given, others may balance the bodies as well"
+        )
     bouncing = [
         one.name
         for one in (*machine.contacts, *machine.groups)
