@@ -457,8 +457,9 @@ WORK_CYCLE_ROUNDING = 1e-12
 #: Rounding of an account, as a part of what its greatest force does along the model length.
 ENERGY_ROUNDING = 2e-12
 ENERGY_ROUNDING_STEP = 1e-13  # Rounding of an account, and of a step.
-#: Energy that an impact may give by rounding, as a part of what its impulses exchange.
+#: Energy that an impact may change otherwise than its impulses do, of what these exchange.
 ENERGY_IMPACT = 1e-8
+ENERGY_IMPACT_GAIN = 1e-9  # Energy that it may give by rounding, as a part of the same.
 ENERGY_ERROR_FIXED_STEPS = 0.05  # The part of the energy that steps of one length may err by.
 ENERGY_ERROR_DRIVEN = 0.15  # The part of it that motions with drivers may err by.
 #: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at

@@ -624,7 +624,7 @@ class ImpactDuals:
         modes: list[tuple[Array, Array]] = []
 
         def first(contacts: ClosedContacts, before: Array, given: Array) -> Array | None:
-            one = contacts.problem(before, given).solve()
+            one = contacts.solution(before, given)
             if one is None or _undecided(one):
                 return None
             hold, slip_signs = contacts.modes(one)

@@ -199,6 +199,7 @@ class Checks:
         self.scene, self.run = scene, run
         self.faults: list[Fault] = []
         self.t = 0.0
+        self.series: set[float] = set()
         self.states = [State(scene, run, k) for k in range(len(run.t))]
         self.size = max(part.size for part in scene.parts.values())
         free = math.sqrt(scene.gravity * self.size)
@@ -473,6 +474,8 @@ class Checks:
     # -- impacts ----------------------------------------------------------------------------
 
     def impacts(self) -> None:
+        # changes of modes that follow a series which is taken to its end have its jump as well
+        self.series = {float(e.state.t[0]) for e in self.run.events if e.name == "rest"}
         for event in self.run.events:
             if event.after is None:
                 continue
@@ -495,7 +498,7 @@ class Checks:
         energy = before.kinetic()
         whole = sum(part.mass for part in parts.values())
         swift = math.sqrt(whole) * self.swift
-        least = (SERIES if event.name == "rest" else NOTHING) * swift
+        least = (SERIES if float(event.state.t[0]) in self.series else NOTHING) * swift
         if size > least:
             matrix = np.array(columns).T / roots[:, None] if columns else np.zeros((len(roots), 1))
             lengths = np.sqrt((matrix**2).sum(axis=0))

@@ -32,6 +32,23 @@ def test_every_force_and_impact_keeps_its_law(seed):
     assert not (found.silent or found.doubted or found.refused), found.told
 
 
+#: A disc rolls on an edge over its corner, beside a floor (597, 4655); the end of a rod on a pin,
+#: which slides by the motion that strikes (1942); a corner beside a corner (4695); a pile at rest
+#: whose forces are nearly on the edge of a cone (8989); what follows a series of impacts (5795).
+MENDED = (597, 1942, 4655, 4695, 5795, 8989)
+
+
+@pytest.mark.parametrize("seed", MENDED)
+@pytest.mark.processor
+def test_rare_scenes(seed):
+    found = examine_scene(seed)
+    assert not (found.silent or found.doubted or found.refused), found.told
+
+
+def test_a_little_energy_by_newtons_law_is_said():
+    assert examine_scene(8556).doubted
+
+
 def test_all_kinds_have_their_turn():
     assert {random_scene(seed).kind for seed in SEEDS} == set(KINDS)
 

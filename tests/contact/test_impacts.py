@@ -58,6 +58,34 @@ def test_a_rod_falls_on_its_end():
     assert np.abs(run.energy.balance).max() < 1e-9 * run.energy.size
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.3, 0.7])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_rod_on_a_pin_strikes_a_floor_with_friction(mu, side):
+    """Its end slides until it stops: N = J |ω|/(x + μ y) by both arms about the pin; then e N
+    throws it back against as much: ω⁺ = −e ω (x − μ y)/(x + μ y), none where friction wedges.
+    """
+    length, inertia, e, drop = 0.8, 0.3, 0.6, 0.5
+    rod = Body("rod", mass=1.0, inertia=inertia, points={"P": (0.0, 0.0), "Q": (length, 0.0)})
+    shapes = {"floor": {"line": {"point": "O", "angle": 0.0}}}
+    machine = Mechanism("rod", ground={"O": (0.0, -drop)}, ground_shapes=shapes)
+    machine.add(
+        rod,
+        Revolute("pin", "ground", "rod.P"),
+        Contact("touch", "ground.floor", "rod.Q", friction=mu, restitution=e),
+    )
+    x, angle = math.sqrt(length**2 - drop**2), -math.asin(drop / length)
+    at = angle + 0.3 if side > 0.0 else math.pi - angle - 0.3
+    start = {"rod": {"angle": at, "omega": -side * 0.9}}
+    machine.simulation = SimulationSettings(0.5, start)
+    run = simulate(machine, 0.5)
+    (hit,) = (one for one in run.events if one.name == "impact")
+    before, after = hit.state["rod"].omega[0], hit.after["rod"].omega[0]
+    back = e * max(x - mu * drop, 0.0) / (x + mu * drop)
+    assert after == pytest.approx(-back * before, rel=1e-9)
+    N, T = hit.impulse("touch")
+    assert x * N + side * drop * T == pytest.approx(inertia * abs(before - after), rel=1e-9)
+
+
 def test_a_double_pendulum_strikes_its_elbow():
     """In its two angles: H(θ) Δω = Jᵀ p, J Δω = −(1 + e) J ω; the joints' impulses drop out."""
     machine = Mechanism("arm")

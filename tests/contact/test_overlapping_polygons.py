@@ -64,6 +64,23 @@ def test_what_overlaps_is_refused_and_nothing_else(name, radius):
     assert seen == {"apart", "overlaps"}
 
 
+@pytest.mark.parametrize("beside", [1e-2, 3.4e-3, 1e-6])
+@pytest.mark.parametrize("rounding", [0.0, 7e-15, -7e-15])
+def test_what_lies_beside_a_corner_overlaps_nothing(beside, rounding):
+    """A line of an edge and its end are as far as the other edge there, but for rounding."""
+    corners = {"A": (-21.5, 55.9), "B": (29.5, 55.9), "C": (29.5, 84.7), "D": (-21.5, 84.7)}
+    machine = Mechanism(
+        "corner", ground=corners, ground_shapes={"block": {"polygon": tuple(corners)}}
+    )
+    machine.add(
+        Body("bead", mass=1.0, inertia=1.0, points={"C": (0.0, 0.0)}),
+        Contact("touch", "ground.block", "bead.C"),
+    )
+    own = {"x": -21.5 - beside, "y": 55.9 + rounding, "angle": 0.0}
+    machine.simulation = SimulationSettings(until=1e-3, start={"bead": own}, instants=2)
+    assert mbody.simulate(machine).status == "completed"
+
+
 def test_a_disc_in_an_inner_corner_overlaps_nothing():
     """It touches both edges there."""
     corners = SHAPES["L"]

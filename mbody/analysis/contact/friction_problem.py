@@ -108,13 +108,30 @@ class ClosedContacts:
         """(Λ_N, Λ_T) (2 m,) from velocities `before` (2 m,) without them, with normal impulses
         `given` (m,) that count in the cones; None where there are none.
         """
-        m = len(self)
-        one = self.problem(before, given).solve()
+        m, one = len(self), self.solution(before, given)
         if one is None:
             return None
         impulses, frictional = np.zeros(2 * m), np.flatnonzero(self.friction > 0.0)
         impulses[:m], impulses[m + frictional] = one.forces[:m], one.forces[m:]
         return impulses
+
+    def solution(self, before: Array, given: Array) -> FrictionSolution | None:
+        """What `solve` gives, with its modes; before is (2 m,), given (m,)."""
+        problem = self.problem(before, given)
+        stops = self._stop_at_once(before)[self.friction > 0.0]
+        one = problem.sliding(stops).solve() if stops.any() else None
+        return one or problem.solve()
+
+    def _stop_at_once(self, before: Array) -> Array:
+        """Directions of sliding (m,) of what slides by the motion that approaches, as the end of a
+        rod on a pin: both stop together, until when it slides; zero of all others.
+        """
+        m, D = len(self), np.diag(self.delassus)
+        N, T, C = D[:m], D[m:], np.diag(self.delassus[:m, m:])
+        one = (N * T > 0.0) & (N * T - C * C <= tol.ROWS_DEPENDENT * N * T)
+        apart = np.abs(before[m:] * N - before[:m] * C)
+        one &= apart <= tol.ROWS_DEPENDENT * np.abs(before[:m] * C)
+        return np.where(one & (before[:m] < 0.0), np.sign(before[m:]), 0.0)
 
     def modes(self, one: FrictionSolution) -> tuple[Array, Array]:
         """Rows that hold (2 m,) and directions of tangents that slide (m,) by a solution."""
@@ -270,6 +287,13 @@ class FrictionProblem:
         """Accelerations without the forces f."""
         return self.accelerations - self.delassus @ self.forces
 
+    def sliding(self, slip_signs: Array) -> FrictionProblem:
+        """The problem in which tangents slide that have a direction (tangents,)."""
+        pairs = zip(self.tangents, slip_signs, strict=True)
+        return replace(
+            self, tangents=tuple(replace(t, sliding=float(s)) if s else t for t, s in pairs)
+        )
+
     def parts(self) -> Iterator[Array]:
         """Rows of what is connected."""
         linked = self.delassus != 0.0
@@ -308,7 +332,8 @@ class FrictionProblem:
             P = self._state(rows)
             count, k = solve_contacts(P, every), len(rows)
             complete &= bool(P.count[kernels.COMPLETE])
-            worst = max(worst, float(P.number[kernels.RESIDUAL]))
+            left = float(P.number[kernels.RESIDUAL])
+            worst = max(worst, left)
             if not count:
                 return [], complete
             own = [(P.f[i], P.w[i], P.mode[i * k : (i + 1) * k]) for i in range(count)]
@@ -318,7 +343,7 @@ class FrictionProblem:
             others = [[part.copy() for part in whole[0]] for _ in own[1:]]
             for made, part in ((whole, own[:1] * len(whole)), (others, own[1:])):
                 for one, (f, w, mode) in zip(made, part, strict=True):
-                    begins = self._begins(rows, f, w)
+                    begins = self._begins(rows, f, w, left)
                     one[0][rows], one[1][rows], one[2][rows] = f, w, np.where(begins, mode, 0.0)
             whole += others
         return [FrictionSolution(self, f, w, mode, worst) for f, w, mode in whole], complete
@@ -348,10 +373,13 @@ class FrictionProblem:
             slip = now
         return one
 
-    def _begins(self, rows: Array, f: Array, w: Array) -> Array:
-        """Whether rows that would slide from rest do: not by rounding of what cancels there."""
+    def _begins(self, rows: Array, f: Array, w: Array, left: float) -> Array:
+        """Whether rows that would slide from rest do: not by rounding of what cancels there, nor by
+        what is `left` of the laws.
+        """
         D = np.abs(self.delassus[np.ix_(rows, rows)])
-        least = tol.CONTACT_ACCELERATION_NONE * (np.abs(self.without[rows]) + D @ np.abs(f))
+        none = max(tol.CONTACT_ACCELERATION_NONE, left)
+        least = none * (np.abs(self.without[rows]) + D @ np.abs(f))
         still = [r >= self.normals and not self.tangents[r - self.normals].sliding for r in rows]
         return ~np.array(still) | (np.abs(w) > least)
 

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE, TINY
+from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
 from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
@@ -707,6 +707,6 @@ def _to_polygon(across: Array, along: Array) -> tuple[float, int]:
     distances = np.hypot(across, past)
     least = distances.min()
     # nearest to a corner both edges there are as near: the one that is seen more squarely decides
-    nearest = np.flatnonzero(distances <= least * (1.0 + DISTANCE_TIE) + TINY)
+    nearest = np.flatnonzero(distances <= least + DISTANCE_TIE * distances.max())
     n = int(nearest[np.argmax(np.abs(across[nearest]))])
     return float(np.copysign(least, across[n])), n

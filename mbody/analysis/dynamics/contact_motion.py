@@ -166,7 +166,10 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
             gap, along_edge = gaps[:, number], along[:, number]
             # past its ends it is as far from there as it is from them
             found[k] = np.maximum(gap, -along_edge - motion.gap_tolerance)
-            if guards[k] not in motion.fresh:
+            if (least := motion.fresh.get(guards[k])) is not None:
+                # what opens from there closes later, whatever rounding says
+                found[k, (np.abs(found[k]) <= least) & (approaches[:, number] > 0.0)] = least
+            else:
                 # what leaves its edge does so first
                 on_one_line = (np.abs(gap) <= flush) & (
                     np.abs(approaches[:, number]) <= velocity_tolerance[number]
@@ -1014,16 +1017,15 @@ class ContactIntegration(ModalIntegration):
         W, after = contact_rows(self.uni, self.uni.read(self.work), closed)
         rates = 0.5 * (np.abs(after) + np.abs(after - W @ found.jump))
         exchanged = float(np.abs(found.impulses) @ rates) + float(np.abs(given).sum())
-        rounding += tol.ENERGY_IMPACT * exchanged
         gained -= float(given.sum())
-        off = abs(gained - float(found.gained.sum()))
-        if not (gained > rounding or off > rounding):
+        off = abs(gained - float(found.gained.sum())) > rounding + tol.ENERGY_IMPACT * exchanged
+        if not (off or gained > rounding + tol.ENERGY_IMPACT_GAIN * exchanged):
             return
         points = [self.uni.contact_points[k] for k in closed]
         names, units = tuple(dict.fromkeys(one.name for one in points)), self.system.mechanism.units
         energy = units.of("torque")
         where = f"at t = {t:.6g} {units.time} the impact of {listed(names)}"
-        if off > rounding:
+        if off:
             message = (
                 f"{where} changes the energy by {gained:.3g} {energy}, its impulses by "
                 f"{found.gained.sum():.3g} {energy}: do not rely on the motion from there on, and "
