@@ -104,8 +104,8 @@ def state_quantity(machine: Described, name: str) -> Dimension:
     if key in OF_FORCES:
         raise FormulaError(
             f"'{name}' follows from the forces of the same instant, which follow from this "
-            f"formula: measure positions and rates (of '{owner}': {listed(known)}), or filter it "
-            "with a state of your own"
+            f"formula: measure positions and rates (of '{owner}': {listed(known)}), or let a "
+            "controller read it at its samples and set an Input"
         )
     raise FormulaError(f"'{owner}' has no '{key}' to measure here (it has: {listed(known)})")
 

@@ -130,8 +130,8 @@ a formula of a body that is not there | ModelError | spring | 'spring': value: t
 a formula of a point that is not there | ModelError | spring | 'spring': value: 'arm' has no point 'Q' (it has: 'P')
 a formula of a point of a joint | ModelError | spring | 'spring': value: 'O' has no points: it is no body
 a formula of what there is not | ModelError | spring | 'spring': value: 'arm' has no 'colour' to measure here (it has: 'x', 'y', 'vx', 'vy', 'angle', 'omega')
-a formula of forces of the same instant | ModelError | spring | 'spring': value: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or filter it with a state of your own
-a formula of accelerations | ModelError | spring | 'spring': value: 'arm.alpha' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'arm': 'x', 'y', 'vx', 'vy', 'angle', 'omega'), or filter it with a state of your own
+a formula of forces of the same instant | ModelError | spring | 'spring': value: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or let a controller read it at its samples and set an Input
+a formula of accelerations | ModelError | spring | 'spring': value: 'arm.alpha' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'arm': 'x', 'y', 'vx', 'vy', 'angle', 'omega'), or let a controller read it at its samples and set an Input
 a formula of another dimension | ModelError | spring | 'spring': value: '-5 N*arm.P.y/(1 s)' is a power (N·m/s), where a torque (N·m) is wanted
 a formula that is too long | ModelError | spring | 'spring': value: '1 N*m*(sin(arm.angle)+sin(arm.angle)+sin(arm.angle)+sin(a...' has 300 operations, at most 200 are possible: define parts of it as parameters or states
 a rod by a formula of what moves | ModelError | rod | 'rod': length is '0.1 m + arm.P.y', a formula of 'arm.P.y', which a joint cannot follow: a load or a driver may; for coordinates that follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint
@@ -172,6 +172,6 @@ a history of an input that a controller sets | ModelError | u | input 'u' is set
 a history of one number | ModelError | u | input 'u': a history is a row of at least two numbers, spread over the motion, or a pair (t, u) of rows, not of shape (1,)
 a history of another dimension | ModelError | u | input 'u' is a torque (N·m), the history is a length (m): give it in a unit of the former
 a history that goes back | ModelError | u | input 'u': x must increase from point to point, but x[1] = 0 follows x[0] = 1: sort the points and drop repeated ones
-a spring by a formula of forces | ModelError | s | 's': law: 'A.fx' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'A': 'angle', 'rate'), or filter it with a state of your own
+a spring by a formula of forces | ModelError | s | 's': law: 'A.fx' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'A': 'angle', 'rate'), or let a controller read it at its samples and set an Input
 a force by a formula of what is not there | ModelError | f | 'f': value: there is no 'leg' to measure 'leg.x' of (there are: 'ground', 'arm', 'O', 'u', 'f'): add it before, or correct the name
 """
