@@ -161,7 +161,8 @@ def explain(args: Any) -> int:
     if args.element is None:
         print(reference_overview())
     else:
-        print(*element_reference(args.element), sep="\n\n")
+        table = reference_overview(args.element)
+        print(*([table] if table else element_reference(args.element)), sep="\n\n")
     return 0
 
 

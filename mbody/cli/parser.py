@@ -728,16 +728,22 @@ class _Parser(argparse.ArgumentParser):
 
     def suggestion(self, words: Sequence[str]) -> str:
         """The question which option of this command was meant, where one is spelled nearly so."""
-        import difflib
+        from mbody.errors import meant
 
         options = re.findall(r"--[a-z-]+", self.format_usage())
         for word in words:
-            if similar := difflib.get_close_matches(word.partition("=")[0], options, 1, 0.85):
-                return f": did you mean {similar[0]}?"
+            if similar := meant(word.partition("=")[0], options, 0.85):
+                return f": did you mean {similar}?"
         return ""
 
     def error(self, message: str) -> NoReturn:
-        """Raise what the arguments lack."""
+        """Raise what the arguments lack; of a command that there is not, which one is meant."""
+        from mbody.errors import meant
+
+        if wrong := re.match(r"argument command: invalid choice: '(.*?)' \(choose", message):
+            close = meant(wrong[1], self.commands)
+            hint = f"did you mean {close}?" if close else "mbody --help lists them"
+            raise UsageError(f"there is no command '{wrong[1][:60]}': {hint}")
         message = message if len(message) <= 300 else f"{message[:297]}..."
         raise UsageError(f"{message} (see {self.prog} --help)")
 

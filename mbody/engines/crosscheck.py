@@ -4,7 +4,6 @@ result.
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import math
 from collections.abc import Mapping, Sequence
@@ -23,7 +22,7 @@ from mbody.engines.load_forces import (
     unsupported_states,
     without_counterpart,
 )
-from mbody.errors import ModelError, brief
+from mbody.errors import ModelError, brief, meant
 from mbody.model.element import listed
 from mbody.model.study import Instants
 from mbody.solution.doubts import Doubt, heading, status_of, unit_symbols
@@ -228,8 +227,8 @@ def _names_of(against: Any) -> tuple[str, ...]:
     wanted = list(against)
     for name in wanted:
         if name not in ENGINES:
-            close = difflib.get_close_matches(str(name)[:60], ENGINES, 1)
-            hint = f"did you mean '{close[0]}'?" if close else f"there are: {listed(ENGINES)}"
+            close = meant(name, ENGINES)
+            hint = f"did you mean '{close}'?" if close else f"there are: {listed(ENGINES)}"
             raise ModelError(f"there is no engine {brief(name)}: {hint}")
     return tuple(dict.fromkeys((*ALWAYS, *wanted)))
 

@@ -86,8 +86,8 @@ def import_model(file: str | os.PathLike[str], units: str | None = None) -> Impo
     if re.match(r"https?:", str(given)):
         if "mech=" not in str(given):
             raise ModelError(
-                f"the address {seen(given)} has no mechanism: an address of PMKS has "
-                "mech=…, other files are to be downloaded first"
+                f"the address {seen(given)} has no mechanism that is read: addresses of PMKS with "
+                "mech=… are, those of PMKS+ (?0P…) and others are not; export a file there"
             )
         return pmks_from_text(str(given), "PMKS", units or UNITS)
     path = Path(given)

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import difflib
 import functools
 from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, meant
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
@@ -45,8 +44,8 @@ def path(name: str) -> Path:
     'hoekens.toml'
     """
     if name not in names():
-        close = difflib.get_close_matches(str(name)[:100], names(), 1)
-        hint = f"did you mean '{close[0]}'?" if close else LISTED
+        close = meant(name, names())
+        hint = f"did you mean '{close}'?" if close else LISTED
         raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {hint}")
     file = resources.files(__name__) / f"{name}.toml"
     kept = contextlib.ExitStack()

@@ -335,8 +335,10 @@ class Mechanism:
         known = [driver.name for driver in self.drivers]
         for name in drivers:
             if name not in known:
+                other = f": it is a {self[name].role}" if name in self else ""
                 raise ModelError(
-                    f"there is no driver {brief(name)} to release (there are: {listed(known)})",
+                    f"there is no driver {brief(name)} to release{other} (drivers are: "
+                    f"{listed(known) or 'none'})",
                     str(name),
                 )
         others = [driver for driver in self.drivers if driver.name not in drivers]

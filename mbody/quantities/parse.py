@@ -13,13 +13,13 @@ written without spaces, as in ``5 N*m`` and ``12 in-lbf``.
 
 from __future__ import annotations
 
-import difflib
 import functools
 import itertools
 import re
 from collections.abc import Callable
 from fractions import Fraction
 
+from mbody.errors import meant
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.quantities.units import SYMBOLS, Unit, known, pint_unit
 
@@ -140,6 +140,12 @@ def _tokens(text: str) -> list[_Token]:
     return found
 
 
+#: What else the greatest and least of two numbers may be meant to be.
+OF_ALL_INSTANTS = (
+    "; the greatest of all instants is max(…) of a whole measure, greatest less least is span(…)"
+)
+
+
 class _Reader:
     """Recursive descent over the tokens."""
 
@@ -188,8 +194,8 @@ class _Reader:
                 return f"an operator is missing before {token.text!r}"
             return f"there is no function {token.text[:40]!r} (there are: {', '.join(FUNCTIONS)})"
         if token.kind == "name" and before.kind in ("number", "name"):
-            close = difflib.get_close_matches(token.text, SYMBOLS, 1, 0.5)
-            hint = f", did you mean {close[0]!r}?" if close else ""
+            close = meant(token.text, SYMBOLS, 0.5)
+            hint = f", did you mean {close!r}?" if close else ""
             return f"there is no unit {token.text[:40]!r}{hint}"
         if before.text in RAISED and self.unit_of(token):
             base = self.tokens[self.at - 2].text
@@ -292,6 +298,7 @@ class _Reader:
             number = ("one number", "two numbers", "three numbers")[wanted - 1]
             raise FormulaError(
                 f"{shown(self.text)}: {token.text} takes {number}, not {len(arguments)}"
+                + (OF_ALL_INSTANTS if token.text in ("max", "min") else "")
             )
         return Call(token.text, tuple(arguments))
 

@@ -304,15 +304,21 @@ def _registry() -> Any:
     return pint.UnitRegistry(non_int_type=Fraction, cache_folder=None)
 
 
+#: Both letters that Unicode has for a millionth.
+MICRO = ("µ", "μ")
+
+
 @functools.lru_cache(maxsize=256)
 def pint_unit(symbol: str) -> Unit | None:
     """A unit of pint, None where pint does not know it.
 
     >>> pint_unit("stone").factor
     6.35029318
-    >>> pint_unit("nonsense") is None
-    True
+    >>> pint_unit("nonsense") is None, pint_unit("µN").factor
+    (True, 1e-06)
     """
+    if symbol[:1] in MICRO and len(symbol) > 1:
+        symbol = f"u{symbol[1:]}"
     if not symbol.isidentifier() or not symbol.isascii() or len(symbol) > 40:
         return None
     if symbol in LITRES:

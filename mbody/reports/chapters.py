@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import platform
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from mbody.core.tolerances import PRINTED_NONE, REPORT_SIZES_ALIKE, TINY
 from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
-from mbody.errors import ModelError, SolveError, brief
+from mbody.errors import ModelError, SolveError, brief, meant
 from mbody.model.study import mean_over
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import (
@@ -984,8 +983,8 @@ def check_sections(names: Sequence[str]) -> tuple[str, ...]:
     """
     for name in names:
         if name not in SECTIONS:
-            close = difflib.get_close_matches(str(name)[:40], SECTIONS, 1)
-            hint = f"did you mean '{close[0]}'? " if close else ""
+            close = meant(name, SECTIONS)
+            hint = f"did you mean '{close}'? " if close else ""
             raise ModelError(
                 f"a report has no section {brief(name)}: {hint}there are {', '.join(SECTIONS)}"
             )

@@ -11,7 +11,7 @@ import tomllib
 from dataclasses import dataclass
 from typing import Any
 
-from mbody.errors import ModelError
+from mbody.errors import ModelError, meant
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
 from mbody.files.model.schema import described
 from mbody.laws import Law
@@ -49,6 +49,36 @@ cg      = [50, 0]
 points  = { A = [0, 0], B = ["100 mm", 0] }
 guess   = "30 deg\""""
 
+#: Tables of a file that hold no kinds of elements: what for, and an example.
+OTHER_TABLES: dict[str, tuple[str, str]] = {
+    "ground": ("points of the ground", '[ground]\npoints = { A = [0, 0], B = ["3 in", 0] }'),
+    "parameters": ("numbers that formulas of the file use", '[parameters]\nr = "40 mm"'),
+    "curves": (
+        "functions by name, for formulas and laws",
+        '[curves]\ngas = { x = ["0 mm", "10 mm"], y = ["5 bar", "1 bar"] }',
+    ),
+    "inputs": ("numbers that may change during a motion", '[inputs]\nu = "0 N*m"'),
+    "states": (
+        "first-order equations of your own, z′ = rate",
+        '[states]\nz = { rate = "(u - z)/(10 ms)", start = "0 N*m", size = "1 N*m" }',
+    ),
+    "measures": ("quantities that results have by name", '[measures]\nreach = "arm.B.x"'),
+    "ask": ("the instants that the command analyses", '[ask]\nover = "motor"'),
+    "simulate": (
+        "how a free motion begins and how long it is",
+        "[simulate]\nuntil = 2\nstart = { arm = { angle = 30, omega = 0 } }",
+    ),
+    "solve": (
+        "questions: numbers that meet conditions",
+        '[solve.torque]\nunknowns = ["motor.value"]\nconditions = ["arm.alpha = 0"]',
+    ),
+    "optimize": (
+        "the best values of numbers",
+        '[optimize.best]\nminimize = "peak(motor.effort)"\nby = { "arm.B.x" = [80, 120] }',
+    ),
+    "fit": ("numbers from measured histories", '[fit]\nby = ["arm.mass"]'),
+    "report": ("chapters of the report", '[report]\nsections = ["sketch", "joints"]'),
+}
 #: Elements by section and kind: a line of the table of that section.
 ELEMENTS: dict[tuple[str, str], str] = {
     ("joints", "revolute"): 'A = { revolute = ["ground.A", "arm.A"] }',
@@ -348,8 +378,9 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
         words = {kind: kind for _, kind, _ in known} | {
             cls.__name__.lower(): kind for _, kind, cls in known
         }
+        intended = meant(wanted, words, 1.0)
         close = difflib.get_close_matches(wanted[:60], words, 4, 0.5)
-        similar = list(dict.fromkeys(words[word] for word in close))
+        similar = list(dict.fromkeys(words[w] for w in [intended, *close] if w))
         similar += [
             kind for _, kind, _ in known if wanted and wanted in kind and kind not in similar
         ]
@@ -358,17 +389,31 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
     return tuple(_reference(*one) for one in found)
 
 
-def reference_overview() -> str:
-    """All kinds with the first sentence of each, by the tables of model files.
+def reference_overview(table: str = "") -> str:
+    """All kinds with the first sentence of each, by the tables of model files; those of one table,
+    or an example of what it holds where it has no kinds; "" where there is no such table.
 
     Examples
     --------
     >>> reference_overview().splitlines()[0]
     '[bodies]'
+    >>> print(reference_overview("input").splitlines()[0])
+    [inputs]: numbers that may change during a motion
     """
     lines, last = [], ""
+    if table:
+        if any(table.lower() in (kind, cls.__name__.lower()) for _, kind, cls in _kinds()):
+            return ""
+        table = meant(table, [*OTHER_TABLES, *SECTIONS, "laws"], 0.9) or ""
+        if table in OTHER_TABLES:
+            about, example = OTHER_TABLES[table]
+            return f"[{table}]: {about}\n\n{example}\n\ndocs/model-files.md has all its words"
+        if not table:
+            return ""
     wide = max(len(kind) for _, kind, _ in _kinds()) + 2
     for section, kind, cls in _kinds():
+        if table and section != table:
+            continue
         if section != last:
             lines += ["", f"[{section}]" if section != "laws" else "laws, in fields that take one"]
         last = section

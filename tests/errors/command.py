@@ -45,6 +45,11 @@ WORDS = {
     "one step": ["kinematics", "hoekens", "--at", "crank=0:360:1"],
     "equations of a turn": ["kinetostatics", "hoekens", "--over", "turn", "--equations"],
 }
+WORDS |= {
+    "a command of another word": ["forces", "hoekens"],
+    "a command that is not there": ["qqqq", "hoekens"],
+    "a number of an element as a parameter": ["kinematics", "hoekens", "--set", "crank.A.x=1"],
+}
 #: The same of commands that write text alone: they have no --json.
 WRITERS = {
     "exercises without what differs": ["exercise", "norton_fourbar"],
@@ -103,6 +108,9 @@ steps of two units | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbe
 steps of words | UsageError | - | --at t takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not 'now:then:5'
 one step | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360:1'
 equations of a turn | ModelError | - | --equations shows one instant: choose it with --at
+a command of another word | UsageError | - | there is no command 'forces': did you mean kinetostatics?
+a command that is not there | UsageError | - | there is no command 'qqqq': mbody --help lists them
+a number of an element as a parameter | ModelError | crank.A.x | hoekens.toml: there is no parameter 'crank.A.x' (there are: 'a'): numbers of elements are changed by sweep and optimize
 exercises without what differs | UsageError | - | choose what differs between exercises: --vary NAME=LOW:HIGH
 exercises of a step | UsageError | - | a: bounds are LOW:HIGH, not '3'
 exercises by a word | UsageError | - | --count takes a whole number, not 'many'

@@ -256,7 +256,7 @@ a drawing of parts of a mass | ModelError | drawing | 'drawing': width: '3 kg' i
 a drawing of parts with instants | UsageError | - | --instants goes with --to image: a drawing of parts has no instants
 a width of what is not drawn | UsageError | - | --width and --hole go with --to dxf, not with --to mjcf
 a file of another program that is not there | ModelError | - | there is no file 'no.linkage2'
-an address without a mechanism | ModelError | - | the address 'https://example.org/a.pmks' has no mechanism: an address of PMKS has mech=…, other files are to be downloaded first
+an address without a mechanism | ModelError | - | the address 'https://example.org/a.pmks' has no mechanism that is read: addresses of PMKS with mech=… are, those of PMKS+ (?0P…) and others are not; export a file there
 a file in units that there are not | ModelError | - | there is no unit system 'parsec': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
 an empty file of another program | ModelError | - | 'file.txt': it is empty
 a text of no format | ModelError | - | 'file.txt': it is of no format that is read: PMKS (text, address, .pmks), Linkage (.linkage2), pylinkage (JSON), MJCF and URDF (planar)

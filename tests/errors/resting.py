@@ -223,7 +223,7 @@ a field on a body of unknown spread | ModelError | rod | 'field' must know how t
 a point with inertia | ModelError | rod | 'rod': its spread is "point", but its inertia is 0.2: give the inertia 0, or another spread
 second moments that are another inertia | ModelError | rod | 'rod': xx + yy of its spread is 0.3, its inertia 0.2: in the plane both are the same moment about the mass centre, change one of them
 the spindle of a batch | ModelError | field | the spindle of 'field' is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-a driver that is not there lets go | ModelError | motor | there is no driver 'motor' to release (there are: none)
+a driver that is not there lets go | ModelError | motor | there is no driver 'motor' to release (drivers are: none)
 rest positions of a batch | ModelError | - | equilibrium takes one design: choose one of the batch with design(n)
 rest positions at two times | ModelError | - | equilibrium takes one time, not 2
 a start that is a number | ModelError | - | starts must be guesses such as [{"crank": 0.3}, {"crank": 2.0}], not [0.5]

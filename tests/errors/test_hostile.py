@@ -44,8 +44,8 @@ HEX = "0x" + "f" * 900_000
 TOML = {
     "empty table names": ('[""]\n', "there is no such key"),
     "not TOML": ("what = is this", "it is no TOML: line 1"),
-    "a table twice": ("[bodies.a]\n[bodies.a]\n", "line 2: cannot declare"),
-    "a key twice": ("name = 'a'\nname = 'b'\n", "line 2: cannot overwrite a value"),
+    "a table twice": ("[bodies.a]\n[bodies.a]\n", "line 2: '[bodies.a]' is there a second time"),
+    "a key twice": ("name = 'a'\nname = 'b'\n", "line 2: 'name' is there a second time"),
     "an unknown key": ("[bodies.a]\nmas = 1\n", "line 2: bodies.a.mas", "did you mean 'mass'?"),
     "a wrong dimension": ('[bodies.a]\nmass = "3 mm"\n', "is a length (m)", "a mass (kg)"),
     "an angle in kg": ('[bodies.a]\nguess = "3 kg"\n', "line 2", "is a mass (kg)", "an angle"),

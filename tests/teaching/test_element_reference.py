@@ -19,7 +19,7 @@ from mbody.model import stop as freewheel
 from mbody.model.body import Body
 from mbody.model.element import Marker
 from mbody.teaching import element_reference, reference_overview
-from mbody.teaching.element_reference import SURROUNDINGS
+from mbody.teaching.element_reference import OTHER_TABLES, SURROUNDINGS
 from tests.support.cases import each
 
 KINDS = [(section, kind) for section, kinds in SECTIONS.items() for kind in kinds]
@@ -164,3 +164,20 @@ def test_no_field_refers_to_a_class_that_is_not_explained(section, kind):
     for field in one(section, kind).fields:
         for name in re.findall(r"see `(\w+)`", field.meaning):
             assert name in explained, (field.name, field.meaning)
+
+
+@pytest.mark.parametrize("table", OTHER_TABLES)
+def test_the_other_tables_have_an_example_that_reads(table):
+    """Within a model of an arm with a motor; the word of one of its rows finds the table, too."""
+    arm = "[bodies.arm]\nmass = 1\ninertia = 0.1\npoints = { B = [100, 0] }\n"
+    arm += '[joints]\nO = { revolute = ["ground", "arm"] }\n[drivers]\nmotor = { angle = "arm" }\n'
+    needed = {"states": '[inputs]\nu = "0 N*m"\n'}.get(table, "")
+    example = OTHER_TABLES[table][1]
+    assert example.startswith(f"[{table}")
+    mbody.from_toml(f'units = "mm-N-s"\n{needed}{example}\n{arm}')
+    assert example in reference_overview(table)
+
+
+def test_a_table_is_explained_by_its_kinds():
+    assert reference_overview("coupling").splitlines()[0] == "[couplings]"
+    assert not reference_overview("revolute") and not reference_overview("qqqq")

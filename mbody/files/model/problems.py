@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import functools
 import importlib
 import json
@@ -17,7 +16,7 @@ from typing import Any
 
 from mbody import laws
 from mbody.core.former_names import former
-from mbody.errors import ModelError, brief, remedy
+from mbody.errors import ModelError, brief, meant, remedy
 from mbody.model import driver, joints, loads
 from mbody.model.element import Element
 
@@ -317,20 +316,6 @@ ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
 TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "curves", "inputs", "states")
 TABLES += STUDIES
-#: What others call the sections of a file.
-OTHER_WORDS = {
-    **dict.fromkeys(("links", "link", "body", "members", "parts", "rigid_bodies"), "bodies"),
-    **dict.fromkeys(("pins", "joint", "constraints", "pairs", "connections"), "joints"),
-    **dict.fromkeys(("motors", "motor", "driver", "actuators"), "drivers"),
-    **dict.fromkeys(("forces", "load", "springs", "dampers", "torques"), "loads"),
-    **dict.fromkeys(("belts", "ropes", "coupling"), "couplings"),
-    **dict.fromkeys(("frame", "fixed", "base", "world"), "ground"),
-    **dict.fromkeys(("variables", "constants", "params", "parameter"), "parameters"),
-    **dict.fromkeys(("outputs", "measure", "sensors", "quantities"), "measures"),
-    **dict.fromkeys(("input", "controls", "commands", "signals"), "inputs"),
-    **dict.fromkeys(("state", "auxiliary_states", "odes", "integrators", "filters"), "states"),
-    **dict.fromkeys(("simulation", "motion", "run"), "simulate"),
-}
 
 
 @dataclass(frozen=True)
@@ -367,8 +352,8 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         for key in given[:MOST]:
             if sentence := former(f"[{path[0]}] {key}"):
                 return sentence
-            if close := difflib.get_close_matches(str(key)[:100], known, 1):
-                return f"{error['msg']}: it has '{_short(key)}', did you mean '{close[0]}'?"
+            if intended := meant(key, known):
+                return f"{error['msg']}: it has '{_short(key)}', did you mean '{intended}'?"
         return str(error["msg"])
     if kind == "missing" and not isinstance(path[-1], int):
         return "is missing: give it"
@@ -423,15 +408,12 @@ def _unknown(key: Any, known: list[str], table: Any) -> str:
     first = next((kind for kind in kinds if kind in given and kind != key), None)
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
-    intended = OTHER_WORDS.get(str(key).lower(), "")
-    close = difflib.get_close_matches(str(key)[:100], known, 1)
-    if intended in known or close:
-        return (
-            f"there is no such key, did you mean '{intended if intended in known else close[0]}'?"
-        )
+    if intended := meant(key, known):
+        return f"there is no such key, did you mean '{intended}'?"
     # the tables of a file are what somebody looks for who has another word for one
     left = sorted((w for w in known if w not in given), key=lambda word: word not in TABLES)
-    return f"there is no such key (there are: {', '.join(left[:MOST])})"
+    more = f", … and {len(left) - MOST} more" if len(left) > MOST else ""
+    return f"there is no such key (there are: {', '.join(left[:MOST])}{more})"
 
 
 def _value_at(data: Any, path: KeyPath) -> Any:

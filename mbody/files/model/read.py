@@ -571,7 +571,7 @@ def _parsed(text: str, is_json: bool, name: str, limits: Limits) -> dict[str, An
     except RecursionError:
         raise ModelError(f"{name}: tables are nested too deep: at most {DEEPEST}") from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
-        raise ModelError(f"{name}: it is no {kind}: {_where(error)}") from None
+        raise ModelError(f"{name}: it is no {kind}: {_where(error, text)}") from None
     except _Refused as error:
         raise ModelError(f"{name}: {error}") from None
     except ValueError:  # Python's own limit of digits
@@ -579,8 +579,12 @@ def _parsed(text: str, is_json: bool, name: str, limits: Limits) -> dict[str, An
     return data
 
 
-def _where(error: ValueError) -> str:
-    """The sentence of a parser, with the line first."""
+#: A number and a unit without quotes, as ``speed = 120 rpm``.
+_BARE_UNIT = re.compile(r"[=\[,]\s*([-+]?\d[\d.eE+-]*\s*[^\W\d_][\w/*^·²]*)\s*(?=$|[,}\]])")
+
+
+def _where(error: ValueError, source: str) -> str:
+    """The sentence of a parser, with the line first, and what is often meant there."""
     if isinstance(error, json.JSONDecodeError):
         return f"line {error.lineno}: {error.msg[0].lower()}{error.msg[1:]}"
     text = str(error)
@@ -589,6 +593,12 @@ def _where(error: ValueError) -> str:
         return text[:200]
     place = f"line {match[1]}" if match[1] else "at its end"
     reason = text[: match.start()][:160]
+    line = source.splitlines()[int(match[1]) - 1] if match[1] else ""
+    key = line.partition("=")[0].strip()[:60]
+    if bare := _BARE_UNIT.search(re.sub(r"""(["']).*?\1|#.*""", "", line)):
+        return f'{place}: a number with a unit stands in quotes: "{bare[1][:60]}"'
+    if "overwrite" in reason or "declare" in reason:
+        return f"{place}: '{key}' is there a second time, or its table was closed: keep one of them"
     return f"{place}: {reason[0].lower()}{reason[1:]}"
 
 
@@ -678,7 +688,12 @@ def _set_parameters(data: dict[str, Any], parameters: Mapping[str, Any], name: s
     for key, value in parameters.items():
         if key not in known:
             there = f"there are: {listed(known, 12)}" if known else "there are none"
-            raise ModelError(f"{name}: there is no parameter '{_short(str(key))}' ({there})", key)
+            hint = ""
+            if "." in str(key):
+                hint = ": numbers of elements are changed by sweep and optimize"
+            raise ModelError(
+                f"{name}: there is no parameter '{_short(str(key))}' ({there}){hint}", key
+            )
         try:
             parameter_value(key, value)
         except ModelError as error:
