@@ -125,15 +125,18 @@ class MotorSizing(Inherited):
 
     def __str__(self) -> str:
         unit = self.run.mechanism.units
-        torque, speed = unit.of("torque"), f"rad/{unit.time}"
+        torque, per_second = unit.of("torque"), unit.time == "s"
+        # motors are sold by rpm
+        speed = self.top_speed * (30.0 / math.pi if per_second else 1.0)
         rows = [
             ("gear ratio", self.ratio, ""),
-            ("ratio of least rms torque", self.best_ratio, ""),
             ("rms torque, rest included", self.rms, torque),
             ("greatest torque", self.peak, torque),
-            ("greatest speed", self.top_speed, speed),
+            ("greatest speed", speed, "rpm" if per_second else f"rad/{unit.time}"),
             ("inertia of the load by the motor's own", self.inertia_ratio, ""),
         ]
+        if math.isfinite(self.best_ratio):
+            rows.insert(1, ("ratio of least rms torque", self.best_ratio, ""))
         rows += [(f"{key} limit used", 100.0 * value, "%") for key, value in self.used.items()]
         lines = table(
             [

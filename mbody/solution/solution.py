@@ -328,7 +328,9 @@ class Solution:
     def __getitem__(self, body: str) -> BodyHistory:
         if not isinstance(body, str) or body not in self.system.bodies:
             known = listed(self.system.bodies)
-            raise ModelError(f"there is no body {body!r} (there are: {known})", str(body))
+            place = isinstance(body, str) and body.partition(".")[0] in self.system.bodies
+            hint = f"; motions of points are run.point({body!r})" if place else ""
+            raise ModelError(f"there is no body {body!r} (there are: {known}){hint}", str(body))
         n3, b = self.system.coordinates, self.system.bodies[body]
         if body == "ground":
             zero = locked(np.zeros(np.shape(self.record.take(0))))

@@ -6,10 +6,11 @@ import dataclasses
 import difflib
 import json
 import re
+import sys
 import textwrap
 import tomllib
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from mbody.errors import ModelError, meant
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
@@ -567,12 +568,22 @@ def _law_fields(cls: type) -> tuple[FieldReference, ...]:
         if powers:
             takes = f"a number, {_by_powers(*powers)}"
         else:
-            takes = _WRITTEN.get(str(field.type), "a list")
+            takes = _words_of(cls, str(field.type)) or _WRITTEN.get(str(field.type), "a list")
         missing = field.default is dataclasses.MISSING
-        default = "" if missing else f"by default {field.default}"
+        default = "" if missing or field.default is None else f"by default {field.default}"
         meaning = meanings.get(field.name, "")
         found.append(FieldReference(field.name, takes, missing, default, meaning))
     return tuple(found)
+
+
+def _words_of(cls: type, kind: str) -> str:
+    """The words that a field of that type takes; "" where it takes others, too.
+
+    >>> _words_of(LAWS["table"], "Outside | None")
+    '"error" or "hold" or "line"'
+    """
+    words = get_args(getattr(sys.modules[cls.__module__], kind.removesuffix(" | None"), None))
+    return " or ".join(f'"{one}"' for one in words if isinstance(one, str))
 
 
 def _by_powers(value: int, argument: int, angle: int) -> str:

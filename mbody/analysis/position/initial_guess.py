@@ -379,7 +379,7 @@ def _say_others(
         )
         result.notes.append(
             f"'{name}' has no guess and came out at {now:.1f} deg; the loops close with it at "
-            f"{then:.1f} deg as well: give it a guess to choose"
+            f"{then:.1f} deg as well: a guess chooses between them"
         )
         return
 
