@@ -20,6 +20,9 @@ from mbody.errors import ModelError, brief
 Array = np.ndarray
 
 
+RENDER_MODES = ("rgb_array",)
+
+
 def _box(variables: Sequence[Variable]) -> Box:
     """The space of some numbers; float32 as agents have them."""
     low, high = (
@@ -38,8 +41,9 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
         Its motion, as number 0 of one.
     """
 
-    def __init__(self, task: Task) -> None:
-        self.metadata = {"render_modes": [], "render_fps": 1.0 / task.length}
+    def __init__(self, task: Task, render_mode: str | None = None) -> None:
+        self.metadata = {"render_modes": [*RENDER_MODES], "render_fps": 1.0 / task.length}
+        self.render_mode = _render_mode(render_mode)
         self._episodes = Episodes(task, 1)
         self.sims = self._episodes.sims
         self.action_space, self.observation_space = _box(task.actions), _box(task.observations)
@@ -53,6 +57,16 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
         self._episodes.begin(np.array([0]), [self.np_random])
         self._was_reset = True
         return self._episodes.observe()[0], {}
+
+    def render(self) -> Any:
+        """A picture of the present instant (height, width, 3), bytes, where `render_mode` is
+        "rgb_array"; else None.
+        """
+        if self.render_mode is None:
+            return None
+        if not self._was_reset:
+            raise ModelError("the environment has not begun: call reset before render")
+        return self._episodes.picture(0)
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """One step; see Gymnasium."""
@@ -80,9 +94,10 @@ class MechanismVectorEnv(VectorEnv[Array, Array, Array]):
     sims : Simulators
     """
 
-    def __init__(self, task: Task, num_envs: int) -> None:
+    def __init__(self, task: Task, num_envs: int, render_mode: str | None = None) -> None:
+        self.render_mode = _render_mode(render_mode)
         self.metadata = {
-            "render_modes": [],
+            "render_modes": [*RENDER_MODES],
             "render_fps": 1.0 / task.length,
             "autoreset_mode": AutoresetMode.NEXT_STEP,
         }
@@ -128,6 +143,14 @@ class MechanismVectorEnv(VectorEnv[Array, Array, Array]):
         self._begin(np.flatnonzero(mask))
         return self._episodes.observe(), {}
 
+    def render(self) -> Any:
+        """Pictures of the present instants, one each, as of one environment."""
+        if self.render_mode is None:
+            return None
+        if not self._generators:
+            raise ModelError("the environments have not begun: call reset before render")
+        return tuple(self._episodes.picture(k) for k in range(self.num_envs))
+
     def _begin(self, which: Array) -> None:
         if len(which):
             self._episodes.begin(which, [self._generators[k] for k in which.tolist()])
@@ -154,6 +177,15 @@ class MechanismVectorEnv(VectorEnv[Array, Array, Array]):
         observed = episodes.observe()
         rewards, ends = episodes.rewards.copy(), episodes.ended.copy()
         return observed, rewards, ends, episodes.truncated.copy(), info
+
+
+def _render_mode(given: str | None) -> str | None:
+    if given not in (None, *RENDER_MODES):
+        raise ModelError(
+            f'render_mode is {brief(given)}: give "rgb_array", whose pictures any viewer of '
+            "arrays shows, or None"
+        )
+    return given
 
 
 def _actions(given: Any, shape: tuple[int, ...]) -> Array:

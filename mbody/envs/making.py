@@ -37,6 +37,7 @@ def make(
     method: str | None = None,
     rtol: float | None = None,
     atol: float | None = None,
+    render_mode: str | None = None,
 ) -> MechanismEnv:
     """An environment of Gymnasium of one mechanism.
 
@@ -67,6 +68,9 @@ def make(
         as the loops allow.
     method, rtol, atol
         As of `Simulators`.
+    render_mode : str, optional
+        "rgb_array": `env.render()` is a picture (height, width, 3) of the present instant, all of
+        one size and scale; needs matplotlib.
 
     Returns
     -------
@@ -95,7 +99,7 @@ def make(
     _gymnasium()
     from mbody.envs.gymnasium_envs import MechanismEnv
 
-    return MechanismEnv(own)
+    return MechanismEnv(own, render_mode)
 
 
 def make_vec(
@@ -114,6 +118,7 @@ def make_vec(
     rtol: float | None = None,
     atol: float | None = None,
     threads: int | None = None,
+    render_mode: str | None = None,
 ) -> MechanismVectorEnv:
     """Many environments of one mechanism side by side, on lanes: a vector environment of Gymnasium.
 
@@ -127,7 +132,7 @@ def make_vec(
     threads : int, optional
         As of `Simulators`.
     model, actions, observations, reward, step, frame_skip, terminated, max_steps, reset, method, \
-rtol, atol
+rtol, atol, render_mode
         As of `make`.
 
     Returns
@@ -160,7 +165,7 @@ rtol, atol
     _gymnasium()
     from mbody.envs.gymnasium_envs import MechanismVectorEnv
 
-    return MechanismVectorEnv(own, num_envs)
+    return MechanismVectorEnv(own, num_envs, render_mode)
 
 
 def _task(model: Any, given: Mapping[str, Any]) -> Task:

@@ -223,11 +223,14 @@ class Episodes:
     def __init__(self, task: Task, n: int) -> None:
         self.task, self.sims = task, Simulators(task.system, n, **task.options)
         self.steps = np.zeros(n, dtype=int)
+        self.cameras: dict[int, Any] = {}
         self.rewards = np.zeros(n)
         self.ended, self.truncated = np.zeros((2, n), dtype=bool)
 
     def begin(self, which: Array, generators: Sequence[np.random.Generator]) -> None:
         """Begin anew in some, each at a state that its generator draws."""
+        for k in which.tolist():
+            self.cameras.pop(k, None)
         ranges = self.task.ranges
         if ranges:
             low, high = (np.array([getattr(one, key) for one in ranges]) for key in ("low", "high"))
@@ -258,6 +261,15 @@ class Episodes:
         self.truncated = np.zeros(sims.n, dtype=bool)
         if self.task.most is not None:
             self.truncated = going & (self.steps >= self.task.most)
+
+    def picture(self, k: int) -> Array:
+        """The present instant of motion k as an array (height, width, 3) of bytes."""
+        if k not in self.cameras:
+            from mbody.views.film_frames import Camera
+
+            self.cameras[k] = Camera()
+        picture: Array = self.cameras[k].picture(self.sims.present(k))
+        return picture
 
     def observe(self) -> Array:
         """Observations (n, observations), within their bounds."""

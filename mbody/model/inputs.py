@@ -67,9 +67,9 @@ class Input(Element):
             raise ModelError(f"'{self.name}': {field.name}: {error}", self.name) from None
 
     def measured(self, scope: Scope) -> Input:
-        """The input with the dimension of its value."""
+        """The input with the dimension of its value, or that which another mechanism found."""
         try:
-            found = dimension_given(self.value, scope)
+            found = dimension_given(self.value, scope) or self.dimension
             law: Any = self.value
             if isinstance(law, Law):
                 law = law.dimensioned(found or NUMBER, DIMENSIONS["time"])

@@ -299,13 +299,13 @@ class Readings:
         def unique() -> Unique:
             if self._integration.regularization:
                 return self.solution().reaction(joint, on).unique
-            return self._instant().reaction(joint, on).unique
+            return self.present().reaction(joint, on).unique
 
         def make(key: str) -> Read:
             try:
                 return self._present.read(getattr(own, key))
             except Exception:  # what no list of operations gives
-                return lambda: float(getattr(self._instant().reaction(joint, on), key)[-1])
+                return lambda: float(getattr(self.present().reaction(joint, on), key)[-1])
 
         return ReactionNow(joint, own.on, own.by, unique, make)
 
@@ -348,7 +348,7 @@ class Readings:
         """
         read = self._measures.get(of)
         if read is None:
-            read = self._measures[of] = self._present.measure(of, self._instant)
+            read = self._measures[of] = self._present.measure(of, self.present)
         return read()
 
     def _instant_record(self) -> memoryview:
@@ -358,8 +358,8 @@ class Readings:
             self._record_valid = True
         return self._present_record
 
-    def _instant(self) -> Solution:
-        """The present instant as a result."""
+    def present(self) -> Solution:
+        """The present instant as a result of `simulate`, without what the motion before it says."""
         instant = np.array(self._instant_record())[None, :, None]
         record = Record([instant], 1, batch=False)
         t = np.array([self.t])

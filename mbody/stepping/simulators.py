@@ -720,6 +720,12 @@ class Simulators(ScalarFallback):
             )
         return np.asarray(given, dtype=int)
 
+    def present(self, k: int) -> Solution:
+        """The present instant of motion k as a result of `simulate`, to draw it, or to begin
+        another analysis with.
+        """
+        return self._sent_alone(k).present()
+
     def __len__(self) -> int:
         return self.n
 

@@ -22,10 +22,10 @@ from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_a
 from mbody.views.labels import drawable, extent, symbolic
 from mbody.views.page_data import coupler_points, text_runs
 from mbody.views.pose import Carrier, Pose
-from mbody.views.scene import Scene, scene
+from mbody.views.scene import scene
 from mbody.views.shapes import direction
 from mbody.views.sketch import KeptShape
-from mbody.views.style import FONTS, FORCE, INK, LOAD, MATHS, PAPER, SIZE, SOFT
+from mbody.views.style import FONTS, FORCE, INK, LOAD, MATHS, PAPER, SIZE, SOFT, styled
 
 Array = np.ndarray
 
@@ -34,6 +34,9 @@ SHORTEST, LONGEST, USUAL = 2.0, 20.0, 6.0
 #: Height of the letters of a title [pixels], as it is and at least, and the width of one beside it.
 TITLE, SMALLEST, LETTER = 17.0, 9.0, 0.54
 #: Pixels: the margin, the title above and the scales below.
+#: What a camera shows, as a part of the size of the mechanism at first; where mass centres stay, as
+#: a part of half of that.
+CAMERA_ROOM, CAMERA_INNER = 1.6, 0.35
 MARGIN, ABOVE, BELOW = 26, 46, 30
 #: With more joints than this their forces have no names, which could not be read.
 FORCES = 30
@@ -125,8 +128,11 @@ class FilmSet:
         width: int,
         show: Sequence[str],
         paths: Sequence[str] | None,
+        *,
+        moves: bool = True,
+        span: float | None = None,
     ) -> None:
-        self.scenes: list[Scene] = [scene(run) for run in runs.values()]
+        self.scenes = [scene(run, moves=moves, span=span) for run in runs.values()]
         self.notes = self.scenes[0].notes
         self.main = self.scenes[0]
         self.show, self.names = set(show), list(runs)
@@ -146,7 +152,8 @@ class FilmSet:
         for track in self.paths.values():
             low, high = np.fmin(low, track.min(axis=0)), np.fmax(high, track.max(axis=0))
         self.carried = [self._carried(n) for n in range(len(self.scenes))]
-        self._fit(low, high, width)
+        self.low, self.high = low, high
+        self.fit(low, high, width)
         self.arrows, self.scales = self._arrows()
         if self.arrows:
             # once more, with room for the longest arrows and their names
@@ -157,10 +164,10 @@ class FilmSet:
                     np.fmin(low, np.nanmin(tips, axis=0) - name),
                     np.fmax(high, np.nanmax(tips, axis=0) + name),
                 )
-            self._fit(low, high, width)
+            self.fit(low, high, width)
             self.arrows, self.scales = self._arrows()
 
-    def _fit(self, low: Array, high: Array, width: int) -> None:
+    def fit(self, low: Array, high: Array, width: int) -> None:
         """The scale by which a rectangle fits a canvas of that width."""
         wide, tall = np.maximum(high - low, DRAWN_NONE * self.main.run.system.length)
         room = width - 2 * MARGIN
@@ -536,6 +543,36 @@ def painted(film: FilmSet, frame: int) -> Array:
     canvas.text(film.instant(frame), (MARGIN, top - 0.5 * ABOVE), SOFT, 1.4, left=True)
     _scales(canvas, film)
     return canvas.pixels()
+
+
+class Camera:
+    """Pictures of a motion, instant by instant as it is computed, all of one size and scale: what
+    leaves the canvas is followed.
+    """
+
+    def __init__(self, width: int = 480) -> None:
+        self.width = width
+        self.span: float | None = None
+        self.middle = np.zeros(2)
+
+    def picture(self, run: Solution) -> Array:
+        """The last instant of a motion as an array (height, width, 3) of bytes."""
+        with styled():
+            if self.span is None:
+                first = self._film(run)
+                self.span = CAMERA_ROOM * float((first.high - first.low).max())
+                self.middle = 0.5 * (first.low + first.high)
+            bodies = [run[one.name] for one in run.mechanism.bodies]
+            centres = np.array([[one.x[-1], one.y[-1]] for one in bodies]) - self.middle
+            room = CAMERA_INNER * self.span
+            self.middle = self.middle + np.maximum(centres.max(axis=0) - room, 0.0)
+            self.middle = self.middle + np.minimum(centres.min(axis=0) + room, 0.0)
+            film = self._film(run)
+            film.fit(self.middle - 0.5 * self.span, self.middle + 0.5 * self.span, self.width)
+            return painted(film, 0)
+
+    def _film(self, run: Solution) -> FilmSet:
+        return FilmSet({"": run}, 1, self.width, ("names",), (), span=self.span, moves=False)
 
 
 def drawable_title(text: str) -> str:

@@ -246,8 +246,9 @@ class Scene:
         return list(dict.fromkeys(carried))
 
 
-def scene(run: Solution, *, moves: bool = True) -> Scene:
-    """The shapes of a mechanism in the axes of what carries them.
+def scene(run: Solution, *, moves: bool = True, span: float | None = None) -> Scene:
+    """The shapes of a mechanism in the axes of what carries them; `span`: What the canvas shows,
+    where that is not the space of the motion.
 
     >>> import mbody
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
@@ -261,6 +262,8 @@ def scene(run: Solution, *, moves: bool = True) -> Scene:
     thinned_run, notes = thinned(run)
     pose = Pose(thinned_run, 0)
     low, high, own = _space(thinned_run)
+    if span is not None:
+        low, high, own = np.zeros(2), np.full(2, span), np.full(2, span)
     unit, small = _scale(pose, low, high, own)
     sketch = sketched(pose, unit, small)
     shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)

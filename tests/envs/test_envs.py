@@ -107,3 +107,33 @@ def test_a_name_of_the_gallery():
     assert np.array_equal(first, second)
     with pytest.raises(mbody.ModelError, match="the gallery has no model 'cart_pile'"):
         mbody.envs.make("cart_pile", **how)
+
+
+def test_pictures_of_one_size_follow_what_moves():
+    """The second independent look: the mechanism stands on the canvas however far it is."""
+    pytest.importorskip("matplotlib")
+    from gymnasium.utils.env_checker import check_env
+
+    env = mbody.envs.make(cart_pole(), **TASK, render_mode="rgb_array")
+    env.reset(seed=1)
+    first = env.render()
+    for _ in range(60):
+        env.step(np.array([8.0], dtype=np.float32))
+    assert env.sims["cart"].x[0] > 1.0  # the canvas shows some half a metre
+    later = env.render()
+    assert first.shape == later.shape and first.dtype == np.uint8
+    ink = [np.argwhere((one < 250).any(axis=2)) for one in (first, later)]
+    assert all(len(one) > 1000 and 100 < one[:, 1].mean() < 380 for one in ink)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        check_env(env)
+    vec = mbody.envs.make_vec(cart_pole(), 2, **TASK, render_mode="rgb_array")
+    vec.reset(seed=1)
+    assert np.array_equal(vec.render()[0], first) and len(vec.render()) == 2
+    assert mbody.envs.make(cart_pole(), **TASK).render() is None
+
+
+def test_a_copied_input_keeps_its_unit():
+    one, two = cart_pole(), mbody.Mechanism("copy")
+    two.add(*one)
+    assert two.inputs[0].dimension == one.inputs[0].dimension is not None
