@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from mbody.engineering.instant_centres import InstantCentre, InstantCentres
     from mbody.model.mechanism import Mechanism
+    from mbody.model.study import Instants
     from mbody.solution.solution import Solution
     from mbody.system.system import System
     from mbody.views.page import Viewer
@@ -53,6 +54,7 @@ def motion_or_driven(args: Any, mechanism: Mechanism, forces: bool = True) -> So
     """The driven analysis at the requested instants; of what nothing drives its free motion."""
     from mbody.analysis.driven.driven import analyse_at
     from mbody.analysis.dynamics.simulate import simulate
+    from mbody.model.numbers import number_in
 
     wanted = question(args, mechanism.ask)
     to = getattr(args, "to", None)
@@ -62,8 +64,17 @@ def motion_or_driven(args: Any, mechanism: Mechanism, forces: bool = True) -> So
         if args.assembly is not None:
             raise UsageError("--assembly is of driven analyses: this is a free motion")
         return simulate(mechanism, to)
+    if wanted is not None and _of_free_motion(mechanism, wanted):
+        times = sorted({number_in(mechanism, one, "time", "--at", "t") for one in wanted.at["t"]})
+        return simulate(mechanism, times[-1], times=times)
     analysis = "kinetostatics" if forces else "kinematics"
     return analyse_at(mechanism, analysis, wanted, assembly_of(args))
+
+
+def _of_free_motion(mechanism: Mechanism, wanted: Instants | None) -> bool:
+    """Whether instants are times of the motion of what nothing drives."""
+    asked = wanted is not None and set(wanted.at) == {"t"}
+    return asked and mechanism.simulation is not None and not mechanism.drivers
 
 
 def named_bodies(given: list[str]) -> list[str] | None:
@@ -239,9 +250,10 @@ def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
     from mbody.model.study import Instants
     from mbody.views.motions import cycle
 
-    if args.to is not None or (mechanism.simulation is not None and count is not None):
-        return motion_or_driven(args, mechanism)
     wanted = question(args, mechanism.ask)
+    free = mechanism.simulation is not None and count is not None
+    if args.to is not None or free or _of_free_motion(mechanism, wanted):
+        return motion_or_driven(args, mechanism)
     if count is not None:
         wanted = cycle(mechanism, wanted)
         if wanted.over:

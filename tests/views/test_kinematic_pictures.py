@@ -292,3 +292,13 @@ def test_several_instants_are_refused():
     with pytest.raises(mbody.ModelError, match="shows one instant of all links"):
         mbody.draw(run, [0, 1], poles=True)
     assert mbody.draw(run, 1, poles=True).axes
+
+
+def test_times_of_what_nothing_drives_are_those_of_its_motion(tmp_path):
+    """The picture at a time is that of a motion to it."""
+    at, to = tmp_path / "at.svg", tmp_path / "to.svg"
+    assert main(["draw", "double_pendulum", "--at", "t=600 ms", "-o", str(at)]) == 0
+    assert main(["draw", "double_pendulum", "--to", "0.6", "--positions", "1", "-o", str(to)]) == 0
+    without_ids = [re.sub(r'(id|href|clip-path)="[^"]*"', "", one.read_text()) for one in (at, to)]
+    assert without_ids[0].count("<path") == without_ids[1].count("<path") > 10
+    assert "t = 0.6 s" in at.read_text("utf-8")
