@@ -462,6 +462,16 @@ def degrees_of(values: Any) -> np.ndarray:
     return np.where(plain, np.rint(degrees * scale) / scale, degrees)
 
 
+def place_in_turn(angle: float) -> float:
+    """The place of an angle [rad] at one instant in degrees, at most a turn from zero.
+
+    >>> [place_in_turn(math.radians(at)) for at in (378.0, 360.0, -30.0)]
+    [18.0, 360.0, -30.0]
+    """
+    degrees = float(degrees_of(angle))
+    return degrees if abs(degrees) <= 360.0 else math.fmod(degrees, 360.0)
+
+
 def convert(values: Any, unit: str, to: str) -> Any:
     """Values in another unit: a float or an array of any shape.
 

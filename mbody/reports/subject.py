@@ -18,6 +18,7 @@ from mbody.engines.crosscheck import Crosscheck, crosscheck
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
+from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_floor, force_names, number, unit_text
 from mbody.system.formula_rows import driver_states
@@ -142,8 +143,8 @@ class Subject:
             if np.ptp(value) > 0.0:
                 name = getattr(driver, "body", driver.name)
                 if driver.angular:
-                    degrees = np.degrees(value[list(instants)])
-                    cells = [f"{round(float(d), 2) + 0.0:g}" for d in degrees]
+                    places = [place_in_turn(float(one)) for one in value[list(instants)]]
+                    cells = [f"{round(one, 2) + 0.0:g}" for one in places]
                     columns.append((f"at {name}", cells, "deg"))
                 else:
                     cells = [number(float(v)) for v in value[list(instants)]]

@@ -13,6 +13,7 @@ import numpy as np
 from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.errors import ModelError
+from mbody.quantities.evaluate import place_in_turn
 from mbody.reports.blocks import (
     Block,
     Cells,
@@ -539,7 +540,7 @@ class _DerivationWriter:
             unit = "rad" if driver.angular else length
             quantity = f"{number(values[0])} {length}"
             if driver.angular:
-                quantity = f"{number(np.degrees(values[0]))}°"
+                quantity = f"{number(place_in_turn(values[0]))}°"
             rates = f"{number(values[1])} {unit}/{time}", f"{number(values[2])} {unit}/{time}²"
             cells.append((driver.name, driver.coordinate, quantity, *rates))
         titles = ("Driver", "of", "value", "rate", "acceleration")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE, DRAWN_RETURNS
+from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.histories import Place, moved
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
@@ -239,7 +240,8 @@ class FilmSet:
         for driver in run.mechanism.drivers[:2]:
             value = float(stretch.value(run.driven(driver.name)[0])[frame])
             if driver.angular:
-                parts.append(f"{driver.bodies[1]} at {np.degrees(value):.0f}°".replace("-", "−"))
+                degrees = f"{place_in_turn(value):.0f}°".replace("-", "−")
+                parts.append(f"{driver.bodies[1]} at {degrees}")
             else:
                 unit = run.mechanism.units.of("length")
                 parts.append(f"{driver.name} at {rounded_number(value)} {unit}")

@@ -13,6 +13,7 @@ import numpy as np
 from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Gravity
+from mbody.quantities.evaluate import place_in_turn
 from mbody.summaries.text_table import cut
 from mbody.views.labels import Label, extent
 from mbody.views.pose import heading
@@ -301,8 +302,8 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
     for driver in pose.mechanism.drivers:
         value = float(pose.run.driven(driver.name)[0][pose.k])
         if isinstance(driver, AngleDriver):
-            degrees = math.degrees(value)
-            values.append(f"{driver.body} at {rounded_number(round(degrees, 6) + 0.0)}°")
+            degrees = rounded_number(round(place_in_turn(value), 6) + 0.0)
+            values.append(f"{driver.body} at {degrees}°")
         else:
             length = pose.mechanism.units.of("length")
             values.append(f"{driver.name} at {rounded_number(value)} {length}")

@@ -16,6 +16,7 @@ from mbody.core.tolerances import DRAWN_NONE, TINY
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.loads import Force, Gravity
+from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
 from mbody.views.frame import nice, rounded_number
@@ -262,7 +263,7 @@ def when(run: Solution, instant: int) -> str:
         value = float(run.driven(driver.name)[0][instant])
         if driver.angular:
             name = getattr(driver, "body", driver.name)
-            words.append(f"{name} at {rounded_number(round(math.degrees(value), 6) + 0.0)}°")
+            words.append(f"{name} at {rounded_number(round(place_in_turn(value), 6) + 0.0)}°")
         else:
             length = run.mechanism.units.of("length")
             words.append(f"{driver.name} at {rounded_number(value)} {length}")
