@@ -201,20 +201,25 @@ def circuits_summary(found: Circuits) -> str:
     return "\n".join(even([*lines, *certified(found)]))
 
 
-def closing_data(found: AssemblyModes) -> dict[str, int | bool | str | None]:
+def closing_data(found: AssemblyModes) -> dict[str, int | float | bool | str | None]:
     """Number of modes and which one is used, ready for JSON."""
     used = None if found.used is None else found.used.name
-    return {"count": len(found), "complete": found.complete, "used": used}
+    return {
+        "count": len(found),
+        "complete": found.complete,
+        "within": found.within,
+        "used": used,
+    }
 
 
 def closing_line(found: AssemblyModes) -> list[str]:
     """Number of modes and which one is used, in a sentence."""
     where = " and ".join(_value(name, value, found) for name, value in found.at.items())
-    proof = "" if found.complete else ", and maybe in more"
+    proof = "" if found.complete and found.within is None else ", and maybe in more"
     ways = many(len(found), "way")
     used = found.used
     chosen = ""
-    if used is not None and (len(found) > 1 or not found.complete):
+    if used is not None and (len(found) > 1 or proof):
         name = "" if used.name == str(used.number) else f" {used.name}"
         chosen = f"; the guesses choose {used.number}{name}"
     pronoun = "it" if len(found) == 1 else "them"
@@ -242,6 +247,8 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     proof = "; it is proven that there are no more" if found.complete else ""
     if not len(found) and found.complete:
         proof = "; it is proven that the loops close nowhere there"
+    if proof and found.within is not None:
+        proof += f" within displacements of {found.within:.4g} {machine.units.length}"
     lines += ["", *paragraph(counted + proof), ""]
     modes = list(found)[:LISTED_ASSEMBLY_MODES]
     names = [body.name for body in machine.bodies]

@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Mechanism, ModelError, Revolute, makers
+from mbody import (
+    AngleDriver,
+    Body,
+    Gravity,
+    Marker,
+    Mechanism,
+    ModelError,
+    PinSlot,
+    Revolute,
+    makers,
+)
 from mbody.cli import main
 from tests.assembly_scan import KINDS, compare
 from tests.support.assembly_cases import (
@@ -321,3 +331,42 @@ def test_commands_take_an_assembly(capsys):
     assert "there is no assembly mode 'sideways'" in capsys.readouterr().err
     assert main(["poles", "double_pendulum", "--to", "0.1", "--assembly", "open"]) == 2
     assert "--assembly is of driven analyses" in capsys.readouterr().err
+
+
+def test_what_is_searched_up_to_a_length_is_complete_within_it(capsys):
+    """Two more modes lie beyond: each closes as a guess of kinematics, which needs no search."""
+    turned = 2.300359754327082
+    machine = Mechanism("three slots")
+    first = (-0.53725, -0.07709, 1.27939)
+    machine.add(Body("b0", guess=first), Body("b1", guess=(0.85833, -0.96167, turned)))
+
+    def at(body, x, y, angle=0.0):
+        return Marker(body, (x, y), angle)
+
+    machine.add(
+        Revolute("j0", at("ground", -0.05404576, 1.38138721), at("b0", 1.53581168, -0.04382104)),
+        PinSlot(
+            "j1",
+            at("b0", 1.49125479, 1.8824374, -2.3580804654744876),
+            at("b1", 0.41376094, 1.02455237),
+        ),
+        PinSlot(
+            "j2",
+            at("ground", -0.40540857, -1.59902656, 0.2189570032198996),
+            at("b1", -0.33358532, 0.11582242),
+        ),
+        PinSlot(
+            "j3",
+            at("b1", 1.35092624, -1.66558889, -5.241548673915042),
+            at("b0", 0.47462049, 0.94003431),
+        ),
+        AngleDriver("motor", "b1", turned),
+    )
+    modes = mbody.assembly_modes(machine)
+    assert modes.complete and 30.0 < modes.within < 45.0 and modes.data()["within"] == modes.within
+    assert "no more within displacements of 38.22 m" in " ".join(str(modes).split())
+    beyond = {"b0": (1.23953, 0.55236, 2.60018), "b1": (-50.25654, -12.33598, turned)}
+    run = mbody.kinematics(machine, [0.0], guess=beyond)
+    assert run["b1"].x[0] == pytest.approx(-50.25654, abs=1e-4) and run.checks.constraint < 1e-12
+    bounded = mbody.assembly_modes(mbody.makers.slider_crank(1.0, 3.0))
+    assert bounded.complete and bounded.within is None

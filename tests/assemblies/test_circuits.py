@@ -184,6 +184,7 @@ def test_command(capsys):
     assert json.loads(capsys.readouterr().out)["assemblies"] == {
         "count": 2,
         "complete": True,
+        "within": None,
         "used": "open-open",
     }
 

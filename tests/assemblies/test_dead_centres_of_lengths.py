@@ -125,3 +125,55 @@ def test_the_command_has_lengths(capsys, tmp_path):
     assert [one["value"] for one in data["dead_centres"]] == pytest.approx([0.4, 1.6])
     summary = str(mbody.dead_centres(mbody.load(path)))
     assert "0.4 m   boom" in summary and "°" not in summary
+
+
+@pytest.mark.slow
+def test_a_leg_of_a_platform_ends_at_the_extrema_of_its_length():
+    """The search of the 3-RPR runs out of boxes and says so; walks meet all that scanning the two
+    coupler curves of the other legs finds.
+    """
+    legs, places = (14.98, 15.38, 12.0), {"A1": (0, 0), "A2": (15.91, 0), "A3": (0, 10)}
+    d12, d13, d23 = 17.04, 20.84, 16.54
+    bx = (d12**2 + d13**2 - d23**2) / (2 * d12)
+    by = math.sqrt(d13**2 - bx**2)
+    machine = Mechanism("3-RPR", ground=places)
+    points = {"B1": (0, 0), "B2": (d12, 0), "B3": (bx, by)}
+    machine.add(Body("platform", points=points, guess=(8.0, 10.0, 0.5)))
+    for k, r in enumerate(legs, 1):
+        machine.add(DistanceDriver(f"leg{k}", f"ground.A{k}", f"platform.B{k}", r))
+    found = mbody.dead_centres(machine, driver="leg1")
+    assert not found.complete and "the search ended after" in found.notes[0]
+    b2 = 15.91 + legs[1] * np.exp(1j * np.linspace(-np.pi, np.pi, 40001))
+    z, lengths = 10j - b2, []
+    with np.errstate(invalid="ignore"):
+        angle = np.arccos((abs(z) ** 2 + d23**2 - legs[2] ** 2) / (2 * abs(z) * d23))
+    for s in (1, -1):
+        b3 = b2 + d23 * np.exp(1j * (np.angle(z) + s * angle))
+        y = abs(b2 + (b3 - b2) / (bx + 1j * by - d12) * -d12)
+        step = np.diff(y)
+        lengths += list(y[np.flatnonzero(step[1:] * step[:-1] < 0) + 1])
+    # samples miss an extremum by the square of their distance, 1.6e-4
+    np.testing.assert_allclose(found.values, np.sort(lengths), atol=1e-6)
+
+
+def test_other_drivers_stand_where_they_are_held():
+    """A frame that a second driver holds is the ground: 1, 3, 2, 3.5 is Grashof's, in any tilt."""
+    for tilt in (0.0, 0.7):
+        machine = Mechanism("four-bar", ground={"O": (0, 0)})
+        machine.add(
+            Body("frame", points={"Q": (3.5, 0)}, guess=tilt),
+            Body("crank", points={"A": (1, 0)}),
+            Body("coupler", points={"B": (3, 0)}, guess=tilt + 0.3),
+            Body("rocker", points={"B": (2, 0)}, guess=tilt + 1.7),
+            Revolute("P", "ground.O", "frame"),
+            AngleDriver("hold", "frame", tilt),
+            Revolute("O", "ground.O", "crank"),
+            Revolute("A", "crank.A", "coupler"),
+            Revolute("B", "coupler.B", "rocker.B"),
+            Revolute("Q", "frame.Q", "rocker"),
+            AngleDriver("motor", "crank", 1.0 + tilt),
+        )
+        found = mbody.circuits(machine, driver="motor")
+        assert found.complete and len(found) == 2 and found.dead_centres.full_turn
+        moved = mbody.circuits(machine, {"hold": 1.1}, driver="motor")
+        assert moved.complete and len(moved) == 2

@@ -156,7 +156,7 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
         `complete` is False, with the reason as a note, where mode and slide move in a way that the
         search does not cover: gears inside loops or beside a driver between two moving links,
         slides that turn in groups of several links, drivers of coordinates on links of their own
-        group, cams.
+        group, cams. What it has then are those that walks along the circuits meet.
 
     Raises
     ------
@@ -184,13 +184,23 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
     system = as_system(model)
     if system.batch is not None:
         raise ModelError("dead_centres takes one design: choose one of the batch with design(n)")
-    found = single_driver(system, driver)
+    one = single_driver(system, driver)
+    found = dead_centres_at(system, one, {})
+    if found.complete:
+        return found
+    from mbody.analysis.assemblies.circuits import circuits_of
+
+    return circuits_of(system, one, {}, dead=found).dead_centres
+
+
+def dead_centres_at(system: System, found: Driver, others: dict[str, float]) -> DeadCentres:
+    """Those of a driver where others have these values, or stand where their laws begin."""
     try:
-        return _all(system, found)
+        return _all(system, found, others)
     except NotCovered as reason:
         why = str(reason)
     except TooFewRows:
-        check_determined(system, closed(system, 0.0, {}), "dead_centres")
+        check_determined(system, closed(system, 0.0, others), "dead_centres")
         why = TOO_FEW
     return _result(system, found, [], f"{NO_PROOF}: {why}", 0)
 
@@ -208,11 +218,11 @@ def single_driver(system: System, name: str | None) -> Driver:
     return system.independent_drivers[0]
 
 
-def _all(system: System, driver: Driver) -> DeadCentres:
+def _all(system: System, driver: Driver, others: dict[str, float]) -> DeadCentres:
     if not driver.angular:
-        return _all_of_length(system, driver)
+        return _all_of_length(system, driver, others)
     # the angle between two moving links is that of one as the other sees it
-    linkage = Linkage(system, {}, released=driver.name, base=driver.bodies[0])
+    linkage = Linkage(system, others, released=driver.name, base=driver.bodies[0])
     body = linkage.index[driver.bodies[1]]
     own = linkage.variable[body]
     groups = assur_groups(linkage, own)
@@ -229,16 +239,16 @@ def _all(system: System, driver: Driver) -> DeadCentres:
     closes = True
     if not positions and not reason:
         # without a dead centre as many modes close at every value of the driver as at this one
-        closes, more = _closes_here(system)
+        closes, more = _closes_here(system, others)
         boxes += more
     return _result(system, driver, positions, reason, boxes, closes)
 
 
-def _all_of_length(system: System, driver: Driver) -> DeadCentres:
+def _all_of_length(system: System, driver: Driver, others: dict[str, float]) -> DeadCentres:
     """Those of a driver of a length: of its group and of those after it. Those before it are where
     they are whatever its value.
     """
-    linkage = Linkage(system, {}, released=driver.name)
+    linkage = Linkage(system, others, released=driver.name)
     groups = assur_groups(linkage)
     free = next(p for p, pair in enumerate(linkage.pairs) if pair.free)
     first = next(n for n, group in enumerate(groups) if free in group.pairs)
@@ -259,7 +269,7 @@ def _all_of_length(system: System, driver: Driver) -> DeadCentres:
                 positions.append(SingularPosition(driver.name, value, names))
     closes = True
     if not positions and not reason:
-        closes, more = _closes_here(system)
+        closes, more = _closes_here(system, others)
         boxes += more
     return _result(system, driver, positions, reason, boxes, closes)
 
@@ -288,6 +298,8 @@ def _singular(linkage: Linkage, groups: list[Group], n: int, own: int, most: int
             reason = "slides in it may run as far as they like"
         if len(roots.low):
             reason = "positions stay open, as where branches cross (a change point)"
+            if roots.boxes >= most:
+                reason = f"the search ended after {roots.boxes} boxes"
             if own < 0:
                 break  # nothing is proven any more, and families take long
         if len(rows.B) > rows.unknowns and len(roots.points):
@@ -309,9 +321,11 @@ def _singular(linkage: Linkage, groups: list[Group], n: int, own: int, most: int
     return _Searched(found, reason, boxes)
 
 
-def _closes_here(system: System) -> tuple[bool, int]:
-    """Whether the loops close where the drivers begin, and the boxes that were examined."""
-    fixed = Linkage(system, {})
+def _closes_here(system: System, others: dict[str, float]) -> tuple[bool, int]:
+    """Whether the loops close where the drivers begin, others at these values, and the boxes that
+    were examined.
+    """
+    fixed = Linkage(system, others)
     return _go_on(fixed, assur_groups(fixed), ({}, {fixed.bodies: 0j}))
 
 

@@ -123,9 +123,11 @@ class AssemblyModes(Inherited):
         "interval" where the search covers all positions, "multi-start" where Newton's method was
         started from random ones.
     complete : bool
-        Whether it is proven that there are no more.
+        Whether it is proven that there are no more, or none within `within`.
+    within : float or None
+        Displacements of slides up to which the proof holds [length]; None where it holds for all.
     unresolved : tuple of Unresolved
-        Why it is not.
+        Why it is not complete.
     groups : tuple of tuples of str
         Bodies of each Assur group, in the order of solution; empty without a certificate.
     boxes : int
@@ -139,6 +141,7 @@ class AssemblyModes(Inherited):
     modes: tuple[AssemblyMode, ...]
     certificate: str
     complete: bool
+    within: float | None = None
     unresolved: tuple[Unresolved, ...] = ()
     groups: tuple[tuple[str, ...], ...] = field(default=(), repr=False)
     boxes: int = 0
@@ -202,6 +205,7 @@ class AssemblyModes(Inherited):
             "at": at,
             "count": len(self),
             "complete": self.complete,
+            "within": self.within,
             "certificate": self.certificate,
             "modes": modes,
             "unresolved": [one.data() for one in self.unresolved],
@@ -551,7 +555,10 @@ class _GroupSearch:
         for group, limit in self.limits.items():
             sliding = listed(linkage.names[b] for b in group.bodies)
             length = system.mechanism.units.length
-            notes.append(f"displacements of {sliding} are searched up to {limit:.4g} {length}")
+            notes.append(
+                f"displacements of {sliding} have no bound and are searched up to {limit:.4g} "
+                f"{length}: what is proven holds within"
+            )
         return _result(
             system,
             values,
@@ -566,6 +573,7 @@ class _GroupSearch:
             groups=tuple(tuple(linkage.names[b] for b in group.bodies) for group in self.groups),
             boxes=self.boxes,
             notes=notes,
+            within=min(self.limits.values(), default=None),
         )
 
 
@@ -641,6 +649,7 @@ def _result(
     groups: tuple[tuple[str, ...], ...] = (),
     boxes: int = 0,
     notes: list[str] | None = None,
+    within: float | None = None,
 ) -> AssemblyModes:
     modes = []
     for n, (pose, name, residual) in enumerate(zip(poses, names, residuals, strict=True)):
@@ -657,6 +666,7 @@ def _result(
         modes=tuple(modes),
         certificate=certificate,
         complete=not unresolved,
+        within=within,
         unresolved=unresolved,
         groups=groups,
         boxes=boxes,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from mbody.analysis.assemblies.all_dead_centres import (
     DeadCentres,
     SingularPosition,
-    dead_centres,
+    dead_centres_at,
     single_driver,
 )
 from mbody.analysis.assemblies.assembly_modes import (
@@ -272,6 +272,8 @@ class Circuits(Inherited):
     complete : bool
         Whether it is proven that there are no more circuits: all dead centres and, between them,
         all modes are certified, and every one lies on a circuit that was walked until it closed.
+    within : float or None
+        Displacements of slides up to which that holds [length]; None where it holds for all.
     """
 
     mechanism: Mechanism = field(repr=False)
@@ -280,6 +282,7 @@ class Circuits(Inherited):
     circuits: tuple[Circuit, ...]
     dead_centres: DeadCentres
     complete: bool
+    within: float | None = None
 
     def __len__(self) -> int:
         return len(self.circuits)
@@ -385,12 +388,22 @@ def circuits(
     if system.batch is not None:
         raise ModelError("circuits takes one design: choose one of the batch with design(n)")
     found = single_driver(system, driver)
-    given = checked_driver_values(system, drive)
+    return circuits_of(system, found, checked_driver_values(system, drive), used)
+
+
+def circuits_of(
+    system: System,
+    found: Driver,
+    given: dict[str, float],
+    used: np.ndarray | None = None,
+    dead: DeadCentres | None = None,
+) -> Circuits:
+    """The circuits with that driver released, where its dead centres may be known."""
     modes = assembly_modes(system, given, used=used)
     value = modes.at[found.name]
     others = {name: x for name, x in modes.at.items() if name != found.name}
-    dead = dead_centres(system, found.name) if not others else None
-    known, complete = [modes], modes.complete and dead is not None and dead.complete
+    dead = dead_centres_at(system, found, others) if dead is None else dead
+    known, complete = [modes], modes.complete and dead.complete
     values = [value]
     for middle in _between(dead, value):
         there = assembly_modes(system, {**others, found.name: middle})
@@ -400,14 +413,13 @@ def circuits(
     walks = _walks(system, JointCurve(system, found, others, value), values, known)
     made, notes = [], []
     for number, walk in enumerate(walks, 1):
-        if dead is not None:
-            _settle(walk, dead)
+        _settle(walk, dead)
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
             notes.append(_incomplete_note(number, walk.trouble))
     ends = [x for one in made for x in one.dead_centres]
-    if dead is not None and dead.complete:
+    if dead.complete:
         same = _same(dead, tol.POSITION_SAME)
         missing = [
             x for x in dead.values if not any(_distance(dead, x, end) < same for end in ends)
@@ -416,7 +428,7 @@ def circuits(
     doubts = list(modes.doubts)
     if not complete and not doubts:
         doubts.append(_incomplete(found.name, dead, notes))
-    centres = dead_centres_of_walks(system, found.name, made) if dead is None else dead
+    centres = dead if dead.complete else with_those_of_walks(dead, walks)
     return Circuits(
         mechanism=system.mechanism,
         driver=found.name,
@@ -424,21 +436,25 @@ def circuits(
         circuits=tuple(made),
         dead_centres=centres,
         complete=complete,
+        within=min((one.within for one in known if one.within is not None), default=None),
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
         notes=tuple(dict.fromkeys((*modes.notes, *notes, *(one.message for one in doubts)))),
     )
 
 
-def dead_centres_of_walks(system: System, driver: str, made: list[Circuit]) -> DeadCentres:
-    """Those that were met on the way, where none are certified."""
-    values = sorted(x for one in made for x in one.dead_centres)
-    return DeadCentres(
-        mechanism=system.mechanism,
-        driver=driver,
-        positions=tuple(SingularPosition(driver, x, ()) for x in values),
-        complete=False,
-    )
+def with_those_of_walks(dead: DeadCentres, walks: list[CircuitWalk]) -> DeadCentres:
+    """With those that whole walks have met, where it is not proven that there are no more."""
+    same = _same(dead, tol.POSITION_SAME)
+    values = [
+        x % REVOLUTION if dead.angular else x
+        for one in walks
+        for x in one.dead_centres
+        if not one.trouble and not any(_distance(dead, x, y) <= same for y in dead.values.tolist())
+    ]
+    more = [SingularPosition(dead.driver, x, ()) for x in values]
+    whole = sorted([*dead.positions, *more], key=lambda one: one.value)
+    return replace(dead, positions=tuple(whole))
 
 
 def _settle(walk: CircuitWalk, dead: DeadCentres) -> None:
@@ -464,10 +480,8 @@ def _same(dead: DeadCentres, part: float) -> float:
     return part if dead.angular else part * float(np.abs(dead.values).max(initial=0.0))
 
 
-def _between(dead: DeadCentres | None, value: float) -> list[float]:
+def _between(dead: DeadCentres, value: float) -> list[float]:
     """A value between every two neighbouring dead centres, but where the given one is."""
-    if dead is None:
-        return []
     if not dead.angular:
         return _between_lengths(dead.values.tolist(), value)
     if len(dead.values) < 2:
@@ -494,10 +508,10 @@ def _incomplete_note(number: int, trouble: str) -> str:
     return f"circuit {number} is not followed to its end: {trouble}"
 
 
-def _incomplete(driver: str, dead: DeadCentres | None, notes: list[str]) -> Doubt:
+def _incomplete(driver: str, dead: DeadCentres, notes: list[str]) -> Doubt:
     """The first reason why circuits may be missing."""
-    why = ["several drivers move"] if dead is None else list(dead.notes)
-    message = f"circuits may be missing: {[*notes, *why, 'not all dead centres were met'][0]}"
+    reasons = [*notes, *dead.notes, "not all dead centres were met"]
+    message = f"circuits may be missing: {reasons[0]}"
     return Doubt("incomplete", message, elements=(driver,))
 
 
