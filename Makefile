@@ -51,8 +51,8 @@ test-all: warm warm-other
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 	env $(OTHER) $(MINIMUM)/python -m pytest -n $(JOBS) --dist worksteal
 
-# The hunt for silent errors: hours on demand (COUNT of a SUBJECT: mechanisms, scenes, held or
-# invariance); findings in the folder campaign/SUBJECT, where it goes on.
+# The hunt for silent errors: hours on demand (COUNT of a SUBJECT: mechanisms, scenes, uneven,
+# held or invariance); findings in the folder campaign/SUBJECT, where it goes on.
 COUNT ?= 100000
 SUBJECT ?= mechanisms
 campaign: .venv/installed-dev

@@ -1,5 +1,5 @@
 """``python -m tests.campaign [SUBJECT] [--count N] [--seed S] [--workers W] [--minutes M] [--to
-FOLDER]``, of mechanisms, scenes, held or invariance: a folder goes on where it was left.
+FOLDER]``, of mechanisms, scenes, uneven, held or invariance: a folder goes on where it was left.
 """
 
 from __future__ import annotations

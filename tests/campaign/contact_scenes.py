@@ -13,9 +13,9 @@ from mbody.errors import ModelWarning
 from tests.campaign.analyses import Finding
 from tests.campaign.held import Program, compare
 from tests.campaign.scene_checks import Checks, Fault, faults_of
-from tests.campaign.scenes import Scene, random_scene
+from tests.campaign.scenes import Scene, random_scene, uneven_scene
 
-__all__ = ["examine_scene"]
+__all__ = ["examine_scene", "examine_uneven"]
 
 
 def marks(scene: Scene, run: Any) -> list[Fault]:
@@ -41,8 +41,16 @@ def marks(scene: Scene, run: Any) -> list[Fault]:
 
 def examine_scene(seed: int) -> Finding:
     """Draw the scene of a seed, and judge its motion. An end before its time counts as refused."""
-    scene = random_scene(seed)
-    model = scene.mechanism(f"scene {seed}")
+    return _examined(random_scene(seed), f"scene {seed}")
+
+
+def examine_uneven(seed: int) -> Finding:
+    """Draw the scene of a seed whose masses differ greatly, and judge it."""
+    return _examined(uneven_scene(seed), f"uneven {seed}")
+
+
+def _examined(scene: Scene, name: str) -> Finding:
+    model = scene.mechanism(name)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         try:

@@ -17,11 +17,11 @@ from typing import Any
 
 import mbody
 from tests.campaign.analyses import ANALYSES, Finding, examine
-from tests.campaign.contact_scenes import examine_scene
+from tests.campaign.contact_scenes import examine_scene, examine_uneven
 from tests.campaign.drawing import random_linkage
 from tests.campaign.held import HELD, examine_held, random_mechanism
 from tests.campaign.invariance import CHANGES, UNITS, examine_invariance
-from tests.campaign.scenes import KINDS, random_scene
+from tests.campaign.scenes import KINDS, random_scene, uneven_scene
 
 __all__ = ["SUBJECTS", "Tally", "hunt"]
 
@@ -29,6 +29,7 @@ __all__ = ["SUBJECTS", "Tally", "hunt"]
 SUBJECTS: dict[str, tuple[Callable[[int], Finding], Callable[[int, str], mbody.Mechanism]]] = {
     "mechanisms": (examine, lambda seed, name: random_linkage(seed).mechanism(name)),
     "scenes": (examine_scene, lambda seed, name: random_scene(seed).mechanism(name)),
+    "uneven": (examine_uneven, lambda seed, name: uneven_scene(seed).mechanism(name)),
     "held": (examine_held, random_mechanism),
     "invariance": (examine_invariance, lambda seed, name: random_scene(seed).mechanism(name)),
 }

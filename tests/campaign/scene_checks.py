@@ -31,6 +31,8 @@ FORCE = 1e-7
 #: greatest momentum of the motion are rounding, or, where a series of impacts is taken to its end,
 #: what the loads did in that time.
 IMPULSE, RATE, NOTHING, SERIES = 1e-6, 1e-6, 1e-10, 1e-5
+#: Of printed rates: their last digits.
+ROUNDING = 1e-15
 
 
 def cross(a: Array, b: Array) -> float:
@@ -225,7 +227,9 @@ class Checks:
                 self.fault("numbers", math.inf, "not finite")
                 return self.faults
             self.positions(state)
-            self.forces(state, k)
+            # where a run says that forces have a pole they have no digits
+            if k < len(self.states) - 1 or "grow without bound" not in self.run.status:
+                self.forces(state, k)
         self.impacts()
         self.energies()
         return self.faults
@@ -581,7 +585,9 @@ class Checks:
                 got = parts[body].mass * (after.v[body] - before.v[body])[:2]
                 off = abs(abs(float(got @ spot.normal)) - normal)
                 off = max(off, abs(abs(float(got @ spot.tangent)) - abs(along)))
-                if off > IMPULSE * greatest:
+                # a heavy body hardly changes its rates
+                digits = ROUNDING * parts[body].mass * float(np.abs(before.v[body][:2]).max())
+                if off > IMPULSE * greatest + digits:
                     told = f"{one.name} gives {normal:.6g}, {along:.6g}; {body} gets {got}"
                     self.fault("given impulse", off / greatest, told)
 

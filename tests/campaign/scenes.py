@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -680,11 +680,30 @@ KINDS: dict[str, tuple[Callable[[Drawing], None], float]] = {
 }
 
 
-def random_scene(seed: int) -> Scene:
-    """The scene of a seed."""
-    rng = np.random.default_rng([seed, 0x5CE7E])
-    names = list(KINDS)
-    kind = str(rng.choice(names, p=[KINDS[n][1] for n in names]))
+#: Parts of the scenes of several bodies whose masses differ greatly.
+UNEVEN = {"several": 0.3, "stacked": 0.25, "hanging": 0.25, "roped": 0.2}
+
+
+def uneven_scene(seed: int) -> Scene:
+    """The scene of a seed in which every body has a mass of its own from `MASSES`."""
+    scene = random_scene(seed, 0x3E16, UNEVEN)
+    rng = np.random.default_rng([seed, 0x3E17])
+    for part in scene.parts.values():
+        factor = 10.0 ** float(rng.uniform(*MASSES)) / part.mass
+        part.mass, part.inertia = part.mass * factor, part.inertia * factor
+        if part.name in scene.pushes:
+            fx, fy = scene.pushes[part.name]
+            scene.pushes[part.name] = (fx * factor, fy * factor)
+    return scene
+
+
+def random_scene(
+    seed: int, stream: int = 0x5CE7E, kinds: Mapping[str, float] | None = None
+) -> Scene:
+    """The scene of a seed, of kinds with their parts of the whole, by default those of `KINDS`."""
+    rng = np.random.default_rng([seed, stream])
+    parts = kinds or {name: part for name, (_, part) in KINDS.items()}
+    kind = str(rng.choice(list(parts), p=list(parts.values())))
     draw = Drawing(rng, kind)
     KINDS[kind][0](draw)
     scene = draw.scene

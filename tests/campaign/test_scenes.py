@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from tests.campaign.contact_scenes import examine_scene
+from tests.campaign.contact_scenes import examine_scene, examine_uneven
 from tests.campaign.scene_checks import State, faults_of, possible_impulses
 from tests.campaign.scenes import KINDS, random_scene
 from tests.support.cases import first_fast
@@ -42,6 +42,14 @@ MENDED = (597, 1942, 4655, 4695, 5795, 8989)
 @pytest.mark.processor
 def test_rare_scenes(seed):
     found = examine_scene(seed)
+    assert not (found.silent or found.doubted or found.refused), found.told
+
+
+#: A light body on a heavy one, on which it slides or tips (20, 33, 83, 90, 173, 216).
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 20, 33, 83, 90, 173, 216])
+@pytest.mark.processor
+def test_bodies_of_very_different_masses(seed):
+    found = examine_uneven(seed)
     assert not (found.silent or found.doubted or found.refused), found.told
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from mbody import (
     Body,
@@ -186,3 +187,34 @@ def test_what_slides_on_more_places_than_hold_it_slides_at_all():
     run = simulate(machine, 0.2, instants=3)
     assert run["rod"].vx[-1] == pytest.approx(1.0 - 0.3 * G * 0.2, abs=1e-9)
     assert {run.mode(f"at_{n}")[1] for n in points} == {"slip+"}
+
+
+@pytest.mark.parametrize("pull", [2.0, 6.0])
+@pytest.mark.parametrize("light", [1e-9, 1e-3, 1.0])
+def test_a_light_box_on_a_heavy_slab_that_is_pulled(light, pull):
+    """Without friction below, the slab goes off by `pull` and takes the box along, up to μ g."""
+    heavy, mu, g = 1e9, 0.4, 10.0
+    corners = {"A": (-1.0, -0.5), "B": (1.0, -0.5), "C": (1.0, 0.5), "D": (-1.0, 0.5)}
+    small = {name: (0.2 * x, 0.2 * y) for name, (x, y) in corners.items()}
+    shape = {"box": {"polygon": tuple(corners)}}
+    shapes = {"floor": {"line": {"point": "O", "angle": 0.0}}}
+    made = Mechanism("slab", ground={"O": (0.0, 0.0)}, ground_shapes=shapes)
+    made.add(
+        Body("slab", mass=heavy, inertia=heavy, points={**corners, "O": (0.0, 0.0)}, shapes=shape),
+        Body("box", mass=light, inertia=0.02 * light, points=small, shapes=shape),
+        Contact("below", "ground.floor", "slab.box"),
+        Contact("between", "slab.box", "box.box", friction=mu),
+        Gravity("gravity", y=-g),
+        Force("pull", "slab.O", (heavy + light) * pull if pull < mu * g else heavy * pull),
+    )
+    start = {"slab": {"y": 0.5}, "box": {"y": 1.1}}
+    made.simulation = SimulationSettings(until=0.2, start=start, instants=3)
+    run = simulate(made)
+    along = min(pull, mu * g)
+    assert all(
+        mode.startswith("stick" if pull < mu * g else "slip") for mode in run.mode("between")
+    )
+    assert_allclose(run["box"].ax, along, rtol=1e-8)
+    assert_allclose(np.abs(run.reaction("between").fx), light * along, rtol=1e-6)
+    assert_allclose(np.abs(run.reaction("between").fy), light * g, rtol=1e-6)
+    assert_allclose(run["box"].x[-1], 0.5 * along * 0.2**2, rtol=1e-8)

@@ -553,6 +553,10 @@ class Unilateral:
         """The greater of a size (bodies,) of both bodies of each, that of the ground zero."""
         return np.asarray(np.append(own, 0.0)[self.every_body].max(axis=1))
 
+    def least_of(self, own: Array) -> Array:
+        """The lesser of a size (bodies,) of both bodies of each, the ground apart."""
+        return np.asarray(np.append(own, np.inf)[self.every_body].min(axis=1))
+
     @functools.cached_property
     def arms(self) -> Array:
         """By what forces are multiplied to be of the kind of each: 1, of pins their radius, of

@@ -502,7 +502,11 @@ def _set(
     one: FrictionSolution,
 ) -> None:
     """Set modes, with the rows that do not depend on others, and evaluate."""
-    pressing = dict(zip(now.closed, one.forces, strict=False))
+    problem, size = one.problem, np.abs(one.forces)
+    terms = np.abs(problem.without) + np.abs(problem.delassus) @ size
+    # of what a light body presses against a heavy one its own motion tells
+    presses = np.diag(problem.delassus) * size > tol.CONTACT_FORCE_NONE * terms
+    pressing = dict(zip(now.closed, one.forces * presses, strict=False))
     motion.y[:] = now.y
     motion.load()
     on, sticking = _independent(motion, now, modes, pairs, pressing)
@@ -518,7 +522,8 @@ def _independent(
     pressing: dict[int, float],
 ) -> tuple[Array, Array]:
     """Which rows do not depend on others: of contact points (points, 2), normal and tangent, those
-    that press first, then of frictional joints that stick, last of contact points without force.
+    that press first, then of frictional joints that stick, last of contact points without force,
+    which is none in `pressing`.
     Sets the groups of contact points that stick by one row.
     """
     uni, system = motion.uni, motion.system
@@ -554,9 +559,8 @@ def _independent(
     sticking = np.zeros(len(uni.friction_joints), dtype=bool)
     motion.groups = {}
     closed = sorted((k for k in now.closed if modes[k] != "open"), key=lambda k: -pressing[k])
-    least = tol.CONTACT_FORCE_NONE * max(pressing.values(), default=0.0)
     for k in closed:
-        if pressing[k] > least:
+        if pressing[k] > 0.0:
             on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
     for k in sorted(closed):
         if modes[k] != "stick" or not on[k, 0]:
@@ -572,6 +576,6 @@ def _independent(
         if mode == "stick":
             sticking[m] = independent(rows.block[uni.friction_joints[m].tangent] * scale)
     for k in closed:
-        if pressing[k] <= least:
+        if pressing[k] <= 0.0:
             on[k, 0] = independent(rows.block[uni.contact_points[k].normal] * scale)
     return on, sticking

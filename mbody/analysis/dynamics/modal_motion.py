@@ -132,9 +132,9 @@ class ModalMotion(Protocol):
 
 
 def force_sizes(motion: ModalMotion) -> Array:
-    """The greatest force on both bodies of every contact point and, after these, of every
-    frictional joint, torques of pins by their radius, (points + joints,); not less than what
-    rounding passes on of the greatest force of what may touch or is joined.
+    """The greatest force on that body of every contact point and, after these, of every frictional
+    joint, on which it is less, torques of pins by their radius, (points + joints,); not less than
+    what rounding passes on of the greatest force of what may touch or is joined.
     """
     system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
     own = np.zeros(L.bodies + 1)
@@ -147,7 +147,7 @@ def force_sizes(motion: ModalMotion) -> Array:
         np.maximum.at(own, side, forces)
     whole = np.zeros(L.bodies)
     np.maximum.at(whole, uni.parts, own[:-1])
-    found = uni.greatest_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * whole[uni.parts]))
+    found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * whole[uni.parts]))
     return np.asarray(found * uni.arms)
 
 
