@@ -335,33 +335,36 @@ def to_dxf(
         scale = unit_system(mechanism.units).unit("length").factor * 1e3
         notes.append("lengths are in mm")
     parts = [part for part in parts_of(system, broad, bore) if _drawn(part)]
-    notes += _holes_examined(parts, broad, bore if hole is not None else None, unit)
+    _check_bars(parts, broad, unit)
+    notes += _notes_on_holes(parts, bore if hole is not None else None, unit)
     if any(isinstance(joint, Gear) for joint in mechanism.joints):
         notes.append("wheels are pitch circles, without teeth")
     text = _written(ezdxf, parts, broad, scale, UNITS.get(unit, UNITS["mm"]))
     return PartDrawing(text, tuple(notes))
 
 
-def _holes_examined(
-    parts: list[PartOutline], broad: float, bore: float | None, unit: str
-) -> list[str]:
-    """Notes on holes of another width than was asked for, or that cross an edge; a bar with a hole
-    that is wider is refused.
-    """
+def _check_bars(parts: list[PartOutline], broad: float, unit: str) -> None:
+    """Refuse bars with holes that are wider."""
+    for part in parts:
+        for at, radius, joint in part.holes if part.bar else ():
+            if radius >= part.nearest_edge(at):
+                raise ModelError(
+                    f"the hole of the pin '{joint}' is {2.0 * radius:g} {unit} wide, twice its "
+                    f"pin_radius, and the bar '{part.name}' {broad:g} {unit}: give wider bars"
+                )
+
+
+def _notes_on_holes(parts: list[PartOutline], bore: float | None, unit: str) -> list[str]:
+    """Those of another width than was asked for, and those that cross an edge."""
     notes: list[str] = []
     own: dict[str, float] = {}
     for part in parts:
         for at, radius, joint in part.holes:
             own |= {joint: 2.0 * radius} if joint else {}
-            if radius < part.nearest_edge(at):
-                continue
-            pin = f"the hole of the pin '{joint}'" if joint else "a hole"
-            if part.bar:
-                raise ModelError(
-                    f"{pin} is {2.0 * radius:g} {unit} wide, twice its pin_radius, and the bar "
-                    f"'{part.name}' {broad:g} {unit}: give wider bars"
-                )
-            notes.append(f"{pin}, {2.0 * radius:.4g} {unit} wide, crosses an edge of '{part.name}'")
+            if radius >= part.nearest_edge(at):
+                pin = f"the hole of the pin '{joint}'" if joint else "a hole"
+                wide = f"{2.0 * radius:.4g} {unit} wide"
+                notes.append(f"{pin}, {wide}, crosses an edge of '{part.name}'")
     other = [f"{name} {width:.4g} {unit}" for name, width in own.items() if width != bore]
     if other and bore is not None:
         notes.append(

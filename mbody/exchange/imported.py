@@ -62,6 +62,16 @@ def seen(text: Any) -> str:
     return f"'{short}'" if short.isprintable() else repr(short)
 
 
+def plain_name(text: str) -> str:
+    """A name that may stand in formulas, from one of another program.
+
+    >>> plain_name("swing arm"), plain_name("2nd"), plain_name("…")
+    ('swing_arm', 'n2nd', '')
+    """
+    plain = re.sub(r"\W+", "_", text).strip("_")[:LONGEST]
+    return f"n{plain}" if plain[:1].isdigit() else plain
+
+
 def refusal(element: str, why: str) -> ModelError:
     """The error of a file with an element that is not read."""
     return ModelError(f"{element}: {why}")
@@ -131,8 +141,7 @@ class DrawnLinkage:
 
     def _named(self, wanted: str) -> str:
         """A name that may stand in formulas, of one element alone."""
-        plain = re.sub(r"\W+", "_", wanted).strip("_")[:LONGEST] or "link"
-        plain = f"n{plain}" if plain[0].isdigit() else plain
+        plain = plain_name(wanted) or "link"
         name, n = plain, 2
         while name in self._used_names:
             name, n = f"{plain}_{n}", n + 1

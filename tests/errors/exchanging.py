@@ -82,6 +82,21 @@ def body(*joints, inner="", name="b", more=""):
     return f'<body name="{name}" {more}>{text}<geom type="box" size="1 1 1"/>{inner}</body>'
 
 
+CARRIED = 'gravcomp="1"'
+
+
+def hinge(more, name="h"):
+    return f'<joint name="{name}" axis="0 0 1" {more}/>'
+
+
+def tendon(more, at='pos="2 0 0"'):
+    """A tendon between the ground and a body."""
+    return planar(
+        f'<site name="s" {at}/>' + body(HINGE, '<site name="t"/>'),
+        f'<tendon><spatial name="t" {more}><site site="s"/><site site="t"/></spatial></tendon>',
+    )
+
+
 HINGE = '<joint name="h" axis="0 0 1"/>'
 
 
@@ -229,19 +244,69 @@ SCENARIOS = {
     "MJCF with a ball": planar(body(HINGE, inner=body('<joint type="ball"/>', name="c"))),
     "MJCF with two hinges": planar(body(HINGE, '<joint axis="0 0 1" pos="1 0 0"/>')),
     "MJCF with a body moved by mocap": planar(body(HINGE) + body(name="m", more='mocap="true"')),
-    "MJCF with a tendon that ends": planar(
+    "MJCF with a tendon over pulleys": planar(
+        body(HINGE, '<site name="s"/><site name="u" pos="1 0 0"/>'),
+        '<tendon><spatial name="t" stiffness="1"><site site="s"/><site site="u"/>'
+        '<pulley divisor="2"/><site site="u"/><site site="s"/></spatial></tendon>',
+    ),
+    "MJCF with a tendon out of its plane": tendon('damping="1"', 'pos="2 0 1"'),
+    "MJCF with a tendon that is slack for a while": tendon('stiffness="1" springlength="1 2"'),
+    "MJCF with a rough tendon": tendon('frictionloss="1"'),
+    "MJCF with a spring of higher order": planar(body(hinge('stiffness="1 2 0"'))),
+    "MJCF with a damper of higher order": planar(body(hinge('damping="1 2 0"'))),
+    "MJCF with a medium": planar(body(HINGE), option='<option density="1.2" viscosity="2e-5"/>'),
+    "MJCF with a body that sleeps": planar(
+        body(HINGE, more='sleep="init"'), option='<option><flag sleep="enable"/></option>'
+    ),
+    "MJCF with a plugin": planar(
         body(HINGE),
-        '<tendon><fixed name="t" limited="true" range="0 1"><joint joint="h" coef="1"/></fixed>'
-        "</tendon>",
+        '<actuator><plugin name="p" plugin="mujoco.pid" joint="h"><config key="kp" value="2"/>'
+        "</plugin></actuator>",
+        '<extension><plugin plugin="mujoco.pid"/></extension>',
+    ),
+    "MJCF with a flex": planar(
+        body(HINGE)
+        + '<flexcomp name="f" type="grid" count="2 2 1" spacing="1 1 1" dim="2" radius=".1" '
+        'pos="0 9 0"/>'
+    ),
+    "MJCF with slides that are not square": planar(
+        body(
+            '<joint name="x" type="slide" axis="1 0 0" stiffness="1"/>'
+            '<joint name="y" type="slide" axis="1 1 0"/>',
+            HINGE,
+        )
+    ),
+    "MJCF with friction across its plane": planar(
+        body('<joint name="h" axis="1 1 0"/>')
+        + '<body name="f"><joint name="j" type="free" frictionloss="1"/><geom size="1"/></body>'
+    ),
+    "MJCF with an actuator of its own law": planar(
+        body(HINGE), '<actuator><position name="p" joint="h" timeconst="1"/></actuator>'
+    ),
+    "MJCF with actuators that are limited together": planar(
+        body(hinge('actuatorfrcrange="-1 1"')),
+        '<actuator><motor joint="h"/><motor joint="h"/></actuator>',
+    ),
+    "MJCF with actuators that carry weight": planar(
+        body(HINGE, inner=body(hinge('actuatorgravcomp="true"', "k"), name="c"), more=CARRIED),
+        option='<option gravity="0 -9 0"/>',
+    ),
+    "MJCF with a floor that moves": planar(
+        '<geom name="floor" type="plane" size="1 1 1" zaxis="0 1 0" pos="0 -3 0" '
+        'surfacevel="1 0 0 0 0 0"/>' + body(HINGE, name="b")
+    ),
+    "MJCF with shapes that touch and have no outline": planar(
+        '<geom name="hill" type="ellipsoid" size="1 1 1"/>' + body(HINGE)
+    ),
+    "MJCF with a constraint of two tendons": planar(
+        body(HINGE),
+        '<tendon><fixed name="t"><joint joint="h" coef="1"/></fixed><fixed name="u">'
+        '<joint joint="h" coef="2"/></fixed></tendon>'
+        '<equality><tendon tendon1="t" tendon2="u"/></equality>',
     ),
     "MJCF with a curve of joints": planar(
         body(HINGE, inner=body('<joint name="k" axis="0 0 1"/>', name="c")),
         '<equality><joint joint1="h" joint2="k" polycoef="0 1 2 0 0"/></equality>',
-    ),
-    "MJCF with a constraint of a tendon": planar(
-        body(HINGE),
-        '<tendon><fixed name="t"><joint joint="h" coef="1"/></fixed></tendon>'
-        '<equality><tendon tendon1="t"/></equality>',
     ),
 }
 
@@ -323,7 +388,23 @@ MJCF with a slide that leaves the plane | ModelError | - | 'file.xml': the joint
 MJCF with a ball | ModelError | - | 'file.xml': the joint 'joint1': a ball joint leaves the plane
 MJCF with two hinges | ModelError | - | 'file.xml': the body 'b': its joints are no combination that is read: a hinge, a slide, both, or two slides and a hinge; put a body between them
 MJCF with a body moved by mocap | ModelError | - | 'file.xml': the body 'm': it is moved by mocap
-MJCF with a tendon that ends | ModelError | - | 'file.xml': the tendon 't': tendons with limits or friction are not read: a Distance, Rope or coupling takes its place
+MJCF with a tendon over pulleys | ModelError | - | 'file.xml': the tendon 't': a tendon over pulleys, bodies or more than two sites is not read
+MJCF with a tendon out of its plane | ModelError | - | 'file.xml': the tendon 't': its two ends do not lie in one plane of the motion
+MJCF with a tendon that is slack for a while | ModelError | - | 'file.xml': the tendon 't': its spring is slack between two lengths
+MJCF with a rough tendon | ModelError | - | 'file.xml': the tendon 't': friction and armature of a tendon between sites are not read
+MJCF with a spring of higher order | ModelError | - | 'file.xml': the joint 'h': its spring has higher terms of the displacement, which is not read
+MJCF with a damper of higher order | ModelError | - | 'file.xml': the joint 'h': its damping has higher terms of the rate, which is not read
+MJCF with a medium | ModelError | - | 'file.xml': <option>: it has a medium of density 1.2 and viscosity 2e-05, whose drag on bodies of an inertia is not read: set these to 0, and give drag as loads by formulas of rates
+MJCF with a body that sleeps | ModelError | - | 'file.xml': the body 'b': it is asleep until something touches it
+MJCF with a plugin | ModelError | - | 'file.xml': the actuator 'p': a plugin of MuJoCo moves it or shapes it
+MJCF with a flex | ModelError | - | 'file.xml': the flex 'f': it is deformable, bodies are rigid here
+MJCF with slides that are not square | ModelError | - | 'file.xml': the joint 'x': it is one of two slides that are not square to each other, or come after a hinge: what acts along it is not read
+MJCF with friction across its plane | ModelError | - | 'file.xml': the joint 'j': its friction is along axes that do not lie in the plane
+MJCF with an actuator of its own law | ModelError | - | 'file.xml': the actuator 'p': it acts at a control of 0 too, by a law that is not read: motor, position, velocity and general without dynamics are, on hinges, slides and fixed tendons
+MJCF with actuators that are limited together | ModelError | - | 'file.xml': the joint 'h': a limit of the force of several actuators together is not read
+MJCF with actuators that carry weight | ModelError | - | 'file.xml': the joint 'k': its actuators carry weight (actuatorgravcomp), which is not read
+MJCF with a floor that moves | ModelError | - | 'file.xml': the contact of the shapes 'floor' and 'geom1': it has a surface that moves, which is not read
+MJCF with shapes that touch and have no outline | ModelError | - | 'file.xml': the shapes 'hill' and 'geom1': they touch at the reference position, and the contact of such shapes is not read: planes across the plane of the motion with anything round or rectangular are, spheres, and cylinders and boxes along its normal
+MJCF with a constraint of two tendons | ModelError | - | 'file.xml': the constraint 'equality0': the lengths of two tendons are not coupled here
 MJCF with a curve of joints | ModelError | - | 'file.xml': the constraint 'equality0': its polycoef is no straight line
-MJCF with a constraint of a tendon | ModelError | - | 'file.xml': the constraint 'equality0': of <equality>, connect, weld and joint are read
 """

@@ -202,3 +202,105 @@ def test_axes_that_leave_the_plane_are_refused(tmp_path):
         import_model(write(tmp_path / "a.xml", text))
     with pytest.raises(ModelError, match=r"'b\.xml': MuJoCo does not read it"):
         import_model(write(tmp_path / "b.xml", CLOSED.replace("<geom", "<gem")))
+
+
+def link(name, mass=1.0):
+    return (
+        f'<link name="{name}"><inertial><origin xyz="0.1 0 0"/><mass value="{mass}"/>'
+        '<inertia ixx="0.001" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+
+
+def pin(name, parent, child, more="", kind="continuous"):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="0.2 0 0"/><axis xyz="0 1 0"/>{more}</joint>'
+    )
+
+
+def robot(*parts):
+    return f'<robot name="r"><link name="base"/>{"".join(parts)}</robot>'
+
+
+def test_links_and_joints_of_one_name_are_told_apart(tmp_path):
+    parts = link("upper"), link("lower"), pin("upper", "base", "upper")
+    text = robot(*parts, pin("lower", "upper", "lower"))
+    made = import_model(write(tmp_path / "a.urdf", text))
+    assert [body.name for body in made.mechanism.bodies] == ["upper", "lower"]
+    assert [joint.name for joint in made.mechanism.joints] == ["upper_joint", "lower_joint"]
+    assert "the joint 'upper' is named upper_joint" in made.notes
+    # every kind of object of MJCF has names of its own, and the ground has none of them
+    text = """<mujoco><worldbody><site name="cg"/><body name="ground"><joint name="ground"
+      axis="0 1 0" stiffness="1"/><geom name="ground" size=".1"/><site name="mass"/></body>
+      <body name="2 b" pos="1 0 0"><joint name="2 b" axis="0 1 0"/><geom size=".1"/></body>
+      </worldbody>
+      <equality><joint name="ground" joint1="ground" joint2="2 b"/></equality>
+      <actuator><motor name="gravity" joint="2 b"/></actuator></mujoco>"""
+    made = import_model(write(tmp_path / "b.xml", text))
+    names = [element.name for element in made.mechanism]
+    assert len(set(names)) == len(names) and {"ground_body", "n2_b", "n2_b_joint"} < set(names)
+    assert "the body 'ground' is named ground_body" in made.notes
+    assert mbody.simulate(made.mechanism, 0.1).status == "completed"
+
+
+def test_notes_say_what_is_so(tmp_path):
+    tip = '<link name="tip"/>' + pin("fixed", "swing arm", "tip", kind="fixed")
+    mimic = pin("k", "swing arm", "hand", '<mimic joint="j" multiplier="2" offset="0.1"/>')
+    text = robot(link("swing arm"), link("hand"), tip, pin("j", "base", "swing arm"), mimic)
+    made = import_model(write(tmp_path / "a.urdf", text))
+    (gone,) = [note for note in made.notes if "links that are part" in note]
+    assert gone == "links that are part of others or of the ground: base, tip"
+    assert "the link 'swing arm' is named swing_arm" in made.notes
+    assert not any("mimic" in note for note in made.notes)
+    machine = made.mechanism.copied()
+    machine.add(AngleDriver("motor", "swing_arm", "0.5*t"))
+    run = mbody.kinematics(machine, np.linspace(0, 1, 5))
+    # all angles are clockwise about y: k = 2 j + 0.1, against the arm
+    inner = run["hand"].angle - run["swing_arm"].angle
+    assert inner == pytest.approx(2 * run["swing_arm"].angle - 0.1, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("more", "moves"),
+    [
+        ('<dynamics friction="0.3"/>', True),
+        ('<dynamics damping="0.3"/>', True),
+        ('<safety_controller k_velocity="1"/>', False),
+        ('<calibration rising="0"/>', False),
+    ],
+)
+def test_what_a_urdf_says_of_a_joint_is_taken_or_named(tmp_path, more, moves):
+    made = import_model(write(tmp_path / "a.urdf", robot(link("a"), pin("j", "base", "a", more))))
+    _, _, there = accelerations(
+        tmp_path / "b.urdf", robot(link("a"), pin("j", "base", "a", more)), 0.7
+    )
+    start = {"a": {"omega": -0.7}}
+    made.mechanism.simulation = mbody.SimulationSettings(until=1e-3, start=start)
+    alpha = mbody.simulate(made.mechanism)["a"].alpha[0]
+    # MuJoCo's friction gives way by the impedance of its constraint, 0.9 to 0.95
+    loose = 0.1 if "friction" in more else 1e-6
+    assert -alpha == pytest.approx(there["a"][1], rel=loose)
+    assert moves != any("is not taken of the joints j" in note for note in made.notes)
+
+
+def test_a_joint_of_a_urdf_that_is_planar_is_free_in_its_plane(tmp_path):
+    planar = pin("p", "base", "a", kind="planar")
+    made = import_model(write(tmp_path / "a.urdf", robot(link("a"), planar)))
+    run = mbody.simulate(made.mechanism, 0.1)
+    assert run["a"].ay == pytest.approx(-9.81) and run["a"].alpha == pytest.approx(0.0, abs=1e-9)
+
+
+def test_motors_are_inputs(tmp_path):
+    text = ROBOT.format(s=1).replace(
+        "</mujoco>",
+        '<actuator><motor name="M" joint="elbow" gear="2"/><motor name="P" joint="rail"/>'
+        "</actuator></mujoco>",
+    )
+    model = mujoco.MjModel.from_xml_path(str(write(tmp_path / "arm.xml", text)))
+    data = mujoco.MjData(model)
+    data.ctrl[:] = 0.7, -0.4
+    mujoco.mj_forward(model, data)
+    made = import_model(tmp_path / "arm.xml").mechanism
+    run = mbody.simulate(made, 1e-3, inputs={"M_control": 0.7, "P_control": -0.4})
+    elbow = -(run["lower"].alpha[0] - run["upper"].alpha[0])
+    assert elbow == pytest.approx(data.qacc[model.joint("elbow").dofadr[0]], rel=1e-9)

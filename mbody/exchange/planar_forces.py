@@ -1,0 +1,526 @@
+"""What acts along the coordinates of a spatial model's joints and tendons, in its plane.
+
+Springs, dampers, friction, armatures, limits and actuators act along one coordinate each: the angle
+of a hinge, the way of a slide, the length of a tendon. Where no element measures it, a shaft does:
+a body without mass on a pin of the ground, coupled to it, by 1 rad a metre of a length.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbody.core.tolerances import FILE_AXES_PARALLEL, FILE_PLACES_SAME
+from mbody.exchange.imported import refusal, seen
+from mbody.exchange.planar_space import Spatial
+from mbody.model.body import Body
+from mbody.model.contact import Rope
+from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
+from mbody.model.element import Element, Marker
+from mbody.model.inputs import Input
+from mbody.model.joints import Clutch, FrictionForce, Revolute
+from mbody.model.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from mbody.model.stop import Stop
+
+FREE, SLIDE, HINGE = 0, 2, 3
+WRAP_JOINT, WRAP_SITE = 1, 3
+Range = tuple[float, float] | None
+
+
+@dataclass
+class Coordinate:
+    """One coordinate, from the reference position, and what acts along it.
+
+    Attributes
+    ----------
+    what, label : str
+        Of the object, for a sentence and for names of elements.
+    terms : list of CouplingTerm
+        Whose sum it is.
+    turns : tuple, optional
+        Of an angle of two bodies: body, the other body, sign.
+    ends : tuple, optional
+        Of an angle the places of the pin; of a slide the marker of the guide and the place in it.
+    reference, rest : float
+        Its value in the file at the reference position; that of the spring from there.
+    limits : (low, high), optional
+        From the reference position.
+    """
+
+    what: str
+    label: str
+    terms: list[CouplingTerm]
+    turns: tuple[str, str, float] | None = None
+    ends: tuple[Any, Any] | None = None
+    reference: float = 0.0
+    rest: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
+    friction: float = 0.0
+    armature: float = 0.0
+    limits: Range = None
+
+    @property
+    def is_length(self) -> bool:
+        """Whether lengths are among its terms."""
+        return any(term.ends for term in self.terms)
+
+    @property
+    def acts(self) -> bool:
+        """Whether anything acts along it."""
+        values = self.stiffness, self.damping, self.friction, self.armature
+        return any(values) or self.limits is not None
+
+
+# -- The coordinates of joints -----------------------------------------------------------------
+
+
+def slide_marker(space: Spatial, body: int, label: str, at: np.ndarray, joint: int) -> Marker:
+    """A place with the direction of a slide."""
+    x, y = space.plane.flat(space.data.xaxis[joint])
+    carrier, _, point = space.place(body, label, at).rpartition(".")
+    return Marker(carrier, point, float(np.arctan2(y, x)))
+
+
+def slide_ends(space: Spatial, joint: int) -> tuple[Marker, Any, float]:
+    """The guide of a slide, the place in it, and the sign of its displacement along the guide."""
+    model = space.model
+    body = int(model.jnt_bodyid[joint])
+    parent, start = int(model.body_parentid[body]), int(model.body_jntadr[body])
+    joints = range(start, start + int(model.body_jntnum[body]))
+    hinges = [n for n in joints if model.jnt_type[n] == HINGE]
+    at = space.data.xanchor[hinges[0] if hinges else joint]
+    label = space.label("JOINT", joint)
+    others = [n for n in joints if model.jnt_type[n] == SLIDE and n != joint]
+    square = all(
+        abs(float(space.data.xaxis[joint] @ space.data.xaxis[n])) <= FILE_AXES_PARALLEL
+        for n in others
+    )
+    turned = bool(hinges) and hinges[0] < joint
+    if not square or (turned and others):
+        raise refusal(
+            f"the joint {seen(space.name('JOINT', joint))}",
+            "it is one of two slides that are not square to each other, or come after a hinge: "
+            "what acts along it is not read",
+        )
+    if turned:  # the body slides on a pin of its parent
+        return slide_marker(space, body, label, at, joint), space.place(parent, label, at), -1.0
+    guide = slide_marker(space, parent, label, at, joint)
+    return guide, slide_marker(space, body, label, at, joint), 1.0
+
+
+def joint_term(space: Spatial, joint: int, factor: float) -> CouplingTerm:
+    """The displacement of a joint from its reference, times a factor, as a term of a coupling."""
+    model = space.model
+    body = int(model.jnt_bodyid[joint])
+    if model.jnt_type[joint] == HINGE:
+        sign = space.plane.sign(space.data.xaxis[joint])
+        return CouplingTerm(sign * factor, angle=space.names[body], relative_to=space.parent(body))
+    guide, place, sign = slide_ends(space, joint)
+    return CouplingTerm(sign * factor, coordinate=(guide, place))
+
+
+def limits_of(space: Spatial, joint: int) -> Range:
+    """The least and the greatest displacement of a joint from its reference."""
+    model = space.model
+    if not model.jnt_limited[joint] or space.is_off("LIMIT"):
+        return None
+    margin = float(model.jnt_margin[joint])
+    low, high = (float(v) - reference_of(space, joint) for v in model.jnt_range[joint])
+    return low + margin, high - margin
+
+
+def reference_of(space: Spatial, joint: int) -> float:
+    """The value of a joint's coordinate at the reference position."""
+    return float(space.model.qpos0[space.model.jnt_qposadr[joint]])
+
+
+def damping_of(space: Spatial, joint: int) -> float:
+    """The damping of a joint, with that of its actuators."""
+    if space.is_off("DAMPER"):
+        return 0.0
+    own = float(space.model.dof_damping[space.model.jnt_dofadr[joint]])
+    return own + _of_actuators(space, "actuator_damping", space.on_joint(joint))
+
+
+def _of_actuators(space: Spatial, field: str, actuators: list[int]) -> float:
+    """A number of actuators at their joint or tendon, times the square of the gear."""
+    return sum(float(getattr(space.model, field)[a]) * _gear(space, a) ** 2 for a in actuators)
+
+
+def _gear(space: Spatial, actuator: int) -> float:
+    return float(space.model.actuator_gear[space.model.actuator_outadr[actuator]][0])
+
+
+def of_joint(space: Spatial, joint: int) -> list[Coordinate]:
+    """The coordinates of a joint: one, of a free one three."""
+    model, label = space.model, space.label("JOINT", joint)
+    what = f"the joint {seen(space.name('JOINT', joint))}"
+    dof, body = int(model.jnt_dofadr[joint]), int(model.jnt_bodyid[joint])
+    stiffness = 0.0 if space.is_off("SPRING") else float(np.ravel(model.jnt_stiffness[joint])[0])
+    loss = 0.0 if space.is_off("FRICTIONLOSS") else float(model.dof_frictionloss[dof])
+    common: dict[str, Any] = {
+        "stiffness": stiffness,
+        "damping": damping_of(space, joint),
+        "friction": loss,
+    }
+    common["armature"] = float(model.dof_armature[dof]) + _of_actuators(
+        space, "actuator_armature", space.on_joint(joint)
+    )
+    if model.jnt_type[joint] == FREE:
+        return _of_free(space, body, label, what, common)
+    reference = reference_of(space, joint)
+    one = Coordinate(what, label, [], reference=reference, limits=limits_of(space, joint), **common)
+    one.rest = float(model.qpos_spring[model.jnt_qposadr[joint]]) - reference
+    if model.jnt_type[joint] == HINGE:
+        at, parent = space.data.xanchor[joint], int(model.body_parentid[body])
+        sign = space.plane.sign(space.data.xaxis[joint])
+        one.turns = space.names[body], space.parent(body), sign
+        one.ends = space.place(parent, label, at), space.place(body, label, at)
+        one.terms = [joint_term(space, joint, 1.0)]
+    elif one.acts or space.on_joint(joint):
+        guide, place, sign = slide_ends(space, joint)
+        one.ends = guide, place
+        one.terms = [CouplingTerm(sign, coordinate=(guide, place))]
+    return [one]
+
+
+def _of_free(
+    space: Spatial, body: int, label: str, what: str, common: dict[str, Any]
+) -> list[Coordinate]:
+    """Two slides of the ground and an angle."""
+    if not any(common.values()):
+        return []
+    at, own = space.data.xpos[body], space.names[body]
+    found: list[Coordinate] = []
+    for axis, name in ((space.plane.x, "x"), (space.plane.y, "y")):
+        if common["friction"] and not np.isclose(abs(axis).max(), 1.0, atol=FILE_AXES_PARALLEL):
+            raise refusal(what, "its friction is along axes that do not lie in the plane")
+        direction = 0.0 if name == "x" else 0.5 * math.pi
+        carrier, _, point = space.place(0, f"{label}_{name}", at).rpartition(".")
+        guide, place = Marker(carrier, point, direction), space.place(body, label, at)
+        term = CouplingTerm(1.0, coordinate=(guide, place))
+        found.append(Coordinate(what, f"{label}_{name}", [term], ends=(guide, place), **common))
+    pins = space.place(0, label, at), space.place(body, label, at)
+    turn = CouplingTerm(1.0, angle=own, relative_to="ground")
+    angle = Coordinate(what, label, [turn], turns=(own, "ground", 1.0), ends=pins, **common)
+    return [*found, angle]
+
+
+# -- The elements that act along a coordinate --------------------------------------------------
+
+
+def elements_along(
+    space: Spatial, one: Coordinate, native: bool, motors: list[int]
+) -> list[Element]:
+    """All that acts along a coordinate; `native`: a joint has its limits and its damping.
+
+    `motors`: The actuators that act along it.
+    """
+    found: list[Element] = []
+    limits, damping = (None, 0.0) if native else (one.limits, one.damping)
+    label, turns = one.label, one.turns
+    turning = one.stiffness or damping or motors or (one.friction and not one.ends)
+    if one.armature or limits is not None or (turns is None and turning):
+        shaft, more = _shaft(space, one, limits)
+        found += more
+        turns = turns or (shaft, "ground", 1.0)
+    if one.friction:
+        name = space.unique(f"{label}_friction")
+        if one.ends and one.turns is None:
+            found.append(FrictionForce(name, one.ends[0], one.ends[1], force=one.friction))
+        else:
+            pins = one.ends or ("ground", turns[0] if turns else "")
+            found.append(Clutch(name, pins[0], pins[1], torque=one.friction))
+    if turns is None:
+        return found
+    body, base, sign = turns
+    if one.stiffness:
+        name, free = space.unique(f"{label}_spring"), sign * one.rest
+        found.append(TorsionSpring(name, body, by=base, stiffness=one.stiffness, free_angle=free))
+    if damping:
+        name = space.unique(f"{label}_damper")
+        found.append(TorsionDamper(name, body, by=base, coefficient=damping))
+    return found + _motors(space, one, turns, motors)
+
+
+def _shaft(space: Spatial, one: Coordinate, limits: Range) -> tuple[str, list[Element]]:
+    """A shaft that turns by a coordinate."""
+    name = space.unique(f"{one.label}_shaft")
+    kind = LengthCoupling if one.is_length else AngleCoupling
+    per = "metre" if one.is_length else "radian"
+    space.notes.append(
+        f"{one.what}: what acts along it is on the shaft {name}, which turns by 1 rad a {per} of it"
+    )
+    held: dict[str, Any] = {} if limits is None else {"limits": limits}
+    return name, [
+        Body(name, mass=0.0, inertia=one.armature),
+        Revolute(space.unique(f"{name}_pin"), "ground", name, **held),
+        kind(space.unique(f"{name}_drive"), [*one.terms, CouplingTerm(-1.0, angle=name)]),
+    ]
+
+
+# -- Actuators ---------------------------------------------------------------------------------
+
+
+def motors_of(space: Spatial) -> dict[tuple[str, int], list[int]]:
+    """The actuators that are taken, by the joint or the tendon that they act on; the others do
+    nothing at a control of 0, and are noted, or are refused.
+    """
+    model, mj = space.model, space.mujoco
+    found: dict[tuple[str, int], list[int]] = {}
+    idle, off = [], []
+    for a in range(model.nactuator):
+        name = space.name("ACTUATOR", a)
+        group = int(model.actuator_group[a])
+        if space.is_off("ACTUATION") or model.opt.disableactuator >> max(group, 0) & 1:
+            off.append(name)
+            continue
+        kind, target = space.target_of(a)
+        read = (kind == "JOINT" and model.jnt_type[target] in (SLIDE, HINGE)) or (
+            kind == "TENDON" and is_fixed(space, target)
+        )
+        plain = (
+            _is(model.actuator_dyntype[a], mj.mjtDyn.mjDYN_NONE)
+            and _is(model.actuator_gaintype[a], mj.mjtGain.mjGAIN_FIXED)
+            and _is(model.actuator_biastype[a], mj.mjtBias.mjBIAS_NONE, mj.mjtBias.mjBIAS_AFFINE)
+        )
+        if read and plain:
+            found.setdefault((kind, target), []).append(a)
+        elif _does_nothing(space, a):
+            idle.append(name)
+        else:
+            raise refusal(
+                f"the actuator {seen(name)}",
+                "it acts at a control of 0 too, by a law that is not read: motor, position, "
+                "velocity and general without dynamics are, on hinges, slides and fixed tendons",
+            )
+    if idle:
+        space.notes.append(
+            f"not taken: actuator {', '.join(idle)}, which does nothing at a control of 0 (a "
+            "driver or a load takes its place)"
+        )
+    if off:
+        space.notes.append(f"not taken: actuator {', '.join(off)}, switched off in the file")
+    return found
+
+
+def _does_nothing(space: Spatial, a: int) -> bool:
+    """Whether an actuator has no force at a control of 0, from an activation of 0."""
+    model, mj = space.model, space.mujoco
+    adr = int(model.actuator_ctrladr[a])
+    ranges = [
+        (model.actuator_forcelimited[a], model.actuator_forcerange[a]),
+        (model.actuator_actlimited[a], model.actuator_actrange[a]),
+    ]
+    if adr >= 0 and adr < model.nu:
+        ranges.append((model.actuator_ctrllimited[adr], model.actuator_ctrlrange[adr]))
+    dyn, gain = mj.mjtDyn, mj.mjtGain
+    affine = _is(model.actuator_biastype[a], mj.mjtBias.mjBIAS_AFFINE)
+    straight = affine and not model.actuator_biasprm[a].any()
+    waits = dyn.mjDYN_INTEGRATOR, dyn.mjDYN_FILTER, dyn.mjDYN_FILTEREXACT
+    return (
+        _is(model.actuator_gaintype[a], gain.mjGAIN_FIXED, gain.mjGAIN_AFFINE)
+        and (_is(model.actuator_biastype[a], mj.mjtBias.mjBIAS_NONE) or straight)
+        and _is(model.actuator_dyntype[a], dyn.mjDYN_NONE, *waits)
+        and all(not on or low <= 0.0 <= high for on, (low, high) in ranges)
+    )
+
+
+def _is(value: Any, *kinds: Any) -> bool:
+    """Whether a number of the model is one of MuJoCo's constants."""
+    return int(value) in [int(kind) for kind in kinds]
+
+
+def _motors(
+    space: Spatial, one: Coordinate, turns: tuple[str, str, float], motors: list[int]
+) -> list[Element]:
+    """Torques by formulas of inputs, and of the coordinate where the actuator knows it."""
+    model = space.model
+    found: list[Element] = []
+    body, base, sign = turns
+    angle = body + (f".angle - {base}.angle" if base != "ground" else ".angle")
+    rate = body + (f".omega - {base}.omega" if base != "ground" else ".omega")
+    clamped = _total_limit(space, one, motors) if motors else None
+    for a in motors:
+        name = space.element("ACTUATOR", a)
+        control = space.unique(f"{name}_control")
+        gear, adr = _gear(space, a), int(model.actuator_ctrladr[a])
+        gain, bias = (
+            float(model.actuator_gainprm[a][0]),
+            [float(v) for v in model.actuator_biasprm[a]],
+        )
+        servo = _is(model.actuator_biastype[a], space.mujoco.mjtBias.mjBIAS_AFFINE)
+        unit = "N" if one.is_length else "N*m"
+        u = f"{control}*1 N*m" if servo else f"{control}*1 m" if one.is_length else control
+        if model.actuator_ctrllimited[adr] and not space.is_off("CLAMPCTRL"):
+            low, high = (float(v) for v in model.actuator_ctrlrange[adr])
+            u = f"clamp({u}, {low!r} N*m, {high!r} N*m)"
+        law = f"{gain!r}*{u}"
+        if servo:
+            law += f" + {bias[0]!r} N*m"
+            if bias[1]:
+                law += f" + {bias[1] * gear!r} N*m*({one.reference!r} + {sign!r}*({angle}))"
+            if bias[2]:
+                law += f" + {bias[2] * gear * sign!r} N*m*s*({rate})"
+        if model.actuator_forcelimited[a]:
+            low, high = (float(v) for v in model.actuator_forcerange[a])
+            law = f"clamp({law}, {low!r} N*m, {high!r} N*m)"
+        law = f"{gear!r}*({law})"
+        if clamped:
+            law = f"clamp({law}, {clamped[0]!r} N*m, {clamped[1]!r} N*m)"
+        law = law if sign > 0.0 else f"-({law})"
+        found.append(Input(control, "0" if servo else f"0 {unit}"))
+        found.append(Torque(name, body, by=base, value=law))
+        space.notes.append(f"the actuator {name} has the input {control}, which is 0")
+    return found
+
+
+def _total_limit(space: Spatial, one: Coordinate, motors: list[int]) -> Range:
+    """The limits of all actuators together at a joint or a tendon."""
+    model = space.model
+    kind, target = space.target_of(motors[0])
+    field = "jnt" if kind == "JOINT" else "tendon"
+    if not getattr(model, f"{field}_actfrclimited")[target]:
+        return None
+    if len(motors) > 1:
+        raise refusal(one.what, "a limit of the force of several actuators together is not read")
+    low, high = (float(v) for v in getattr(model, f"{field}_actfrcrange")[target])
+    return low, high
+
+
+def gravity_compensation(space: Spatial) -> list[Element]:
+    """The forces that carry a part of the weight of bodies."""
+    model = space.model
+    found: list[Element] = []
+    gx, gy = space.plane.flat(space.gravity)
+    weight = math.hypot(gx, gy)
+    for body in np.flatnonzero(model.body_gravcomp) if weight else ():
+        n = int(body)
+        value = float(model.body_gravcomp[n] * model.body_mass[n] * weight)
+        if not value or not space.root(n):
+            continue
+        for joint in np.flatnonzero(model.jnt_actgravcomp)[:1]:
+            raise refusal(
+                f"the joint {seen(space.name('JOINT', int(joint)))}",
+                "its actuators carry weight (actuatorgravcomp), which is not read",
+            )
+        name = space.unique(f"{space.label('BODY', n)}_gravcomp")
+        at = space.place(n, name, space.data.xipos[n])
+        found.append(Force(name, at, value, angle=math.atan2(-gy, -gx)))
+    return found
+
+
+# -- Tendons -----------------------------------------------------------------------------------
+
+
+def _wraps(space: Spatial, tendon: int) -> list[tuple[int, int, float]]:
+    """(kind, object, number) of what a tendon passes."""
+    model, start = space.model, int(space.model.tendon_adr[tendon])
+    rows = range(start, start + int(model.tendon_num[tendon]))
+    return [
+        (int(model.wrap_type[n]), int(model.wrap_objid[n]), float(model.wrap_prm[n])) for n in rows
+    ]
+
+
+def is_fixed(space: Spatial, tendon: int) -> bool:
+    """Whether a tendon is a sum of joints."""
+    return all(kind == WRAP_JOINT for kind, _, _ in _wraps(space, tendon))
+
+
+def tendon_terms(space: Spatial, tendon: int, what: str) -> list[CouplingTerm]:
+    """The terms of a fixed tendon; none of a spatial one between two sites."""
+    wraps = _wraps(space, tendon)
+    if is_fixed(space, tendon):
+        return [joint_term(space, joint, factor) for _, joint, factor in wraps]
+    if len(wraps) != 2 or any(kind != WRAP_SITE for kind, _, _ in wraps):
+        raise refusal(what, "a tendon over pulleys, bodies or more than two sites is not read")
+    return []
+
+
+def tendon_places(space: Spatial, tendon: int, what: str) -> tuple[str, str]:
+    """The two ends of a spatial tendon between sites."""
+    model, data = space.model, space.data
+    sites = [site for _, site, _ in _wraps(space, tendon)]
+    a, b = (data.site_xpos[site] for site in sites)
+    if abs(float((b - a) @ space.plane.normal)) > FILE_PLACES_SAME * float(np.linalg.norm(b - a)):
+        raise refusal(what, "its two ends do not lie in one plane of the motion")
+    label = space.label("TENDON", tendon)
+    i, j = (
+        space.place(int(model.site_bodyid[site]), label, at)
+        for site, at in zip(sites, (a, b), strict=True)
+    )
+    return i, j
+
+
+def tendons(space: Spatial, motors: dict[tuple[str, int], list[int]]) -> list[Element]:
+    """The springs, dampers, limits, friction and armatures of tendons."""
+    model, found, idle = space.model, [], []
+    for tendon in range(model.ntendon):
+        name = space.name("TENDON", tendon)
+        what = f"the tendon {seen(name)}"
+        on_it = space.on_tendon(tendon)
+        own = Coordinate(what, space.label("TENDON", tendon), [])
+        own.reference = float(model.tendon_length0[tendon])
+        if not space.is_off("SPRING"):
+            own.stiffness = float(model.tendon_stiffness[tendon])
+        if not space.is_off("DAMPER"):
+            own.damping = float(model.tendon_damping[tendon])
+            own.damping += _of_actuators(space, "actuator_damping", on_it)
+        if not space.is_off("FRICTIONLOSS"):
+            own.friction = float(model.tendon_frictionloss[tendon])
+        own.armature = float(model.tendon_armature[tendon])
+        own.armature += _of_actuators(space, "actuator_armature", on_it)
+        low, high = (float(v) for v in model.tendon_lengthspring[tendon])
+        if own.stiffness and low != high:
+            raise refusal(what, "its spring is slack between two lengths")
+        own.rest = low - own.reference
+        margin = float(model.tendon_margin[tendon])
+        if model.tendon_limited[tendon] and not space.is_off("LIMIT"):
+            least, most = (float(v) - own.reference for v in model.tendon_range[tendon])
+            own.limits = least + margin, most - margin
+        acting = motors.get(("TENDON", tendon), [])
+        if not own.acts and not acting:
+            if not any(int(n) == tendon for n in space.constrained_tendons()):
+                idle.append(name)
+            continue
+        own.terms = tendon_terms(space, tendon, what)
+        found += (
+            elements_along(space, own, False, acting) if own.terms else _line(space, tendon, own)
+        )
+    if idle:
+        space.notes.append(f"not taken: tendon {', '.join(idle)}, which has no force")
+    return found
+
+
+def _line(space: Spatial, tendon: int, own: Coordinate) -> list[Element]:
+    """A spring, a damper, a rope and a stop between two places."""
+    if own.friction or own.armature:
+        raise refusal(own.what, "friction and armature of a tendon between sites are not read")
+    ends = tendon_places(space, tendon, own.what)
+    found: list[Element] = []
+    if own.stiffness:
+        free = own.rest + own.reference
+        name = space.unique(f"{own.label}_spring")
+        found.append(Spring(name, *ends, stiffness=own.stiffness, free_length=free))
+    if own.damping:
+        found.append(Damper(space.unique(f"{own.label}_damper"), *ends, coefficient=own.damping))
+    if own.limits:
+        low, high = (own.reference + v for v in own.limits)
+        if low > 0.0:
+            across = (" - ".join(_coordinate(space, end, key) for end in ends) for key in "xy")
+            name = space.unique(f"{own.label}_strut")
+            found.append(Stop(name, f"hypot({', '.join(across)}) - {low!r} m"))
+        found.append(Rope(space.unique(own.label), *ends, length=high))
+    return found
+
+
+def _coordinate(space: Spatial, place: str, key: str) -> str:
+    """x or y of a named point, as formulas have it."""
+    body, _, point = place.partition(".")
+    if body != "ground":
+        return f"{place}.{key}"
+    return f"({space.points[0][point]['xy'.index(key)]!r} m)"
