@@ -257,10 +257,10 @@ presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.simulate:repeated_at")
 presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")
+presentation.register("known_of", Solution="mbody.solution.known_forces:known_of")
+presentation.register("move_forces", Solution="mbody.analysis.driven.open_forces:move_forces")
 presentation.register("open_forces", Solution="mbody.analysis.driven.open_forces:open_forces")
-presentation.register(
-    "open_forces_note", Solution="mbody.solution.friction_results:open_forces_note"
-)
+presentation.register("open_forces_note", Solution="mbody.solution.known_forces:open_forces_note")
 presentation.register("sensitivity", Solution="mbody.derivatives.gradient:sensitivity")
 presentation.register("then", Solution="mbody.analysis.dynamics.simulate:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")

@@ -605,6 +605,9 @@ FORCES_ROOM = 3.0  # there up to so many times.
 #: A margin of such forces below this part of what they carry is none,
 FORCES_ADMISSIBLE = 1e-9
 FORCES_UNIQUE = 1e-8  # and a range of this part is one force.
+#: Part of forces by which those differ that say what rounding does to a quantity made of them;
+FORCES_ROUNDED = 1e-12
+FORCES_CHANGE_COUNTS = 1e4  # changes by other forces count from so many times that on.
 #: A part of the greatest load that a force is at most, in the search of a reserve.
 FRICTION_RESERVE_FORCE_MOST = 1000.0
 #: A least reserve lies below the least sample by no more than neighbours lie above it (1.4 times as

@@ -618,7 +618,9 @@ def _result(
     squares, counts = problem.sizes(numbers)
     values = {given: float(numbers[k]) for k, given in enumerate(names)}
     own = () if best.settled else (Doubt("solver", UNSETTLED),)
-    heads = inherited(Inherited(doubts=own), *problem.results(numbers), notes=notes)
+    runs, measures = problem.results(numbers), problem.series[0].measures.values()
+    of_runs = inherited(*runs, of=measures, notes=notes)
+    heads = inherited(Inherited(doubts=own), *runs, notes=of_runs["notes"])
     return Fit(
         model=problem.system.mechanism.name,
         values=values,

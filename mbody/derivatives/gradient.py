@@ -84,7 +84,8 @@ class Gradient(Inherited):
     status, doubts : str, tuple of Doubt
         Of the result.
     notes : tuple of str
-        Where there is no derivative, measures that no number changes, and the doubts.
+        Where there is no derivative, measures that no number changes or that are made of forces
+        which are not unique, and the doubts.
     """
 
     value: dict[str, Any]
@@ -735,7 +736,7 @@ def gradient_of(
             )
             for one in instants.events
         ),
-        **inherited(run, notes=notes),
+        **inherited(run, of=columns, notes=notes),
     )
 
 

@@ -27,6 +27,8 @@ from mbody.quantities import (
 from mbody.quantities.formula import float_or_formula
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
+from mbody.solution.doubts import Inherited, inherited
+from mbody.solution.known_forces import without_notes
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasureLike, columns_of
 from mbody.sweeps.run import sweep
@@ -350,8 +352,8 @@ class Contribution:
     worst: float
 
 
-@dataclass(frozen=True, repr=False)
-class ToleranceStudy:
+@dataclass(frozen=True, eq=False, repr=False)
+class ToleranceStudy(Inherited):
     """Bands of a measured quantity.
 
     Attributes
@@ -371,7 +373,8 @@ class ToleranceStudy:
         The loosest tolerances that keep the quantity in its band, where one was given.
     failures : int
         Random designs that could not be analysed.
-    notes : tuple of str
+    status, doubts, notes
+        Of the analysis at the means; notes of the derivatives and of the random designs, too.
     """
 
     model: str
@@ -385,7 +388,6 @@ class ToleranceStudy:
     contributions: dict[str, Contribution]
     allocation: Allocation | None = None
     failures: int = 0
-    notes: tuple[str, ...] = field(default=())
 
     def data(self) -> dict[str, Any]:
         """Plain values of the result, ready for JSON."""
@@ -429,6 +431,8 @@ class ToleranceStudy:
             lines += ["", *self.allocation.lines()]
         if self.failures:
             lines += ["", f"{self.failures} random designs could not be analysed"]
+        if self.status != "completed":
+            lines += ["", self.status]
         return "\n".join(
             [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
         )
@@ -557,7 +561,8 @@ def tolerances(
     first = first_order(value, row, sigma)
     second = None
     try:
-        curvature = _curvature(centre, by, sigma, derivatives)
+        with without_notes():
+            curvature = _curvature(centre, by, sigma, derivatives)
         second = second_order(value, row, curvature, sigma, excess)
     except SolveError as error:
         notes.append(NO_SECOND + str(error))
@@ -603,7 +608,7 @@ def tolerances(
         contributions={key: contributions[key] for key in order},
         allocation=allocation,
         failures=failures,
-        notes=tuple(notes),
+        **inherited(found, notes=notes),
     )
 
 

@@ -15,6 +15,7 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
@@ -103,6 +104,7 @@ class BearingLoad(Inherited):
         return {key: getattr(self, key) for key in (*keys, "life", "time")}
 
 
+@inherits
 def bearing_load(
     run: Solution, joint: str, kind: str | float = "ball", rating: Number | None = None
 ) -> BearingLoad:

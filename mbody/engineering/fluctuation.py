@@ -15,6 +15,7 @@ from mbody.laws import Table
 from mbody.model.element import listed
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
 from mbody.system.read_only import lock
@@ -164,6 +165,7 @@ class Fluctuation(Inherited):
         return f"Fluctuation({self.fluctuation:.6g} about a mean torque of {self.mean:.6g})"
 
 
+@inherits
 def fluctuation(run: Solution, driver: str | None = None) -> Fluctuation:
     """Mean torque of a driver and the greatest fluctuation of energy about it: the turning-moment
     diagram of a cycle.

@@ -20,6 +20,7 @@ from mbody.model.element import Marker
 from mbody.model.loads import Torque
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, numbers, plain_notes
 from mbody.system.read_only import lock
@@ -219,6 +220,7 @@ def check_coefficient(coefficient: Any) -> float:
     return float(coefficient)
 
 
+@inherits
 def size_flywheel(run: Solution, coefficient: float, driver: str | None = None) -> FlywheelSizing:
     """The flywheel for a coefficient of fluctuation of the speed of a driver, the energy of the
     moving links counted: exact flywheel calculation.
@@ -406,8 +408,8 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
     Returns
     -------
     float
-        Of the flywheel alone, without the inertia already on that shaft. A result in doubt causes a
-        `ModelWarning`.
+        Of the flywheel alone, without the inertia already on that shaft. A result in doubt, or a
+        torque that is not unique, causes a `ModelWarning`.
 
     Raises
     ------
@@ -439,10 +441,8 @@ def flywheel(run: Solution, coefficient: float, driver: str | None = None) -> fl
             f"driver '{name}' has no speed, which a flywheel needs: give its law a speed", name
         )
     found = fluctuation(run, name)
-    if found.doubts:  # a number cannot have doubts
-        warnings.warn(
-            f"flywheel: the motion for its size is doubtful: {found.doubts[0].message}",
-            ModelWarning,
-            stacklevel=2,
-        )
+    # a number has neither doubts nor notes
+    doubts = [f"the motion for its size is doubtful: {one.message}" for one in found.doubts]
+    for sentence in (*doubts, *found.notes)[:1]:
+        warnings.warn(f"flywheel: {sentence}", ModelWarning, stacklevel=2)
     return found.fluctuation / (coefficient * speed**2)

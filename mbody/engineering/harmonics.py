@@ -14,6 +14,7 @@ from mbody.errors import ModelError
 from mbody.model.study import Measure
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import lock
 
@@ -84,6 +85,7 @@ class Harmonics(Inherited):
         return place_of(order, self.orders, self.turns)
 
 
+@inherits
 def harmonics(
     run: Solution | npt.ArrayLike,
     of: str | Measure | npt.ArrayLike,

@@ -18,6 +18,7 @@ from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import lock
@@ -410,7 +411,9 @@ class InternalLoads(Inherited):
             part = shear * (1.0 - eta * eta) ** checked.shear_profile
             squares = np.maximum(squares, (mean + eta * bent) ** 2 + 3.0 * part**2)
         equivalent = np.sqrt(squares)
-        return Stress(mean - bent, mean + bent, shear, equivalent, **inherited(self.run))
+        return Stress(
+            mean - bent, mean + bent, shear, equivalent, **inherited(self, notes=self.notes)
+        )
 
     def greatest(self) -> dict[str, tuple[float, float, int]]:
         """Of axial, shear, bending and, where there is a section, of the equivalent stress: the
@@ -492,6 +495,7 @@ class InternalLoads(Inherited):
         return f"InternalLoads('{self.body}' along {self.along[0]}–{self.along[1]})"
 
 
+@inherits
 def internal_loads(
     run: Solution,
     body: str,

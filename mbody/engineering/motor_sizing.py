@@ -16,6 +16,7 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
 from mbody.system.read_only import lock
@@ -153,6 +154,7 @@ class MotorSizing(Inherited):
         return f"MotorSizing({numbers([self.used[self.active]])[0]} of its {self.active} limit)"
 
 
+@inherits
 def motor_sizing(
     run: Solution,
     motor: MotorCurve,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, reaction_torque
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
 from mbody.system.read_only import lock
@@ -75,6 +76,7 @@ class ShakingForce(Inherited):
         return np.mod(np.arctan2(self.fy, self.fx), 2.0 * np.pi)
 
 
+@inherits
 def shaking_force(run: Solution, about: Marker | str = "ground") -> ShakingForce:
     """Force and moment of a mechanism on its frame: shaking force, shaking moment.
 
@@ -441,7 +443,7 @@ class ShakingOrders(Inherited):
     moment: Array
     force: Array
     peak: tuple[float, float]
-    size: float
+    size: float = field(metadata={"scale": True})
     folding: float
     turns: int
     run: Any
@@ -548,6 +550,7 @@ class BalanceShaft:
     force: float
 
 
+@inherits
 def shaking_orders(
     run: Solution,
     about: Marker | str = "ground",

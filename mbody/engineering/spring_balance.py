@@ -243,7 +243,7 @@ def spring_balance(
         run=last,
         mechanism=made,
         system=whole,
-        **inherited(last, notes=[*notes, *([reason] if reason else [])]),
+        **inherited(last, of=drivers, notes=[*notes, *([reason] if reason else [])]),
     )
 
 

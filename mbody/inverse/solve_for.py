@@ -25,7 +25,8 @@ from mbody.inverse.trials import ConditionRows, Trials
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
-from mbody.solution.doubts import Doubt, doubted
+from mbody.solution.doubts import Doubt, doubted, inherited
+from mbody.solution.solution import Solution
 
 # -- Sentences of a question: where no solution was found, and what bounds one -----------------
 
@@ -230,15 +231,17 @@ class Solver:
                 why = why or str(error)
         if not found:
             raise SolveError(why)
+        known = inherited(*(one.run for one in found), of=[self._measured], notes=self.notes)
         answer = Answer(
-            self.mechanism,
-            self.question,
-            tuple(found),
-            straight is not None,
-            notes=tuple(self.notes),
+            self.mechanism, self.question, tuple(found), straight is not None, notes=known["notes"]
         )
         of_runs = [doubt for one in found for doubt in one.run.doubts]
         return doubted(answer, [*self.doubts, *of_runs])
+
+    def _measured(self, run: Solution) -> Array:
+        """What is left of the conditions, and the objective."""
+        relations = [*self.equations, *self.sides]
+        return self.trials.measured(run, relations, self.question.objective)[0]
 
     def _may_be_straight(self) -> bool:
         """Whether probes can show that all is linear: not where a formula has a nonsmooth point,

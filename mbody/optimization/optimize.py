@@ -218,7 +218,9 @@ def optimum_of(
     band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
     words = [f"{'greatest' if one.greatest else 'least'} {one.text}" for one in goals]
     theirs = [measured(run, one.column.measure)[2] for one in goals]
-    own = inherited(run, notes=tuple(notes))
+    columns = [one.column for one in goals]
+    columns += [side for one in limits for side in (one.left, one.right)]
+    own = inherited(run, of=columns, notes=tuple(notes))
     if ended.status != "completed" and own["status"] == "completed":
         own["status"] = ended.status
     given = ranges.given

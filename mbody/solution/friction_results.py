@@ -24,7 +24,6 @@ from mbody.model.stop import Stop
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import (
     FrictionPair,
-    acting_contacts,
     contact_wrench,
     friction_pairs,
     group_wrench,
@@ -670,28 +669,6 @@ def unique_reaction(solution: Any, joint: Any, on: str | None, plain: Unique) ->
     for known, by, none in each:
         found.append(known and solution.open_forces.unique(by, none))
     return None if plain is None else (found[0], found[1], found[2])
-
-
-#: Elements that a note names.
-NAMED = 8
-
-
-def open_forces_note(solution: Any) -> list[str]:
-    """A note of the forces of a motion that are not unique."""
-    machine = solution.mechanism
-    names = [
-        one.name
-        for one in (*machine.joints, *acting_contacts(solution))
-        if False in (solution.reaction(one.name).unique or ())
-    ]
-    efforts = (*machine.drivers, *machine.couplings)
-    names += [one.name for one in efforts if solution.unique_effort(one.name) is False]
-    if not names:
-        return []
-    return [
-        f"the forces of {listed(names, NAMED)} are not unique: those that keep all limits best are "
-        "given; run.range gives their ends"
-    ]
 
 
 def unique_effort(solution: Any, name: str) -> bool | None:

@@ -260,9 +260,14 @@ class Lines:
 
     def made(self) -> ForceLimits:
         """All of them."""
-        rows = np.array(self.rows).reshape(-1, self.count)
+        rows = np.array(self.rows).reshape(len(self.rows), self.count)
         given, counts = np.array(self.given), np.array(self.counts)
         return ForceLimits(self.owners, rows, given, given != 0.0, counts, tuple(self.bent))
+
+
+def no_limits(count: int) -> ForceLimits:
+    """Of so many forces that may be any."""
+    return Lines(count).made()
 
 
 # -- Forces in balance with themselves ---------------------------------------------------------
@@ -551,30 +556,58 @@ class ForceSet:
         return -less, more
 
     def _end(self, part: OpenPart, aim: Array) -> float:
-        """The greatest change of aim · y within the limits, by tangents where they bend."""
-        y, best = np.zeros(part.free.shape[1]), 0.0
-        scale, _ = self.limits.sizes(part)
-        size = float(np.linalg.norm(aim))
-        for _ in range(PASSES):
-            lines, values = self.limits.at(self.forces + part.free @ y)
-            G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
-            G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
-            g = np.maximum(values[part.limits] / scale, 0.0) - G @ (y / part.size)
-            if len(y) == 1:
-                at = _far(G[:, 0] * np.sign(aim[0]), g)
-                reached = None if at is None else np.array([at * np.sign(aim[0])])
-            else:
-                found = linear_program(aim / size, -G, np.maximum(g + G @ (y / part.size), 0.0))
-                reached = None if found is None else found[0] + y / part.size
-            if reached is None:
-                return np.inf
-            gained = float(aim @ reached) * part.size
-            if gained <= best + tol.CONTACT_FORCE_SETTLED * size * part.size:
-                break
-            y, best = reached * part.size, gained
-            if not self.limits.bent:
-                break
-        return best
+        """The greatest change of aim · y within the limits."""
+        y = _end_within(part, self.limits, self.forces, aim)
+        return np.inf if y is None else float(aim @ y)
+
+
+def _end_within(part: OpenPart, limits: ForceLimits, forces: Array, aim: Array) -> Array | None:
+    """The y within the limits at which aim · y is greatest, by tangents where they bend; None
+    without a bound.
+    """
+    y, best = np.zeros(part.free.shape[1]), 0.0
+    scale, _ = limits.sizes(part)
+    size = float(np.linalg.norm(aim))
+    for _ in range(PASSES):
+        lines, values = limits.at(forces + part.free @ y)
+        G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
+        G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
+        g = np.maximum(values[part.limits] / scale, 0.0) - G @ (y / part.size)
+        if len(y) == 1:
+            at = _far(G[:, 0] * np.sign(aim[0]), g)
+            reached = None if at is None else np.array([at * np.sign(aim[0])])
+        else:
+            found = linear_program(aim / size, -G, np.maximum(g + G @ (y / part.size), 0.0))
+            reached = None if found is None else found[0] + y / part.size
+        if reached is None:
+            return None
+        gained = float(aim @ reached) * part.size
+        if gained <= best + tol.CONTACT_FORCE_SETTLED * size * part.size:
+            break
+        y, best = reached * part.size, gained
+        if not limits.bent:
+            break
+    return y
+
+
+def moved_within(parts: Sequence[OpenPart], limits: ForceLimits, forces: Array) -> Array:
+    """Combinations (free,) of all parts that lead to other forces within the limits: between the
+    far ends of two directions, which no component shares with what is there.
+    """
+    found = []
+    for part in parts:
+        count = part.free.shape[1]
+        ends = []
+        for n in (1, 2):
+            aim = np.cos(n * np.arange(1.0, count + 1.0))
+            both: list[Array | None] = [None, None]
+            if len(part.limits):
+                both = [_end_within(part, limits, forces, sign * aim) for sign in (1.0, -1.0)]
+            most = float(np.abs(forces / part.units).max(initial=0.0)) or 1.0
+            far = [max(part.size, most) * aim if y is None else y for y in both]
+            ends.append(max(far, key=lambda y: float(np.linalg.norm(y))))
+        found.append(0.7 * ends[0] + 0.3 * ends[1])
+    return np.concatenate(found) if found else np.zeros(0)
 
 
 def _far(a: Array, g: Array) -> float | None:

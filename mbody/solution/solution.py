@@ -439,6 +439,33 @@ class Solution:
 
         return unique_reaction(self, element, on, plain)
 
+    def known_of(self, quantity: Any, plain: Any = None) -> tuple[str, ...]:
+        """Sentences about the forces that a quantity is made of, where they are not unique, or
+        where that was not examined: none where the quantity does not depend on what is open.
+
+        Parameters
+        ----------
+        quantity : str, Measure or callable
+            A formula of histories as of `measure`, the name of a joint, contact, driver or
+            coupling, or a function of a result that gives numbers. The function is called once
+            more on the same motion with other forces that no equation excludes.
+        plain : optional
+            What such a function gave of this result.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> shelf = mbody.Mechanism("shelf", ground={"A": (0, 0), "B": (1, 0)})
+        >>> shelf.add(mbody.Body("board", mass=2.0, points={"A": (0, 0), "B": (1, 0)}, guess=0.0))
+        >>> shelf.add(mbody.Revolute("A", "ground.A", "board.A"))
+        >>> shelf.add(mbody.Revolute("B", "ground.B", "board.B"), mbody.Gravity("g", y=-9.81))
+        >>> run = mbody.statics(shelf)
+        >>> len(run.known_of("A.fx")), run.known_of("A.fy"), run.known_of("A.fx + B.fx")
+        (1, (), ())
+        """
+        found: tuple[str, ...] = present("known_of", self, quantity, plain)
+        return found
+
     @property
     def _not_examined(self) -> bool:
         """Whether nothing is known of what is unique: of large systems, and where something

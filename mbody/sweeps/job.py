@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -57,6 +57,11 @@ class MeasuredColumn:
     measure: Measure
     by: str = ""
     instant: int = 0
+
+    def __call__(self, run: Solution) -> np.ndarray:
+        """What it is of a result."""
+        t = run.t / run.mechanism.units.second
+        return reduced(self, measured(run, self.measure)[0], t)
 
 
 def reduced(column: MeasuredColumn, history: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -497,8 +502,20 @@ def _together(
 
 def _columns(job: Job, run: Solution) -> list[np.ndarray]:
     """The columns of a result."""
-    t = run.t / run.mechanism.units.second
-    return [reduced(c, measured(run, c.measure)[0], t) for c in job.columns]
+    return [column(run) for column in job.columns]
+
+
+def known_of_designs(job: Job, designs: Sequence[np.ndarray]) -> tuple[str, ...]:
+    """What is known of the forces of which the columns of some designs are made."""
+    if not any(row >= 3 * job.system.coordinates for row in job.wanted):
+        return ()
+    if job.course is not None and not len(job.system.layout.friction_kind):
+        return ()  # on lanes no rows are redundant
+    found = list[str]()
+    for values in designs:
+        run, _ = _alone(job, values)
+        found += [one for column in job.columns for one in run.known_of(column)]
+    return tuple(dict.fromkeys(found))
 
 
 def _design(job: Job, values: np.ndarray) -> System:

@@ -16,7 +16,16 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
-from mbody.sweeps.job import BLOCK, Job, Measures, PieceResult, analyse_piece, columns_of, prepared
+from mbody.sweeps.job import (
+    BLOCK,
+    Job,
+    Measures,
+    PieceResult,
+    analyse_piece,
+    columns_of,
+    known_of_designs,
+    prepared,
+)
 from mbody.sweeps.samples import Samples, Values, drawn
 from mbody.sweeps.store import ResultsInMemory, Store
 from mbody.sweeps.sweep_result import Sweep
@@ -241,7 +250,9 @@ def sweep(
     finally:
         source.close()
     units = {column.name: unit for column, unit in zip(columns, job.units, strict=True)}
-    return Sweep(system, samples, tuple(units), units, job.instants, status, kept)
+    good = [n for n in np.flatnonzero(kept.done).tolist() if n not in kept.failures]
+    known = known_of_designs(job, [samples.values[n] for n in {*good[:1], *good[-1:]}])
+    return Sweep(system, samples, tuple(units), units, job.instants, status, kept, known)
 
 
 def _threads(system: System, threads: int | None) -> int:

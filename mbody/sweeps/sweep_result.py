@@ -64,6 +64,8 @@ class Sweep:
         Times of the instants; empty for free motions.
     ending : str
         "completed", or "stopped: …" with the number of finished designs.
+    known : tuple of str
+        What is known of the forces that the quantities are made of, by the first and last design.
 
     Examples
     --------
@@ -86,6 +88,7 @@ class Sweep:
     t: np.ndarray
     ending: str
     kept: ColumnStore
+    known: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.samples.values)
@@ -156,8 +159,8 @@ class Sweep:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The messages of the doubts."""
-        return tuple(one.message for one in self.doubts)
+        """What is known of forces, and the messages of the doubts."""
+        return (*self.known, *(one.message for one in self.doubts))
 
     @property
     def done(self) -> np.ndarray:
@@ -209,7 +212,7 @@ class Sweep:
                 "a table of a sweep needs pandas, which is not installed: pip install pandas"
             ) from None
         frame = pandas.DataFrame(self.columns())
-        frame.attrs |= {"status": self.status}
+        frame.attrs |= {"status": self.status, "notes": self.notes}
         return frame
 
     def _statistics(self, name: str) -> list[float]:
@@ -268,4 +271,6 @@ class Sweep:
             lines += [f"  {one.message}" for one in self.doubts[:NAMED]]
         if self.status != "completed":
             lines += ["", self.status]
+        if self.known:
+            lines += ["", *(line for note in self.known for line in paragraph(f"note: {note}"))]
         return "\n".join(lines)

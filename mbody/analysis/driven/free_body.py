@@ -23,6 +23,7 @@ from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.contact_points import contact_points_at
 from mbody.solution.doubts import Several
 from mbody.solution.histories import check_forces, whole_instant
+from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.formula_rows import recorded_driver, recorded_stop
 from mbody.system.rank import jacobian
@@ -182,6 +183,7 @@ class FreeBody(Several[Wrench]):
         return present("drawing", self)  # a door for every form
 
 
+@inherits
 def free_body(solution: Solution, body: str, instant: int = 0) -> FreeBody:
     """Every force on one body at an instant: its free-body diagram; they are in equilibrium.
 
@@ -222,6 +224,7 @@ def free_body(solution: Solution, body: str, instant: int = 0) -> FreeBody:
     return found
 
 
+@inherits
 def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
     """Every moving link with the kind of member that it is, such as a two-force member.
 

@@ -29,6 +29,7 @@ from mbody.solution.shared_forces import (
     free_parts,
     greatest_margin,
     inadmissible,
+    moved_within,
     primitive_numbers,
     reported,
 )
@@ -297,6 +298,26 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
     return SharedResult(tuple(sets), tuple(names), designs if found.record.batch else 0)
 
 
+def move_forces(run: Solution, other: Solution) -> None:
+    """Set other forces of a driven motion that no equation excludes in the record of `other`."""
+    every, pattern = [], run.pairs_at_rest
+    for design, k in _examined(run, few=False, redundant=True).tolist():
+        here = DrivenForces(run, k, design)
+        own = np.ones(len(here.forces), dtype=bool)
+        parts = free_parts(here.columns, here.forces, own, here.limits)
+        if parts and np.isfinite(here.forces).all():
+            free = np.hstack([part.free for part in parts])
+            key = _of(pattern, design, 2)[k].tobytes()
+            every.append((key, free.shape[1], design, k, here, parts, free))
+    least = dict[bytes, int]()
+    for key, count, *_ in every:
+        least[key] = min(count, least.get(key, count))
+    for key, count, design, k, here, parts, free in every:
+        if count == least[key]:  # at singular positions there are more
+            change = free @ moved_within(parts, here.limits, here.forces)
+            _set(other, k, design, here, here.multipliers(change))
+
+
 def reported_row(run: Solution, k: int, system: System, row: Array) -> Array | None:
     """A row (rows,) of a system at instant k of a result, where the same joints rest, with the
     forces that are reported; None where all are determined.
@@ -315,16 +336,17 @@ def reported_row(run: Solution, k: int, system: System, row: Array) -> Array | N
     return np.asarray(block[0, :, 0])
 
 
-def _examined(found: Solution, few: bool) -> Array:
+def _examined(found: Solution, few: bool, redundant: bool = False) -> Array:
     """Designs and instants at which forces may be open: (places, 2). A `few`: the first, the
     middle and the last at which the same joints rest, by which rows depend on each other.
+    `redundant`: Rows of joints alone count, too.
     """
     system, machine = found.system, found.system.mechanism
     sided = any(one.closed for one in machine.contacts)
     sided = sided or any(rope_factor(system, one) for one in machine.couplings)
     at_rest = found.pairs_at_rest
     at_rest = at_rest if found.record.batch else at_rest[None]
-    every = bool(found.regularization and sided)
+    every = bool(found.regularization and (sided or redundant))
     places = np.argwhere(np.ones(at_rest.shape[:2], bool) if every else at_rest.any(axis=2))
     if not few or not len(places):
         return places
