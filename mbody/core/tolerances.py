@@ -1004,6 +1004,10 @@ SYNTHESIS_COEFFICIENT_NONE = 1e-12
 SYNTHESIS_SLIDER_NONE = 1e-14  # A crank of a slider-crank that is none.
 SYNTHESIS_ENDS = 1e-14  # Relative change of the numbers at which a refinement of three poses ends.
 SYNTHESIS_SOLUTIONS_SAME = 1e-5  # Solutions whose numbers differ by less than this part are one.
+SYNTHESIS_LED = 1e-8  # By what part of its size a condition is met that a search leads to.
+SYNTHESIS_LED_STEP = 1e-6  # Difference of a number by which a condition is derived, in its range.
+SYNTHESIS_VALLEY = 0.1  # Share of the size up to which designs may lie in one flat valley.
+SYNTHESIS_ERROR_SAME = 1e-3  # Relative rise of a sum of squares between them that is no ridge.
 SYNTHESIS_TURN_ROUNDING_FINE = 1e-12  # Rounding of a whole turn of a table of angles [rad].
 SYNTHESIS_ANGLE_STEP_LEAST = 1e-9  # Least change of the carrier's angle between two poses [rad].
 

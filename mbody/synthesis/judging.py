@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -548,6 +548,89 @@ def _motion(positions: Positions, system: System, theta: np.ndarray) -> Any:
     return kinematics(system, drive={"motor": angles})
 
 
+# -- The least misses of designs that meet conditions ------------------------------------------
+
+#: Designs of one synthesis that are led to their conditions, steps for each weight of what they
+#: lack, and weights.
+LED, LED_STEPS = 8, 40
+LED_WEIGHTS = (30.0, 30.0, 30.0, 30.0)
+
+
+@dataclass(frozen=True, eq=False)
+class MissProblem:
+    """Misses by the unknowns of a design, in parts of the motion's size.
+
+    `residual`, `jacobian`: Of the unknowns.
+    `begin`, `low`, `high` (unknowns,)
+    `numbers`: How many of them are numbers of the mechanism, on which conditions depend.
+    `candidate`: Of the unknowns; None where it does not close.
+    """
+
+    residual: Callable[[np.ndarray], np.ndarray]
+    jacobian: Callable[[np.ndarray], np.ndarray]
+    begin: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    numbers: int
+    candidate: Callable[[np.ndarray], Candidate | None]
+
+
+def led_to_conditions(
+    problem: MissProblem, margins: Callable[[Candidate], np.ndarray | None]
+) -> Candidate | None:
+    """The candidate of least misses near the beginning whose margins are not negative: by least
+    squares with what conditions lack as rows, whose weight grows and whose target moves inwards
+    until nothing is lacking. None where none was found.
+    """
+    from scipy.optimize import least_squares
+
+    one = problem.candidate(problem.begin)
+    first = None if one is None else margins(one)
+    if first is None:
+        return None
+    sizes, targets = np.maximum(np.abs(first), tol.TINY), np.full(len(first), tol.SYNTHESIS_LED)
+    width = problem.high - problem.low
+    known: dict[bytes, np.ndarray] = {}
+
+    def margin(y: np.ndarray) -> np.ndarray:
+        key = y[: problem.numbers].tobytes()
+        if key not in known:
+            made = problem.candidate(y)
+            found = None if made is None else margins(made)
+            # what does not close is far from every condition
+            known[key] = -np.ones(len(first)) if found is None else found / sizes
+        return known[key]
+
+    def rows(y: np.ndarray) -> np.ndarray:
+        return np.concatenate([problem.residual(y), weight * np.maximum(targets - margin(y), 0.0)])
+
+    def slopes(y: np.ndarray) -> np.ndarray:
+        here, found = margin(y), np.zeros((len(first), len(y)))
+        lacking = targets > here
+        for n in range(problem.numbers if lacking.any() else 0):
+            inward = 1.0 if 2.0 * y[n] < problem.low[n] + problem.high[n] else -1.0
+            step = np.zeros(len(y))
+            step[n] = tol.SYNTHESIS_LED_STEP * inward * (width[n] if width[n] < np.inf else 1.0)
+            found[:, n] = (here - margin(y + step)) / step[n]
+        return np.concatenate([problem.jacobian(y), weight * lacking[:, None] * found])
+
+    y, within = problem.begin, (problem.low, problem.high)
+    for weight in (1.0, *LED_WEIGHTS):
+        if not np.isfinite(rows(y)).all():
+            return None
+        inside = np.clip(y, *within)
+        ended = least_squares(
+            rows, inside, slopes, bounds=within, x_scale="jac", max_nfev=LED_STEPS
+        )
+        y = ended.x
+        lacking = np.maximum(targets - margin(y), 0.0)
+        if weight >= LED_WEIGHTS[0]:
+            targets = targets + lacking
+        if (margin(y) >= 0.0).all():
+            break
+    return problem.candidate(y)
+
+
 class Candidate(Protocol):
     """A design that is to be judged."""
 
@@ -579,6 +662,10 @@ class Candidate(Protocol):
         """The assembled mechanism goes through the points."""
         ...
 
+    def motion(self, units: str, full_turn: bool) -> Any:
+        """Of which conditions are measured; None where it is not followed."""
+        ...
+
     def measured(self, run: Any) -> np.ndarray:
         """The misses of a result of the assembled mechanism."""
         ...
@@ -593,6 +680,11 @@ class Candidate(Protocol):
 
     def cognate(self) -> Candidate | None:
         """The other mechanism of the same path and the same crank, where it is wanted."""
+        ...
+
+    @property
+    def problem(self) -> MissProblem | None:
+        """What its misses are the least of, near it; None where nothing is sought."""
         ...
 
 
@@ -620,38 +712,72 @@ class Judge:
     nearest: Design | None = None
 
     def __post_init__(self) -> None:
-        self._seen: list[np.ndarray] = []
+        self._seen: list[Candidate] = []
 
     def take(self, candidates: Iterable[Candidate], count: int, exact: float) -> None:
         """Judge candidates in their order until `count` designs are kept, and all whose error is
         below `exact`, which are equals.
         """
+        led = 0
         for one in candidates:
-            if len(self.kept) >= count and float(np.square(one.misses).sum()) > exact:
+            errors = sorted(design.error for design in self.kept)
+            # a design that is led to conditions may be worse than those that follow
+            worst = max(exact, errors[count - 1] if led else 0.0) if len(errors) >= count else 0.0
+            if len(errors) >= count and float(np.square(one.misses).sum()) > worst:
                 break
-            self._judge_candidate(one)
+            why = self._judge_candidate(one)
+            if why in self.subject_to and one.problem is not None and led < LED:
+                led += 1
+                nearby = led_to_conditions(one.problem, self._margins)
+                if nearby is not None:
+                    self._judge_candidate(nearby)
 
-    def _judge_candidate(self, candidate: Candidate) -> None:
-        if any(self._alike(candidate.row, other) for other in self._seen):
-            return
-        self._seen.append(candidate.row)
+    def _margins(self, candidate: Candidate) -> np.ndarray | None:
+        """By how much a design meets each condition; None where it does not move."""
+        try:
+            motion = candidate.motion(self.units, self.full_turn)
+        except (SolveError, ModelError):
+            return None
+        if motion is None:
+            return None
+        return np.array([c.margin(motion) for c in conditions(self.subject_to, motion.mechanism)])
+
+    def _judge_candidate(self, candidate: Candidate) -> str:
+        """Keep it, or say why not."""
+        if any(self._alike(candidate, other) for other in self._seen):
+            return "alike"
+        self._seen.append(candidate)
         if self.full_turn and not candidate.revolves():
             self.refused["a crank that does not turn round"] += 1
-            return
+            return "a crank that does not turn round"
         design, why = self._design(candidate)
         if other := candidate.cognate():
-            self._seen.append(other.row)
+            self._seen.append(other)
             design = replace(design, cognates=(self._design(other)[0],))
         if not why:
             self.kept.append(design)
-            return
+            return ""
         self.refused[why] += 1
         if self.nearest is None or design.error < self.nearest.error:
             self.nearest = design
+        return why
 
-    def _alike(self, x: np.ndarray, other: np.ndarray) -> bool:
-        size = max(self.size, float(np.abs(x).max()))
-        return bool(np.abs(x - other).max() < tol.SYNTHESIS_DESIGNS_SAME * size)
+    def _alike(self, one: Candidate, other: Candidate) -> bool:
+        """Whether two designs are one: their numbers are, or they lie in one flat valley, in which
+        searches end some way from each other, and no ridge is between them.
+        """
+        size = max(self.size, float(np.abs(one.row).max()))
+        apart = float(np.abs(one.row - other.row).max()) / size
+        if apart < tol.SYNTHESIS_DESIGNS_SAME:
+            return True
+        a, b = one.problem, other.problem
+        exact = tol.SYNTHESIS_POINT_MET * self.size
+        met = min(float(np.abs(each.misses).max()) for each in (one, other)) < exact
+        if apart > tol.SYNTHESIS_VALLEY or met or a is None or b is None:
+            return False
+        ends = [float(np.square(a.residual(y)).sum()) for y in (a.begin, b.begin)]
+        middle = float(np.square(a.residual(0.5 * (a.begin + b.begin))).sum())
+        return middle <= max(ends) * (1.0 + tol.SYNTHESIS_ERROR_SAME)
 
     def _design(self, candidate: Candidate) -> tuple[Design, str]:
         """The design, and why it is left out."""

@@ -25,6 +25,7 @@ from mbody.synthesis.judging import (
     DesignList,
     DesignMotion,
     Judge,
+    MissProblem,
     Positions,
     bounds,
     follow_design,
@@ -169,6 +170,33 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     """
     from scipy.optimize import least_squares
 
+    problem = _path_problem(kind, demand, start)
+    if not np.isfinite(problem.residual(problem.begin)).all():
+        return None
+    found = least_squares(
+        problem.residual,
+        problem.begin,
+        problem.jacobian,
+        bounds=(problem.low, problem.high),
+        x_scale="jac",
+        ftol=tol.LEAST_SQUARES_ENDS,
+        xtol=tol.LEAST_SQUARES_ENDS,
+        gtol=tol.LEAST_SQUARES_ENDS,
+        max_nfev=EVALUATIONS,
+    )
+    x, theta = found.x[: len(kind.numbers)], _angles(kind, demand, found.x)
+    off = misses(kind, x, theta, start.sign, demand.points)
+    return PlacedCurve(float(np.square(np.abs(off)).sum()), x, theta, start.sign)
+
+
+def _angles(kind: Kind, demand: PathDemand, y: np.ndarray) -> np.ndarray:
+    """Crank angles at the points of a row of numbers and angles."""
+    steps = np.zeros(1) if demand.timing is None else _steps(demand)
+    return np.asarray(y[len(kind.numbers) :] + steps)
+
+
+def _path_problem(kind: Kind, demand: PathDemand, start: PlacedCurve) -> MissProblem:
+    """The distances from the points by the numbers and the crank angles."""
     size = len(kind.numbers)
     # what is small in the gradient is so beside the path, whatever the unit
     extent = float(np.abs(demand.points - demand.points.mean()).max()) or 1.0
@@ -177,30 +205,48 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     width = tol.BOUND_AT * np.minimum(demand.high - demand.low, 1.0)
     begin = np.concatenate([np.clip(start.x, demand.low + width, demand.high - width), extra])
     endless = np.full(len(extra), np.inf)
-    steps = np.zeros(1) if free else _steps(demand)
 
     def residual(y: np.ndarray) -> np.ndarray:
-        miss = misses(kind, y[:size], y[size:] + steps, start.sign, demand.points)
+        theta = _angles(kind, demand, y)
+        miss = misses(kind, y[:size], theta, start.sign, demand.points)
         return np.concatenate([miss.real, miss.imag]) / extent
 
     def jacobian(y: np.ndarray) -> np.ndarray:
-        return _jacobian(kind, y[:size], y[size:] + steps, start.sign, free) / extent
+        theta = _angles(kind, demand, y)
+        return _jacobian(kind, y[:size], theta, start.sign, free) / extent
 
-    if not np.isfinite(residual(begin)).all():
-        return None
-    found = least_squares(
+    def candidate(y: np.ndarray) -> LinkageCandidate | None:
+        theta = _angles(kind, demand, y)
+        off = np.abs(misses(kind, y[:size], theta, start.sign, demand.points))
+        if not np.isfinite(off).all():
+            return None
+        made = PlacedCurve(float(np.square(off).sum()), y[:size], theta, start.sign)
+        return _path_candidate(kind, demand, made, sought=False)
+
+    return MissProblem(
         residual,
-        begin,
         jacobian,
-        bounds=(np.concatenate([demand.low, -endless]), np.concatenate([demand.high, endless])),
-        x_scale="jac",
-        ftol=tol.LEAST_SQUARES_ENDS,
-        xtol=tol.LEAST_SQUARES_ENDS,
-        gtol=tol.LEAST_SQUARES_ENDS,
-        max_nfev=EVALUATIONS,
+        begin,
+        np.concatenate([demand.low, -endless]),
+        np.concatenate([demand.high, endless]),
+        size,
+        candidate,
     )
-    theta = found.x[size:] + steps
-    return PlacedCurve(2.0 * float(found.cost) * extent**2, found.x[:size], theta, start.sign)
+
+
+def _path_candidate(
+    kind: Kind, demand: PathDemand, one: PlacedCurve, *, sought: bool = True
+) -> LinkageCandidate:
+    """A design as a candidate; `sought`: whether designs near it that meet conditions may be."""
+    signs = np.full(len(demand.points), one.sign)
+    positions = Positions(kind, one.x, one.theta, signs, fixed=demand.timing is not None)
+    return LinkageCandidate(
+        positions,
+        np.abs(misses(kind, one.x, one.theta, one.sign, demand.points)),
+        _by_points(kind, demand.points),
+        with_cognate=True,
+        problem=_path_problem(kind, demand, one) if sought else None,
+    )
 
 
 def _steps(demand: PathDemand) -> np.ndarray:
@@ -241,6 +287,7 @@ class LinkageCandidate:
     `measure`: The same of a result of the assembled mechanism.
     `zeros`: What is added to the given input and output of a function.
     `with_cognate`: Whether the other mechanism of the same path is wanted.
+    `problem`: What its misses are the least of.
     """
 
     positions: Positions
@@ -248,6 +295,7 @@ class LinkageCandidate:
     measure: Callable[[Any], np.ndarray]
     zeros: tuple[float, float] | None = None
     with_cognate: bool = False
+    problem: MissProblem | None = None
 
     @property
     def row(self) -> np.ndarray:
@@ -266,6 +314,10 @@ class LinkageCandidate:
     def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """Drive the crank through the points; a crank that turns round does in any case."""
         return follow_design(self.positions, units)
+
+    def motion(self, units: str, full_turn: bool) -> Any:
+        """Of the assembled mechanism."""
+        return self.follow(units, full_turn).motion
 
     def measured(self, run: Any) -> np.ndarray:
         """The misses of a result of the assembled mechanism."""
@@ -301,7 +353,9 @@ class LinkageCandidate:
             return None
         x, theta, sign = other
         same = replace(at, x=x, theta=theta, signs=np.full(len(theta), sign))
-        return replace(self, positions=same, with_cognate=False)
+        if not np.isfinite(same.carriers).all():
+            return None
+        return replace(self, positions=same, with_cognate=False, problem=None)
 
 
 @dataclass(frozen=True)
@@ -338,15 +392,7 @@ def for_path(
     found = [one for one in (refined(kind, demand, start) for start in starts) if one]
     found.sort(key=lambda one: one.error)
     exact = len(points) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
-    candidates = []
-    for one in found:
-        signs = np.full(len(points), one.sign)
-        positions = Positions(kind, one.x, one.theta, signs, fixed=timing is not None)
-        off = np.abs(misses(kind, one.x, one.theta, one.sign, points))
-        candidates.append(
-            LinkageCandidate(positions, off, _by_points(kind, points), with_cognate=True)
-        )
-    judge.take(candidates, count, exact)
+    judge.take((_path_candidate(kind, demand, one) for one in found), count, exact)
     judge.require(f"{kind.name} passes the points without defects within the bounds")
     unknowns = len(low) + (len(points) if timing is None else 1)
     best = judge.best(count, exact)

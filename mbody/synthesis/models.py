@@ -25,7 +25,14 @@ from mbody.model.study import Instants, Measure
 from mbody.quantities.units import NUMBER
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep
-from mbody.synthesis.judging import MOTION, DesignList, DesignMotion, Judge, interval
+from mbody.synthesis.judging import (
+    MOTION,
+    DesignList,
+    DesignMotion,
+    Judge,
+    MissProblem,
+    interval,
+)
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -110,9 +117,11 @@ class DesignCandidate:
     misses: np.ndarray
 
 
-def searched(demand: Demand, count: int, starts: int, seed: int) -> list[DesignCandidate]:
+def searched(
+    demand: Demand, numbered: NumberedModel, count: int, starts: int, seed: int
+) -> list[_ModelCandidate]:
     """The refined designs of the best starts of `count`, the best first."""
-    found = [_refined(demand, *start) for start in _starts(demand, count, starts, seed)]
+    found = [_refined(demand, numbered, *start) for start in _starts(demand, count, starts, seed)]
     good = [one for one in found if one is not None]
     return sorted(good, key=lambda one: float(np.square(one.misses).sum()))
 
@@ -248,37 +257,67 @@ class Refinement:
         }
 
 
-def _refined(
-    demand: Demand, x: np.ndarray, theta: np.ndarray, guess: dict[str, tuple[float, float, float]]
-) -> DesignCandidate | None:
-    from scipy.optimize import least_squares
-
+def _problem(
+    demand: Demand,
+    numbered: NumberedModel,
+    x: np.ndarray,
+    theta: np.ndarray,
+    guess: dict[str, tuple[float, float, float]],
+) -> MissProblem:
+    """The misses by the numbers and the free values of the driver, near a start."""
     task = Refinement(demand, guess)
     low, high = np.array(list(demand.by.values())).T
     width = tol.BOUND_AT * (high - low)
     begin = np.concatenate([np.clip(x, low + width, high - width), theta[: task.free]])
     endless = np.full(task.free, np.inf)
-    if not np.isfinite(task.residual(begin)).all():
-        return None
     # what is small in the gradient is so beside the goals, whatever the unit
     size = 1.0 if demand.angular else float(np.ptp(demand.goals, axis=-1).max()) or 1.0
-    found = least_squares(
+
+    def candidate(y: np.ndarray) -> _ModelCandidate | None:
+        off = task.residual(y)
+        if not np.isfinite(off).all():
+            return None
+        values = dict(zip(task.names, y.tolist(), strict=False))
+        misses = np.sqrt(np.square(off.reshape(demand.goals.shape)).sum(axis=0))
+        made = DesignCandidate(values, task.theta(y), task.poses(), misses)
+        return _ModelCandidate(demand, numbered, made)
+
+    return MissProblem(
         lambda y: task.residual(y) / size,
-        begin,
         lambda y: task.jacobian(y) / size,
-        bounds=(np.concatenate([low, -endless]), np.concatenate([high, endless])),
+        begin,
+        np.concatenate([low, -endless]),
+        np.concatenate([high, endless]),
+        len(low),
+        candidate,
+    )
+
+
+def _refined(
+    demand: Demand,
+    numbered: NumberedModel,
+    x: np.ndarray,
+    theta: np.ndarray,
+    guess: dict[str, tuple[float, float, float]],
+) -> _ModelCandidate | None:
+    from scipy.optimize import least_squares
+
+    problem = _problem(demand, numbered, x, theta, guess)
+    if not np.isfinite(problem.residual(problem.begin)).all():
+        return None
+    found = least_squares(
+        problem.residual,
+        problem.begin,
+        problem.jacobian,
+        bounds=(problem.low, problem.high),
         x_scale="jac",
         ftol=tol.LEAST_SQUARES_ENDS,
         xtol=tol.LEAST_SQUARES_ENDS,
         gtol=tol.LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
-    off = task.residual(found.x)
-    if not np.isfinite(off).all():
-        return None
-    values = dict(zip(task.names, found.x.tolist(), strict=False))
-    misses = np.sqrt(np.square(off.reshape(demand.goals.shape)).sum(axis=0))
-    return DesignCandidate(values, task.theta(found.x), task.poses(), misses)
+    made: Any = problem.candidate(found.x)
+    return made
 
 
 @dataclass(frozen=True, eq=False)
@@ -393,9 +432,9 @@ def _refuse_made(system: System, by: Mapping[str, Any]) -> None:
 def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> DesignList:
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
     numbered = NumberedModel(demand.system.mechanism, list(demand.by))
-    found = searched(demand, effort.search, effort.starts, effort.seed)
+    found = searched(demand, numbered, effort.search, effort.starts, effort.seed)
     exact = demand.goals.shape[1] * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
-    judge.take([_ModelCandidate(demand, numbered, one) for one in found], count, exact)
+    judge.take(found, count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
     notes = [] if demand.angular else judge.off_point_notes()
@@ -420,9 +459,20 @@ class _ModelCandidate:
     def misses(self) -> np.ndarray:
         return self.found.misses
 
+    @property
+    def problem(self) -> MissProblem:
+        """The misses near it."""
+        one = self.found
+        return _problem(self.demand, self.numbered, self.row, one.theta, one.guess)
+
     def revolves(self) -> bool:
         """Whether the driver may turn round, which following it decides."""
         return self.demand.whole
+
+    def motion(self, units: str, full_turn: bool) -> Any:
+        """Of the assembled system with its numbers, without a file of it."""
+        system = self.demand.system.with_values(self.found.values)
+        return self._motion(system, self.found.theta, self.found.guess)[0]
 
     def follow(self, units: str, full_turn: bool) -> DesignMotion:
         """The mechanism of the file that was made goes through the points, and round."""
@@ -447,7 +497,7 @@ class _ModelCandidate:
             defects = (f"branch: {stop}", *defects)
         return DesignMotion(system, theta, order, defects, run, motion)
 
-    def _motion(self, system: System, theta: np.ndarray) -> tuple[Any, str]:
+    def _motion(self, system: System, theta: np.ndarray, guess: Any = None) -> tuple[Any, str]:
         """The whole revolution at the rate of the law where the driver turns round, else from the
         first point to the last; and what stopped it.
         """
@@ -457,13 +507,13 @@ class _ModelCandidate:
                 first = float(theta[0])
                 angles = first + np.linspace(0.0, 2.0 * math.pi, MOTION)
                 name = self.demand.driver
-                rate = float(kinematics(system).measure(f"{name}.rate")[0])
-                return kinetostatics(system, drive={name: (angles, rate)}), ""
+                rate = float(kinematics(system, guess=guess).measure(f"{name}.rate")[0])
+                return kinetostatics(system, drive={name: (angles, rate)}, guess=guess), ""
             except SolveError as error:
                 stop = str(error).partition(";")[0]
         whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
         values = np.interp(whole, np.arange(len(theta)), theta)
-        return kinetostatics(system, drive={self.demand.driver: values}), stop
+        return kinetostatics(system, drive={self.demand.driver: values}, guess=guess), stop
 
     def measured(self, run: Any) -> np.ndarray:
         off = np.stack([run.measure(q) for q in self.demand.quantities]) - self.demand.goals

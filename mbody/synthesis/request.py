@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.tolerances import TINY
-from mbody.errors import ModelError, brief
+from mbody.errors import ModelError, ModelWarning, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, Scope, read
@@ -253,35 +254,48 @@ def synthesize(
         defective=bool(defective),
         tolerance=tolerance,
     )
-    if model is not None:
-        unwanted = {"kind": kind, "units": units, "ground": ground, "poses": poses, "atlas": atlas}
-        if wrong := [name for name, value in unwanted.items() if value is not None]:
-            raise ModelError(f"synthesize: {listed(wrong)} does not go with a model: leave it out")
-        return _of_model(request, _mechanism(model), of, span, by, path, timing, function)
-    if of is not None or span is not None:
-        raise ModelError("synthesize: of and span go with a model: leave them out, or give it")
-    sort = _kind("four_bar" if kind is None else kind)
-    if path is not None:
-        points, closed = path_of(path, request.units)
-        angles = timing_of(timing, len(points), "angle", request.units)
-        judge = request.judge(float(np.abs(points - points.mean()).max()), "length")
-        effort, most = request.effort, request.count
-        curves = None if atlas is None else as_atlas(atlas)
-        return for_path(
-            sort, points, closed, angles, by, effort, judge, most, request.units, curves
-        )
-    if atlas is not None:
-        raise ModelError("synthesize: atlas goes with path: leave it out")
-    if function is not None:
-        if by is not None:
-            raise ModelError(
-                "synthesize: by goes with path and poses: the lengths of a function generator "
-                "follow from its pairs, its size from ground"
+    with warnings.catch_warnings():
+        # of designs that are tried nobody can act on
+        warnings.simplefilter("ignore", ModelWarning)
+        if model is not None:
+            unwanted = {
+                "kind": kind,
+                "units": units,
+                "ground": ground,
+                "poses": poses,
+                "atlas": atlas,
+            }
+            if wrong := [name for name, value in unwanted.items() if value is not None]:
+                raise ModelError(
+                    f"synthesize: {listed(wrong)} does not go with a model: leave it out"
+                )
+            return _of_model(request, _mechanism(model), of, span, by, path, timing, function)
+        if of is not None or span is not None:
+            raise ModelError("synthesize: of and span go with a model: leave them out, or give it")
+        sort = _kind("four_bar" if kind is None else kind)
+        if path is not None:
+            points, closed = path_of(path, request.units)
+            angles = timing_of(timing, len(points), "angle", request.units)
+            judge = request.judge(float(np.abs(points - points.mean()).max()), "length")
+            effort, most = request.effort, request.count
+            curves = None if atlas is None else as_atlas(atlas)
+            return for_path(
+                sort, points, closed, angles, by, effort, judge, most, request.units, curves
             )
-        return _of_function(request, sort, function, 1.0 if ground is None else ground)
-    where, angle = poses_of(poses, request.units)
-    judge = request.judge(motion_size(where, angle), "length")
-    return for_poses(sort, where, angle, by, request.effort, judge, request.count, request.units)
+        if atlas is not None:
+            raise ModelError("synthesize: atlas goes with path: leave it out")
+        if function is not None:
+            if by is not None:
+                raise ModelError(
+                    "synthesize: by goes with path and poses: the lengths of a function generator "
+                    "follow from its pairs, its size from ground"
+                )
+            return _of_function(request, sort, function, 1.0 if ground is None else ground)
+        where, angle = poses_of(poses, request.units)
+        judge = request.judge(motion_size(where, angle), "length")
+        return for_poses(
+            sort, where, angle, by, request.effort, judge, request.count, request.units
+        )
 
 
 @dataclass(frozen=True)

@@ -314,3 +314,33 @@ def test_a_path_that_is_far_from_every_design():
     )
     with pytest.raises(SolveError, match="misses beyond the tolerance"):
         mbody.synthesize(path=points, by=small, search=400, starts=4, tolerance="10 mm")
+
+
+def test_designs_are_sought_where_conditions_hold():
+    """Ten points of an ellipse (Acharyya and Mandal, 2009): all near designs have a longer ground
+    than 80; the witness with 4.02e-4 is known, and this one is judged by its own mechanism.
+    """
+    points = [(20, 10), (17.66, 15.142), (11.736, 17.878), (5, 16.928), (0.60307, 12.736)]
+    points += [(0.60307, 7.2638), (5, 3.0718), (11.736, 2.1215), (17.66, 4.8577), (20, 10)]
+    by = dict.fromkeys(("crank.A.x", "coupler.B.x", "rocker.B.x"), (5, 80))
+    own = ("coupler.P", "ground.O2", "ground.O4")
+    places = tuple(f"{point}.{axis}" for point in own for axis in "xy")
+    by |= dict.fromkeys(places, (-80, 80))
+    condition = "hypot(ground.O4.x - ground.O2.x, ground.O4.y - ground.O2.y) <= 80 m"
+    (best,) = mbody.synthesize(
+        path=points, by=by, full_turn=True, subject_to=condition, search=400, starts=1, count=1
+    )
+    ground = [best.values[f"ground.O4.{x}"] - best.values[f"ground.O2.{x}"] for x in "xy"]
+    assert math.hypot(*ground) <= 80.0
+    assert deviation(best, points[:-1]) == pytest.approx(best.error, rel=1e-9)
+    assert best.error < 1e-3  # 4.1e-4 of forty starts
+
+
+def test_a_cognate_that_closes_nowhere_is_left_out():
+    """Its first angle was nan; the designs themselves pass their own judgement."""
+    path = [(float(x), float(0.3 * math.sin(3 * x))) for x in np.linspace(0, 2, 4)]
+    timing = [f"{25 * i} deg" for i in range(4)]
+    found = mbody.synthesize(path=path, timing=timing, seed=14, defective=True, count=3)
+    assert len(found) == 3
+    for one in (one for one in found if not one.defects):
+        assert deviation(one, path) == pytest.approx(one.error, rel=1e-6, abs=1e-12)
