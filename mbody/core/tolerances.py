@@ -1160,6 +1160,14 @@ TABLE_RATE_AGREES = 0.05
 #: The scale of a user's function, as a part of its argument, is at least this,
 FUNCTION_SCALE_LEAST = 1e-6
 FUNCTION_SLOPES_AGREE = 1e-6  # and two derivatives of it agree to this part of the steepest.
+# A given derivative is wrong where it is off by this part of itself,
+DERIVATIVE_WRONG = 3e-3
+DERIVATIVE_SLIGHT = 1e-4  # and by this part of the greatest one met;
+DERIVATIVE_CERTAIN = 2e-3  # differences that are not certain to this part of it do not count,
+DERIVATIVE_ROUNDING = 1e-12  # nor what rounding of the values over the range makes.
+#: Forces of a user's load on two bodies balance to this part of their size.
+LOAD_BALANCE = 1e-6
+STROKE_MARGIN = 1e-6  # Part of its stroke by which a cylinder may leave it.
 PARAMETERS_EQUAL = 1e-12  # Values of parameters that differ by less than this part are one.
 FILE_GRAVITY_IN_PLANE = 1e-9  # Part of gravity that may point out of the plane of a file.
 

@@ -196,7 +196,7 @@ class Law:
         """
         return None
 
-    def corners(self, first: float, last: float) -> FloatArray:
+    def corners_between(self, first: float, last: float) -> FloatArray:
         """Where it jumps, or its rate or second derivative does, between two values of x,
         ascending, (k,): steps of motions that follow it end there.
         """

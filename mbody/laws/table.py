@@ -336,7 +336,7 @@ class Table(FixedLaw):
             else of_spline(h, chord, self.end or "not-a-knot")
         )
 
-    def corners(self, first: float, last: float) -> FloatArray:
+    def corners_between(self, first: float, last: float) -> FloatArray:
         """The points of the argument, between two values of it, at which f or a derivative that
         motions depend on jumps: none of a spline.
         """

@@ -10,7 +10,6 @@ from typing import Any, cast
 from mbody.laws import Table
 from mbody.model.element import Element, listed
 from mbody.model.joints import Joint
-from mbody.model.loads.tyre import Tyre
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
@@ -61,14 +60,6 @@ def _tables(mechanism: Mechanism) -> Iterator[str]:
             if isinstance(law, Table):
                 argument, value = (dimension_of(field.metadata[key]) for key in ("of", "law"))
                 yield from _table(mechanism.units, element, field.name, law, argument, value)
-
-
-def may_leave_tables(mechanism: Mechanism) -> bool:
-    """Whether laws of drivers and loads have a range: tables, curves that formulas call, tyres."""
-    elements = (*mechanism.drivers, *mechanism.loads)
-    laws = (value for element in elements for value in vars(element).values())
-    ranged = bool(mechanism.curves) or any(isinstance(one, Tyre) for one in mechanism.loads)
-    return ranged or any(isinstance(law, Table) for law in laws)
 
 
 @functools.cache

@@ -24,6 +24,7 @@ KINDS = (
     "contact",
     "inadmissible",
     "validity",
+    "derivative",
     "solver",
 )
 

@@ -17,7 +17,12 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes, refuse_modes
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
-from mbody.analysis.driven.extrapolation import extrapolated, open_curves, open_tables
+from mbody.analysis.driven.law_doubts import (
+    derivative_doubts,
+    law_doubts,
+    open_curves,
+    open_tables,
+)
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration, Guard
@@ -803,20 +808,23 @@ class Monitor:
                 force, size = present.read(forces.force), present.read(forces.size)
             self.contacts.append((one.name, one, force, size))
         integration.watched = bool(self.contacts)
-        self.any = bool(self.contacts) or integration.closely
+        self.any = bool(self.contacts) or integration.closely or system.has_user_code
 
     def after_call(self, known: tuple[Doubt, ...]) -> tuple[Doubt, ...]:
         """Look at what the last call went through; the doubts of tables that were left."""
         engine = self.integration
         if engine.samples is None:
             self._at_the_end()
-            return known
+            if not self.system.has_user_code:
+                return known
+            new = derivative_doubts(self.system)
+            return (*known, *(one for one in new if one not in known))
         (times, records), engine.samples = engine.samples, None
         run = self._result(times, records)
         names = {one.elements for one in known}
         for name, one, _, _ in self.contacts:
             engine.meet(name, one_sided_force(run, one))
-        return (*known, *(one for one in extrapolated(run) if one.elements not in names))
+        return (*known, *(one for one in law_doubts(run) if one.elements not in names))
 
     def _at_the_end(self) -> None:
         """Forces of contacts and ropes at the end of a call that was one step."""

@@ -88,6 +88,14 @@ def late(t):
 
 
 LATE = Function(late, lambda t: 1.0, lambda t: 0.0)
+HALF = Function(
+    lambda t: math.sin(2 * t), lambda t: math.cos(2 * t), lambda t: -4 * math.sin(2 * t)
+)
+FAST = Function(
+    lambda t: 0.3 * math.sin(1e6 * t),
+    lambda t: 3e5 * math.cos(1e6 * t),
+    lambda t: -3e11 * math.sin(1e6 * t),
+)
 
 
 def giving(kind, value):
@@ -127,6 +135,8 @@ SCENARIOS = {
     "a joint of wrong changes": loose(LooseChange),
     "a function that fails on the way": lambda: kinematics(by_law(LATE), t=[0.0, 0.25, 0.75]),
     "a function that fails in a turn": lambda: kinematics(by_law(LATE), turn=True),
+    "a law of a wrong rate": lambda: kinematics(by_law(HALF), t=[0.1, 0.7]),
+    "a law too fast to be followed": lambda: kinematics(by_law(FAST), t=[0.1, 0.7]),
     "a function that fails at once in a turn": lambda: kinematics(by_law(no_oil), turn=True),
 }
 
@@ -156,5 +166,7 @@ a joint of wrong times | ModelError | own | the physics of 'own' gives ν of row
 a joint of wrong changes | ModelError | own | the physics of 'own' gives γ of row 0 as 0.61454, but Φ_q a − d²Φ/dt² is -0.61454 by differences: correct it; mbody.testing.check_joint tries it further
 a function that fails on the way | SolveError | motor | the function of 'motor' failed: ValueError: no oil
 a function that fails in a turn | SolveError | motor | the function of 'motor' failed: ValueError: no oil
+a law of a wrong rate | SolveError | motor | 'motor': the rate that is given with the function of its law is no derivative of it: 0.980067 rad/s at t = 0.1 s, by differences of the function 1.96013 rad/s: correct rate, or leave it out
+a law too fast to be followed | SolveError | motor | the function of 'motor' failed: 202001 calls did not lead the motion beyond x = …: the function varies too fast to be followed; give a smoother one
 a function that fails at once in a turn | SolveError | motor | the function of 'motor' failed: ValueError: no oil
 """

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.analysis.driven.law_doubts import derivative_doubts, law_calls, law_doubts
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition, vanishing
@@ -39,7 +40,7 @@ from mbody.kernels.continuation import (
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
 from mbody.model.closed_mechanism import may_be_one_sided
-from mbody.model.model_notes import kept_states, left_out, may_leave_tables, model_notes
+from mbody.model.model_notes import kept_states, left_out, model_notes
 from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.system import System, too_large
@@ -410,6 +411,9 @@ def _pieces(count: int) -> np.ndarray:
 SAMPLES, NUMBERS = 721, 4_000_000
 #: Change points of one motion that are distinguished.
 CHANGES = 256
+#: Calls of one Python function of a law that a motion makes at most, and more for every instant: a
+#: derivative that is none would have it go on by the shortest steps.
+CALLS, CALLS_OF_INSTANT = 200_000, 1000
 #: Samples of forces that have one direction: of a whole motion, and of a step.
 OF_ALL, OF_A_STEP = 200, 8
 
@@ -487,7 +491,12 @@ class Runner:
             nearest=np.zeros(3),
             passed=np.empty((CHANGES, 1 + self.system.coordinates)),
         )
+        calls = [one for _, one in law_calls(self.system)]
+        for one in calls:
+            one.count, one.most = 0, CALLS + CALLS_OF_INSTANT * len(grid.s)
         code = follow(self.layout, start.work, path, path_output)
+        for one in calls:
+            one.most = math.inf
         start.work.q[:] = q
         if monitored:
             count = min(int(progress[CHANGE_POINTS]), CHANGES)
@@ -680,11 +689,7 @@ class Runner:
             from mbody.analysis.driven.contact_report import check_fits
 
             check_fits(found)
-        if not self.system.once("tables", lambda: may_leave_tables(machine)):
-            return found
-        from mbody.analysis.driven.extrapolation import extrapolated
-
-        beyond = tuple(extrapolated(found))
+        beyond = tuple(law_doubts(found))
         # without a look at residuals: forces that are missing may be reported later
         return with_fields(found, doubts=beyond) if beyond else found
 
@@ -753,6 +758,9 @@ class Runner:
         from mbody.analysis.driven.dead_centres import DeadCentre
 
         system = self.system
+        doubts = derivative_doubts(system)
+        if doubts:
+            raise SolveError(doubts[0].message, doubts[0].elements[0])
         raise_user_error(system)
         if grid.mode == BY_TIME:
             check_laws(system, grid.t)

@@ -113,7 +113,7 @@ def jump_times(system: System, first: float, until: float) -> Array:
         laws += [one.value for one in system.mechanism.inputs]
     beyond = float(np.nextafter(until, np.inf))
     found = [
-        law.corners(first, beyond)
+        law.corners_between(first, beyond)
         for law in laws
         if isinstance(law, Table) and law.interpolation == "linear"
     ]
@@ -510,7 +510,7 @@ def _first_after(times: Array, t: float) -> float:
 
 def _corners(system: System, first: float, until: float) -> Array:
     """Times within a motion at which laws of time have corners, ascending."""
-    found = [law.corners(first, until) for law in tables_of_time(system)]
+    found = [law.corners_between(first, until) for law in tables_of_time(system)]
     return np.unique(np.concatenate(found)) if found else np.empty(0)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
+from mbody.analysis.driven.law_doubts import law_doubts
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
@@ -44,7 +45,7 @@ from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import may_leave_tables, model_notes
+from mbody.model.model_notes import model_notes
 from mbody.model.simulation import ADAPTIVE, EVEN, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
@@ -767,6 +768,10 @@ def simulate(
     except SolveError as error:
         if isinstance(error.solution, Solution):
             error.solution = certified_motion(error.solution, request.settings)
+            for one in error.solution.doubts:
+                if one.kind in ("validity", "derivative"):
+                    said = f"{error}; {one.message}"
+                    raise SolveError(said, one.elements[0], error.solution) from None
         raise
     run = certified_motion(run, request.settings)
     return with_fields(
@@ -835,15 +840,6 @@ def _one_sided(system: System) -> bool:
     return bool(one_sided(system))
 
 
-def _beyond(run: Solution) -> Sequence[Doubt]:
-    """A doubt for each table or curve that the motion left."""
-    if not may_leave_tables(run.mechanism):
-        return []
-    from mbody.analysis.driven.extrapolation import extrapolated
-
-    return extrapolated(run)
-
-
 def certified_motion(
     run: Solution, settings: IntegrationSettings, beyond: Sequence[Doubt] | None = None
 ) -> Solution:
@@ -855,6 +851,18 @@ def certified_motion(
     own = system.once("model_notes", lambda: model_notes(system.mechanism))
     added = [note for note in own if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
-    left = _beyond(found) if beyond is None else beyond
-    doubts = [*left, *energy_doubts(found, settings.method, settings.rtol)]
-    return doubted(found, doubts)
+    energy = energy_doubts(found, settings.method, settings.rtol)
+    if beyond is None:
+        beyond = law_doubts(found, _near(found, energy))
+    return doubted(found, [*beyond, *energy])
+
+
+def _near(run: Solution, doubts: Sequence[Doubt]) -> list[float]:
+    """Times near those at which doubts begin, where laws are to be looked at."""
+    part = float(np.ptp(run.t)) / max(len(run), 2)
+    at = [one.t for one in doubts if one.t is not None]
+    return [min(max(t + part * x, run.t[0]), run.t[-1]) for t in at for x in AROUND]
+
+
+#: Places around such a time, in distances of instants.
+AROUND = (-1.71, -0.83, -0.37, 0.41)

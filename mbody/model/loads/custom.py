@@ -28,6 +28,10 @@ class CustomLoad(WithOwnPhysics, BetweenPlaces):
     on; what it would remember of the call before has no meaning, and a load that remembers is
     refused. Memory (hysteresis, filters) belongs into bodies and joints of the mechanism.
 
+    What acts on both bodies must balance, as action and reaction do; a result is doubted where it
+    does not. What acts on the ground may be left out. A load by something outside the mechanism, on
+    two bodies that move, says so: ``external = True`` in the class.
+
     Parameters
     ----------
     name : str
@@ -60,6 +64,8 @@ class CustomLoad(WithOwnPhysics, BetweenPlaces):
     """
 
     acts_on_ground: ClassVar[bool] = False
+    #: Whether something outside the mechanism acts on both bodies.
+    external: ClassVar[bool] = False
 
     def physics(self, i: Any, j: Any, p: Any, t: float) -> Any:
         """The load at one instant.
