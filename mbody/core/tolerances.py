@@ -972,8 +972,23 @@ FIT_DIRECTION_NONE = 1e-6  # A part of a direction that is rounding.
 FIT_RESIDUAL_ROUNDING = 1e-9  # Residuals below this part of the greatest datum are rounding.
 #: Standard errors of the correlation of a residual with the next one that are no chance.
 FIT_CORRELATION_CHANCE = 4.0
-FIT_ENDS = 1e-12  # Relative changes of the sum of squares and of the numbers at which a fit ends,
-FIT_ENDS_GRADIENT = 1e-14  # and the gradient.
+FIT_ENDS = 1e-12  # Part by which the last step of a fit makes the sum of squares less.
+FIT_DAMPING_FIRST = 1e-4  # Damping of its first step,
+FIT_DAMPING_LEAST = 1e-12  # and the least.
+FIT_BEND_STEP = 0.1  # Part of a step over which its second order is a difference.
+FIT_FALLS = 1e-4  # Part of what is foreseen by which a step must make the sum less.
+#: An unknown this near to a bound, as a part of its size, is at it.
+FIT_BOUND_NEAR = 1e-6
+#: Deviations beyond a bound to which data lead that are no chance.
+FIT_BOUND_CHANCE = 4.0
+FIT_IMPROVES = 1e-6  # Part by which the sum of squares falls where another start is better,
+FIT_AGREES = 1e-2  # or is greater where one agrees.
+#: Of numbers that fit equally well, with exact derivatives and with differences: part of the data
+#: that may change, part of its size by which a constant sum may change, first step by the sizes of
+#: the unknowns.
+FIT_FAMILY_DATA = {True: 1e-9, False: 1e-5}
+FIT_FAMILY_HOLDS = {True: 1e-6, False: 1e-2}
+FIT_FAMILY_STEP = {True: 2.0**-8, False: 2.0**-4}
 LEAST_SQUARES_ENDS = 1e-15  # The same of exact designs and balances: rounding.
 SYNTHESIS_PINS_SAME = 1e-6  # Relative distance of pivots or pins that are one.
 SYNTHESIS_POINT_MET = 1e-9  # Share of the size of a motion by which a point is met.

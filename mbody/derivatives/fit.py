@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,17 @@ from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.derivatives.fit_problem import FitProblem, series_of
+from mbody.derivatives.identifiable import (
+    ZERO,
+    Array,
+    Bounds,
+    Combination,
+    Identified,
+    OpenDirection,
+    combinations,
+    followed,
+    identified,
+)
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
@@ -24,141 +35,6 @@ from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import lock
 from mbody.system.system import System
-
-# -- Identifiable combinations of the unknowns -------------------------------------------------
-
-Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class OpenDirection:
-    """A change of unknowns that changes no datum.
-
-    Attributes
-    ----------
-    direction : dict
-        By unknown how much it changes, the first by 1.
-    sentence : str
-    """
-
-    direction: dict[str, float]
-    sentence: str
-
-    def __str__(self) -> str:
-        return self.sentence
-
-
-@dataclass(frozen=True)
-class Combination:
-    """A sum of unknowns that the data determine, where they do not determine each of them.
-
-    Attributes
-    ----------
-    terms : dict
-        By unknown its factor.
-    value, deviation : float
-    """
-
-    terms: dict[str, float]
-    value: float
-    deviation: float
-
-    def __str__(self) -> str:
-        return _sum(self.terms)
-
-    def rounded(self, values: Mapping[str, float]) -> float:
-        """Its value, 0 where it is rounding beside the parts of the sum."""
-        greatest = max(abs(factor * values[name]) for name, factor in self.terms.items())
-        return 0.0 if abs(self.value) <= tol.FIT_DIRECTION_NONE * greatest else self.value
-
-
-@dataclass(frozen=True, eq=False)
-class Identified:
-    """Identifiability of the unknowns: rank, covariance factor and undetermined directions.
-
-    `rank`: How many combinations are determined.
-    `inverse` (unknowns, unknowns): (JᵀJ)⁻¹, of the determined combinations alone where some are
-      not.
-    `open` (unknowns,): Which take part in a direction that is not determined.
-    `pivots`: Unknowns that leave nothing open if they are held, one of each direction.
-    `terms`: Combinations that are determined, of those that take part.
-    """
-
-    rank: int
-    inverse: Array
-    open: Array
-    pivots: tuple[int, ...]
-    undetermined: tuple[OpenDirection, ...]
-    terms: tuple[dict[str, float], ...]
-
-
-def identified(
-    jacobian: Array, names: Sequence[str], units: Mapping[str, str], sizes: Array, tolerance: float
-) -> Identified:
-    """The null space of J in words (base parameters of identification). `jacobian` (data,
-    unknowns), `sizes` (unknowns,).
-    """
-    effect = np.linalg.norm(jacobian, axis=0) * sizes
-    none = effect <= tolerance * effect.max(initial=0.0)
-    lengths = np.where(none, 1.0, np.linalg.norm(jacobian, axis=0))
-    scaled = np.where(none, 0.0, jacobian / lengths)
-    _, values, directions = np.linalg.svd(scaled, full_matrices=True)
-    rank = int((values > tolerance * max(values.max(initial=0.0), tol.TINY)).sum())
-    kept = directions[:rank] / values[:rank, None]
-    inverse = (kept.T @ kept) / np.outer(lengths, lengths)
-    null, pivots = _reduced(directions[rank:])
-    open_ones = (np.abs(null) > 0.0).any(axis=0)
-    # from columns of length 1 to the units of the unknowns
-    null = null / lengths
-    found = []
-    for row, pivot in zip(null, pivots, strict=True):
-        row = row / row[pivot]
-        parts = {names[pivot]: 1.0} | {
-            names[k]: float(row[k]) for k in np.flatnonzero(row).tolist() if k != pivot
-        }
-        found.append(OpenDirection(parts, _said(parts, units)))
-    terms = []
-    for k in np.flatnonzero(open_ones).tolist():
-        if k not in pivots:
-            others = {
-                names[p]: -float(row[k] / row[p]) for p, row in zip(pivots, null, strict=True)
-            }
-            terms.append({names[k]: 1.0} | {n: f for n, f in others.items() if f})
-    return Identified(rank, inverse, open_ones, tuple(pivots), tuple(found), tuple(terms))
-
-
-def _reduced(rows: Array) -> tuple[Array, list[int]]:
-    """Sparse basis of a null space: each row has a pivot that the others lack."""
-    rows, pivots = np.array(rows), []
-    for n in range(len(rows)):
-        left = np.abs(rows[n:])
-        lead, pivot = divmod(int(np.argmax(left)), left.shape[1])
-        rows[[n, n + lead]] = rows[[n + lead, n]]
-        rows[n] /= rows[n, pivot]
-        pivots.append(pivot)
-        others = np.arange(len(rows)) != n
-        rows[others] -= np.outer(rows[others, pivot], rows[n])
-    return np.where(np.abs(rows) > tol.FIT_DIRECTION_NONE, rows, 0.0), pivots
-
-
-def _said(parts: Mapping[str, float], units: Mapping[str, str]) -> str:
-    if len(parts) == 1:
-        return f"'{next(iter(parts))}' changes no datum"
-    changes = [f"'{name}' by {number(by)} {units[name]}".rstrip() for name, by in parts.items()]
-    return f"changing {', '.join(changes[:-1])} and {changes[-1]} changes no datum"
-
-
-def _sum(terms: Mapping[str, float]) -> str:
-    """Such as "a − 2 b"."""
-    text = ""
-    for name, factor in terms.items():
-        sign = ("− " if factor < 0.0 else "+ ") if text else ("−" if factor < 0.0 else "")
-        size = "" if abs(factor) == 1.0 else f"{number(abs(factor))} "
-        text += f"{' ' if text else ''}{sign}{size}{name}"
-    return text
-
-
-# -- Fitted numbers, with their errors ---------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -174,7 +50,7 @@ class Fit(Inherited):
         offset, run 2"``.
     covariance : array (unknowns, unknowns)
         s² (JᵀJ)⁻¹ of values, then offsets; infinite variances of what is not determined, NaN
-        beside them.
+        beside them; zeros of what equal bounds hold.
     deviations, intervals : dict
         Standard deviation, and (low, high) of the confidence, by unknown and offset; infinite where
         the data do not determine it.
@@ -182,7 +58,7 @@ class Fit(Inherited):
     undetermined : tuple of OpenDirection
         Changes of unknowns that change no datum; ``str`` says them.
     combinations : tuple of Combination
-        Sums of those unknowns that the data do determine.
+        Sums and products of those unknowns that the data do determine.
     residual : dict
         By column the root of the mean square of data less fit, in its unit.
     residuals : tuple of dict
@@ -240,7 +116,13 @@ class Fit(Inherited):
                 for one in self.undetermined
             ],
             "combinations": [
-                {"terms": dict(c.terms), "value": c.value, "deviation": finite(c.deviation)}
+                {
+                    "terms": dict(c.terms),
+                    "value": c.value,
+                    "deviation": finite(c.deviation),
+                    "within": {name: list(ends) for name, ends in c.within.items()},
+                    "tangent": c.tangent,
+                }
                 for c in self.combinations
             ],
             "residual": dict(self.residual),
@@ -276,7 +158,7 @@ class Fit(Inherited):
         )
         head = f"{self.count} data; low and high of {100.0 * self.confidence:g} % confidence"
         lines = [self.model, "", *rows, "", *combinations, "", head]
-        lines += [f"determined: {one} = {number(one.rounded(whole))}" for one in self.combinations]
+        lines += [line for one in self.combinations for line in paragraph(one.line(whole))]
         return "\n".join(
             [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
         )
@@ -286,12 +168,14 @@ class Fit(Inherited):
         return f"Fit({', '.join(parts)})"
 
 
-#: Where a singular value is zero: exact derivatives, and differences.
-ZERO = {True: tol.FIT_SINGULAR_VALUE, False: tol.FIT_SINGULAR_VALUE_DIFFERENCES}
 #: Passes that find the deviations of several columns from their residuals.
 PASSES = 12
 #: How often what is held is chosen anew.
 CHOICES = 4
+#: Analyses of a search.
+ANALYSES_MOST = 200
+#: Starts by chance, analyses from each at most, and how many that end alike are enough.
+STARTS, ELSEWHERE, AGREE = 12, 50, 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,25 +185,49 @@ class BestNumbers:
     `numbers` (unknowns,): Values, then offsets.
     `sigma` (columns,): Deviations of the columns by which residuals are divided.
     `known`: What the data determine, by the derivatives there.
+    `pulled` (unknowns,): By how much the sum of squares would be less beyond bounds, to first
+      order: how far the unknowns would move; zeros where no bound is in the way.
+    `starts`: From how many others the search began.
+    `units`: By unknown.
     """
 
     numbers: Array
     sigma: Array
     known: Identified
     settled: bool
+    pulled: Array
+    starts: int
+    units: Mapping[str, str]
 
 
 def best_numbers(
     problem: FitProblem,
     units: Mapping[str, str],
-    bounds: tuple[Array, Array],
+    bounds: Bounds,
     deviations: Mapping[str, float] | None,
 ) -> BestNumbers:
-    """The best numbers. Where data leave directions open, one unknown of each is held as it is."""
+    """The best numbers. Where data leave directions open, one unknown of each is held as it is; a
+    search that ends at a bound, or leaves residuals that are no noise, begins elsewhere too.
+    """
     search = _ResidualSearch(problem, units, bounds)
     given = _deviations(problem, deviations)
-    sigma = problem.ranges() if given is None else given
     numbers = np.concatenate([problem.start, np.zeros(len(problem.shifts))])
+    numbers, sigma, known = _weighted(search, numbers, given)
+    pulled, starts = search.pulled(numbers, sigma, known), 0
+    if pulled.any() or correlations(problem, numbers):
+        other, starts = search.elsewhere(numbers, sigma, known)
+        if other is not None:
+            numbers, sigma, known = _weighted(search, other, given)
+            pulled = search.pulled(numbers, sigma, known)
+    return BestNumbers(numbers, sigma, known, search.settled, pulled, starts, units)
+
+
+def _weighted(
+    search: _ResidualSearch, numbers: Array, given: Array | None
+) -> tuple[Array, Array, Identified]:
+    """The best numbers from a start, with the deviations of the columns, given or of residuals."""
+    problem = search.problem
+    sigma = problem.ranges() if given is None else given
     numbers, known = search.best(numbers, sigma)
     if given is None and len(problem.columns) > 1:
         for _ in range(PASSES):
@@ -332,80 +240,201 @@ def best_numbers(
             numbers, known = search.best(numbers, sigma)
             if done:
                 break
-    return BestNumbers(numbers, sigma, known, search.settled)
+    return numbers, sigma, known
 
 
 class _ResidualSearch:
     """Least squares of one problem with different deviations of its columns."""
 
-    def __init__(
-        self, problem: FitProblem, units: Mapping[str, str], bounds: tuple[Array, Array]
-    ) -> None:
+    def __init__(self, problem: FitProblem, units: Mapping[str, str], bounds: Bounds) -> None:
         self.problem, self.units, self.bounds = problem, units, bounds
         self.settled = True
 
     def best(self, start: Array, sigma: Array) -> tuple[Array, Identified]:
         """The least from a start, and what is known there."""
         numbers, known = start, self._known(start, sigma)
+        if not known.rank:
+            # perhaps a place where derivatives vanish, such as a middle
+            numbers, known = self._effective(start, sigma, known)
         for _ in range(CHOICES):
             fixed = list(known.pivots)
             free = np.array([k for k in range(len(start)) if k not in fixed], dtype=int)
-            if not len(free):
-                raise ModelError(
-                    f"fit: none of {listed(self.units)} changes any of the data: measure others"
-                )
             numbers = self._least(numbers, sigma, free)
             known = self._known(numbers, sigma)
             if known.rank <= len(free):
                 break
         return numbers, known
 
-    def _known(self, numbers: Array, sigma: Array) -> Identified:
-        system = self.problem.system
-        first = np.concatenate([self.problem.start, np.zeros(len(self.problem.shifts))])
-        sizes = np.maximum(np.abs(numbers), np.abs(first))
-        sizes = np.where(sizes > 0.0, sizes, 1.0)
-        lengths = np.array([unit == system.mechanism.units.length for unit in self.units.values()])
-        sizes = np.where(lengths, np.maximum(sizes, system.length), sizes)
+    def _effective(self, start: Array, sigma: Array, known: Identified) -> tuple[Array, Identified]:
+        """A start from where the data change."""
+        for other in self._starts(start, known):
+            try:
+                there = self._known(other, sigma)
+            except (ModelError, SolveError):
+                continue
+            if there.rank:
+                return other, there
+        raise ModelError(
+            f"fit: none of {listed(self.units)} changes any of the data: measure others"
+        )
+
+    def pulled(self, numbers: Array, sigma: Array, known: Identified) -> Array:
+        """How far beyond their bounds the unknowns would move, by the derivatives here."""
         jacobian = self.problem.jacobian(numbers, sigma)
+        left = self.problem.residual(numbers, sigma)
+        slope = jacobian.T @ left
+        near = tol.FIT_BOUND_NEAR * self.problem.number_sizes(numbers)
+        low, high = self.bounds
+        at = ((numbers - low <= near) & (slope > 0.0)) | ((high - numbers <= near) & (slope < 0.0))
+        move = -known.inverse @ slope
+        rounding = tol.FIT_RESIDUAL_ROUNDING * self.problem.data_size(sigma)
+        gain = float(np.square(jacobian @ move).sum())
+        counts = gain > tol.FIT_IMPROVES * float(left @ left) and gain > rounding**2
+        return move if at.any() and counts else np.zeros_like(move)
+
+    def elsewhere(
+        self, numbers: Array, sigma: Array, known: Identified
+    ) -> tuple[Array | None, int]:
+        """Better numbers from other starts, or none, and how many these were: with nothing held
+        from here, from both ways along what is not determined, and from places by chance.
+        """
+
+        def size(there: Array) -> float:
+            left = self.problem.residual(there, sigma)
+            return float(left @ left)
+
+        least, better, agree, count = size(numbers), None, 0, 0
+        everything = np.arange(len(numbers))
+        for start in self._starts(numbers, known):
+            count += 1
+            try:
+                found = self._least(start, sigma, everything, most=ELSEWHERE)
+            except (ModelError, SolveError):
+                continue
+            new = size(found)
+            if new < least * (1.0 - tol.FIT_IMPROVES):
+                least, better, agree = new, found, 0
+                if not self.pulled(found, sigma, known).any() and not correlations(
+                    self.problem, found
+                ):
+                    break
+            elif new <= least * (1.0 + tol.FIT_AGREES):
+                agree += 1
+                if agree == AGREE:
+                    break
+        return better, count
+
+    def _starts(self, numbers: Array, known: Identified) -> Iterator[Array]:
+        problem, (low, high) = self.problem, self.bounds
+        sizes = problem.number_sizes(numbers)
+        yield numbers
+        for row in known.null:
+            way = row / np.abs(row / sizes).max()
+            yield from (np.clip(numbers + part * way, low, high) for part in (0.5, -0.5))
+        rng = np.random.default_rng(0)
+        first = np.concatenate([problem.start, numbers[len(problem.start) :]])
+        bounded = np.isfinite(low) & np.isfinite(high)
+        base = np.where(bounded, low, 0.0)
+        wide = np.where(bounded, high, 0.0) - base
+        for _ in range(STARTS):
+            part, sign = rng.random(len(numbers)), rng.choice([1.0, 1.0, 1.0, -1.0], len(numbers))
+            free = np.where(
+                first == 0.0, sizes * (2.0 * part - 1.0), sign * first * 4.0 ** (2.0 * part - 1.0)
+            )
+            free = np.where(free < low, -free, free)
+            yield np.clip(np.where(bounded, base + part * wide, free), low, high)
+
+    def _known(self, numbers: Array, sigma: Array) -> Identified:
+        jacobian, sizes = self.problem.jacobian(numbers, sigma), self.problem.number_sizes(numbers)
         return identified(jacobian, list(self.units), self.units, sizes, ZERO[self.problem.exact])
 
-    def _least(self, start: Array, sigma: Array, free: Array) -> Array:
-        """The least by some of the unknowns, the others as they are."""
-        from scipy.optimize import least_squares
+    def _least(self, start: Array, sigma: Array, free: Array, most: int = ANALYSES_MOST) -> Array:
+        """The least by some of the unknowns, the others as they are: the method of Levenberg and
+        Marquardt, whose steps are the best ones within the bounds. `free`: their numbers.
+        """
+        problem, low, high = self.problem, self.bounds[0][free], self.bounds[1][free]
+        numbers = np.clip(start, *self.bounds)
+        left = problem.residual(numbers, sigma)
+        rounding = (tol.LEAST_SQUARES_ENDS * problem.data_size(sigma)) ** 2
+        damping, longest, self.settled = tol.FIT_DAMPING_FIRST, np.zeros(len(free)), False
+        jacobian = problem.jacobian(numbers, sigma)[:, free]
+        curved = False
 
-        problem, bounds = self.problem, (self.bounds[0][free], self.bounds[1][free])
-        # by what they change, so that no unit has a say in when the gradient is small
-        effect = np.linalg.norm(problem.jacobian(start, sigma)[:, free], axis=0)
-        unit = 1.0 / np.where(effect > 0.0, effect, 1.0)
+        def there(step: Array) -> Array:
+            moved = numbers.copy()
+            moved[free] = np.clip(numbers[free] + step, low, high)
+            return moved
 
-        def whole(part: Array) -> Array:
-            numbers = start.copy()
-            numbers[free] = np.clip(unit * part, *bounds)
-            return numbers
+        def residual(step: Array) -> Array:
+            return problem.residual(there(step), sigma)
 
-        def residual(part: Array) -> Array:
+        for _ in range(most):
+            cost = float(left @ left)
+            # by what they change, so that no unit has a say
+            longest = np.maximum(longest, np.linalg.norm(jacobian, axis=0))
+            step = _bounded_step(
+                jacobian, left, longest, damping, low - numbers[free], high - numbers[free]
+            )
+            foreseen = cost - float(np.square(left + jacobian @ step).sum())
+            last = foreseen <= tol.FIT_ENDS * cost + rounding
+            if foreseen <= 0.0:
+                self.settled = True
+                break
             try:
-                return problem.residual(whole(part), sigma)
+                if curved:
+                    # to second order along the step, by a difference
+                    part = residual(tol.FIT_BEND_STEP * step) - left
+                    bend = 2.0 / tol.FIT_BEND_STEP * (part / tol.FIT_BEND_STEP - jacobian @ step)
+                    more = _bounded_step(jacobian, bend, longest, damping, low - high, high - low)
+                    if np.linalg.norm(longest * more) <= np.linalg.norm(longest * step):
+                        step = step + 0.5 * more
+                new = residual(step)
+                fall = cost - float(new @ new)
             except (SolveError, ModelError):
                 # a design that does not close: the step becomes shorter
-                return np.full(problem.count, np.inf)
+                fall = -math.inf
+            if fall > tol.FIT_FALLS * foreseen:
+                numbers, left = there(step), new
+                # slowly up and fast down: the way along a narrow curved valley
+                damping = max(damping / 5.0, tol.FIT_DAMPING_LEAST)
+                if not last:
+                    jacobian = problem.jacobian(numbers, sigma)[:, free]
+            else:
+                damping, curved = damping * 2.0, True
+            if last:
+                self.settled = True
+                break
+        return numbers
 
-        found = least_squares(
-            residual,
-            np.clip(start[free] / unit, bounds[0] / unit, bounds[1] / unit),
-            lambda part: unit * problem.jacobian(whole(part), sigma)[:, free],
-            bounds=(bounds[0] / unit, bounds[1] / unit),
-            x_scale="jac",
-            **{
-                "ftol": tol.FIT_ENDS,
-                "xtol": tol.FIT_ENDS,
-                "gtol": tol.FIT_ENDS_GRADIENT,
-                "max_nfev": 200,
-            },
-        )
-        self.settled = bool(found.status != 0)
-        return whole(found.x)
+
+def _bounded_step(
+    jacobian: Array, left: Array, longest: Array, damping: float, low: Array, high: Array
+) -> Array:
+    """The step s between low and high with the least |r + J s|² + λ |D s|²."""
+    from scipy.optimize import lsq_linear
+
+    unit = 1.0 / np.where(longest > 0.0, longest, 1.0)
+    rows = np.concatenate([jacobian * unit, math.sqrt(damping) * np.eye(len(unit))])
+    q, r = np.linalg.qr(rows)
+    goal = -(q.T[:, : len(left)] @ left)
+    step = np.linalg.solve(r, goal) * unit
+    if (step < low).any() or (step > high).any():
+        step = lsq_linear(r, goal, (low / unit, high / unit), method="bvls").x * unit
+    return np.asarray(step)
+
+
+def correlations(problem: FitProblem, numbers: Array) -> dict[str, float]:
+    """Of columns whose residuals are no noise the correlation of each with the one before."""
+    lefts, found = problem.histories(numbers), {}
+    for k, (name, size) in enumerate(zip(problem.columns, problem.ranges(), strict=True)):
+        rows = [left[k][mask[k]] for left, mask in zip(lefts, problem.masks, strict=True)]
+        count, whole = sum(map(len, rows)), sum(float(row @ row) for row in rows)
+        if count < FEW or whole <= count * (tol.FIT_RESIDUAL_ROUNDING * size) ** 2:
+            continue
+        shared = sum(float(row[1:] @ row[:-1]) for row in rows) / whole
+        if abs(shared) * math.sqrt(count) > tol.FIT_CORRELATION_CHANCE:
+            found[name] = shared
+    return found
 
 
 def _deviations(problem: FitProblem, given: Mapping[str, float] | None) -> Array | None:
@@ -462,8 +491,8 @@ def fit(
         is the value of a number in this run, such as ``"load.mass": 2.0``. A path is that of a CSV
         file with headings.
     by : list of str or mapping
-        The unknown numbers, as of `gradient`; or each with its bounds (low, high). Masses,
-        stiffnesses and others that cannot be negative are bounded by 0.
+        The unknown numbers, as of `gradient`; or each with its bounds (low, high); equal ones hold
+        it there. Masses, stiffnesses and others that cannot be negative are bounded by 0.
     analysis : str, optional
         "kinematics", "kinetostatics", "statics" or "simulate"; by default "kinetostatics" where the
         drivers leave no freedom, else "simulate".
@@ -492,12 +521,17 @@ def fit(
 
     Notes
     -----
-    Σ ((d − m(p))/σ)² is made least by a method of Gauss and Newton with trust region and exact
+    Σ ((d − m(p))/σ)² is made least by the method of Levenberg and Marquardt with exact
     derivatives of the histories (`gradient`); where a free motion has none, as with impacts, these
     are central differences, which a note says. Covariance s² (JᵀJ)⁻¹ with s² the sum by its degrees
-    of freedom; intervals by Student's distribution. They hold for independent noise; where a
-    residual is correlated with the next one a note says so. What changes no datum is the null space
-    of J; the sums of unknowns that are determined are the base parameters.
+    of freedom; intervals by Student's distribution, within the bounds. They hold for independent
+    noise; where a residual is correlated with the next one a note says so. A search that ends at a
+    bound, or leaves such residuals, begins elsewhere too: with nothing held, and by chance. If the
+    bound remains, intervals are about the numbers to which the data lead beyond it, by the
+    derivatives. What changes no datum is the null space of J. The numbers that fit equally well are
+    followed from there by Newton's method, and combinations are determined that are the same all
+    along: moments m, m x, m y, I + m (x² + y²) of bodies with other unknowns in a sum (the base
+    parameters), products, else tangents with the range where they hold.
 
     Source: G. A. F. Seber and C. J. Wild, *Nonlinear Regression*, Wiley 1989, chapters 2 and 5; M.
     Gautier and W. Khalil, *Direct calculation of minimum set of inertial parameters of serial
@@ -522,6 +556,16 @@ def fit(
         raise ModelError(f"fit: confidence is {confidence:g}, it must lie between 0 and 1")
     kind = _analysis(system, analysis)
     names, low, high = _unknowns(system, by)
+    held = {given: float(low[k]) for k, given in enumerate(names) if low[k] == high[k]}
+    given_units = {given: unit_of(system.mechanism, name) for given, name in names.items()}
+    if held:
+        system = system.with_values({names[given]: value for given, value in held.items()})
+        names = {given: name for given, name in names.items() if given not in held}
+        low, high = low[low < high], high[low < high]
+    if not names:
+        raise ModelError(
+            f"fit: equal bounds hold {listed(held)}, and nothing is left to find: give one a range"
+        )
     series = series_of(system, data, kind == "simulate")
     problem = FitProblem(system, series, names, kind, offsets, options)
     unknowns = len(names) + len(problem.shifts)
@@ -532,11 +576,10 @@ def fit(
         )
     endless = np.full(len(problem.shifts), np.inf)
     bounds = np.concatenate([low, -endless]), np.concatenate([high, endless])
-    units = {given: unit_of(system.mechanism, name) for given, name in names.items()}
-    units |= {key: problem.units[column] for key, (_, column) in problem.shifts.items()}
+    shifts = {key: problem.units[column] for key, (_, column) in problem.shifts.items()}
+    units = {given: given_units[given] for given in names} | shifts
     best = best_numbers(problem, units, bounds, deviations)
-    notes = _notes(problem, best, list(units), bounds)
-    return _result(problem, names, units, best, confidence, notes)
+    return _result(problem, given_units | shifts, best, bounds, held, confidence)
 
 
 # -- the question ------------------------------------------------------------------------------
@@ -573,9 +616,11 @@ def _unknowns(system: System, by: Any) -> tuple[dict[str, str], Array, Array]:
             one if isinstance(one, float) and math.isinf(one) else
             number_in(system.mechanism, one, dimension, given, "bound") for one in bounds
         )  # fmt: skip
+        if low[k] < high[k] and system.rule(names[given])[0]:
+            low[k] = max(low[k], 0.0)
         value = float(system.values[names[given]])
         unit = unit_of(system.mechanism, names[given])
-        if not low[k] <= value <= high[k] or low[k] == high[k]:
+        if not low[k] <= value <= high[k] and low[k] != high[k]:
             raise ModelError(
                 f"fit: '{given}' begins at {value:g} {unit}, which is not between its bounds "
                 f"{low[k]:g} and {high[k]:g}: give low, then high, about the number of the model",
@@ -589,52 +634,75 @@ def _unknowns(system: System, by: Any) -> tuple[dict[str, str], Array, Array]:
 
 def _result(
     problem: FitProblem,
-    names: Mapping[str, str],
     units: dict[str, str],
     best: BestNumbers,
+    bounds: Bounds,
+    held: Mapping[str, float],
     confidence: float,
-    notes: Sequence[str],
 ) -> Fit:
+    """`units`: of the unknowns and of what is held, in the order of the answer."""
     from scipy.special import stdtrit
 
-    numbers, known, keys = best.numbers, best.known, list(units)
+    numbers, known, keys = best.numbers, best.known, list(best.units)
     residual = problem.residual(numbers, best.sigma)
     free = problem.count - known.rank
+    # what the sum of squares would be without the bounds that are in the way
+    move = best.pulled
+    least = float(residual @ residual)
+    if move.any():
+        least -= float(np.square(problem.jacobian(numbers, best.sigma) @ move).sum())
     # without a degree of freedom nothing is known of the errors
-    square = float(residual @ residual) / free if free else math.inf
+    square = max(least, 0.0) / free if free else math.inf
     quantile = float(stdtrit(free, 0.5 * (1.0 + confidence))) if free else math.inf
     plain = known.inverse * square if free else np.full_like(known.inverse, np.inf)
-    covariance = np.where(known.open[:, None] | known.open[None, :], np.nan, plain)
-    np.fill_diagonal(covariance, np.where(known.open, np.inf, np.diag(plain)))
-    deviation = np.sqrt(np.diag(covariance))
+    undetermined, open_ones = known.undetermined, known.open
+    found: tuple[Combination, ...] = ()
+    if len(known.null):
+        family = followed(problem, numbers, best.sigma, known, bounds)
+        open_ones = known.open | family.varied()
+        found = combinations(problem, known, family, keys, numbers, plain, quantile, move)
+        undetermined = tuple(
+            replace(one, sentence=one.sentence + family.words(n))
+            for n, one in enumerate(undetermined)
+        )
+    deviation = np.where(open_ones, np.inf, np.sqrt(np.diag(plain)))
     wide = np.where(np.isfinite(deviation), quantile * deviation, np.inf) if free else deviation
+    ends = np.array([numbers + move - wide, numbers + move + wide])
+    inside = np.clip(ends, *bounds)
+    # what bounds exclude cannot be, unless the data contradict them
+    ends = np.where((inside[0] < inside[1]) & ~open_ones, inside, ends)
     place = {key: k for k, key in enumerate(keys)}
-    combinations = []
-    for terms in known.terms:
-        row = np.zeros(len(keys))
-        row[[place[name] for name in terms]] = list(terms.values())
-        variance = float(row @ plain @ row) if free else math.inf
-        combinations.append(Combination(terms, float(row @ numbers), math.sqrt(variance)))
+    rows = [place[key] for key in units if key in place]
+    covariance = np.where(open_ones[:, None] | open_ones[None, :], np.nan, plain)
+    np.fill_diagonal(covariance, np.where(open_ones, np.inf, np.diag(plain)))
+    whole = np.zeros((len(units), len(units)))
+    among = [n for n, key in enumerate(units) if key in place]
+    whole[np.ix_(among, among)] = covariance[np.ix_(rows, rows)]
     squares, counts = problem.sizes(numbers)
-    values = {given: float(numbers[k]) for k, given in enumerate(names)}
+    values = {**held, **{key: float(numbers[k]) for key, k in place.items()}}
+    shifts = problem.shifts
     own = () if best.settled else (Doubt("solver", UNSETTLED),)
+    notes = [f"not determined: {one}" for one in undetermined]
+    notes += _notes(problem, best, bounds, deviation)
     runs, measures = problem.results(numbers), problem.series[0].measures.values()
     of_runs = inherited(*runs, of=measures, notes=notes)
     heads = inherited(Inherited(doubts=own), *runs, notes=of_runs["notes"])
     return Fit(
         model=problem.system.mechanism.name,
-        values=values,
+        values={key: values[key] for key in units if key not in shifts},
         units=units,
-        offsets={key: float(numbers[place[key]]) for key in problem.shifts},
-        covariance=covariance,
-        deviations={key: float(deviation[k]) for key, k in place.items()},
+        offsets={key: values[key] for key in shifts},
+        covariance=whole,
+        deviations={key: float(deviation[place[key]]) if key in place else 0.0 for key in units},
         intervals={
-            key: (float(numbers[k] - wide[k]), float(numbers[k] + wide[k]))
-            for key, k in place.items()
+            key: (float(ends[0, place[key]]), float(ends[1, place[key]]))
+            if key in place
+            else (held[key], held[key])
+            for key in units
         },
         confidence=confidence,
-        undetermined=known.undetermined,
-        combinations=tuple(combinations),
+        undetermined=undetermined,
+        combinations=found,
         residual={
             name: float(np.sqrt(s / c)) if c else math.nan
             for name, s, c in zip(problem.columns, squares, counts, strict=True)
@@ -645,34 +713,40 @@ def _result(
         data_units=problem.units,
         count=problem.count,
         evaluations=problem.evaluations,
-        system=problem.system.with_values({names[given]: v for given, v in values.items()}),
+        system=problem.system.with_values(
+            {name: float(numbers[k]) for k, name in enumerate(problem.names)}
+        ),
         **heads,
     )
 
 
 def _notes(
-    problem: FitProblem, best: BestNumbers, keys: Sequence[str], bounds: tuple[Array, Array]
-) -> list[str]:
-    """Notes on the fitted values: undetermined directions, bounds met, differencing."""
-    numbers, known = best.numbers, best.known
-    notes = [f"not determined: {one}" for one in known.undetermined]
+    problem: FitProblem, best: BestNumbers, bounds: Bounds, deviation: Array
+) -> Iterator[str]:
+    """Notes on the fitted values: differencing, bounds met, residuals that are no noise."""
     if not problem.exact:
-        notes.append(DIFFERENCED)
-    if problem.count == known.rank:
-        notes.append("there are as many unknowns as data: nothing is left to judge errors by")
-    for key, value, low, high in zip(keys, numbers, *bounds, strict=True):
-        if min(value - low, high - value) <= tol.BOUND_AT * (abs(value) or 1.0):
-            notes.append(f"'{key}' is at its bound: its interval is that of no bound")
-    lefts = problem.histories(numbers)
-    for k, (name, size) in enumerate(zip(problem.columns, problem.ranges(), strict=True)):
-        rows = [left[k][mask[k]] for left, mask in zip(lefts, problem.masks, strict=True)]
-        count, whole = sum(map(len, rows)), sum(float(row @ row) for row in rows)
-        if count < FEW or whole <= count * (tol.FIT_RESIDUAL_ROUNDING * size) ** 2:
+        yield DIFFERENCED
+    if problem.count == best.known.rank:
+        yield "there are as many unknowns as data: nothing is left to judge errors by"
+    numbers, sizes = best.numbers, problem.number_sizes(best.numbers)
+    tried = f", from {best.starts} other starts too" if best.starts else ""
+    beyond = False
+    for k, (key, low, high) in enumerate(zip(best.units, *bounds, strict=True)):
+        bound = low if numbers[k] - low < high - numbers[k] else high
+        lead, unit = numbers[k] + best.pulled[k], best.units[key]
+        at = abs(numbers[k] - bound) <= tol.FIT_BOUND_NEAR * sizes[k]
+        if not at or (lead == numbers[k] and not math.isfinite(deviation[k])):
             continue
-        shared = sum(float(row[1:] @ row[:-1]) for row in rows) / whole
-        if abs(shared) * math.sqrt(count) > tol.FIT_CORRELATION_CHANCE:
-            notes.append(
-                f"what is left of '{name}' is no noise, each residual has {shared:.2f} of the one "
-                "before: the model lacks something, and the intervals are too narrow"
-            )
-    return notes
+        said = f"'{key}' is at its bound" + (tried if best.pulled.any() else "")
+        if best.pulled.any() and not low <= lead <= high and math.isfinite(deviation[k]):
+            off = abs(lead - bound) / deviation[k] if deviation[k] else math.inf
+            beyond |= off > tol.FIT_BOUND_CHANCE
+            said += f": data lead to {number(lead)} ± {number(deviation[k])} {unit}".rstrip()
+            said += f" beyond {number(bound)}: {number(off)} deviations"
+        yield said
+    for name, shared in correlations(problem, numbers).items():
+        yield (
+            f"what is left of '{name}' is no noise, each residual has {shared:.2f} of the one "
+            f"before{tried}: {'a bound is wrong, or ' if beyond else ''}the model lacks something, "
+            "and the intervals are too narrow"
+        )

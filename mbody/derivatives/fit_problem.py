@@ -18,7 +18,7 @@ from mbody.core.tolerances import DIFFERENCE_STEP_NUMBERS, RTOL_FINE, TINY
 from mbody.derivatives.driven_instants import DrivenInstants, misfitting
 from mbody.derivatives.dual_solution import DualRecord, DualWorkspace, dual_solution
 from mbody.derivatives.gradient import gradient
-from mbody.derivatives.named_numbers import checked_names, dual_values, recorded_numbers
+from mbody.derivatives.named_numbers import checked_names, dual_values, recorded_numbers, unit_of
 from mbody.derivatives.reduced_measures import (
     MeasureProgram,
     derived,
@@ -503,7 +503,7 @@ class FitProblem:
         options: Mapping[str, Any],
     ) -> None:
         self.system, self.series = system, series
-        own = list(names.values())
+        self.names = own = list(names.values())
         self.runs: list[Any] = [
             FreePrediction(system, one, own, options)
             if analysis == "simulate"
@@ -602,6 +602,26 @@ class FitProblem:
             squares += np.square(np.where(mask, left, 0.0)).sum(axis=1)
             counts += mask.sum(axis=1)
         return squares, counts
+
+    def number_sizes(self, numbers: Array) -> Array:
+        """Sizes of the unknowns, of lengths that of the mechanism at least; 1 of what is zero."""
+        first = np.concatenate([self.start, np.zeros(len(self.shifts))])
+        sizes = np.maximum(np.abs(numbers), np.abs(first))
+        sizes = np.where(sizes > 0.0, sizes, 1.0)
+        unit = self.system.mechanism.units.length
+        lengths = np.array(
+            [unit_of(self.system.mechanism, name) == unit for name in self.names]
+            + [self.units[column] == unit for _, column in self.shifts.values()]
+        )
+        return np.where(lengths, np.maximum(sizes, self.system.length), sizes)
+
+    def data_size(self, sigma: Array) -> float:
+        """Norm of all data by the deviations of the columns."""
+        parts = [
+            (one.values / sigma[:, None])[mask]
+            for one, mask in zip(self.series, self.masks, strict=True)
+        ]
+        return float(np.linalg.norm(np.concatenate(parts)))
 
     def ranges(self) -> Array:
         """Range of the data of each column."""

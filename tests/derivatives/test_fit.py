@@ -13,7 +13,7 @@ from scipy.optimize import curve_fit
 import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, TorsionDamper
 from mbody.cli import main
-from mbody.derivatives.fit import identified
+from mbody.derivatives.identifiable import determined, identified
 from mbody.laws import ConstantSpeed
 from tests import fit_coverage
 
@@ -155,19 +155,21 @@ def test_base_parameters():
         assert part / scale == pytest.approx(wanted[name], rel=1e-6)
     assert "changes no datum" in str(one) and f"not determined: {one}" in found.notes
     assert all(low == -np.inf for low, _ in found.intervals.values())
-    # deviations of the sums, by derivatives of the base parameters
     inverse = np.linalg.inv(linear.T @ linear) * rest[0] / 78.0
-    slopes = {
-        "arm.mass": np.array([x * x, x]),
-        "arm.cg.x": np.array([2 * m * x, m]),
-        "arm.inertia": np.array([1.0, 0.0]),
-    }
-    matrix = np.column_stack(list(slopes.values()))
-    for sum_ in found.combinations:
-        row = np.array([sum_.terms.get(name, 0.0) for name in slopes])
-        base = np.linalg.lstsq(matrix.T, row)[0]
-        assert matrix.T @ base == pytest.approx(row, abs=1e-6)
-        assert sum_.deviation == pytest.approx(math.sqrt(base @ inverse @ base), rel=1e-5)
+    first, second = found.combinations
+    assert str(first) == "arm.mass*arm.cg.x" and not first.tangent
+    assert str(second) == "arm.inertia + arm.mass*arm.cg.x^2" and not second.tangent
+    truth = {"arm.mass": 2.0, "arm.cg.x": 0.4, "arm.inertia": 0.05}
+    for one, value, k in ((first, 0.8, 1), (second, 0.37, 0)):
+        assert one.value == pytest.approx(best[k], rel=1e-9)
+        assert one.deviation == pytest.approx(math.sqrt(inverse[k, k]), rel=1e-6)
+        assert one.at(truth) == pytest.approx(value)
+        assert abs(one.value - value) < 3.0 * one.deviation
+        # the family ends where the inertia is zero: m = (m x)²/J
+        low, high = one.within["arm.mass"]
+        assert low == pytest.approx(best[1] ** 2 / best[0], rel=1e-2) and high > 2.0
+    assert "lie on a curve" in str(found.undetermined[0])
+    assert f"determined: {first} = {first.value:.6g} ± " in str(found)
 
 
 def test_a_number_that_changes_nothing():
@@ -276,11 +278,131 @@ def test_a_model_that_lacks_something():
 
 
 def test_bounds():
+    """What data contradict is said, with where they lead; beside the fit without the bound."""
     found = mbody.fit(
         engine(), encoder(), {"crank.A.x": (0.102, "11 cm"), "rod.B.x": None}, "kinematics"
     )
     assert found["crank.A.x"] == pytest.approx(0.102, rel=1e-9)
-    assert any("'crank.A.x' is at its bound" in note for note in found.notes)
+    (note,) = (one for one in found.notes if "'crank.A.x' is at its bound" in one)
+    assert "other starts" in note and "beyond 0.102" in note
+    free = mbody.fit(engine(), encoder(), ["crank.A.x", "rod.B.x"], "kinematics")
+    low, high = found.intervals["crank.A.x"]
+    # by the derivatives at the bound, 2 % away
+    assert 0.5 * (low + high) == pytest.approx(free["crank.A.x"], rel=1e-3)
+    assert any("a bound is wrong, or the model lacks something" in one for one in found.notes)
+
+
+@pytest.mark.parametrize("start", [(1.8, 0.45, 0.06), (1.0, 0.7, 0.06), (1.0, 0.6, 0.1)])
+def test_a_bound_is_freed(start):
+    """m x = 0.8 and I + m x² = 0.37 ask for m > 1.73: m, which "changes no datum", is moved."""
+    found = mbody.fit(arm(*start), motion(noise=0.0), ["arm.mass", "arm.cg.x", "arm.inertia"])
+    m, x, inertia = found.values.values()
+    assert m * x == pytest.approx(0.8, rel=1e-9)
+    assert inertia + m * x * x == pytest.approx(0.37, rel=1e-9)
+    assert [note[:14] for note in found.notes] == ["not determined"]
+
+
+def test_intervals_at_a_bound():
+    """A linear problem whose least lies beyond a bound of I: the interval of m is that of the least
+    without it, and that of I is cut by it.
+    """
+    data = motion(noise=0.2)
+    gravity = G * 0.4 * np.cos(data["motor"]) + 0.16 * data["motor.acceleration"]
+    linear = np.column_stack([gravity, data["motor.acceleration"]])
+    best, rest, *_ = np.linalg.lstsq(linear, data["motor.effort"])
+    deviation = np.sqrt(np.diag(np.linalg.inv(linear.T @ linear)) * rest[0] / 78.0)
+    bound = float(best[1] + 0.5 * deviation[1])
+    machine = arm(inertia=bound + 0.1)
+    found = mbody.fit(machine, data, {"arm.mass": None, "arm.inertia": (bound, 0.5 + bound)})
+    assert found["arm.inertia"] == bound
+    quantile = 1.9908471
+    wanted = best[0] + quantile * deviation[0] * np.array([-1.0, 1.0])
+    assert found.intervals["arm.mass"] == pytest.approx(wanted, rel=1e-7)
+    high = best[1] + quantile * deviation[1]
+    assert found.intervals["arm.inertia"] == pytest.approx((bound, high), rel=1e-7)
+    assert any("0.5 deviations" in note for note in found.notes)
+
+
+def test_equal_bounds_hold():
+    """What equal bounds hold is that number, whatever the model has; as with it in the model."""
+    found = mbody.fit(arm(), motion(), {"arm.inertia": (0.06, 0.06), "arm.mass": None})
+    other = mbody.fit(arm(inertia=0.06), motion(), ["arm.mass"])
+    assert found.values == {"arm.inertia": 0.06, "arm.mass": other["arm.mass"]}
+    assert found.intervals["arm.inertia"] == (0.06, 0.06)
+    assert found.intervals["arm.mass"] == other.intervals["arm.mass"]
+    assert found.covariance == pytest.approx(np.diag([0.0, other.covariance[0, 0]]))
+    assert found.system.values["arm.inertia"] == 0.06
+    none = mbody.fit(arm(), motion(), {"arm.inertia": (0, 0), "arm.mass": None, "arm.cg.x": None})
+    assert none["arm.inertia"] == 0.0
+
+
+def levered(stiffness, k=90.0, r=0.25):
+    """A torsion spring of a formula of parameters, with torques of one of 6 N·m/rad."""
+    made = Mechanism("lever", parameters={"k": k, "r": r})
+    made.add(
+        Body("lever", mass=1.0),
+        Revolute("O", "ground", "lever"),
+        AngleDriver("motor", "lever", ConstantSpeed(0.0, 1.0)),
+        mbody.TorsionSpring("s", "ground", "lever", stiffness=stiffness),
+    )
+    angle = np.linspace(-1.0, 1.0, 30)
+    noise = 0.01 * np.random.default_rng(4).normal(size=30)
+    return mbody.fit(made, {"motor": angle, "motor.effort": 6.0 * angle + noise}, ["k", "r"])
+
+
+def test_a_product():
+    """k r² is determined, for any r."""
+    found = levered("k*r*r*1 N*m/rad")
+    (one,) = found.combinations
+    assert one.terms == {"k*r^2": 1.0} or one.terms == {"r^2*k": 1.0}
+    assert abs(one.value - 6.0) < 3.0 * one.deviation and not one.tangent
+
+
+def test_a_tangent_has_its_range():
+    """Of k² + exp(r) no sum of products is known: its tangent holds where it is in its interval."""
+    found = levered("(k*k/2000+exp(r))*1 N*m/rad")
+    (one,) = found.combinations
+    assert one.tangent and "near these numbers alone" in str(found)
+    (low, high), k = one.within["k"], found["k"]
+    assert low < k < high and high - low < 0.2 * k
+    for end in (low, high):
+        r = math.log(
+            one.at({"k": 0.0, "r": 0.0}) + k * k / 2000 + math.exp(found["r"]) - end**2 / 2000
+        )
+        off = abs(one.at({"k": end, "r": r}) - one.value)
+        assert off == pytest.approx(2.045230 * one.deviation, rel=0.05)
+
+
+def weightless(y, inertia):
+    """An arm with torques of I + 2 (0.16 + y²) = 0.55 kg m² alone."""
+    machine = Mechanism("arm")
+    machine.add(
+        Body("arm", mass=2.0, cg=(0.4, y), inertia=inertia),
+        Revolute("O", "ground", "arm"),
+        AngleDriver("motor", "arm", ConstantSpeed(0.0, 1.0)),
+    )
+    data = motion()
+    noise = 0.02 * np.random.default_rng(5).normal(size=80)
+    data["motor.effort"] = 0.55 * data["motor.acceleration"] + noise
+    return machine, data
+
+
+def test_what_a_tangent_does_not_see():
+    """At y = 0 the derivative by y is zero, and yet I + 2 y² = 0.23 is what data determine: both
+    are open.
+    """
+    found = mbody.fit(*weightless(0.0, 0.3), ["arm.cg.y", "arm.inertia"])
+    assert found["arm.inertia"] == pytest.approx(0.23, abs=0.01)
+    assert np.isinf(list(found.deviations.values())).all()
+    (one,) = found.combinations
+    assert one.terms == pytest.approx({"arm.inertia": 1.0, "arm.cg.y^2": 2.0})
+    assert abs(one.at({"arm.inertia": 0.05, "arm.cg.y": 0.3}) - one.value) < 3.0 * one.deviation
+
+
+def test_a_start_where_the_derivative_vanishes():
+    """y = ± 0.3 from the middle."""
+    found = mbody.fit(*weightless(0.0, 0.05), ["arm.cg.y"])
+    assert abs(found["arm.cg.y"]) == pytest.approx(0.3, abs=0.01)
 
 
 def test_as_many_data_as_unknowns():
@@ -319,7 +441,7 @@ def test_null_directions():
         row = np.array([one.direction.get(name, 0.0) for name in names])
         assert np.abs(jacobian @ row).max() < 1e-12
     assert found.open.tolist() == [True, True, True, True, False]
-    for terms in found.terms:
+    for terms in determined(found.null, found.pivots, names, found.open):
         row = np.array([terms.get(name, 0.0) for name in names])
         # a sum that is determined is a sum of rows of J
         assert jacobian.T @ np.linalg.lstsq(jacobian.T, row)[0] == pytest.approx(row, abs=1e-9)

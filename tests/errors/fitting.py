@@ -85,6 +85,7 @@ SCENARIOS = {
     "a deviation of no column": lambda: fit(deviations={"rocker.angle": 0.1, "coupler.angle": 0.1}),
     "a bound alone": lambda: fit(by={"crank.A.x": 1.0}),
     "bounds beside the start": lambda: fit(by={"crank.A.x": (2.0, 3.0)}),
+    "bounds that hold everything": lambda: fit(by={"crank.A.x": (2.0, 2.0)}),
     "bounds of another unit": lambda: fit(by={"crank.A.x": ("1 kg", "2 kg")}),
     "times that go back": lambda: pendulum({"t": [0.2, 0.1], "pendulum.angle": [3.0, 3.1]}),
     "times after the end": fallen,
@@ -129,6 +130,7 @@ a deviation of nothing | ModelError | rocker.angle | fit: the deviation of 'rock
 a deviation of no column | ModelError | coupler.angle | fit: there is no column 'coupler.angle' with a deviation (there are: 'rocker.angle')
 a bound alone | ModelError | crank.A.x | fit: bounds of 'crank.A.x' are a pair (low, high), not 1.0
 bounds beside the start | ModelError | crank.A.x | fit: 'crank.A.x' begins at 1 m, which is not between its bounds 2 and 3: give low, then high, about the number of the model
+bounds that hold everything | ModelError | - | fit: equal bounds hold 'crank.A.x', and nothing is left to find: give one a range
 bounds of another unit | ModelError | crank.A.x | 'crank.A.x': bound: '1 kg' is a mass (kg), where a length (m) is wanted
 times that go back | ModelError | - | fit: the times of a free motion must rise from 0 on: sort the data, or begin where the motion does
 times after the end | SolveError | - | fit: the motion is ended: at t = 0.5 s, 't - 0.5 s' is zero, at t = 0.5 s, data go on to 1 s: leave out those that come later
