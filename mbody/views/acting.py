@@ -31,6 +31,7 @@ from mbody.model.loads import (
 from mbody.solution.measures import measured
 from mbody.summaries.text_table import force_floor, force_names, forces_on
 from mbody.views.frame import rounded_number
+from mbody.views.friction_symbols import drive_sense
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on, placed
 from mbody.views.shapes import box, direction, hatching, spiral, zigzag
@@ -502,11 +503,24 @@ def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str,
     """
     if not sketch.lasting:
         return [("", math.copysign(1.0, value))]
-    history = measured(sketch.pose.run, quantity)[0]
+    return _signs_of(measured(sketch.pose.run, quantity)[0], quantity)
+
+
+def _signs_of(history: Array, quantity: str) -> list[tuple[str, float]]:
+    """The signs that a history has, and the quantity where it has not one throughout."""
     floor = DRAWN_NONE * float(np.abs(history).max(initial=0.0))
     found = [sign for sign in (1.0, -1.0) if bool((sign * history > floor).any())]
     whole = len(found) == 1 and bool((found[0] * history > floor).all())
     return [("" if whole else quantity, sign) for sign in found]
+
+
+def _drive_signs(sketch: Sketch, driver: Driver) -> list[tuple[str, float]]:
+    """The directions that the arrow of a driver has, with forces beside it and without."""
+    if not sketch.lasting:
+        return [("", math.copysign(1.0, sketch.pose.rate(driver.name)))]
+    either = [drive_sense(sketch.pose.run, driver.name, forces) for forces in (False, True)]
+    signs = np.concatenate([np.sign(one) for one in either])
+    return _signs_of(signs, f"drive:{driver.name}")
 
 
 def _torque_symbol(sketch: Sketch, load: Torque, text: str, signs: list[tuple[str, float]]) -> None:
@@ -656,7 +670,7 @@ def _(driver: AngleDriver, sketch: Sketch, text: str) -> None:
     centre = sketch.pose.pivot(driver.relative_to, driver.body)
     start, radius = outward_from(sketch, centre, driver.body), free_radius(sketch, centre)
     gap = radius + 3.0 * sketch.unit
-    signs = _arrow_signs(sketch, f"{driver.name}.rate", sketch.pose.rate(driver.name))
+    signs = _drive_signs(sketch, driver)
     with sketch.carried(placed(sketch.pose.fixed(driver.body, centre), driver.relative_to)):
         for quantity, sign in signs[::-1] or [("", 1.0)]:
             ahead = [
@@ -675,7 +689,7 @@ def _(driver: CoordinateDriver, sketch: Sketch, text: str) -> None:
     pose = sketch.pose
     place, u = pose.place(driver, "j"), direction(pose.direction(driver, "i"))
     first = 1.5 * sketch.size("block")
-    signs = _arrow_signs(sketch, f"{driver.name}.rate", pose.rate(driver.name))
+    signs = _drive_signs(sketch, driver)
     with sketch.carried(placed(pose.site(driver, "j"), driver.places()["i"].body)):
         for quantity, sign in signs[::-1] or [("", 1.0)]:
             tail, tip = place + sign * first * u, place + sign * 3.6 * first * u

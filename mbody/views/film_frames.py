@@ -214,7 +214,7 @@ class FilmSet:
         """In which frames a shape is there that depends on the sign of a quantity."""
         quantity, sign = shape.sign_condition or ("t", 1.0)
         if (n, quantity) not in self._signs:
-            history = sign_history(self.scenes[n].run, quantity)
+            history = sign_history(self.scenes[n].run, quantity, "forces" in self.show)
             self._signs[n, quantity] = self.stretches[n].value(history)
         return np.asarray(sign * self._signs[n, quantity] > 0.0)
 

@@ -14,6 +14,7 @@ from mbody.model.joints import Joint, Prismatic, Revolute
 from mbody.solution.contact_points import ContactPointHistory, contact_points_at, contact_points_of
 from mbody.solution.histories import place as end_place
 from mbody.solution.measures import measured
+from mbody.summaries.text_table import force_floor
 from mbody.views.frame import MODES, mark, nice
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on
@@ -122,13 +123,29 @@ def _many(run: Solution) -> bool:
     return len(run.mechanism.contacts) > MOST
 
 
-def sign_history(run: Solution, quantity: str) -> Array:
-    """History that decides when a shape is shown: a measured quantity, or 1 where a mark is there
-    and −1 where not, of "touch:CONTACT:PLACE:MODE" and "mode:JOINT:MODE".
+def drive_sense(run: Solution, driver: str, forces: bool) -> Array:
+    """The history whose sign is that of a driver's arrow: beside forces its effort, where there is
+    one, else its rate.
+    """
+    rate = np.asarray(run.driven(driver)[1], dtype=float)
+    if not forces or not run.has_forces:
+        return rate
+    effort, floor = run.effort(driver), force_floor(run)
+    if run.mechanism[driver].angular:  # type: ignore[attr-defined]  # a driver
+        floor *= run.system.length
+    return np.where(np.abs(effort) > floor, effort, rate)
+
+
+def sign_history(run: Solution, quantity: str, forces: bool = False) -> Array:
+    """History that decides when a shape is shown: a measured quantity, the sense of "drive:DRIVER",
+    or 1 where a mark is there and −1 where not, of "touch:CONTACT:PLACE:MODE" and
+    "mode:JOINT:MODE"; `forces`: whether forces are shown.
     """
     kind, _, parts = quantity.partition(":")
     if not parts:
         return np.asarray(measured(run, quantity)[0])
+    if kind == "drive":
+        return drive_sense(run, parts, forces)
     name, *fields = parts.split(":")
     if kind == "mode":
         here = [word == fields[0] for word in run.mode(name)]

@@ -32,6 +32,7 @@ from mbody.views.friction_symbols import (
     contact_forces,
     contact_symbol,
     drawn_modes,
+    drive_sense,
     friction_circles,
     line_of_action,
     sticking_symbol,
@@ -118,10 +119,7 @@ class LoadedPose(Pose):
 
     def rate(self, driver: str) -> float:
         """The effort of a driver; where it has none the rate."""
-        effort, floor = float(self.run.effort(driver)[self.k]), force_floor(self.run)
-        angular = self.mechanism[driver].angular  # type: ignore[attr-defined]  # a driver
-        floor *= self.system.length if angular else 1.0
-        return effort if abs(effort) > floor else super().rate(driver)
+        return float(drive_sense(self.run, driver, forces=True)[self.k])
 
 
 class Faded(Sketch):

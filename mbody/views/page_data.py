@@ -233,7 +233,8 @@ def _sign_histories(scene: Scene) -> dict[str, Any]:
     quantities = dict.fromkeys(
         shape.sign_condition[0] for shape in scene.shapes if shape.sign_condition
     )
-    own = [name for name in quantities if ":" in name]
+    # the page itself chooses between effort and rate of a drive
+    own = [name for name in quantities if ":" in name and not name.startswith("drive:")]
     found = {name: sign_history(scene.run, name).astype(int).tolist() for name in own}
     return {"senses": found} if found else {}
 

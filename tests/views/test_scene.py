@@ -144,8 +144,18 @@ def test_arrows_turn_round_with_what_they_show():
     found = scene(run)
     arcs = [s for s in found.shapes if s.look.name == "torque:load"]
     assert {s.sign_condition for s in arcs} == {("load.torque", 1.0), ("load.torque", -1.0)}
-    # a motor that turns one way has one arrow, always
-    assert {s.sign_condition for s in found.shapes if s.look.name == "driver:motor"} == {None}
+    # a motor that turns one way has one arrow, beside its forces that of its torque
+    motors = [s for s in found.shapes if s.look.name == "driver:motor"]
+    assert {s.sign_condition for s in motors} == {("drive:motor", 1.0), ("drive:motor", -1.0)}
+    kinematic = scene(mbody.kinematics(machine, turn=True))
+    alone = [s for s in kinematic.shapes if s.look.name == "driver:motor"]
+    assert {s.sign_condition for s in alone} == {None}
+    shown = {one: FilmSet({"": run}, 40, 320, one, ()) for one in ((), ("forces",))}
+    effort = shown[()].stretches[0].value(run.effort("motor"))
+    for arc in motors:
+        sign = arc.sign_condition[1]
+        assert (shown[()].there(arc, 0) == (sign > 0.0)).all()
+        assert np.array_equal(shown["forces",].there(arc, 0), sign * effort > 0.0)
     film = FilmSet({"": run}, 40, 320, (), ())
     torque = film.stretches[0].value(run.load("load").torque)
     for arc in arcs:

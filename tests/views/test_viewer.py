@@ -202,6 +202,27 @@ def test_the_picture_is_where_the_solution_is(browser, pages, pump):
 
 
 @pytest.mark.browser
+def test_a_drive_shows_its_torque_beside_forces_and_else_the_way_that_it_turns(
+    browser, pages, pump
+):
+    """As films and drawings with forces; which arrow is there is read from the page itself."""
+    browser.open(pages("pump"))
+    name = pump.mechanism.drivers[0].name
+    shown = (
+        "mbody.viewer.pictures[0].drawing.sensed.filter((one) => one[1] === "
+        f"'drive:{name}' && one[0].style.display !== 'none').map((one) => one[2])"
+    )
+    effort, rate = pump.effort(name), pump.driven(name)[1]
+    assert effort.min() < 0.0 < effort.max()
+    for k in (int(effort.argmin()), int(effort.argmax())):
+        browser.read(f"mbody.seek({{instant: {k}}})")
+        assert set(browser.read(shown)) == {np.sign(rate[k])}
+        browser.key("f")
+        assert set(browser.read(shown)) == {np.sign(effort[k])}
+        browser.key("f")
+
+
+@pytest.mark.browser
 def test_between_instants_the_picture_is_where_the_motion_is(browser, pages, pump):
     browser.open(pages("pump"))
     t = 0.5 * (pump.t[100] + pump.t[101])

@@ -51,13 +51,19 @@ export class Drawing {
       if (dashes.length) drawn.setAttribute("stroke-dasharray", dashes.map((d) => (d * width * px).toFixed(1)).join(" "));
     }
   }
-  move() {
+  /** With forces beside it the arrow of a drive is its effort, where it has one, else its rate. */
+  #sense(quantity, forces) {
+    if (!quantity.startsWith("drive:")) return this.motion.value(quantity);
+    const name = quantity.slice(6);
+    return (forces && this.motion.value(`${name}.effort`)) || this.motion.value(`${name}.rate`);
+  }
+  move(forces = false) {
     const { frames } = this.motion, u = this.unit;
     for (const { c, g } of this.groups) {
       const o = 5 * c, a = frames[o + 2], b = frames[o + 3];
       g.setAttribute("transform", `matrix(${a} ${b} ${-b} ${a} ${frames[o] / u} ${frames[o + 1] / u})`);
     }
-    for (const [drawn, quantity, sign] of this.sensed) drawn.style.display = sign * this.motion.value(quantity) > 0 ? "" : "none";
+    for (const [drawn, quantity, sign] of this.sensed) drawn.style.display = sign * this.#sense(quantity, forces) > 0 ? "" : "none";
     for (const [drawn, shape] of this.stretched) {
       drawn.setAttribute("d", path(shape, (k) => this.motion.carried(shape.c, shape.p, k, 3), 3, u));
     }

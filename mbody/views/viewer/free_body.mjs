@@ -157,7 +157,7 @@ export class FreeBodyPanel {
     const [cx, cy] = [0.5 * WIDE - z * mx / scene.unit, 0.48 * TALL + z * my / scene.unit];
     this.world.setAttribute("transform", `matrix(${z} 0 0 ${-z} ${cx} ${cy})`);
     this.drawing.width(clamp(z, 0.8, 1.5));
-    this.drawing.move();
+    this.drawing.move(true);
     const over = [this.world], names = [], crowd = new Crowd(WIDE, TALL - 24, true);
     if (!this.drawn) { const [x, y] = at(...motion.place([this.middle[0], 0, 0])); over.push(sv("rect", { x: x - 16, y: y - 12, width: 32, height: 24, style: "fill: var(--link); stroke: var(--ink)" })); }
     const pins = new Map();

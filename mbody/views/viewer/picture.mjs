@@ -124,9 +124,9 @@ export class Picture {
     }
     const matrix = `matrix(${c.s} 0 0 ${-c.s} ${c.x} ${c.y})`;
     for (const name of ["world", "ghosts", "paths"]) layers[name].setAttribute("transform", matrix);
-    this.drawing.move();
+    this.drawing.move(on.forces);
     layers.ghosts.style.display = ghosts ? "" : "none";
-    if (ghosts) for (const drawing of this.ghosts) drawing.move();
+    if (ghosts) for (const drawing of this.ghosts) drawing.move(on.forces);
     layers.paths.style.display = on.paths ? "" : "none";
     if (this.showedCentres !== on.centres) {
       this.showedCentres = on.centres;
