@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from mbody import synthesis as synthesis
     from mbody import teaching as teaching
     from mbody import testing as testing
-    from mbody.analysis.assemblies.all_dead_centres import dead_centres
     from mbody.analysis.assemblies.assembly_modes import assembly_modes
-    from mbody.analysis.assemblies.circuits import circuits
+    from mbody.analysis.assemblies.circuits import circuits, dead_centres
     from mbody.analysis.driven.dead_centres import driver_range
     from mbody.analysis.driven.driven import kinematics, kinetostatics, statics
     from mbody.analysis.driven.free_body import free_body, member_forces
@@ -281,9 +280,8 @@ _FOLDERS = (
     "testing",
 )
 _MODULES = {
-    "analysis.assemblies.all_dead_centres": "dead_centres",
     "analysis.assemblies.assembly_modes": "assembly_modes",
-    "analysis.assemblies.circuits": "circuits",
+    "analysis.assemblies.circuits": "circuits dead_centres",
     "analysis.driven.dead_centres": "driver_range",
     "analysis.driven.free_body": "free_body member_forces",
     "analysis.driven.driven": "kinematics kinetostatics statics",

@@ -7,7 +7,6 @@ model's own length, of a radian, of its rates. Each has one name that says of wh
 from __future__ import annotations
 
 # -- Numbers ---------------------------------------------------------------------------------------
-
 #: Keeps a quotient finite whose divisor may be zero: smaller than any size that is met.
 TINY = 1e-300
 FINITE = 1e300  # Beyond this a number counts as not finite, or as no bound.
@@ -22,7 +21,6 @@ ROOT_REAL_FUNCTION_POINTS = 1e-7  # The same of the equations of function genera
 DIRECTION_SAME = 1e-9
 
 # -- Positions and lengths, in model lengths and radians -------------------------------------------
-
 POSITION_SAME = 1e-6  # Positions nearer to each other than this are one.
 #: The same where a position is a double root, found to half the digits, or where a walk closes.
 POSITION_SAME_LOOSE = 1e-5
@@ -60,7 +58,6 @@ SPRING_HALF_TURN = 1e-6
 LAW_TURN_ROUNDING = 1e-12
 
 # -- Closing of loops, in model lengths and radians ------------------------------------------------
-
 #: A violation of the constraints, or the correction that follows from it, below this is rounding.
 LOOP_CLOSURE_RESIDUAL = 1e-13
 LOOP_CLOSURE_RESIDUAL_STALLED = 1e-10  # The same where corrections no longer shrink.
@@ -140,7 +137,6 @@ LOOP_GAPS_TIE = 1e-6  # Joints whose gaps differ by less than this part are equa
 LOOP_DRIVER_OTHER_POSITION = 1e-9
 
 # -- Rank: singular values, pivots, dependent rows; parts of the greatest, or of the diagonal ------
-
 #: A singular value below this part of the greatest is zero, where positions are closed to rounding.
 SINGULAR_VALUE_ZERO = 1e-9
 #: The same at a dead centre, a double root that closes to half the digits.
@@ -226,7 +222,6 @@ SINGULAR_VALUE_PATH = 1e-3
 FACTOR_CANCELS = 1e-9  # Factors of a sum that cancel to this part of their sizes are none.
 
 # -- Branches and singular positions ---------------------------------------------------------------
-
 #: Branches are equally good where their constraint differs by less than this part.
 BRANCH_TIE = 1e-6
 #: A step of this part of the whole motion that may still meet a branch is made in doubt.
@@ -389,7 +384,6 @@ BRANCH_CLOCK_NONE = 1e-9
 BRANCH_VALUES_SAME = 1e-6
 
 # -- Rates and velocities; parts of the greatest where nothing else is said ------------------------
-
 RATE_NONE = 1e-9  # Rates below this part of the natural rate are rest.
 RATE_NONE_MOTION = 1e-6  # A rate below this part of the greatest of a free motion is none.
 RATE_NONE_ANGLE = 1e-9  # A rate of an angle along a walk that is none.
@@ -438,7 +432,6 @@ CURVATURE_NONE = 1e-10  # A curvature times the model length that is none.
 RATE_NONE_TURNING = 1e-9  # Free motions whose rates of angles are below this do not turn bodies.
 
 # -- Forces, work, energy; parts of the greatest ---------------------------------------------------
-
 FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the greatest is rounding.
 #: Part of the greatest force of what is joined that may pass on to another body by rounding, of
 #: which `GUARD_ZERO` is left.
@@ -485,7 +478,6 @@ LAW_VALUES_SAME = 1e-9  # Values and rates of a driver that differ by less are t
 LIMIT_EXCEEDED = 1e-12  # Part of a limit that rounding may exceed it by.
 
 # -- Contact and friction; gaps in model lengths ---------------------------------------------------
-
 CONTACT_GAP_CLOSED = 1e-10  # Nearer than this is closed, in a motion.
 CONTACT_GAP_CLOSED_RESULT = 1e-8  # The same in results.
 #: Shapes in contact at the beginning may be so far apart, or overlap so much.
@@ -619,7 +611,6 @@ FRICTION_BAND_END = 1e-14  # An end of a band is located to this.
 FRICTION_BAND_ENDS_SAME = 1e-9  # Ends nearer to each other bound no band.
 
 # -- Times, events and steps of motions ------------------------------------------------------------
-
 TIME_ROUNDING = 1e-15  # Rounding of times, as a part of them.
 #: A step that ends within this part of the time before an instant ends at it.
 TIME_END_ROUNDING = 1e-14
@@ -726,7 +717,6 @@ INSTANT_SAME_AGAIN = 1e-4
 CONTROL_POINTS_CLEAR = 0.01  # Control points keep this part of their spread from zero.
 
 # -- Equilibria ------------------------------------------------------------------------------------
-
 #: A residual force below this part of the greatest force is none: 1e-13 is left where there is
 #: rest, 1e-9 may be beside a singular position.
 EQUILIBRIUM_BALANCED = 1e-10
@@ -850,7 +840,6 @@ SURFACE_TURN_FORCE = 1e-6
 CELL_DETERMINANT_NONE = 1e-12
 
 # -- Differences: steps, and what they leave -------------------------------------------------------
-
 #: Part of a state by which forward differences step: the root of rounding.
 DIFFERENCE_STEP_FORWARD = 1.5e-8
 #: Step of differences of fourth order: error and rounding are near 1e-12.
@@ -900,7 +889,6 @@ TANGENT_IMPACT_SAME = 1e-9
 USER_POWER_NONE = 1e-6
 
 # -- Certified search of boxes ---------------------------------------------------------------------
-
 #: By what ranges are widened, as a part of the size of what is added up.
 BOX_WIDENING_ROUNDING = 1e-12
 BOX_WIDENING = 1e-9  # By how much bounds are widened, as a part,
@@ -922,7 +910,6 @@ BOX_FACTOR_NONE = 1e-12  # Of a factor or a constant in rows between angles: zer
 BOX_RATIO_SAME = 1e-12  # A ratio of angles is that of small whole numbers within this.
 
 # -- Solving for numbers, optimisation, fits, synthesis --------------------------------------------
-
 ROW_REST_ROUNDING = 1e-13  # Part of its terms below which what is left of a row is rounding.
 ROW_HOLDS = 1e-9  # Part of its terms below which a row holds.
 UNKNOWN_OPEN = 1e-11  # A singular value below this part of the greatest leaves an unknown open.
@@ -1027,7 +1014,6 @@ SYNTHESIS_TURN_ROUNDING_FINE = 1e-12  # Rounding of a whole turn of a table of a
 SYNTHESIS_ANGLE_STEP_LEAST = 1e-9  # Least change of the carrier's angle between two poses [rad].
 
 # -- Engineering -----------------------------------------------------------------------------------
-
 CAM_JUMP_BESIDE = 1e-9  # Beside a place where a profile's second derivative jumps [rad].
 CAM_CIRCLE_NONE = 1e-9  # Of the greatest radius, a base circle or a size that is none.
 CAM_CIRCLE_ENDLESS = 1e6  # Of the greatest radius, a size without end.
@@ -1053,7 +1039,6 @@ SPRING_PUSHED = 0.99  # A spring that would leave less than this part if it coul
 INERTIA_DIGITS_TYPED = 1e-6
 
 # -- Comparison with other engines and with the oracle ---------------------------------------------
-
 #: Differences of motions in steps below this part are rounding and our own tolerance.
 COMPARISON_FLOOR = 1e-6
 COMPARISON_FLOOR_PYMUNK = 1e-8  # The same of Pymunk's extrapolated motions.
@@ -1151,7 +1136,6 @@ ORACLE_EQUATIONS_LEFT = 1e-9
 ORACLE_ACCELERATIONS_SAME = 1e-6
 
 # -- Files, laws and tables ------------------------------------------------------------------------
-
 #: Parts of a length by which places of one drawing may differ: files have rounded numbers.
 FILE_PLACES_SAME = 1e-6
 #: Sine of the angle by which axes in a file may lean: files have rounded directions.
@@ -1187,7 +1171,6 @@ PARAMETERS_EQUAL = 1e-12  # Values of parameters that differ by less than this p
 FILE_GRAVITY_IN_PLANE = 1e-9  # Part of gravity that may point out of the plane of a file.
 
 # -- Printed and drawn; parts of the greatest of its kind ------------------------------------------
-
 PRINTED_NONE = 1e-9  # What is smaller than this part is rounding, shown as 0.
 #: The same where forces are those of least norm, found among many by a softened solve.
 PRINTED_NONE_REDUNDANT = 1e-7

@@ -28,7 +28,7 @@ NAMED = 8
 
 
 @dataclass(frozen=True)
-class Outline:
+class GeomOutline:
     """A shape in the plane: "line", "disc", "polygon", or "ends", the discs of a capsule.
 
     `points`: In space. `radius`: Of discs. `direction`: Of a line, in the plane.
@@ -43,7 +43,7 @@ class Outline:
 
 
 @dataclass(frozen=True)
-class Pair:
+class GeomPair:
     """Two shapes that may touch, by their numbers in the file."""
 
     first: int
@@ -54,7 +54,7 @@ class Pair:
     adhesion: float
 
 
-def outline_of(space: Spatial, geom: int) -> Outline | None:
+def outline_of(space: Spatial, geom: int) -> GeomOutline | None:
     """A shape in the plane, None of one that has no outline for contacts."""
     model, data, plane = space.model, space.data, space.plane
     at, kind = data.geom_xpos[geom].copy(), int(model.geom_type[geom])
@@ -63,16 +63,16 @@ def outline_of(space: Spatial, geom: int) -> Outline | None:
     across, lies = plane.is_across(axes[2]), plane.lies_in(axes[2])
     if kind == PLANE and lies:
         x, y = plane.flat(axes[2])
-        return Outline("line", (at,), direction=math.atan2(-x, y))
+        return GeomOutline("line", (at,), direction=math.atan2(-x, y))
     if kind == SPHERE:
-        return Outline("disc", (at,), float(size[0]), along=(z, z))
+        return GeomOutline("disc", (at,), float(size[0]), along=(z, z))
     if kind in (CYLINDER, CAPSULE) and across:
-        return Outline(
+        return GeomOutline(
             "disc", (at,), float(size[0]), along=(z - float(size[1]), z + float(size[1]))
         )
     if kind == CAPSULE and lies:
         ends = tuple(at + sign * size[1] * axes[2] for sign in (-1.0, 1.0))
-        return Outline("ends", ends, float(size[0]), along=(z, z))
+        return GeomOutline("ends", ends, float(size[0]), along=(z, z))
     if (
         kind == BOX
         and (n := next((n for n in range(3) if plane.is_across(axes[n])), None)) is not None
@@ -82,7 +82,7 @@ def outline_of(space: Spatial, geom: int) -> Outline | None:
         corners = tuple(at + a * size[u] * axes[u] + b * size[v] * axes[v] for a, b in sides)
         if plane.sign(axes[n]) < 0.0:
             corners = corners[::-1]
-        return Outline("polygon", corners, along=(z - float(size[n]), z + float(size[n])))
+        return GeomOutline("polygon", corners, along=(z - float(size[n]), z + float(size[n])))
     return None
 
 
@@ -91,7 +91,7 @@ def contacts(space: Spatial) -> list[Element]:
     if space.is_off("CONTACT"):
         return []
     found: list[Element] = []
-    left: list[Pair] = []
+    left: list[GeomPair] = []
     outlines = [outline_of(space, geom) for geom in range(space.model.ngeom)]
     for pair in _pairs(space):
         i, j = outlines[pair.first], outlines[pair.second]
@@ -112,7 +112,7 @@ def contacts(space: Spatial) -> list[Element]:
     return found
 
 
-def _fit(pair: Pair, i: Outline | None, j: Outline | None) -> bool | None:
+def _fit(pair: GeomPair, i: GeomOutline | None, j: GeomOutline | None) -> bool | None:
     """Whether two outlines can touch in the plane; None where that is no contact of outlines."""
     if i is None or j is None:
         return None
@@ -132,7 +132,7 @@ def _fit(pair: Pair, i: Outline | None, j: Outline | None) -> bool | None:
     return False if gap >= reach + pair.margin else None
 
 
-def _check(space: Spatial, pair: Pair) -> None:
+def _check(space: Spatial, pair: GeomPair) -> None:
     """Refuse what a contact here has not."""
     names = " and ".join(seen(space.name("GEOM", one)) for one in (pair.first, pair.second))
     moving = [space.model.geom_surfacevel[one] for one in (pair.first, pair.second)]
@@ -145,7 +145,7 @@ def _check(space: Spatial, pair: Pair) -> None:
             raise refusal(f"the contact of the shapes {names}", f"it has {why}, which is not read")
 
 
-def _pairs(space: Spatial) -> Iterator[Pair]:
+def _pairs(space: Spatial) -> Iterator[GeomPair]:
     """All pairs of shapes between which MuJoCo looks for contacts, by its own rules."""
     model, root = space.model, np.asarray(space.model.body_weldid)
     body = np.asarray(model.geom_bodyid)
@@ -157,7 +157,7 @@ def _pairs(space: Spatial) -> Iterator[Pair]:
         if root[body[one]] == root[body[other]]:
             continue
         rows = int(model.pair_dim[n])
-        yield Pair(
+        yield GeomPair(
             one,
             other,
             0.0 if rows == 1 else float(max(friction[:2])),
@@ -200,7 +200,7 @@ def _welded(space: Spatial) -> set[tuple[int, int]]:
     return found
 
 
-def _of_geoms(space: Spatial, one: int, other: int) -> Pair:
+def _of_geoms(space: Spatial, one: int, other: int) -> GeomPair:
     """A pair with what MuJoCo makes of the numbers of its two shapes."""
     model, ranks = space.model, space.model.geom_priority
     used = (
@@ -211,7 +211,7 @@ def _of_geoms(space: Spatial, one: int, other: int) -> Pair:
     if model.opt.enableflags & int(space.mujoco.mjtEnableBit.mjENBL_OVERRIDE):
         friction, margin = model.opt.o_friction[[0, 2, 3]], float(model.opt.o_margin)
     rows = int(max(model.geom_condim[used]))
-    return Pair(
+    return GeomPair(
         one,
         other,
         0.0 if rows == 1 else float(friction[0]),
@@ -222,7 +222,7 @@ def _of_geoms(space: Spatial, one: int, other: int) -> Pair:
 
 
 def _contacts_of(
-    space: Spatial, pair: Pair, i: Outline | None, j: Outline | None
+    space: Spatial, pair: GeomPair, i: GeomOutline | None, j: GeomOutline | None
 ) -> Iterator[Element]:
     """The contacts of a pair: one, of the ends of a capsule two."""
     assert i is not None and j is not None
@@ -237,7 +237,7 @@ def _contacts_of(
         yield Contact(space.unique(label), base, shape, friction=pair.friction)
 
 
-def _shape(space: Spatial, geom: int, outline: Outline, n: int, margin: float) -> str:
+def _shape(space: Spatial, geom: int, outline: GeomOutline, n: int, margin: float) -> str:
     """The dotted name of a shape, grown by a margin; made where it is not there."""
     body = int(space.model.geom_bodyid[geom])
     root, label = space.root(body), space.label("GEOM", geom)
@@ -265,7 +265,7 @@ def _shape(space: Spatial, geom: int, outline: Outline, n: int, margin: float) -
     return f"{space.names[root]}.{key}"
 
 
-def _left_out(space: Spatial, left: list[Pair]) -> None:
+def _left_out(space: Spatial, left: list[GeomPair]) -> None:
     """Name the pairs that are not taken; refuse those that touch at the reference position."""
     data, without = space.data, {(pair.first, pair.second): pair for pair in left}
     for n in range(data.ncon):

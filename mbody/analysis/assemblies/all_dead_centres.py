@@ -33,7 +33,7 @@ from mbody.analysis.assemblies.linkage import (
     TooFewRows,
     assur_groups,
 )
-from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed
+from mbody.analysis.position.assembly_analysis import check_determined, closed
 from mbody.core.presentation import present
 from mbody.core.tolerances import BOX_ROOTS_SAME, BOX_VECTOR_ROUNDING, BOX_WIDENING
 from mbody.errors import ModelError
@@ -134,63 +134,6 @@ class DeadCentres(Inherited):
             {"driver": one.driver, "value": in_unit(one.value), "bodies": list(one.bodies)}
             for one in self.positions
         ]
-
-
-def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCentres:
-    """All dead centres of a driver, in all assembly modes, with a certificate.
-
-    Where there is none, the driver turns all the way round in every mode, which is Grashof's
-    condition for any linkage, proven.
-
-    Parameters
-    ----------
-    model : Mechanism or System
-        Driven so that no freedom is left: pins, rods, slides on guides of known direction, gears.
-        Others are where their laws begin.
-    driver : str, optional
-        Name of the driver or of the driven body; where there is one driver, that one.
-
-    Returns
-    -------
-    DeadCentres
-        `complete` is False, with the reason as a note, where mode and slide move in a way that the
-        search does not cover: gears inside loops or beside a driver between two moving links,
-        slides that turn in groups of several links, drivers of coordinates on links of their own
-        group, cams. What it has then are those that walks along the circuits meet.
-
-    Raises
-    ------
-    ModelError
-        For a driver that there is not, or a batch of designs.
-    SolveError
-        When the drivers do not determine the position.
-
-    Notes
-    -----
-    Change points, where branches cross, are no isolated roots and stay open: `complete` is False.
-    Cost: 20 ms for a four-bar, below a second for a six-bar.
-
-    Examples
-    --------
-    A rocker of 6 on a ground of 8, with a coupler of 18 and a rocker of 12:
-
-    >>> import math, mbody
-    >>> found = mbody.dead_centres(mbody.makers.four_bar(6, 18, 12, 8, start=math.pi / 2))
-    >>> [round(math.degrees(value), 6) for value in found.values], found.complete
-    ([48.189685, 311.810315], True)
-    >>> mbody.dead_centres(mbody.makers.four_bar(1, 3, 2, 3.5)).full_turn
-    True
-    """
-    system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("dead_centres takes one design: choose one of the batch with design(n)")
-    one = single_driver(system, driver)
-    found = dead_centres_at(system, one, {})
-    if found.complete:
-        return found
-    from mbody.analysis.assemblies.circuits import circuits_of
-
-    return circuits_of(system, one, {}, dead=found).dead_centres
 
 
 def dead_centres_at(system: System, found: Driver, others: dict[str, float]) -> DeadCentres:
