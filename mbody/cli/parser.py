@@ -728,7 +728,7 @@ class _Parser(argparse.ArgumentParser):
 
     def suggestion(self, words: Sequence[str]) -> str:
         """The question which option of this command was meant, where one is spelled nearly so."""
-        from mbody.errors import meant
+        from mbody.core.other_words import meant
 
         options = re.findall(r"--[a-z-]+", self.format_usage())
         for word in words:
@@ -738,7 +738,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Raise what the arguments lack; of a command that there is not, which one is meant."""
-        from mbody.errors import meant
+        from mbody.core.other_words import meant
 
         if wrong := re.match(r"argument command: invalid choice: '(.*?)' \(choose", message):
             close = meant(wrong[1], self.commands)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.other_words import meant
 from mbody.core.presentation import present
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.engines.load_forces import (
@@ -22,7 +23,7 @@ from mbody.engines.load_forces import (
     unsupported_states,
     without_counterpart,
 )
-from mbody.errors import ModelError, brief, meant
+from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
 from mbody.solution.doubts import Doubt, heading, status_of, unit_symbols

@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbody.errors import ModelError, meant
+from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
@@ -44,6 +44,8 @@ def path(name: str) -> Path:
     'hoekens.toml'
     """
     if name not in names():
+        from mbody.core.other_words import meant
+
         close = meant(name, names())
         hint = f"did you mean '{close}'?" if close else LISTED
         raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {hint}")

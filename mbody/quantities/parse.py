@@ -19,7 +19,6 @@ import re
 from collections.abc import Callable
 from fractions import Fraction
 
-from mbody.errors import meant
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, Plain
 from mbody.quantities.units import SYMBOLS, Unit, known, pint_unit
 
@@ -194,6 +193,8 @@ class _Reader:
                 return f"an operator is missing before {token.text!r}"
             return f"there is no function {token.text[:40]!r} (there are: {', '.join(FUNCTIONS)})"
         if token.kind == "name" and before.kind in ("number", "name"):
+            from mbody.core.other_words import meant
+
             close = meant(token.text, SYMBOLS, 0.5)
             hint = f", did you mean {close!r}?" if close else ""
             return f"there is no unit {token.text[:40]!r}{hint}"

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.core.other_words import meant
 from mbody.core.tolerances import PRINTED_NONE, REPORT_SIZES_ALIKE, TINY
 from mbody.engineering.fluctuation import fluctuation
 from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
-from mbody.errors import ModelError, SolveError, brief, meant
+from mbody.errors import ModelError, SolveError, brief
 from mbody.model.study import mean_over
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import (

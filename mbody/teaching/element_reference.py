@@ -12,7 +12,8 @@ import tomllib
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from mbody.errors import ModelError, meant
+from mbody.core.other_words import meant
+from mbody.errors import ModelError
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
 from mbody.files.model.schema import described
 from mbody.laws import Law

@@ -16,7 +16,7 @@ from typing import Any
 
 from mbody import laws
 from mbody.core.former_names import former
-from mbody.errors import ModelError, brief, meant, remedy
+from mbody.errors import ModelError, brief, remedy
 from mbody.model import driver, joints, loads
 from mbody.model.element import Element
 
@@ -352,6 +352,8 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
         for key in given[:MOST]:
             if sentence := former(f"[{path[0]}] {key}"):
                 return sentence
+            from mbody.core.other_words import meant
+
             if intended := meant(key, known):
                 return f"{error['msg']}: it has '{_short(key)}', did you mean '{intended}'?"
         return str(error["msg"])
@@ -408,6 +410,8 @@ def _unknown(key: Any, known: list[str], table: Any) -> str:
     first = next((kind for kind in kinds if kind in given and kind != key), None)
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
+    from mbody.core.other_words import meant
+
     if intended := meant(key, known):
         return f"there is no such key, did you mean '{intended}'?"
     # the tables of a file are what somebody looks for who has another word for one
