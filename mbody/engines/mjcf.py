@@ -18,6 +18,14 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible
 from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
+from mbody.engines.mjcf_contacts import (
+    ContactGeoms,
+    inexpressible_contacts,
+    unwritable_contacts,
+)
+from mbody.engines.mjcf_signals import PLAIN, linear_law
+from mbody.engines.mjcf_text import numbers, safe
+from mbody.engines.oracle.friction import has_friction
 from mbody.engines.spanning_tree import (
     Branch,
     MarkerFrame,
@@ -28,10 +36,21 @@ from mbody.engines.spanning_tree import (
 )
 from mbody.errors import ModelError
 from mbody.laws import Constant
+from mbody.model.contact import Contact, Rope
 from mbody.model.coupling import AngleCoupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
 from mbody.model.element import Element
-from mbody.model.joints import Distance, Fixed, Gear, Joint, PinSlot, Prismatic, Revolute
+from mbody.model.joints import (
+    Clutch,
+    Distance,
+    Fixed,
+    FrictionForce,
+    Gear,
+    Joint,
+    PinSlot,
+    Prismatic,
+    Revolute,
+)
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -179,26 +198,6 @@ def branch_coordinates(branch: Branch) -> tuple[FileCoordinate, ...]:
     return (FileCoordinate(branch.joint.name, branch),)
 
 
-def numbers(unit: float, *values: float) -> str:
-    """Numbers times a unit, as text with all digits; rounding errors of the greatest become zero.
-
-    >>> numbers(2.0, 0.5, -1.0, 1e-20)
-    '1 -2 0'
-    """
-    least = 1e-16 * max(map(abs, values))
-    kept = (value if abs(value) > least else 0.0 for value in values)
-    return " ".join(repr(float(unit * value) + 0.0).removesuffix(".0") for value in kept)
-
-
-def safe(body: str) -> str:
-    """The name of a body in the file, where ``world`` is the ground's.
-
-    >>> safe("crank"), safe("world")
-    ('crank', 'world.body')
-    """
-    return "world.body" if body == "world" else body
-
-
 def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[float, float]:
     """The world place [length] of a place on a body at (x, y) with the angle theta."""
     c, s = math.cos(theta), math.sin(theta)
@@ -212,15 +211,16 @@ class Document:
     """One file while it is written: sections, bodies, coordinates.
 
     `fix_drivers`: Whether constraints fix the driven coordinates.
+    `smooth`: Whether it is without contacts, limits, damping of joints, and motors of inputs.
     `pose`: (x, y, θ) of every body at the start, by name.
     `parts`: Sections of the file by tag.
     `inside`: The element of every body, by its name in the file.
     `columns`: Coordinates of the file.
     """
 
-    def __init__(self, system: System, start: Solution, fix_drivers: bool) -> None:
+    def __init__(self, system: System, start: Solution, fix_drivers: bool, smooth: bool) -> None:
         self.system, self.machine, self.start = system, system.mechanism, start
-        self.fix_drivers = fix_drivers
+        self.fix_drivers, self.smooth = fix_drivers, smooth
         self.scale = Scale.of(self.machine.units)
         self.tree = spanning_tree(system)
         self.pose = {
@@ -233,7 +233,9 @@ class Document:
         self.root = ET.Element("mujoco", model=self.machine.name)
         self.parts = {
             key: ET.Element(key)
-            for key in ("option", "default", "worldbody", "tendon", "equality", "actuator")
+            for key in (
+                *("option", "default", "worldbody", "contact", "tendon", "equality", "actuator"),
+            )
         }
         # all bodies are inside one body of the world: Pinocchio 4.1 reads only one
         ground = ET.SubElement(self.parts["worldbody"], "body", name="ground")
@@ -332,6 +334,8 @@ class ClosureWriter:
         #: Torsion springs whose angle has the opposite sign in the file.
         self.reversed: set[str] = set()
         self.cut: list[tuple[Joint, str]] = []
+        #: The input that is the control of an actuator.
+        self.controls: dict[str, str] = {}
 
     def halves(self, tree: Tree) -> dict[str, int]:
         """Number of further parts of each body, for the sliding joints that close loops."""
@@ -373,9 +377,103 @@ class ClosureWriter:
                 for factor, bodies in ((term.factor, term.bodies),)
             ]
             self._couple_angles(element, terms)
+        elif not self.document.smooth and type(element) in (Clutch, FrictionForce):
+            self._constant_friction(element)
         else:
             kind = type(element).__name__
             self._no(element, f"MJCF has no constraint that is a {kind}: the motion is freer there")
+
+    def _constant_friction(self, element: Any) -> None:
+        """The friction of a clutch or a packing, where its size is constant."""
+        name, turns = element.name, type(element) is Clutch
+        law = getattr(element, element.size)
+        if not isinstance(law, Constant) or float(self.system.numbers[f"{name}.static"]) != 1.0:
+            self._no(element, "friction in MJCF is constant and the same where it sticks")
+            return
+        value = max(float(self.system.law_of(element, element.size)(0.0)), 0.0)
+        loss = numbers(self.scale.torque if turns else self.scale.force, value)
+        if turns:
+            hinges = self._hinges(element.j.body, element.i.body)
+            if not self._sum(name, hinges, frictionloss=loss):
+                self._no(element, "its bodies do not turn against each other")
+        elif column := self.slide_along(element):
+            self._joint_of(column[0]).set("frictionloss", loss)
+            self.built.add(name)
+        else:
+            self._no(element, "no slide of the file has its direction")
+
+    def _joint_of(self, column: FileCoordinate) -> ET.Element:
+        joints = self.document.parts["worldbody"].iter("joint")
+        return next(joint for joint in joints if joint.get("name") == column.name)
+
+    def attributes(self) -> list[Inexpressible]:
+        """Write limits and damping of the joints in the tree; what joints do besides and MJCF has
+        not.
+        """
+        found, tree = [], {b.joint.name: b for b in self.document.tree.branches if b.joint}
+        for joint in self.machine.joints:
+            lost = self._joint_attributes(joint, tree.get(joint.name))
+            if lost and isinstance(joint, Clutch | FrictionForce):
+                continue
+            if lost:
+                found.append(Inexpressible(joint.name, ", ".join(lost)))
+        return found
+
+    def _joint_attributes(self, joint: Any, branch: Branch | None) -> list[str]:
+        """What a joint does besides and MJCF has not; the rest is written."""
+        at, name, lost = self.system.numbers, joint.name, []
+        plain = branch is not None and type(joint) in (Revolute, Prismatic)
+        column = next((c for c in self.document.columns if c.of is branch), None)
+        damped = plain and getattr(joint, "viscous", None) is not None
+        if damped and column:
+            angular = type(joint) is Revolute
+            unit = self.scale.torque if angular else self.scale.force / self.scale.length
+            damping = numbers(unit * self.scale.time, float(at[f"{name}.viscous"]))
+            self._joint_of(column).set("damping", damping)
+        viscous_alone = damped and getattr(joint, "friction", None) is None
+        if has_friction(joint) and not viscous_alone:
+            lost.append("its friction, which follows the reaction")
+        if joint.limited:
+            ends = joint.limits if plain and column and not joint.can_separate else None
+            if ends is None or None in ends or branch is None or column is None:
+                lost.append("its limits" + ("" if plain else ", of a joint that closes a loop"))
+            else:
+                self._limits(joint, branch, column)
+                if joint.restitution is not None and float(at[f"{name}.restitution"]):
+                    lost.append("its restitution: limits of MuJoCo do not rebound")
+        if joint.can_separate:
+            lost.append("that it separates")
+        return lost
+
+    def _limits(self, joint: Any, branch: Branch, column: FileCoordinate) -> None:
+        """The range of a joint, from the start."""
+        key = "angle" if type(joint) is Revolute else "travel"
+        now = float(np.ravel(self.document.start.measure(f"{joint.name}.{key}"))[-1])
+        unit = 1.0 if key == "angle" else self.scale.length
+        ends = [
+            (float(self.system.numbers[f"{joint.name}.limits.{end}"]) - now) * unit
+            for end in ("low", "high")
+        ]
+        ends = [-ends[1], -ends[0]] if branch.reversed else ends
+        self._joint_of(column).set("range", numbers(1.0, *ends))
+
+    def slide_along(self, element: Any) -> tuple[FileCoordinate, float] | None:
+        """The slide of the file that has the direction of an element's guide, and its sign."""
+        base = self.document.pose[element.i.body][2]
+        base += marker_frame(self.system, element, "i").angle
+        for column in self.document.columns:
+            branch = column.of
+            if not column.slides or type(branch.joint) is not Prismatic:
+                continue
+            pair = (branch.parent, branch.body)
+            ends = (element.i.body, element.j.body)
+            if branch.kind != "prismatic" or pair not in (ends, ends[::-1]):
+                continue
+            heading = self.document.pose[branch.body][2] + column.direction
+            along = float(np.cos(heading - base))
+            if abs(abs(along) - 1.0) <= tol.POINT_SAME:
+                return column, round(along) * (1.0 if pair[0] == element.i.body else -1.0)
+        return None
 
     def _connect(self, joint: Revolute) -> None:
         """Two coincident places, given by the place at the start on one of the bodies."""
@@ -560,7 +658,9 @@ class ElementWriter(ClosureWriter):
     def _load(self, load: Any) -> None:
         kind, name, at = type(load), load.name, self.system.numbers
         if follows_formula(load):
-            self._no(load, "its law is a formula of measured quantities, which MJCF has not")
+            why = self._signal(load)
+            if why:
+                self._no(load, why)
         elif kind is Gravity and not self.varies(load, ("x", "y")):
             self.built.add(name)
         elif kind is Gravity:
@@ -621,27 +721,78 @@ class ElementWriter(ClosureWriter):
         name = load.name
         value = float(self.system.law_of(load, "value")(0.0))
         unit = self.scale.force if type(load) is Force else self.scale.torque
-        given = {}
         if self.varies(load, ("value",)):
-            tag = "motor"
-            self.laws[name] = "value"
-            self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
-        else:
-            tag = "general"
-            # its control is added to the value, so that a control of 0 leaves it
-            given = {"biastype": "affine", "gainprm": "1", "biasprm": numbers(unit, value, 0, 0)}
-        if type(load) is Torque:
-            if not self._angle_actuator(load, tag, load.body, load.by, given):
-                self.laws.pop(name, None)
-                self._no(load, "its bodies do not turn against each other")
+            if self._actuator(load, "motor", {}):
+                self.laws[name] = "value"
+                self.notes.append(f"'{name}' is a motor, its law of time is not in the file")
             return
+        # its control is added to the value, so that a control of 0 leaves it
+        bias = numbers(unit, value, 0, 0)
+        self._actuator(load, "general", {"biastype": "affine", "gainprm": "1", "biasprm": bias})
+
+    def _actuator(self, load: Any, tag: str, given: dict[str, str], gain: float = 1.0) -> bool:
+        """An actuator that pushes a place, or turns a body; False where nothing turns."""
+        name = load.name
+        if type(load) is Torque:
+            more = {} if gain == 1.0 else {"gear": numbers(1.0, gain)}
+            if not self._angle_actuator(load, tag, load.body, load.by, {**given, **more}):
+                self._no(load, "its bodies do not turn against each other")
+                return False
+            return True
         at = marker_frame(self.system, load, "at")
         angle = float(self.system.numbers[f"{name}.angle"])
         self._put(load.at.body, f"{name}.at", (at.x, at.y), at.angle if load.follows else 0.0)
         if not load.follows:
-            given["refsite"] = self._world()
-        gear = numbers(1.0, math.cos(angle), math.sin(angle), 0, 0, 0, 0)
+            given = {**given, "refsite": self._world()}
+        gear = numbers(1.0, gain * math.cos(angle), gain * math.sin(angle), 0, 0, 0, 0)
         self._add_element("actuator", tag, name, site=f"{name}.at", gear=gear, **given)
+        return True
+
+    def _signal(self, load: Any) -> str:
+        """A force or a torque by a formula of an input as an actuator with that control; why it is
+        none, else.
+        """
+        if self.document.smooth:
+            return "its law is a formula of measured quantities, which MJCF has not"
+        if type(load) not in (Force, Torque):
+            return f"MJCF has no {type(load).__name__} by a formula"
+        law = linear_law(self.system.law_of(load, "value"))  # type: ignore[arg-type]  # a formula
+        inputs = {one.name: one for one in self.machine.inputs}
+        used = [key for key in (law.parts if law else ()) if key in inputs]
+        measured = {key for key in (law.parts if law else ()) if key not in inputs} - {PLAIN}
+        if law is None or len(used) > 1:
+            return "its formula is not linear in one input, which an actuator of MJCF is"
+        ends = (load.body, load.by) if type(load) is Torque else ("", "")
+        gains = [law.parts.get(f"{ends[0]}.{key}", 0.0) for key in ("angle", "omega")]
+        wanted = {f"{ends[0]}.{key}": g for key, g in zip(("angle", "omega"), gains, strict=True)}
+        if ends[1] != "ground":
+            wanted |= {f"{ends[1]}.{key.partition('.')[2]}": -g for key, g in wanted.items()}
+        if measured - wanted.keys() or any(law.parts.get(k, 0.0) != g for k, g in wanted.items()):
+            return "its formula measures more than the angle and the rate that it acts on"
+        unit = self.scale.torque if type(load) is Torque else self.scale.force
+        gain, name = 0.0, load.name
+        if used:
+            dimension = inputs[used[0]].dimension
+            own = self.machine.units.unit(dimension).factor if dimension is not None else 1.0
+            gain = law.parts[used[0]] * unit / own
+        pose = self.document.pose
+        turned = pose[ends[0]][2] - pose[ends[1]][2] if any(gains) else 0.0
+        bias = [law.parts.get(PLAIN, 0.0) + gains[0] * turned, gains[0], gains[1] * self.scale.time]
+        given = {}
+        if law.is_bounded:
+            # a bound that is none is far beyond the other
+            far = 2.0 * max(abs(v) for v in (law.low, law.high) if math.isfinite(v)) + 1.0
+            bounds = (max(law.low, -far), min(law.high, far))
+            given["forcerange"] = numbers(unit, *bounds)
+        if any(bias) or law.is_bounded:
+            given |= {"biastype": "affine", "biasprm": numbers(unit, *bias), "gainprm": repr(gain)}
+            written = self._actuator(load, "general", given)
+        else:
+            written = self._actuator(load, "motor", given, gain)
+        if written and used:
+            self.controls[name] = used[0]
+            self.notes.append(f"'{name}' is a motor, its control is the input '{used[0]}' in SI")
+        return ""
 
     def _world(self) -> str:
         """A site with the axes of the world, for directions."""
@@ -707,23 +858,14 @@ class ElementWriter(ClosureWriter):
 
     def _slid(self, driver: CoordinateDriver) -> bool:
         """A motor of a slide that has the driven direction; False where there is none."""
-        base = self.document.pose[driver.i.body][2] + marker_frame(self.system, driver, "i").angle
-        for column in self.document.columns:
-            branch = column.of
-            if not column.slides or branch.kind != "prismatic":
-                continue
-            pair = (branch.parent, branch.body)
-            if pair not in ((driver.i.body, driver.j.body), (driver.j.body, driver.i.body)):
-                continue
-            heading = self.document.pose[branch.body][2] + column.direction
-            along = np.cos(heading - base)
-            if abs(abs(along) - 1.0) > tol.POINT_SAME or type(branch.joint) is not Prismatic:
-                continue
-            sign = round(float(along)) * (1.0 if pair[0] == driver.i.body else -1.0)
-            name = column.name
-            self._add_element("actuator", "motor", driver.name, joint=name, gear=numbers(1.0, sign))
-            return True
-        return False
+        found = self.slide_along(driver)
+        if found is None:
+            return False
+        column, sign = found
+        self._add_element(
+            "actuator", "motor", driver.name, joint=column.name, gear=numbers(1.0, sign)
+        )
+        return True
 
 
 #: Steps in the shortest characteristic time of the start: of an oscillation, a revolution, a
@@ -732,7 +874,11 @@ STEPS = 500
 
 
 def to_mjcf(
-    model: Mechanism | System, start: Solution | None = None, *, fix_drivers: bool = False
+    model: Mechanism | System,
+    start: Solution | None = None,
+    *,
+    fix_drivers: bool = False,
+    smooth: bool = False,
 ) -> Exported:
     """A mechanism as MJCF, the model files of MuJoCo: a tree of bodies, and constraints that close
     its loops.
@@ -747,6 +893,9 @@ def to_mjcf(
         System).
     fix_drivers : bool
         Whether constraints fix the driven coordinates, in addition to the motors.
+    smooth : bool
+        Whether to leave out contacts, limits, damping and constant friction of joints, and motors
+        of inputs, as the cross-check does, which has these by other ways.
 
     Returns
     -------
@@ -789,17 +938,24 @@ def to_mjcf(
     elif start is None:
         start = close_loops(system)
     described = model if isinstance(model, Mechanism) else machine
-    return MjcfWriter(system, start, fix_drivers, described).export()
+    return MjcfWriter(system, start, described, fix_drivers=fix_drivers, smooth=smooth).export()
 
 
 class MjcfWriter:
     """The writer of one file."""
 
     def __init__(
-        self, system: System, start: Solution, fix_drivers: bool, described: Mechanism
+        self,
+        system: System,
+        start: Solution,
+        described: Mechanism,
+        *,
+        fix_drivers: bool,
+        smooth: bool,
     ) -> None:
-        self.document = Document(system, start, fix_drivers)
+        self.document = Document(system, start, fix_drivers, smooth)
         self.system, self.machine, self.start = system, system.mechanism, start
+        self.touches = False
         #: With its groups of contacts, which the system has one by one.
         self.described = described
         self.scale = self.document.scale
@@ -812,20 +968,52 @@ class MjcfWriter:
             share = 1.0 / (1 + halves.get(branch.body, 0))
             self.document.body(branch, branch.body, branch_coordinates(branch), share)
         elements.write()
+        besides = list(smooth_alone(self.described))
+        if not self.document.smooth:
+            besides = [*elements.attributes(), *self._contacts()]
         self._options()
         self._rods()
         self.document.root.append(ET.Element("compiler", angle="radian", autolimits="true"))
         for part in self.document.parts.values():
-            if len(part):
+            if len(part) or part.attrib:
                 self.document.root.append(part)
-        made = self._exported(elements)
-        self._keyframe(made)
+        made = self._exported(elements, besides)
+        self._keyframe(made, elements.controls)
         head = self._head(made)
         return Exported(
             **{**vars(made), "text": "\n".join([*head, *_lines(self.document.root)]) + "\n"}
         )
 
-    def _exported(self, elements: ElementWriter) -> Exported:
+    def _contacts(self) -> list[Inexpressible]:
+        """Write the contacts and ropes; those that are not, and what they do besides."""
+        system, at = self.system, self.system.numbers
+        names = {one.name for one in system.mechanism.contacts}
+        without = {one.element: one.why for one in unwritable_contacts(system)}
+        lost = {name: why for name, why in without.items() if name in names}
+        besides = {one.element: one.why for one in inexpressible_contacts(system)}
+        besides = {name: f"its static friction: {why}" for name, why in besides.items()}
+        more = {"solref": numbers(1.0, 2.0 * self.step(), 1.0)}
+        root = ET.Element("mujoco")
+        root.extend([self.document.parts[key] for key in ("worldbody", "tendon", "contact")])
+        writer = ContactGeoms(system, self.document.hung, self.scale.length, root, **more)
+        for one in system.mechanism.contacts:
+            if one.name in lost:
+                continue
+            if isinstance(one, Rope):
+                writer.rope(one)
+            elif isinstance(one, Contact):
+                writer.contact(one)
+                self.touches = True
+                if float(at[f"{one.name}.restitution"]):
+                    besides[one.name] = "its restitution: contacts of MuJoCo do not rebound"
+        found = {name: why for name, why in besides.items() if name in names} | lost
+        groups = [group.name for group in self.described.groups]
+        return [
+            Inexpressible(next((g for g in groups if name.startswith(f"{g}_")), name), why)
+            for name, why in found.items()
+        ]
+
+    def _exported(self, elements: ElementWriter, besides: list[Inexpressible]) -> Exported:
         # MuJoCo counts coordinates in the order of the file
         order = [joint.get("name") for joint in self.document.parts["worldbody"].iter("joint")]
         self.document.columns.sort(key=lambda column: order.index(column.name))
@@ -839,12 +1027,14 @@ class MjcfWriter:
                 "massless body; where loads act on these alone its steps are unstable: give them "
                 "masses before the file is run freely"
             )
-        without = (*elements.refused, *signals_of(self.machine))
+        controls = set(elements.controls.values())
+        signals = (one for one in signals_of(self.machine) if one.element not in controls)
+        without = (*elements.refused, *signals)
         named = {one.element for one in without}
-        besides = (one for one in smooth_alone(self.described) if one.element not in named)
+        more = dict.fromkeys(one for one in besides if one.element not in named)
         return Exported(
             text="",
-            not_expressible=(*without, *besides),
+            not_expressible=(*without, *more),
             without=without,
             notes=tuple(notes),
             columns=tuple(self.document.columns),
@@ -898,14 +1088,24 @@ class MjcfWriter:
         x, y = self.gravity()
         option = self.document.parts["option"]
         option.set("timestep", numbers(1.0, h))
-        option.set("integrator", "RK4")
+        option.set("integrator", "Euler" if self.touches else "RK4")
         option.set("gravity", numbers(1.0, x, y, 0.0))
-        ET.SubElement(option, "flag", contact="disable")
+        if self.touches:
+            option.set("cone", "elliptic")
+        else:
+            ET.SubElement(option, "flag", contact="disable")
+        hard = f"{tol.MUJOCO_IMPEDANCE} {tol.MUJOCO_IMPEDANCE} 0.001 0.5 2"
+        if not self.document.smooth:
+            soon, default = numbers(1.0, 2.0 * h, 1.0), self.document.parts["default"]
+            for tag in ("joint", "tendon"):
+                given = {"solreflimit": soon, "solreffriction": soon}
+                given |= {"solimplimit": hard, "solimpfriction": hard}
+                ET.SubElement(default, tag, given)
         ET.SubElement(
             self.document.parts["default"],
             "equality",
             solref=numbers(1.0, -k, -0.1 * math.sqrt(k)),
-            solimp=f"{tol.MUJOCO_IMPEDANCE} {tol.MUJOCO_IMPEDANCE} 0.001 0.5 2",
+            solimp=hard,
         )
 
     def _rods(self) -> None:
@@ -939,14 +1139,25 @@ class MjcfWriter:
                     conaffinity="0",
                 )
 
-    def _keyframe(self, made: Exported) -> None:
-        """The start: all coordinates zero, and their rates."""
+    def _keyframe(self, made: Exported, controls: dict[str, str]) -> None:
+        """The start: all coordinates zero, their rates, and the values of inputs."""
         if not self.document.columns:
             return
         _, v, _ = made.motion(self.start.take([len(self.start) - 1]))
         frames = ET.SubElement(self.document.root, "keyframe")
         zero = " ".join(["0"] * len(self.document.columns))
-        ET.SubElement(frames, "key", name="start", qpos=zero, qvel=numbers(1.0, *v[0]))
+        key = ET.SubElement(frames, "key", name="start", qpos=zero, qvel=numbers(1.0, *v[0]))
+        if controls:
+            own = (str(one.get("name")) for one in self.document.parts["actuator"])
+            key.set("ctrl", numbers(1.0, *(self._control(controls.get(name)) for name in own)))
+
+    def _control(self, name: str | None) -> float:
+        """The value [SI] of an input at the start."""
+        if name is None:
+            return 0.0
+        one: Any = self.machine[name]
+        unit = self.machine.units.unit(one.dimension).factor if one.dimension else 1.0
+        return unit * float(self.system.law_of(one, "value")(float(self.start.t[-1])))
 
     def _head(self, made: Exported) -> Iterator[str]:
         units = self.machine.units

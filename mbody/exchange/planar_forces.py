@@ -363,9 +363,9 @@ def _motors(
         if servo:
             law += f" + {bias[0]!r} N*m"
             if bias[1]:
-                law += f" + {bias[1] * gear!r} N*m*({one.reference!r} + {sign!r}*({angle}))"
+                law += f" + {bias[1] * gear!r} N*m/rad*({one.reference!r} rad + {sign!r}*({angle}))"
             if bias[2]:
-                law += f" + {bias[2] * gear * sign!r} N*m*s*({rate})"
+                law += f" + {bias[2] * gear * sign!r} N*m*s/rad*({rate})"
         if model.actuator_forcelimited[a]:
             low, high = (float(v) for v in model.actuator_forcerange[a])
             law = f"clamp({law}, {low!r} N*m, {high!r} N*m)"

@@ -307,12 +307,13 @@ def test_export_prints_or_writes(capsys, tmp_path):
 
 
 def test_the_file_names_what_smooth_joints_do_not_have():
-    """A ball falls through its floor in MuJoCo: that is said, as friction and limits are."""
+    """A ball falls through its stop in MuJoCo: that is said, as friction of the reaction is."""
     said = {one.element: one.why for one in to_mjcf(gallery.load("bouncing_ball")).not_expressible}
     assert list(said) == ["floor"]
     made = to_mjcf(gallery.load("toggle_press"))
     assert {one.element for one in made.not_expressible} == {"O", "K", "R", "guide"}
-    assert all(f"<!-- not in this file: {name}: its friction -->" in made.text for name in "OKR")
+    why = "its friction, which follows the reaction"
+    assert all(f"<!-- not in this file: {name}: {why} -->" in made.text for name in "OKR")
     assert made.without == ()
     stops = Revolute("O", "ground", "arm", limits=("-30 deg", "30 deg"))
     loose = Revolute("P", "arm.P", "bob", clearance="1 mm")
@@ -323,5 +324,8 @@ def test_the_file_names_what_smooth_joints_do_not_have():
         stops,
         loose,
     )
-    said = {one.element: one.why for one in to_mjcf(machine).not_expressible}
-    assert said == {"O": "its limits", "P": "that it separates"}
+    made = to_mjcf(machine)
+    assert {one.element: one.why for one in made.not_expressible} == {"P": "that it separates"}
+    assert mujoco.MjModel.from_xml_string(made.text).joint("O").range == pytest.approx(
+        [-math.pi / 6, math.pi / 6]
+    )

@@ -76,7 +76,7 @@ def _result(system: System, run: Solution) -> CrosscheckResult:
     """The result, with all conditions checked."""
     if run.analysis == "simulate" and run.mechanism.contacts:
         return contact_crosscheck(system, run, f"MuJoCo {_version()}")
-    made = to_mjcf(system, run.take([0]))
+    made = to_mjcf(system, run.take([0]), smooth=True)
     refused = list(made.without)
     names = {one.name for one in system.mechanism if isinstance(one, (Joint, Coupling))}
     engine = f"MuJoCo {_version()}"

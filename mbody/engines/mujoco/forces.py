@@ -9,7 +9,8 @@ import numpy as np
 from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import torque_pair
-from mbody.engines.mjcf import Exported, safe
+from mbody.engines.mjcf import Exported
+from mbody.engines.mjcf_text import safe
 from mbody.engines.mujoco.motion import Replay
 from mbody.engines.spanning_tree import Branch
 from mbody.model.coupling import AngleCoupling

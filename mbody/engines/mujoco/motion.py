@@ -13,7 +13,8 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Inexpressible, Row
 from mbody.engines.load_forces import PointForce, applied_forces
-from mbody.engines.mjcf import Exported, safe, to_mjcf
+from mbody.engines.mjcf import Exported, to_mjcf
+from mbody.engines.mjcf_text import safe
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.finished_instants import each_load
@@ -397,7 +398,7 @@ def motion_rows(
     why = "accelerations at an instant: MuJoCo neglects the rotation rate of a tendon"
     refused = [Inexpressible(name, why) for name in rods]
     rows = [] if rods or machine.drivers else _accelerations(Replay(made, seen))
-    exported = to_mjcf(made.system, made.start, fix_drivers=True)
+    exported = to_mjcf(made.system, made.start, fix_drivers=True, smooth=True)
     drivers = {driver.name for driver in machine.drivers}
     loose = [one for one in exported.without if one.element in drivers]
     if loose:
