@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -366,6 +367,22 @@ def link_names(mechanism: Mechanism) -> list[str]:
     return [f"{n:>{wide}} {name}" for n, name in enumerate(names, 1)]
 
 
+def _once(function: Callable[[Solution], float]) -> Callable[[Solution], float]:
+    """A number of a result that many of its tables need: computed once."""
+    key = f"_{function.__name__}"
+
+    @functools.wraps(function)
+    def read(solution: Solution) -> float:
+        fields = solution.__dict__
+        if key not in fields:
+            fields[key] = function(solution)
+        found: float = fields[key]
+        return found
+
+    return read
+
+
+@_once
 def acceleration_scale(solution: Solution) -> float:
     """The greatest of ω², |α|, a/l, (v/l)², of all bodies: beside it smaller ones are rounding."""
     length, parts = solution.system.length, [0.0]
@@ -376,6 +393,7 @@ def acceleration_scale(solution: Solution) -> float:
     return float(max(parts))
 
 
+@_once
 def force_floor(solution: Solution) -> float:
     """Rounding level beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
