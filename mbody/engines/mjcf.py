@@ -923,7 +923,7 @@ def to_mjcf(
     --------
     >>> import mbody
     >>> made = to_mjcf(mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1)))
-    >>> made.text.count("<joint "), made.text.count("<connect "), made.not_expressible
+    >>> made.text.count("<joint name"), made.text.count("<connect "), made.not_expressible
     (3, 1, ())
     """
     system = as_system(model)

@@ -172,7 +172,7 @@ def test_the_cache_is_filed_under_all_that_is_compiled(files):
 
 
 #: Small numbers that are no tolerances: π in pieces, the radius of a point in MuJoCo.
-SIZES = {"mbody/compiler/numba_lanes.py", "mbody/engines/mujoco/contact_steps.py"}
+SIZES = {"mbody/compiler/numba_lanes.py", "mbody/engines/mjcf_contacts.py"}
 
 
 def small_constants(source: str) -> list[str]:
