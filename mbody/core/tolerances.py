@@ -950,32 +950,27 @@ OPTIMUM_OPEN = 0.01
 OPTIMUM_VALUES_AGREE = 1e-4
 OPTIMUM_MARGIN_NONE = 1e-9  # A margin of a limit that is shown as zero.
 FILE_NUMBERS_SAME = 1e-9  # Numbers that a file gives agree with those of a design to this part.
-FIT_SINGULAR_VALUE = 1e-9  # A singular value of exact derivatives below this part is zero.
-FIT_SINGULAR_VALUE_DIFFERENCES = 1e-5  # The same of differences.
-#: Passes that find the deviations of several columns from their residuals end here.
-FIT_DEVIATIONS_SETTLED = 1e-3
+FIT_SINGULAR_VALUE = {True: 1e-9, False: 1e-5}  # Part that is zero: of exact ones, of differences.
+FIT_DEVIATIONS_SETTLED = 1e-3  # Changes of deviations of columns at which their passes end.
 FIT_DEVIATION_LEAST = 1e-12  # A deviation is at least this part of the greatest datum of a column.
 FIT_DIRECTION_NONE = 1e-6  # A part of a direction that is rounding.
 FIT_RESIDUAL_ROUNDING = 1e-9  # Residuals below this part of the greatest datum are rounding.
-#: Standard errors of the correlation of a residual with the next one that are no chance.
-FIT_CORRELATION_CHANCE = 4.0
+FIT_CORRELATION_CHANCE = 4.0  # Standard errors of a correlation of residuals that are no chance.
 FIT_ENDS = 1e-12  # Part by which the last step of a fit makes the sum of squares less.
-FIT_DAMPING_FIRST = 1e-4  # Damping of its first step,
-FIT_DAMPING_LEAST = 1e-12  # and the least.
+FIT_DAMPING_FIRST, FIT_DAMPING_LEAST = 1e-4, 1e-12  # Damping of its first step, and the least.
 FIT_BEND_STEP = 0.1  # Part of a step over which its second order is a difference.
 FIT_FALLS = 1e-4  # Part of what is foreseen by which a step must make the sum less.
-#: An unknown this near to a bound, as a part of its size, is at it.
-FIT_BOUND_NEAR = 1e-6
-#: Deviations beyond a bound to which data lead that are no chance.
-FIT_BOUND_CHANCE = 4.0
+FIT_BOUND_NEAR = 1e-6  # An unknown this near to a bound, as a part of its size, is at it.
+FIT_BOUND_CHANCE = 4.0  # Deviations beyond a bound to which data lead that are no chance.
 FIT_IMPROVES = 1e-6  # Part by which the sum of squares falls where another start is better,
 FIT_AGREES = 1e-2  # or is greater where one agrees.
 #: Of numbers that fit equally well, with exact derivatives and with differences: part of the data
-#: that may change, part of its size by which a constant sum may change, first step by the sizes of
-#: the unknowns.
+#: and of a constant sum that may change, and the first step by the sizes of the unknowns.
 FIT_FAMILY_DATA = {True: 1e-9, False: 1e-5}
 FIT_FAMILY_HOLDS = {True: 1e-6, False: 1e-2}
 FIT_FAMILY_STEP = {True: 2.0**-8, False: 2.0**-4}
+TOLERANCE_FIRST_ORDER = 0.1  # Part of a half band by which a tolerance of first order may leave it.
+TOLERANCE_WIDEST = 100.0  # Tolerances of a number without a size that are tried.
 LEAST_SQUARES_ENDS = 1e-15  # The same of exact designs and balances: rounding.
 SYNTHESIS_PINS_SAME = 1e-6  # Relative distance of pivots or pins that are one.
 SYNTHESIS_POINT_MET = 1e-9  # Share of the size of a motion by which a point is met.

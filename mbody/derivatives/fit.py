@@ -14,7 +14,6 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.identifiable import (
-    ZERO,
     Array,
     Bounds,
     Combination,
@@ -346,7 +345,13 @@ class _ResidualSearch:
 
     def _known(self, numbers: Array, sigma: Array) -> Identified:
         jacobian, sizes = self.problem.jacobian(numbers, sigma), self.problem.number_sizes(numbers)
-        return identified(jacobian, list(self.units), self.units, sizes, ZERO[self.problem.exact])
+        return identified(
+            jacobian,
+            list(self.units),
+            self.units,
+            sizes,
+            tol.FIT_SINGULAR_VALUE[self.problem.exact],
+        )
 
     def _least(self, start: Array, sigma: Array, free: Array, most: int = ANALYSES_MOST) -> Array:
         """The least by some of the unknowns, the others as they are: the method of Levenberg and

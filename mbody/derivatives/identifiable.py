@@ -20,8 +20,6 @@ from mbody.summaries.text_table import number
 Array = np.ndarray
 Bounds: TypeAlias = tuple[Array, Array]
 
-#: Where a singular value is zero: exact derivatives, and differences.
-ZERO = {True: tol.FIT_SINGULAR_VALUE, False: tol.FIT_SINGULAR_VALUE_DIFFERENCES}
 #: Points of a family each way, at most.
 FAMILY_POINTS = 24
 #: Newton's steps that lead back to the data.
@@ -345,7 +343,11 @@ def _curve(
 def _null(scaled: Array, exact: bool) -> Array:
     """Orthonormal directions that change no datum, (directions, unknowns)."""
     _, values, directions = np.linalg.svd(scaled, full_matrices=True)
-    return directions[int((values > ZERO[exact] * max(values.max(initial=0.0), tol.TINY)).sum()) :]
+    return directions[
+        int(
+            (values > tol.FIT_SINGULAR_VALUE[exact] * max(values.max(initial=0.0), tol.TINY)).sum()
+        ) :
+    ]
 
 
 def _reach(here: Array, way: Array, within: Bounds) -> float:
@@ -362,7 +364,7 @@ def _corrected(
     change = problem.residual(numbers, sigma) - wanted
     for _ in range(CORRECTIONS):
         scaled = problem.jacobian(numbers, sigma) * sizes
-        move = np.linalg.lstsq(scaled, -change, rcond=ZERO[problem.exact])[0]
+        move = np.linalg.lstsq(scaled, -change, rcond=tol.FIT_SINGULAR_VALUE[problem.exact])[0]
         numbers = numbers + sizes * move
         change = problem.residual(numbers, sigma) - wanted
         if np.abs(move).max() <= tol.FIT_FAMILY_DATA[problem.exact]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core import tolerances as tol
 from mbody.derivatives.gradient import Gradient, gradient
-from mbody.derivatives.named_numbers import checked_names, influential, unit_of
+from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -32,7 +35,16 @@ from mbody.solution.known_forces import without_notes
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasureLike, columns_of
 from mbody.sweeps.run import sweep
-from mbody.sweeps.samples import SIGMAS, Normal, Scatter, monte_carlo, scatter_of
+from mbody.sweeps.samples import (
+    SIGMAS,
+    Normal,
+    Samples,
+    Scatter,
+    Uniform,
+    monte_carlo,
+    scatter_of,
+    together,
+)
 from mbody.system.system import System
 
 # -- Mean, deviation and band of a quantity, by its derivatives and from a sample --------------
@@ -137,10 +149,13 @@ class Allocation:
         The band.
     tolerance : dict
         By number ±, as its distribution has it: 99.73 % of the values are in the band, to first
-        order. Infinite where the number changes nothing.
+        order; less where a number alone leaves the band, or random designs do. Infinite where the
+        number changes nothing.
     worst_case : dict
         The same where the quantity is in its band with all numbers at the ends at once.
     units : dict
+    varied : dict
+        By number that changes nothing the ± over which that was tried, in the random designs too.
     inside : float or None
         The part of random designs with `tolerance` that is in the band.
     count : int
@@ -152,6 +167,7 @@ class Allocation:
     tolerance: dict[str, float]
     worst_case: dict[str, float]
     units: dict[str, str]
+    varied: dict[str, float] = field(default_factory=dict)
     inside: float | None = None
     count: int = 0
     _spreads: Mapping[str, tuple[Scatter, float, float]] = field(
@@ -159,12 +175,19 @@ class Allocation:
     )
 
     def scatter(self) -> dict[str, Scatter]:
-        """Distributions with these tolerances about their means, of numbers that count."""
+        """Distributions with these tolerances about their means; what changes nothing is uniform
+        over what was tried.
+        """
         return {
             name: _with(self._spreads[name], wide)
-            for name, wide in self.tolerance.items()
             if np.isfinite(wide)
+            else Uniform(self.varied[name], mean=self._spreads[name][1])
+            for name, wide in self.tolerance.items()
         }
+
+    def smaller(self, factor: float) -> Allocation:
+        """A copy with all tolerances times a factor."""
+        return replace(self, tolerance={k: factor * v for k, v in self.tolerance.items()})
 
     def tried(self, inside: float, count: int) -> Allocation:
         """A copy with the share of random designs inside the band, of `count` tried."""
@@ -182,6 +205,7 @@ class Allocation:
             "tolerance": finite(self.tolerance),
             "worst_case": finite(self.worst_case),
             "units": dict(self.units),
+            "varied": dict(self.varied),
             "inside": self.inside,
             "count": self.count,
         }
@@ -200,6 +224,9 @@ class Allocation:
             Column("unit", [self.units[name] for name in names], text=True),
         ]
         found = table(columns)
+        if self.varied:
+            wide = (f"{k} ± {number(v)} {self.units[k]}".rstrip() for k, v in self.varied.items())
+            found.append(f"any: tried over {', '.join(wide)}")
         if self.inside is not None:
             found.append(f"{100.0 * self.inside:.2f} % of {self.count} random designs are in it")
         return found
@@ -259,12 +286,14 @@ def allocated(
     value: float,
     band: tuple[float, float],
     cost: Mapping[str, float] | None,
+    tried: Trial,
 ) -> Allocation:
-    """The tolerances of least cost Σ c/t, by Lagrange's multipliers.
+    """The tolerances of least cost Σ c/t, by Lagrange's multipliers, none greater than that by
+    which its number alone leaves the band.
 
     Statistically Σ (m_i r_i t_i)² = T²/9 with the deviation r t of a distribution, so that t is in
     proportion to ∛(c/(m r)²); in the worst case Σ |m_i| t_i = T, and t to √(c/|m|). T is the
-    distance to the nearer end of the band.
+    distance to the nearer end of the band. `system` has the means; `tried` analyses others.
     """
     half = min(value - band[0], band[1] - value)
     costs = np.array([_cost(name, spreads[name], cost) for name in names])
@@ -278,25 +307,111 @@ def allocated(
             )
     derivative = np.abs(row)
     counts = influential(system, list(names.values()), np.asarray(value), row)
-    if not counts.any():
+    ratio = np.array([_ratio(how) for how, _, _ in spreads.values()])
+    loose, worst = np.full(len(costs), np.inf), np.full(len(costs), np.inf)
+    if counts.any():
+        effect = derivative[counts] * ratio[counts]
+        parts = np.cbrt(costs[counts] / effect**2)
+        loose[counts] = parts * half / (SIGMAS * np.linalg.norm(effect * parts))
+        parts = np.sqrt(costs[counts] / derivative[counts])
+        worst[counts] = parts * half / float(derivative[counts] @ parts)
+    varied = {}
+    for k, (name, own) in enumerate(names.items()):
+        widest = _widest(system, own, spreads[name])
+        # to first order a number may leave the band by a little, else by nothing
+        first = max(loose[k], worst[k])
+        off = (tol.TOLERANCE_FIRST_ORDER if counts[k] else tol.QUANTITY_ROUNDING) * half
+        wider = (band[0] - off, band[1] + off)
+        alone, acts = _alone(name, spreads[name][1], min(widest, first), value, wider, tried)
+        if not counts[k] and not acts:
+            varied[name] = widest
+        elif alone < first:
+            loose[k], worst[k] = min(loose[k], alone), min(worst[k], alone)
+    if len(varied) == len(names):
         raise ModelError(
             f"tolerances: none of {listed(names)} changes the quantity: any tolerance will do"
         )
-    ratio = np.array([_ratio(how) for how, _, _ in spreads.values()])
-    loose, worst = np.full(len(costs), np.inf), np.full(len(costs), np.inf)
-    effect = derivative[counts] * ratio[counts]
-    parts = np.cbrt(costs[counts] / effect**2)
-    loose[counts] = parts * half / (SIGMAS * np.linalg.norm(effect * parts))
-    parts = np.sqrt(costs[counts] / derivative[counts])
-    worst[counts] = parts * half / float(derivative[counts] @ parts)
     return Allocation(
         low=band[0],
         high=band[1],
         tolerance=dict(zip(names, loose.tolist(), strict=True)),
         worst_case=dict(zip(names, worst.tolist(), strict=True)),
         units={name: unit_of(system.mechanism, own) for name, own in names.items()},
+        varied=varied,
         _spreads=dict(spreads),
     )
+
+
+#: The quantity for values by name, (designs,): NaN of designs that cannot be analysed.
+Trial: TypeAlias = Callable[[Samples], Array]
+#: Tolerances of one number that are tried, each √2 times the one before.
+TRIED = 40
+#: Designs at the ends of tolerances that are tried, and halvings of an interval.
+CORNERS, HALVINGS = 729, 6
+#: Random designs by which a factor of tolerances is found, and what is tried below it.
+FEW_DESIGNS, FACTOR_LESS = 2000, 0.97
+
+
+def _widest(system: System, name: str, spread: tuple[Scatter, float, float]) -> float:
+    """The greatest ± of a number that is tried: half a turn, what leaves it positive (by a normal
+    distribution too), else its own size, of lengths that of the mechanism at least.
+    """
+    how, middle, width = spread
+    if system.rule(name)[0]:
+        return 0.5 * middle if isinstance(how, Normal) else middle
+    if unit_of(system.mechanism, name) == "rad":
+        return float(np.pi)
+    size = float(number_sizes(system, [name])[0])
+    return size or tol.TOLERANCE_WIDEST * (width or 1.0)
+
+
+def _alone(
+    name: str, middle: float, widest: float, value: float, band: tuple[float, float], tried: Trial
+) -> tuple[float, bool]:
+    """The greatest tolerance by which one number alone keeps the quantity in its band, up to the
+    widest, and whether it changes the quantity at all.
+    """
+    if not widest:
+        return 0.0, False
+    wide = widest * 2.0 ** (-0.5 * np.arange(TRIED)[::-1])
+    acts, rounding = False, tol.QUANTITY_ROUNDING * max(abs(value), band[1] - band[0])
+    for _ in range(2):
+        column = tried(together({name: np.concatenate([middle - wide, middle + wide])}))
+        acts |= not bool((np.abs(column - value) <= rounding).all())
+        inside = ((column >= band[0]) & (column <= band[1])).reshape(2, -1).all(axis=0)
+        if inside.all():
+            return float(wide[-1]), acts
+        first = int(np.argmin(inside))
+        wide = np.linspace(wide[first - 1] if first else 0.0, wide[first], TRIED)
+    return float(wide[max(first - 1, 0)]), acts
+
+
+def _ends_inside(made: Allocation, part: float, tried: Trial) -> bool:
+    """Whether the quantity is in its band with numbers at ends of the worst case and at means."""
+    acting = [name for name, wide in made.worst_case.items() if np.isfinite(wide)]
+    if 3 ** len(acting) <= CORNERS:
+        signs = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=len(acting))))
+    else:
+        signs = np.random.default_rng(0).choice([-1.0, 0.0, 1.0], (CORNERS, len(acting)))
+    rows = {
+        name: made._spreads[name][1] + part * made.worst_case[name] * signs[:, k]
+        for k, name in enumerate(acting)
+    }
+    slack = tol.QUANTITY_ROUNDING * (made.high - made.low)
+    column = tried(together(rows))
+    return bool(((column >= made.low - slack) & (column <= made.high + slack)).all())
+
+
+def _factor(holds: Callable[[float], bool]) -> float:
+    """The greatest factor up to 1 with which something holds."""
+    low = 1.0
+    while not holds(low) and low > tol.TINY:
+        low *= 0.5
+    high = min(1.0, 2.0 * low)
+    for _ in range(HALVINGS if low < 1.0 else 0):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
 
 
 def _ratio(how: Scatter) -> float:
@@ -502,6 +617,8 @@ def tolerances(
     of exact gradients, one standard deviation to each side; mean + ½ Σ H_ii σ_i²; variance and
     third moment of the quadratic form; band by the expansion of Cornish and Fisher with skewness
     and excess, which a uniform distribution has. Random designs: quantiles of 0.135 and 99.865 %.
+    Allocation is to first order; no tolerance is greater than that by which its number alone leaves
+    the band, and all are less by a factor where random designs are not as often in it.
 
     Source: D. H. Evans, *Statistical tolerancing: the state of the art*, J. Quality Technology 6
     (1974) 188–195 and 7 (1975) 1–12; allocation by Lagrange multipliers: K. W. Chase, W. H.
@@ -581,8 +698,12 @@ def tolerances(
     allocation = None
     if within is not None:
         band = limits(system, name, found.measured[name], within, value)
-        allocation = allocated(system, names, spreads, row, value, band, cost)
-        allocation = _proven(allocation, centre, measure, name, analysis, count, seed, options)
+
+        def tried(samples: Samples) -> Array:
+            return sweep(centre, samples, analysis, {name: measure}, **options)[name]
+
+        allocation = allocated(centre, names, spreads, row, value, band, cost, tried)
+        allocation = _proven(allocation, tried, count, seed)
     variance = np.square(row * sigma)
     total = float(variance.sum())
     contributions = {
@@ -645,22 +766,27 @@ def _curvature(centre: System, by: list[str], sigma: np.ndarray, derivatives: An
     return np.where(used, 0.5 * (rows + rows.T), 0.0)
 
 
-def _proven(
-    allocation: Allocation,
-    centre: System,
-    measure: MeasureLike,
-    name: str,
-    analysis: str,
-    count: int,
-    seed: int,
-    options: Mapping[str, Any],
-) -> Allocation:
-    """The allocation with the share of random designs that it keeps in the band."""
+def _proven(allocation: Allocation, tried: Trial, count: int, seed: int) -> Allocation:
+    """The allocation with the share of random designs that it keeps in the band, all tolerances
+    less by one factor where that is no 99.73 %; those of the worst case where ends are beyond.
+    """
     if not count:
         return allocation
-    loose = allocation.scatter()
-    column = sweep(centre, monte_carlo(loose, count, seed), analysis, {name: measure}, **options)[
-        name
-    ]
-    inside = (column >= allocation.low) & (column <= allocation.high)
-    return allocation.tried(float(inside.mean()), count)
+
+    def inside(made: Allocation, designs: int = count) -> float:
+        column = tried(monte_carlo(made.scatter(), designs, seed))
+        return float(((column >= made.low) & (column <= made.high)).mean())
+
+    least = 1.0 - 2.0 * BELOW
+    share = inside(allocation)
+    # by no more than chance less
+    if share < least - SIGMAS * math.sqrt(2.0 * BELOW / count):
+        few = min(count, FEW_DESIGNS)
+        factor = _factor(lambda part: inside(allocation.smaller(part), few) >= least)
+        while (share := inside(allocation.smaller(factor))) < least and factor > tol.TINY:
+            factor *= FACTOR_LESS
+        allocation = allocation.smaller(factor)
+    part = _factor(lambda part: _ends_inside(allocation, part, tried))
+    worst = {name: part * wide for name, wide in allocation.worst_case.items()}
+    allocation = replace(allocation, worst_case=worst)
+    return allocation.tried(share, count)
