@@ -17,11 +17,16 @@ What other engines say of every model of the gallery, as `mbody crosscheck NAME`
 instants or the free motion that the model itself requests. Written by
 `python -m validation.crosschecks`; the tests hold it against fresh answers.
 
-* **balance**: Newton and Euler of every body and the power of all, by sums of what is reported.
+* **balance**: Newton and Euler of every body and the power of all, by sums of what is reported;
+  contacts and ropes press, and friction stays within its cone or its limit.
 * **oracle**: the same analysis once more, in dense matrices, from the description. Motions with
   contacts it follows by an integrator and a location of events of its own; at each event all
-  combinations of open, stick and slip are tried, in impacts too. pymunk and MuJoCo follow contacts
-  by steps of several lengths, which tell places within their order, and modes.
+  combinations of open, stick and slip are tried, in impacts too, and forces are compared where they
+  are unique. What it does not find, as forces of sticking that are not unique, drops these instants
+  alone: it begins again behind them. In joints with friction it takes from the result which of
+  them stick, and finds accelerations and forces. States are followed from one instant to the next.
+  pymunk and MuJoCo follow contacts by steps of several lengths, which tell places within their
+  order, and modes.
 * **pinocchio**: a tree of joints with loop constraints. *motion*: poses, rates and accelerations by
   its kinematics, how far loops are open, and what drivers drive; *forces*: every effort and joint
   force by its recursive Newton–Euler algorithm; *accelerations*: those that its forward dynamics
@@ -35,6 +40,39 @@ instants or the free motion that the model itself requests. Written by
 How far apart both may be is measured: rounding times the condition of the loops at the instant; of
 motions over time the errors of both times the growth of errors along the motion; of pymunk and
 MuJoCo what halving their steps changes. The command tells it beside every number.
+
+## What agrees
+`agrees` is true where every engine agrees in all that it compares and one of them, not the
+balance, has compared the motion of each body, the unique forces of each joint, driver and contact,
+the law of each load, and each state. An element whose force an engine takes from the result counts
+as not compared there. Where nothing differs, but something was compared by none, `agrees` is null,
+and `not_compared` names it.
+
+## Whose formulas
+Each law is written a second time for the engines that check, from the book and the description's
+numbers.
+
+| law | second formula |
+|---|---|
+| constants to polynomials, formulas of `t` or `x` | Taylor series by Python and pint; all engines |
+| `Table` | SciPy's cubic spline and pchip, straight lines; all engines |
+| `Rise`, `Cam` | Norton's polynomials and modified curves; all engines |
+| formulas of measured quantities, `curves` | Python, pint, and the oracle's own geometry; oracle |
+| `Function`, `CustomLoad`, `CustomJoint` | none: the user's own function is called |
+| `Table2` | none: it is not read |
+| forces, torques, springs, dampers, gravity | by each engine, and once more by the oracle |
+| `CentrifugalField` | mass elements (oracle), a joint in space (Pinocchio) |
+| `PistonPressure`, `ReciprocatingCylinder` | pressures by the cycle (oracle) |
+| `InductionMotor` | Kloss, 2 T_b/(s/s_b + s_b/s) (oracle) |
+| `DCMotor`, `Actuator`, `HydraulicCylinder`, `Tyre` | forces and rates of their states (oracle) |
+| `Belt`, `BandBrake`, `Clutch`, `FrictionForce` | balance of lever and strands, e^(μβ) (oracle) |
+| friction of pins, slides, slots, teeth, cams, rolling | forces at each place of contact (oracle) |
+| contacts, ropes, stops, impacts | all combinations of modes (oracle); steps (pymunk, MuJoCo) |
+| drivers, couplings, joints | Φ as in textbooks, derivatives by jets (oracle); trees (Pinocchio) |
+| controllers, limits of joints, joints that separate | none |
+| contacts between groups, friction of joints beside contacts | none |
+
+## Gallery
 
 | model | engine | verdict | quantities | not expressible |
 |---|---|---|---|---|

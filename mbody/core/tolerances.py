@@ -1127,6 +1127,8 @@ MUJOCO_SOLVER_FINE = 1e-15  # and in motions without.
 ORACLE_FORCE_UNIQUE = 1e-8
 #: What is left of the oracle's equations, as a part of the greatest, where they have a solution.
 ORACLE_EQUATIONS_LEFT = 1e-9
+#: Forces nearer to an event than this part of the motion are those of one side of it.
+ORACLE_EVENT_NEAR = 1e-6
 #: Solutions of the oracle's modes whose accelerations differ by less than this part are one.
 ORACLE_ACCELERATIONS_SAME = 1e-6
 

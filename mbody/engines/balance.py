@@ -23,9 +23,22 @@ from mbody.engines.load_forces import (
     has_force_law,
     wrenches,
 )
+from mbody.engines.oracle.friction import band_torque
+from mbody.laws import MeasuredFormula
 from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
-from mbody.model.joints import CamFollower, Gear, RackPinion, Rolling
+from mbody.model.joints import (
+    BandBrake,
+    CamFollower,
+    Clutch,
+    FrictionForce,
+    Gear,
+    PinSlot,
+    Prismatic,
+    RackPinion,
+    Revolute,
+    Rolling,
+)
 from mbody.model.loads import Gravity
 from mbody.model.stop import Stop
 from mbody.solution.checks import each_load_of
@@ -265,6 +278,8 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
         _power(system, run, (loads, inertia), motion[1], comparison)
     _laws(system, run, comparison)
     _meshing(system, run, comparison)
+    _contacts_press(run, comparison)
+    _joints_within_friction(system, run, comparison)
     why = "residual of Newton's method, and rounding of sums"
     expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, BALANCE_EXPECTED)
     reasons = dict.fromkeys(comparison.kinds, why)
@@ -275,7 +290,87 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     rows = comparison.rows(expected, reasons)
     if adopted:
         notes.append(f"taken from our result as forces: {listed(adopted)}")
-    return CrosscheckResult("balance", tuple(rows), (), tuple(notes))
+    return CrosscheckResult("balance", tuple(rows), (), tuple(notes), tuple(adopted))
+
+
+# -- What presses and does not pull, and friction within its limit --------------------------------
+
+
+def _contacts_press(run: Solution, comparison: Comparison) -> None:
+    """N ≥ 0 of every contact, rope and stop, and |F| ≤ N √(1 + μ²) where there is friction."""
+    values = run.system.values
+    for contact in acting_contacts(run):
+        if getattr(contact, "closed", False):
+            continue  # it is kept closed, and the result says where it would have to pull
+        press = run.contact(contact.name)
+        comparison.add("force", f"{contact.name}: presses", np.minimum(press, 0.0), 0.0 * press)
+        mu = values.get(f"{contact.name}.friction")
+        if mu is None or run.stepped is not None:
+            continue
+        static = values.get(f"{contact.name}.static")
+        sticks = np.isin(run.mode(contact.name), ("stick", "roll"))
+        mu = np.where(sticks & (static is not None), static or 0.0, mu)
+        reaction = run.reaction(contact.name)
+        whole = np.hypot(reaction.fx, reaction.fy)
+        most = np.maximum(press, 0.0) * np.sqrt(1.0 + mu * mu)
+        name = f"{contact.name}: force within its friction cone"
+        comparison.add("force", name, whole, np.minimum(whole, most))
+
+
+def _joints_within_friction(system: System, run: Solution, comparison: Comparison) -> None:
+    """Friction of pins, slides, clutches, brakes and packings is at most what their coefficients,
+    or laws, let them hold.
+    """
+    moving = run.analysis == "simulate"
+    for joint in system.mechanism.joints:
+        if joint.has_friction and not (moving and joint.can_separate):
+            found = _friction_and_limit(system, run, joint)
+            if found is not None:
+                kind, friction, most = found
+                size = np.abs(friction)
+                name = f"{joint.name}: friction within its limit"
+                comparison.add(kind, name, size, np.minimum(size, most))
+
+
+def _friction_and_limit(
+    system: System, run: Solution, joint: Any
+) -> tuple[str, Array, Array] | None:
+    """Friction of a joint and its greatest magnitude; None where it is not of this kind."""
+    at, one = reading(system), run.reaction(joint.name)
+    force = np.hypot(one.fx, one.fy)
+
+    def number(key: str) -> float:
+        return float(at.values.get(f"{joint.name}.{key}") or 0.0)
+
+    i, j = (run[body] for body in joint.bodies)
+    if isinstance(joint, Revolute):
+        mu = max(number("friction"), number("static"))
+        radius = number("pin_radius") * mu / math.sqrt(1.0 + mu * mu)
+        return "torque", one.torque + number("viscous") * (j.omega - i.omega), radius * force
+    if isinstance(joint, Clutch | FrictionForce | BandBrake):
+        field = joint.law or joint.size
+        if isinstance(getattr(joint, field), MeasuredFormula):
+            return None
+        law = at.law(joint, field)
+        given = np.array([max(0.0, float(law(float(t)))) for t in run.t]) * number("static")
+        if isinstance(joint, FrictionForce):
+            return "force", force, given
+        if isinstance(joint, BandBrake):
+            ways = [[band_torque(joint, f, sign) for f in given] for sign in (1.0, -1.0)]
+            given = np.max(ways, axis=0)
+        return "torque", one.torque, given
+    if isinstance(joint, Prismatic | PinSlot):
+        angle = i.angle + at.angle(joint, "i")
+        along = one.fx * np.cos(angle) + one.fy * np.sin(angle)
+        press = np.abs(one.fy * np.cos(angle) - one.fx * np.sin(angle))
+        if isinstance(joint, Prismatic) and joint.length:
+            # both ends of a slider press: their moment is the torque, and that of their friction
+            half, height = 0.5 * number("length"), 0.5 * number("height")
+            press = press + (np.abs(one.torque) + height * np.abs(along)) / half
+        if number("viscous"):
+            return None
+        return "force", along, max(number("friction"), number("static")) * press
+    return None
 
 
 def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:

@@ -4,6 +4,7 @@ result.
 
 from __future__ import annotations
 
+import functools
 import importlib
 import math
 from collections.abc import Mapping, Sequence
@@ -16,6 +17,7 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.other_words import meant
 from mbody.core.presentation import present
+from mbody.engines.coverage import not_compared
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.engines.load_forces import (
     contacts_without_counterpart,
@@ -85,29 +87,42 @@ class Crosscheck:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Those of the result, and the messages of the doubts."""
-        return tuple(dict.fromkeys((*self.run.notes, *(one.message for one in self.doubts))))
+        """Those of the result, the messages of the doubts, and what was not compared."""
+        own = [one.message for one in self.doubts]
+        if self.agrees is None:
+            own.append(f"nothing differs, but no other engine compared {listed(self.not_compared)}")
+        return tuple(dict.fromkeys((*self.run.notes, *own)))
 
     @property
-    def agrees(self) -> bool:
-        """Whether no engine differs in any quantity."""
-        return all(result.agrees for result in self.opinions.values())
+    def agrees(self) -> bool | None:
+        """False where an engine differs; True where every quantity was compared by one without
+        formulas of mbody; None where nothing differs, but some were not, those of `not_compared`.
+        """
+        if not all(result.agrees for result in self.opinions.values()):
+            return False
+        return None if self.not_compared else True
+
+    @functools.cached_property
+    def not_compared(self) -> tuple[str, ...]:
+        """What no engine compared but the balance, or one by formulas of mbody: bodies (their
+        motion), joints, drivers, couplings and contacts (their forces, where they are unique),
+        loads (their laws), states and controllers, by name.
+        """
+        return not_compared(self.run, self.opinions)
 
     def data(self) -> dict[str, Any]:
-        """Plain lists and texts, ready for JSON: the heading, ``"agrees"`` and ``"engines":
-        {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers that are not finite are
-        null.
+        """Plain lists and texts, ready for JSON: the heading, ``"agrees"``, ``"not_compared"``
+        (names) and ``"engines": {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers
+        that are not finite are null.
         """
         engines = {name: _finite(result.data()) for name, result in self.opinions.items()}
         mechanism, analysis = self.run.mechanism, self.run.analysis
         head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
-        return head | {"agrees": self.agrees, "engines": engines}
+        told = {"agrees": self.agrees, "not_compared": list(self.not_compared)}
+        return head | told | {"engines": engines}
 
     def __repr__(self) -> str:
-        engines = ", ".join(
-            f"{name} {'agrees' if result.agrees else 'differs'}"
-            for name, result in self.opinions.items()
-        )
+        engines = ", ".join(f"{name} {result.verdict}" for name, result in self.opinions.items())
         return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
 
     def _repr_html_(self) -> str:

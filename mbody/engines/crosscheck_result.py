@@ -75,17 +75,27 @@ class CrosscheckResult:
         What this engine could not check: elements, or the whole model.
     notes : tuple of str
         How the check was made.
+    adopted : tuple of str
+        Elements whose forces it took from the result, by formulas of mbody.
     """
 
     engine: str
     rows: tuple[Row, ...]
     not_expressible: tuple[Inexpressible, ...] = ()
     notes: tuple[str, ...] = ()
+    adopted: tuple[str, ...] = ()
 
     @property
     def agrees(self) -> bool:
         """Whether no row differs."""
         return all(row.verdict == AGREES for row in self.rows)
+
+    @property
+    def verdict(self) -> str:
+        """``"agrees"``, ``"differs"``, or ``"compared nothing"``."""
+        if not self.rows:
+            return "compared nothing"
+        return AGREES if self.agrees else DIFFERS
 
     def data(self) -> dict[str, Any]:
         """Plain values of the cross-check, ready for JSON."""

@@ -2,8 +2,9 @@
 
 Text with units is evaluated by Python's own parser with the units of pint. Masses, places and laws
 follow from the numbers by the formulas of this file. So an error in mbody's units, formulas,
-positions, masses or law kernels does not enter the engines that should find it. All else (laws with
-tables, Python functions, formulas that Python reads differently) is taken from the system.
+positions, masses or law kernels does not enter the engines that should find it. Tables and cams are
+those of `textbook_laws`; Python functions, and formulas that Python reads differently, are taken
+from the system.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ from typing import Any
 import numpy as np
 
 from mbody.core.tolerances import COMPARISON_READING
+from mbody.engines.textbook_laws import Program, Tabulated
 from mbody.laws import (
+    Cam,
     Constant,
     ConstantAcceleration,
     ConstantSpeed,
@@ -28,13 +31,15 @@ from mbody.laws import (
     Law,
     MeasuredFormula,
     Polynomial,
+    Rise,
+    Table,
 )
 from mbody.model.driver import AngleDriver
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.loads import Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula
-from mbody.quantities.units import DIMENSIONS, SYMBOLS
+from mbody.quantities.units import DIMENSIONS, SYMBOLS, UnitSystem
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -333,6 +338,10 @@ def law_by_formula(law: Law) -> Any:
                 return found
 
             return PlainLaw(horner)
+        case Table():
+            return Tabulated(law)
+        case Rise() | Cam():
+            return Program(law)
     return law
 
 
@@ -340,7 +349,7 @@ def _written(
     law: Expression, parameters: dict[str, Any], mechanism: Mechanism, angular: bool
 ) -> PlainLaw | None:
     """The law of a formula from its text; None where it cannot be read here."""
-    found = parsed(law.text, parameters, mechanism)
+    found = parsed(law.text, mechanism.units)
     if found is None or (angular and not found[1]):
         return None
     tree, names = found[0], _names(parameters)
@@ -392,10 +401,9 @@ def _pint() -> Any:
     return pint.UnitRegistry()
 
 
-def scale(unit: str, mechanism: Mechanism) -> float:
-    """The size of a unit in the units of the mechanism, by pint."""
+def scale(unit: str, system_units: UnitSystem) -> float:
+    """The size of a unit in those of a system, by pint."""
     registry = _pint()
-    system_units = mechanism.units
     one = (1.0 * registry.parse_units(unit)).to_base_units()
     length, force, time = (
         (1.0 * registry.parse_units(name)).to_base_units().magnitude
@@ -424,16 +432,15 @@ def evaluated(
     >>> round(evaluated("2*a + 25.4 mm", {"a": 3.0}, machine)[0], 12)
     7.0
     """
-    found = parsed(text, parameters, mechanism)
+    found = parsed(text, mechanism.units)
     try:
         return None if found is None else (_value(found[0], _names(parameters)), found[1])
     except Exception:  # any error of an unknown name or an invalid number
         return None
 
 
-def parsed(
-    text: str, parameters: dict[str, Any], mechanism: Mechanism
-) -> tuple[ast.expr, bool] | None:
+@functools.lru_cache(maxsize=1024)
+def parsed(text: str, units: UnitSystem) -> tuple[ast.expr, bool] | None:
     """A formula as Python's syntax tree, with units as numbers, and whether it had units; None
     where Python and pint cannot read it.
     """
@@ -450,7 +457,7 @@ def parsed(
             kept += parts[:2]
             parts = parts[2:]
         measured = True
-        size = scale("".join(kept).replace("^", "**"), mechanism)
+        size = scale("".join(kept).replace("^", "**"), units)
         return f"({number}*{size!r}){''.join(parts)}"
 
     try:

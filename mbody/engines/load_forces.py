@@ -23,7 +23,7 @@ from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.laws import MeasuredFormula
 from mbody.model.contact import Contact, Rope
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-from mbody.model.element import Element
+from mbody.model.element import Element, listed
 from mbody.model.joint_limits import contacts_of
 from mbody.model.joints import Distance
 from mbody.model.loads import (
@@ -35,7 +35,6 @@ from mbody.model.loads import (
     Torque,
     TorsionDamper,
     TorsionSpring,
-    Tyre,
 )
 from mbody.model.mechanism import Mechanism
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, points_of
@@ -149,9 +148,14 @@ def separating(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
 
 
 def unsupported_states(mechanism: Mechanism) -> tuple[Inexpressible, ...]:
-    """The tyres of a mechanism, whose slip no other engine follows over time."""
-    tyres = [one for one in mechanism.loads if isinstance(one, Tyre)]
-    return tuple(Inexpressible(one.name, "its slip is a state of its own") for one in tyres)
+    """The loads of a mechanism with states of their own, as currents, pressures and the slip of a
+    tyre are, which no other engine follows over time.
+    """
+    found = []
+    for load in mechanism.loads:
+        if states := [one.name for one in load.auxiliary_states() if not one.accounts]:
+            found.append(Inexpressible(load.name, f"a state of its own: {listed(states)}"))
+    return tuple(found)
 
 
 def signals_of(mechanism: Mechanism) -> tuple[Inexpressible, ...]:

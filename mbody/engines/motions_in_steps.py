@@ -157,7 +157,10 @@ class StepwiseCheck:
             ]
             if not certain:
                 continue
-            same = sum(_alike(*pair, contact) for pair in certain)
+            # what is at its limit in one choice of forces sticks in another
+            unique = self.run.reaction(contact.name).unique if contact.bodies else None
+            touches = not all(unique or (True,)) or _smooth(contact)
+            same = sum(_alike(*pair, touches) for pair in certain)
             all_of_them = len(certain)
             rows.append(
                 Row(
@@ -177,10 +180,15 @@ def plain_mode(mode: str) -> str:
     return {"open": "open", "stick": "stick", "roll": "stick"}.get(mode, "slip")
 
 
-def _alike(ours: str, theirs: str, contact: Any) -> bool:
-    """Whether two modes are one; what has no friction only touches."""
-    smooth = not isinstance(contact, Contact) or float(contact.friction) == 0.0
-    return ours == theirs or (smooth and "open" not in (ours, theirs))
+def _smooth(contact: Any) -> bool:
+    return not isinstance(contact, Contact) or float(contact.friction) == 0.0
+
+
+def _alike(ours: str, theirs: str, touches: bool) -> bool:
+    """Whether two modes are one; what only `touches` without friction, or with friction that is not
+    unique, has no more modes than open and closed.
+    """
+    return ours == theirs or (touches and "open" not in (ours, theirs))
 
 
 def strikes(run: Solution, *, with_friction: bool = False) -> list[float]:

@@ -862,6 +862,9 @@ def crosschecks(subject: Subject) -> list[Block]:
     elif spoken:
         every = f"All {len(spoken)} engines agree" if len(spoken) > 1 else f"{spoken[0]} agrees"
         blocks.append(Notice("good", f"{every} with mbody in every quantity that they can model."))
+    if found.agrees is None:
+        left = ", ".join(found.not_compared)
+        blocks.append(Notice("note", f"No engine with formulas of its own compared {left}."))
     blocks.append(_rows(found.opinions))
     absent = [
         f"{name}: {one.element}: {one.why}"

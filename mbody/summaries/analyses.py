@@ -759,9 +759,13 @@ def crosscheck_summary(report: Any) -> str:
     lines = title(run.mechanism.name, about, run.mechanism.units)
     for name, result in report.opinions.items():
         lines += ["", *_engine_lines(name, result)]
-    verdict = "all agree" if report.agrees else "THEY DIFFER"
+    verdict = "all agree"
+    if report.agrees is None:
+        verdict = f"nothing differs; not compared by another engine: {listed(report.not_compared)}"
+    elif not report.agrees:
+        verdict = "THEY DIFFER"
     doubts = [line for one in report.run.doubts for line in paragraph(one.message, "DOUBT   ")]
-    return "\n".join(even([*lines, "", *doubts, f"VERDICT   {verdict}"]))
+    return "\n".join(even([*lines, "", *doubts, *paragraph(verdict, "VERDICT   ")]))
 
 
 def _engine_lines(name: str, result: Any) -> list[str]:

@@ -350,7 +350,7 @@ def crosschecks(of: Linkage, rng: np.random.Generator) -> Finding:
         for row in result.rows
         if row.verdict == "differs"
     )
-    return finding("crosscheck", machine, run, not second.agrees, told)
+    return finding("crosscheck", machine, run, second.agrees is False, told)
 
 
 def written(of: Linkage, rng: np.random.Generator) -> Finding:

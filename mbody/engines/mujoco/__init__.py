@@ -105,7 +105,7 @@ def _result(system: System, run: Solution) -> CrosscheckResult:
     if run.analysis == "simulate":
         moved, cannot, more_notes = motion_rows(made, run, run_seen)
         rows, refused, notes = rows + moved, refused + cannot, notes + more_notes
-    return CrosscheckResult(engine, tuple(rows), _once(refused), tuple(notes))
+    return CrosscheckResult(engine, tuple(rows), _once(refused), tuple(notes), tuple(adopted))
 
 
 def _once(refused: list[Inexpressible]) -> tuple[Inexpressible, ...]:

@@ -87,7 +87,8 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
     # what begins to slide has too little friction for a time of √(h T): so much velocity is wrong
     check = StepwiseCheck(run, last, "MuJoCo", order=0.5, time_tolerance=0.05)
     rows, unseen, more = check.rows(functools.partial(_motion, made, run, check.times))
-    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
+    taken = tuple(sorted(adopted))
+    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes), taken)
 
 
 def _motion(made: Exported, run: Solution, times: np.ndarray, counts: list[int]) -> Stepped:

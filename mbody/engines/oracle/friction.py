@@ -10,7 +10,7 @@ once, from any start; nothing is eliminated.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,8 +42,8 @@ def band_torque(joint: BandBrake, force: float, slip_sign: float) -> float:
 
 
 def pull_of_strands(
-    joint: Belt, centres: list[tuple[Any, Any]], mean: float, slip_sign: float
-) -> tuple[float, float, float]:
+    joint: Belt, centres: list[tuple[Any, Any]], mean: float, slip_sign: Any
+) -> tuple[Any, Any, Any]:
     """(Fx, Fy, T) of both strands on pulley j about its centre; `slip_sign`: that of slipping,
     times the part of the greatest force on the rim.
     """
@@ -55,7 +55,7 @@ def pull_of_strands(
     wrap = math.pi + (2.0 * lean if joint.crossed else -2.0 * abs(lean))
     ratio = math.exp(joint.friction * wrap)
     half = slip_sign * mean * (ratio - 1.0) / (ratio + 1.0)
-    total = np.zeros(3)
+    total: list[Any] = [0.0, 0.0, 0.0]
     for n in (1.0, -1.0):
         # the normal of pulley i where the strand leaves it, and that of pulley j up to its sign
         mx = math.sin(lean) * ux - n * math.cos(lean) * uy
@@ -69,8 +69,9 @@ def pull_of_strands(
         moment_arm = (radius[0] * ty - radius[1] * tx) / length
         # pulley j is driven on where the rim of i is faster
         pull = mean + half * math.copysign(1.0, moment_arm * side)
-        total += pull * np.array([tx / length, ty / length, moment_arm])
-    return float(total[0]), float(total[1]), float(total[2])
+        for part, unit in enumerate((tx / length, ty / length, moment_arm)):
+            total[part] += pull * unit
+    return total[0], total[1], total[2]
 
 
 #: Joints whose friction follows a law.
@@ -136,7 +137,7 @@ class DenseFriction:
         self._places: dict[str, tuple[Any, Any]] = {}
         self._moment_arms: dict[str, float] = {}
         self.joints = [joint for joint in reference.mechanism.joints if has_friction(joint)]
-        self.rates = {joint.name: self._rate(joint) for joint in self.joints}
+        self.rates = {joint.name: float(self._rate(joint, self.q, self.v)) for joint in self.joints}
         velocity_scale = float(np.abs(self.v).max(initial=0.0))
         self.slip_signs = {
             name: 0.0
@@ -212,19 +213,27 @@ class DenseFriction:
         whole = math.hypot(gx, gy)
         return gx / whole, gy / whole
 
-    def _rate(self, joint: Any) -> float:
-        """Speed at which the surfaces slide, or turn, on each other."""
+    def _rate(self, joint: Any, q: Any, v: Any) -> Any:
+        """Speed at which the surfaces slide, or turn, on each other; linear in v (3n + 3, …)."""
         index = self.reference.index
+        i, j = (v[3 * index[body] + 2] for body in joint.bodies)
         if isinstance(joint, Revolute | BandBrake | Clutch | Gear | RackPinion | Rolling):
-            i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
-            return float(j - i)
+            return j - i
         if isinstance(joint, Belt):
-            i, j = (self.v[3 * index[body] + 2] for body in joint.bodies)
-            return float(joint.radius_i * i - (-1.0 if joint.crossed else 1.0) * joint.radius_j * j)
-        place = self._reaction_point(joint)
-        (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
-        ux, uy = self._along(joint)
-        return float((bx - ax) * ux + (by - ay) * uy)
+            return joint.radius_i * i - (-1.0 if joint.crossed else 1.0) * joint.radius_j * j
+        if isinstance(joint, CamFollower):
+            place, (ux, uy) = self._reaction_point(joint), self._along(joint)
+        else:
+            place = self.reference.place(q, joint.j)
+            angle = q[3 * index[joint.i.body] + 2] + joint.i.angle
+            ux, uy = np.cos(angle), np.sin(angle)
+        ends = []
+        for body in joint.bodies:
+            k = 3 * index[body]
+            x, y = place[0] - q[k], place[1] - q[k + 1]
+            ends.append((v[k] - v[k + 2] * y, v[k + 1] + v[k + 2] * x))
+        (ax, ay), (bx, by) = ends
+        return (bx - ax) * ux + (by - ay) * uy
 
     # -- the equations ---------------------------------------------------------------------------
 
@@ -233,17 +242,22 @@ class DenseFriction:
         or columns of them.
         """
         r = self.reference
-        lam, remaining = z[: r.m], list(z[r.m :])
+        lam = z[: r.m]
         balance = (self.right - (self.g[:, : 3 * r.n].T @ lam).T).T
         force = np.zeros((3 * r.n + 3, *z.shape[1:]), dtype=z.dtype)
         said: list[Any] = []
-        for joint in self.joints:
-            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
-            (fx, fy, torque), equations = self._contact(joint, lam, own)
+        for joint, (wrench, equations) in self._contacts(z):
             said += equations
-            self._act(force, joint, fx, fy, torque)
+            self._act(force, joint, *wrench)
         own_equations = np.array(said, dtype=z.dtype).reshape(len(said), *z.shape[1:])
         return np.concatenate([balance + force[: 3 * r.n], own_equations])
+
+    def _contacts(self, z: Any) -> Iterator[tuple[Any, tuple[Any, list[Any]]]]:
+        """Every joint with its wrench of friction and the equations of its own unknowns."""
+        remaining = list(z[self.reference.m :])
+        for joint in self.joints:
+            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
+            yield joint, self._contact(joint, z[: self.reference.m], own)
 
     def _act(self, force: Any, joint: Any, fx: Any, fy: Any, torque: Any) -> None:
         """A wrench on body j at the joint's place, and the opposite one on body i."""
@@ -456,10 +470,9 @@ class DenseFriction:
 
     def _forces(self, z: Array) -> DenseForces:
         r = self.reference
-        remaining, wrench, losses = list(z[r.m :]), {}, {}
-        for joint in self.joints:
-            own = [remaining.pop(0) for _ in range(self.count[joint.name])]
-            fx, fy, torque = (float(np.real(x)) for x in self._contact(joint, z[: r.m], own)[0])
+        wrench, losses = {}, {}
+        for joint, (force, _) in self._contacts(z):
+            fx, fy, torque = (float(np.real(x)) for x in force)
             wrench[joint.name] = np.array([fx, fy, torque])
             place = self._reaction_point(joint)
             (ax, ay), (bx, by) = (self._velocity(body, place) for body in joint.bodies)
@@ -517,3 +530,140 @@ class DenseFriction:
             if not len(running):
                 break
         return [ended[n] for n in sorted(ended)]
+
+
+# -- Accelerations of a motion with friction in joints: those that slip and those that stick -----
+
+
+@dataclass(frozen=True)
+class FrictionMotion:
+    """Accelerations and forces of one instant.
+
+    `a` (3n,), `lam` (m,): Accelerations, multipliers.
+    `wrench`: As of `DenseForces`, what holds where a joint sticks included.
+    `unique`: By joint whether each of (Fx, Fy, T) of its whole reaction is.
+    """
+
+    a: Array
+    lam: Array
+    wrench: dict[str, Array]
+    unique: dict[str, Array]
+
+
+class FrictionDynamics(DenseFriction):
+    """Accelerations beside the forces: what sticks is held by an unknown force, and stays.
+
+    The unknowns are those of `DenseFriction`, then accelerations (3n,), then a force or torque of
+    each joint that sticks. `modes`: "stick", "slip+" or "slip-" of joints by name. Rows that are
+    not `active` have no multiplier.
+    """
+
+    def __init__(
+        self, reference: Any, q: Any, v: Any, t: float, active: Array, modes: Mapping[str, str]
+    ) -> None:
+        signs = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
+        still = {name: signs[mode] for name, mode in modes.items() if mode in signs}
+        super().__init__(reference, q, v, np.zeros(len(q)), t, slip_signs=still)
+        self.mass, self.active = reference.mass_matrix(), active
+        self.gamma = reference.gamma(q, v, t)
+        self.holds = [joint for joint in self.joints if modes.get(joint.name) == "stick"]
+        if any(isinstance(joint, CamFollower) for joint in self.holds):
+            raise NotImplementedError("it has no cam that sticks in motions over time")
+        self.first = reference.m + sum(self.count.values())
+        self.idle = np.setdiff1d(np.arange(reference.m), active)
+
+    def residual(self, z: Any) -> Any:
+        """Residuals: balance, contacts, rows with their accelerations, what sticks."""
+        size = 3 * self.reference.n
+        a = z[self.first : self.first + size]
+        found = super().residual(z)
+        found[:size] -= self.mass @ a
+        rows = (self.g[:, :size] @ a).T - self.gamma
+        rows = np.array(rows.T)
+        rows[self.idle] = z[self.idle]
+        moved = np.concatenate([a, np.zeros((3, *a.shape[1:]))])
+        stay = [self._change(joint, moved) for joint in self.holds]
+        stay_rows = np.array(stay, dtype=z.dtype).reshape(len(stay), *z.shape[1:])
+        return np.concatenate([found, rows, stay_rows])
+
+    def _change(self, joint: Any, a: Any) -> Any:
+        """The derivative of the rate of a joint by time."""
+        h = tol.COMPLEX_STEP
+        drift = self._rate(joint, self.q + 1j * h * self.v, self.v.astype(complex)).imag / h
+        return self._rate(joint, self.q, a) + drift
+
+    def _contacts(self, z: Any) -> Iterator[tuple[Any, tuple[Any, list[Any]]]]:
+        """With what holds where a joint sticks."""
+        holds = {
+            joint.name: z[self.first + 3 * self.reference.n + n]
+            for n, joint in enumerate(self.holds)
+        }
+        for joint, (wrench, said) in super()._contacts(z[: self.first]):
+            if joint.name in holds:
+                wrench = self._held(joint, holds[joint.name], wrench)
+            yield joint, (wrench, said)
+
+    def _held(self, joint: Any, hold: Any, wrench: Any) -> Any:
+        fx, fy, torque = wrench
+        if isinstance(joint, Belt):
+            mean = max(0.0, self.reference.value(joint.tension, self.t))
+            ends = [self.reference.place(self.q, marker) for marker in (joint.i, joint.j)]
+            return pull_of_strands(joint, ends, mean, hold)
+        if isinstance(joint, Revolute | BandBrake | Clutch | Gear | RackPinion | Rolling):
+            return fx, fy, torque + hold
+        ux, uy = self._along(joint)
+        return fx + hold * ux, fy + hold * uy, torque
+
+    def start(self) -> Array:
+        """At rest, without forces but small ones at the places of contact."""
+        z = np.zeros(self.first + 3 * self.reference.n + len(self.holds))
+        z[self.reference.m : self.first] = 1e-3
+        return z
+
+    def motion(self) -> FrictionMotion:
+        """The solution; NotImplementedError where there is none or accelerations are not unique."""
+        z = self.start()
+        scale, last = float(np.abs(self.right).max(initial=0.0)) or 1.0, math.inf
+        for _ in range(ITERATIONS):
+            f, jacobian = self.jacobian(z)
+            step = np.linalg.lstsq(jacobian, f, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
+            z = z - step
+            size = float(np.abs(step).max(initial=0.0))
+            top = max(scale, float(np.abs(z).max(initial=0.0)))
+            if size <= tol.ORACLE_NEWTON_LEFT * top or (
+                size <= tol.ORACLE_EQUATIONS_LEFT * top and size >= 0.5 * last
+            ):
+                break
+            last = size
+        else:
+            raise NotImplementedError(f"it finds no forces of friction at t = {self.t:.6g}")
+        f, jacobian = self.jacobian(z)
+        terms = np.abs(jacobian) @ np.abs(z) + scale
+        if (np.abs(f) > tol.ORACLE_EQUATIONS_LEFT * terms).any():
+            raise NotImplementedError(f"no accelerations at t = {self.t:.6g} fulfil its friction")
+        _, sizes, vt = np.linalg.svd(jacobian)
+        free = vt[int((sizes > tol.LEAST_SQUARES_RANK * sizes[0]).sum()) :].T
+        a = slice(self.first, self.first + 3 * self.reference.n)
+        if np.abs(free[a]).max(initial=0.0) > tol.ORACLE_FORCE_UNIQUE:
+            raise NotImplementedError(f"accelerations at t = {self.t:.6g} are not unique")
+        wrench = {
+            joint.name: np.array([float(np.real(x)) for x in w])
+            for joint, (w, _) in self._contacts(z)
+        }
+        return FrictionMotion(z[a], z[: self.reference.m], wrench, self._unique(z, free))
+
+    def _unique(self, z: Array, free: Array) -> dict[str, Array]:
+        """Which parts of the joints' whole reactions no null vector changes."""
+        r, h = self.reference, tol.COMPLEX_STEP
+        stepped = z[:, None] + 1j * h * free
+        change = {
+            name: matrix @ free[: r.m]
+            for name, matrix in r.reaction_matrices(self.q[:-3], self.t).items()
+        }
+        for joint, (wrench, _) in self._contacts(stepped):
+            own = [np.imag(x) / h + np.zeros(free.shape[1]) for x in wrench]
+            change[joint.name] = change[joint.name] + np.array(own)
+        return {
+            name: np.abs(one).max(axis=1, initial=0.0) < tol.ORACLE_FORCE_UNIQUE
+            for name, one in change.items()
+        }

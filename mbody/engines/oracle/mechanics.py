@@ -22,7 +22,13 @@ from mbody.core.tolerances import (
     ORACLE_FORCE_UNIQUE,
 )
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
-from mbody.engines.oracle.friction import DenseFriction, has_friction
+from mbody.engines.oracle import element_laws
+from mbody.engines.oracle.friction import (
+    DenseFriction,
+    FrictionDynamics,
+    FrictionMotion,
+    has_friction,
+)
 from mbody.laws import Law, MeasuredFormula
 from mbody.model.body import Body, SlenderRod
 from mbody.model.contact import OneSided
@@ -53,6 +59,7 @@ from mbody.model.loads import (
     Torque,
     TorsionDamper,
     TorsionSpring,
+    Tyre,
 )
 from mbody.model.mechanism import Mechanism
 
@@ -222,6 +229,7 @@ def _value(
     names: dict[str, Any] = {
         name: float(one.value) for name, one in scope.items() if name not in machine.curves
     }
+    names |= {name: functools.partial(law_at, one.law) for name, one in machine.curves.items()}
     names |= known
     text = law.text
     for n, name in enumerate(sorted(set(law.variables), key=len, reverse=True)):
@@ -596,16 +604,63 @@ class Loads(ReferenceMotion):
         if not isinstance(law, MeasuredFormula):
             return float(law_by_formula(law)(x))
         q, v, t = self.now
-        own = self.own
-        if own is None:
-            own = {one.name: float(law_by_formula(one.value)(t)) for one in self._inputs}
-            starts = {one.name: one.start for one in self.mechanism.states}
-            own |= {name: start for name, start in starts.items() if isinstance(start, float)}
-        return formula_at(self, law, x, t, q, v, own)
+        return formula_at(self, law, x, t, q, v, self._own())
 
-    @property
-    def _inputs(self) -> Any:
-        return self.mechanism.inputs
+    def _own(self) -> Mapping[str, float]:
+        """Values of inputs and auxiliary states at the instant."""
+        if self.own is not None:
+            return self.own
+        t = self.now[2]
+        own = {one.name: float(law_by_formula(one.value)(t)) for one in self.mechanism.inputs}
+        starts = {one.name: one.start for one in self.mechanism.states}
+        return own | {name: start for name, start in starts.items() if isinstance(start, float)}
+
+    def states_of(self, load: Any) -> dict[str, float]:
+        """Values of a load's own states at the instant, by their last names."""
+        first = f"{load.name}."
+        return {
+            name.removeprefix(first): one
+            for name, one in self._own().items()
+            if name.startswith(first)
+        }
+
+    def state_rates(self, q: Any, v: Any, t: float) -> dict[str, float]:
+        """The rates of all auxiliary states, by the equations of the oracle's own."""
+        q, v, t = self.now = self.with_ground(q), self.with_ground(v), float(t)
+        found = {}
+        for one in self.mechanism.described_states:
+            found[one.name] = self.value(one.rate, t)
+        for load in self.mechanism.loads:
+            own = self.states_of(load)
+            law: Any = functools.partial(self._law_of, load)
+            rates: dict[str, float] = {}
+            if isinstance(load, element_laws.MOTORS):
+                turning = self._angle(v, load.body) - self._angle(v, load.by)
+                rates = element_laws.motor_rates(load, turning, law, own)
+            elif isinstance(load, element_laws.PUSHERS):
+                _, length, rate = self.stretch(q, v, load)
+                rates = element_laws.pusher_rates(load, length, rate, law, own)
+            elif isinstance(load, Tyre):
+                _, height, speed, _, spin = self._on_road(q, v, load)
+                rates = element_laws.tyre_rates(load, height, speed, spin, own)
+            elif load.auxiliary_states():
+                raise NotImplementedError(f"the oracle has no states of a {type(load).__name__}")
+            found |= {f"{load.name}.{key}": rate for key, rate in rates.items()}
+        return found
+
+    def _law_of(self, load: Any, field: str) -> float:
+        return self.value(getattr(load, field), self.now[2])
+
+    def _on_road(self, q: np.ndarray, v: np.ndarray, tyre: Tyre) -> tuple[float, ...]:
+        """Direction of the road, height of the wheel's centre, its speed along the road and away
+        from it, and the rate of the wheel.
+        """
+        angle = tyre.i.angle
+        c, s = math.cos(angle), math.sin(angle)
+        (ox, oy), (px, py) = self.place(q, tyre.i), self.place(q, tyre.j)
+        (x, y, _), (vx, vy, w) = self.pose(q, tyre.j.body), self.pose(v, tyre.j.body)
+        vx, vy = vx - w * (py - y), vy + w * (px - x)
+        return angle, c * (py - oy) - s * (px - ox), c * vx + s * vy, c * vy - s * vx, w
 
     def mass_matrix(self) -> np.ndarray:
         """M (3n, 3n) = diag(m, m, I, …)."""
@@ -723,6 +778,23 @@ class Loads(ReferenceMotion):
                 tension = one.coefficient * rate if one.law is None else self.value(one.law, rate)
             self._push(f, q, load.i, *(tension * u))
             self._push(f, q, load.j, *(-tension * u))
+        elif isinstance(load, element_laws.MOTORS):
+            rate = self._angle(v, load.body) - self._angle(v, load.by)
+            torque = element_laws.motor_torque(load, rate, t, self.states_of(load))
+            f[self.index[load.body], 2] += torque
+            f[self.index[load.by], 2] -= torque
+        elif isinstance(load, element_laws.PUSHERS):
+            u, _, _ = self.stretch(q, v, load)
+            law: Any = functools.partial(self._law_of, load)
+            push = element_laws.push_apart(load, law, self.states_of(load))
+            self._push(f, q, load.i, *(-push * u))
+            self._push(f, q, load.j, *(push * u))
+        elif isinstance(load, Tyre):
+            angle, height, _, sinking, _ = self._on_road(q, v, load)
+            pressed, along = element_laws.tyre_forces(load, height, sinking, self.states_of(load))
+            c, s = math.cos(angle), math.sin(angle)
+            self._push(f, q, load.j, along * c - pressed * s, along * s + pressed * c)
+            f[self.index[load.j.body], 2] += height * along
         elif isinstance(load, PistonPressure):
             angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
             angle += 2.0 * math.pi if angle < 0.0 else 0.0
@@ -916,7 +988,7 @@ class Reference(Loads):
         Drivers that are not in `drive` are free, with their `efforts` or none.
         """
         if any(has_friction(joint) for joint in self.mechanism.joints):
-            raise NotImplementedError("it has no friction of joints in motions over time")
+            raise NotImplementedError("friction of joints takes their modes: frictional_dynamics")
         rows, size = self.active_rows(drive), 3 * self.n
         every = self.phi_q(q, t)
         f = self.applied(q, v, t)
@@ -929,6 +1001,12 @@ class Reference(Loads):
         lam = np.zeros(self.m)
         lam[rows] = solution[size:]
         return solution[:size], lam
+
+    def frictional_dynamics(
+        self, q: Any, v: Any, t: float, drive: Iterable[str] | None, modes: Mapping[str, str]
+    ) -> FrictionMotion:
+        """Accelerations and forces with friction in joints of which some stick, by their modes."""
+        return FrictionDynamics(self, q, v, t, self.active_rows(drive), modes).motion()
 
     def residual_power(self, q: Any, v: Any, a: Any, t: float) -> float:
         """Virtual work Σ (f − M a)·v + Σ effort · driven rate: zero for a correct result."""

@@ -55,6 +55,7 @@ class _ClosedCheck:
         self.pressing: list[dict[str, float]] = []
         self.reactions: list[dict[str, Array]] = []
         self.loads: list[float] = []
+        self.motions: list[Array] = []
 
     def _state(self, keys: tuple[str, ...], k: int) -> Array:
         bodies = self.system.mechanism.bodies
@@ -69,10 +70,7 @@ class _ClosedCheck:
         if self.run.analysis != "statics":
             v = self._state(("vx", "vy", "omega"), k)
             a = self._state(("ax", "ay", "alpha"), k)
-        oracle.own = {
-            one.name: float(auxiliary_history(self.run, one.name)[k])
-            for one in (*machine.inputs, *machine.states)
-        }
+        oracle.own = own_values(self.run, k)
         gaps = contacts.gaps(q)
         closed = np.abs(gaps) <= tol.CONTACT_GAP_CLOSED_RESULT * self.system.length
         names = [candidate.name for candidate in contacts.candidates]
@@ -91,6 +89,8 @@ class _ClosedCheck:
                 columns.append(W[count + n])
                 owners.append("")
         g = oracle.phi_q(q, t)
+        rolling = [n for n in np.flatnonzero(closed).tolist() if rolls[names[n]]]
+        self._motion(k, q, v, np.flatnonzero(closed), count + np.array(rolling, dtype=int))
         A = np.vstack([-g, *columns]).T * self.scale[:, None]
         f = oracle.applied(q, v, t)
         right = (oracle.mass_matrix() @ a - f) * self.scale
@@ -111,10 +111,60 @@ class _ClosedCheck:
         self.gaps.append(least)
         self.loads.append(float(np.abs(np.append(right, self.scale * f)).max(initial=0.0)))
 
+    def _motion(self, k: int, q: Array, v: Array, closed: Array, rolling: Array) -> None:
+        """Note (3, 3n): position, velocity and acceleration by rows of joints and contacts, those
+        of ours nearest to them where the rows leave some freedom.
+        """
+        oracle, contacts, run, t = self.reference, self.contacts, self.run, float(self.run.t[k])
+        timed = [one.name for one in self.system.drivers if not follows_formula(one)]
+        given = [{name: float(run.driven(name)[order][k]) for name in timed} for order in range(3)]
+
+        def nearest(rows: Array, right: Array, own: Array) -> Array:
+            scaled = rows / self.scale
+            left = right - rows @ own
+            step = np.linalg.lstsq(scaled, left, rcond=tol.LEAST_SQUARES_RANK_FINE)[0]
+            return np.asarray(own + step / self.scale)
+
+        W = contacts.rows(q)
+        rows = np.vstack([oracle.phi_q(q, t), W[closed]])
+        phi = oracle._with_driver_values(-oracle.phi(q, t), given[0], t, 0)
+        place = nearest(rows, np.append(phi, -contacts.gaps(q)[closed]) + rows @ q, q)
+        if run.analysis == "statics":
+            self.motions.append(np.array([place, 0.0 * q, 0.0 * q]))
+            return
+        rows = np.vstack([rows, W[rolling]])
+        none = np.zeros(len(closed) + len(rolling))
+        nu = oracle._with_driver_values(oracle.nu(q, t), given[1], t, 1)
+        speed = nearest(rows, np.append(nu, none), v)
+        gamma = oracle._with_driver_values(oracle.gamma(q, v, t), given[2], t, 2)
+        drift = contacts.drift(q, v)[np.append(closed, rolling)]
+        a = self._state(("ax", "ay", "alpha"), k)
+        self.motions.append(np.array([place, speed, nearest(rows, np.append(gamma, -drift), a)]))
+
+    def _compare_motion(self, comparison: Comparison, instants: Array) -> None:
+        keys = [("x", "y", "angle"), ("vx", "vy", "omega"), ("ax", "ay", "alpha")]
+        kinds = [("place", "angle"), ("velocity", "turning"), ("acceleration", "turned")]
+        table = np.array(self.motions)
+        for n, body in enumerate(self.system.mechanism.bodies):
+            for order in range(1 if self.run.analysis == "statics" else 3):
+                for part, key in enumerate(keys[order]):
+                    ours = getattr(self.run[body.name], key)[instants]
+                    theirs = table[:, order, 3 * n + part]
+                    comparison.add(kinds[order][part == 2], f"{body.name}.{key}", ours, theirs)
+        comparison.size("angle", 1.0)
+        length = self.system.length
+        rates = np.abs(table[:, 1, 2::3]).max(initial=0.0)
+        comparison.size("turned", rates * rates)
+        for moves, rotates in (("velocity", "turning"), ("acceleration", "turned")):
+            linear, angular = comparison.top(moves), comparison.top(rotates)
+            comparison.size(moves, length * angular)
+            comparison.size(rotates, linear / length)
+
     def result(self, instants: Array) -> CrosscheckResult:
         """All of it beside ours."""
         run, comparison = self.run, Comparison()
         comparison.size("place", self.system.length)
+        self._compare_motion(comparison, instants)
         for one in self.closed:
             theirs = [gaps[one.name] for gaps in self.gaps]
             comparison.add("place", f"{one.name}: gap", np.zeros(len(instants)), theirs)
@@ -142,8 +192,24 @@ class _ClosedCheck:
         return CrosscheckResult("oracle", tuple(rows), (), ())
 
 
+def own_values(run: Solution, k: int) -> dict[str, float]:
+    """Inputs and auxiliary states of a result at an instant, by name."""
+    machine = run.mechanism
+    every = (*machine.inputs, *machine.states)
+    return {one.name: float(auxiliary_history(run, one.name)[k]) for one in every}
+
+
+def modes_of(run: Solution, k: int) -> dict[str, str]:
+    """How frictional joints move at an instant, by name."""
+    return {
+        joint.name: run.mode(joint.name)[k] for joint in run.mechanism.joints if joint.has_friction
+    }
+
+
 #: Most instants, evenly over the run, and most numbers (coordinates times instants): it is slow.
 MOST_INSTANTS, MOST_NUMBERS = 25, 600
+#: Most spans over which auxiliary states are followed.
+MOST_SPANS = 12
 
 
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
@@ -177,6 +243,7 @@ class _OracleCheck:
         self.reference = Reference(system.mechanism)
         self.unit = system.coordinate_units
         self.size = np.tile([1.0, 1.0, system.length], len(system.mechanism.bodies))
+        self.frictional = any(has_friction(joint) for joint in system.mechanism.joints)
         self.notes: list[str] = []
         self.open: set[str] = set()
 
@@ -185,6 +252,7 @@ class _OracleCheck:
         wanted = min(count, max(2, min(MOST_INSTANTS, MOST_NUMBERS // max(size, 1))))
         instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
         found = [self._oracle_instant(int(k)) for k in instants]
+        found, instants = self._solved(found, instants)
         smooth = [n for n, one in enumerate(found) if not one["jumps"]]
         if len(smooth) < len(found):
             self.notes.append(
@@ -206,6 +274,9 @@ class _OracleCheck:
             note = f"{len(found) - len(good)} instants are singular positions: not compared"
             self.notes.append(note)
         self._compare([found[n] for n in good], instants[good])
+        more = (
+            self._states() if self.run.analysis == "simulate" and self.run.mechanism.states else {}
+        )
         worst = np.array([found[n]["condition"] for n in good])
         limit = tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON * worst
         why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
@@ -213,8 +284,23 @@ class _OracleCheck:
         limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {
             "closing": tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON
         }
-        rows = self.comparison.rows(limits, dict.fromkeys(kinds, why))
+        reasons = dict.fromkeys(kinds, why) | dict.fromkeys(
+            more, "errors of both integrators from one instant to the next"
+        )
+        rows = self.comparison.rows(limits | more, reasons)
         return CrosscheckResult("oracle", tuple(rows), (), tuple(self.notes))
+
+    def _solved(
+        self, found: list[dict[str, Any]], instants: Array
+    ) -> tuple[list[dict[str, Any]], Array]:
+        """Without the instants that the oracle does not solve, and a note with their reason."""
+        failed = [one["why"] for one in found if one["why"]]
+        if len(failed) == len(found):
+            raise NotImplementedError(failed[0])
+        if failed:
+            self.notes.append(f"not compared at {len(failed)} instants: {failed[0]}")
+        kept = [n for n, one in enumerate(found) if not one["why"]]
+        return [found[n] for n in kept], instants[kept]
 
     def _state(self, keys: tuple[str, ...], k: int) -> Array:
         """Our own histories at an instant, as coordinates (3n,)."""
@@ -226,47 +312,139 @@ class _OracleCheck:
         return self.system.mechanism.bodies
 
     def _oracle_instant(self, k: int) -> dict[str, Any]:
-        """The oracle's own position, motion and forces, starting from our position."""
+        """The oracle's own position, motion and forces, starting from our position; "why" where it
+        does not find them.
+        """
         oracle, run, t = self.reference, self.run, float(self.run.t[k])
-        machine = run.mechanism
-        oracle.own = {
-            one.name: float(auxiliary_history(run, one.name)[k])
-            for one in (*machine.inputs, *machine.states)
-        }
+        oracle.own = own_values(run, k)
         drivers = [driver.name for driver in self.system.drivers]
         # what others follow is a formula, which the oracle reads by itself
         timed = [one.name for one in self.system.drivers if not follows_formula(one)]
         given = [{name: float(run.driven(name)[order][k]) for name in timed} for order in range(3)]
         guess = self._state(("x", "y", "angle"), k)
+        found: dict[str, Any] = {"closes": True, "jumps": False, "why": ""}
         try:
             q = oracle.close(guess, t, given[0])
         except ArithmeticError:
-            return {"closes": False, "rank": 0, "condition": math.inf, "jumps": False}
+            return found | {"closes": False, "rank": 0, "condition": math.inf}
         rows = oracle.phi_q(q, t) * self.unit
         s = np.linalg.svd(rows, compute_uv=False) if rows.size else np.ones(1)
         kept = s[s > tol.LEAST_SQUARES_RANK * s.max(initial=0.0)]
-        found: dict[str, Any] = {"q": q, "closes": True, "rank": len(kept)}
+        found |= {"q": q, "rank": len(kept)}
         found["condition"] = float(kept[0] / kept[-1]) if len(kept) else 1.0
-        still = np.zeros_like(q)
-        found["jumps"] = False
-        if run.analysis == "statics":
-            v = a = still
-            forces = oracle.kinetostatics(q, v, a, t)
-        elif run.analysis == "simulate":
-            v = self._state(("vx", "vy", "omega"), k)
-            a, lam = oracle.dynamics(q, v, t, drivers)
-            found["condition"] = self._saddle_condition(rows)
-            efforts = {d: -float(lam[oracle.rows[d]][0]) for d in drivers}
-            reactions, whole = oracle.reactions(q, t, lam), oracle.kinetostatics(q, v, a, t)
-            forces = {"reactions": reactions, "efforts": efforts, "unique": whole["unique"]}
-        else:
-            v = oracle.velocities(q, t, given[1])
-            a = oracle.accelerations(q, v, t, given[2])
-            forces = oracle.kinetostatics(q, v, a, t)
-            found["jumps"] = self._jumps(q, v, t)
-        still = oracle.applied(q, v, t)
+        try:
+            if run.analysis == "statics":
+                v = a = np.zeros_like(q)
+                forces = oracle.kinetostatics(q, v, a, t)
+            elif run.analysis == "simulate":
+                v = self._state(("vx", "vy", "omega"), k)
+                a, forces = self._dynamics(q, v, t, drivers, modes_of(run, k))
+                found["condition"] = self._saddle_condition(rows)
+            else:
+                v = oracle.velocities(q, t, given[1])
+                a = oracle.accelerations(q, v, t, given[2])
+                forces = oracle.kinetostatics(q, v, a, t)
+                found["jumps"] = self._jumps(q, v, t)
+            still = oracle.applied(q, v, t)
+        except NotImplementedError as error:
+            return found | {"why": str(error)}
         load = np.concatenate([still, still - oracle.mass_matrix() @ a]) / np.tile(self.size, 2)
         return found | {"v": v, "a": a, "forces": forces, "load": load}
+
+    def _dynamics(
+        self,
+        q: Array,
+        v: Array,
+        t: float,
+        drivers: list[str],
+        modes: dict[str, str],
+        *,
+        only: bool = False,
+    ) -> tuple[Array, dict[str, Any]]:
+        """Accelerations, and (unless these `only`) forces as `kinetostatics` returns them."""
+        oracle = self.reference
+        if self.frictional:
+            found = oracle.frictional_dynamics(q, v, t, drivers, modes)
+            a, lam, unique = found.a, found.lam, found.unique
+            wrench = found.wrench
+        else:
+            a, lam = oracle.dynamics(q, v, t, drivers)
+            if only:
+                return a, {}
+            unique, wrench = oracle.kinetostatics(q, v, a, t)["unique"], {}
+        reactions = oracle.reactions(q, t, lam)
+        whole = {name: one + wrench.get(name, 0.0) for name, one in reactions.items()}
+        efforts = {d: -float(lam[oracle.rows[d]][0]) for d in drivers}
+        return a, {"reactions": whole, "efforts": efforts, "unique": unique}
+
+    # -- states, from one instant of the result to the next ------------------------------------
+
+    def _states(self) -> dict[str, Array | float]:
+        """Compare the auxiliary states after spans without events that begin at our state; what is
+        expected, by kind.
+        """
+        run, names = self.run, [one.name for one in self.system.mechanism.states]
+        spans = self._spans()
+        if not spans:
+            return {}
+        own = run.mechanism.simulation.rtol if run.mechanism.simulation is not None else None
+        own = max(own or tol.RTOL_DEFAULT, tol.RTOL_COMPARISON)
+        ends = [
+            np.array([self._after(k, rtol) for k in spans])
+            for rtol in (max(0.01 * own, tol.RTOL_COMPARISON), own)
+        ]
+        after = np.array(spans) + 1
+        expected: dict[str, Array | float] = {}
+        for n, name in enumerate(names):
+            history = auxiliary_history(run, name)
+            kind = f"{name} over time"
+            self.comparison.size(kind, history)
+            self.comparison.add(kind, kind, history[after], ends[0][:, n])
+            off = float(np.abs(ends[1][:, n] - ends[0][:, n]).max())
+            top = self.comparison.top(kind) or 1.0
+            expected[kind] = tol.COMPARISON_MARGIN_ORACLE * (10.0 * own + off / top)
+        return expected
+
+    def _spans(self) -> list[int]:
+        """Instants from which nothing changes its mode up to the next, evenly over the run."""
+        run, events = self.run, np.array([one.t for one in self.run.events])
+        quiet = [
+            k
+            for k in range(len(run) - 1)
+            if run.t[k + 1] > run.t[k]
+            and not ((events >= run.t[k]) & (events <= run.t[k + 1])).any()
+            and modes_of(run, k) == modes_of(run, k + 1)
+        ]
+        wanted = max(2, min(MOST_SPANS, MOST_NUMBERS // (10 * self.reference.n)))
+        picked = np.unique(np.linspace(0, len(quiet) - 1, min(wanted, len(quiet))).round())
+        return [quiet[int(n)] for n in picked]
+
+    def _after(self, k: int, rtol: float) -> Array:
+        """Auxiliary states at the instant after k, from our state at k."""
+        from scipy.integrate import solve_ivp
+
+        oracle, run = self.reference, self.run
+        drivers, modes = [driver.name for driver in self.system.drivers], modes_of(run, k)
+        names = [one.name for one in run.mechanism.states]
+        inputs = own_values(run, k)
+        q, v = self._state(("x", "y", "angle"), k), self._state(("vx", "vy", "omega"), k)
+        size = len(q)
+
+        def rates(t: float, y: Array) -> Array:
+            oracle.own = inputs | dict(zip(names, y[2 * size :], strict=True))
+            place, speed = y[:size], y[size : 2 * size]
+            a = self._dynamics(place, speed, t, drivers, modes, only=True)[0]
+            changes = oracle.state_rates(place, speed, t)
+            return np.concatenate([speed, a, [changes[name] for name in names]])
+
+        begin = np.concatenate([q, v, [inputs[name] for name in names]])
+        tops = [float(np.abs(auxiliary_history(run, name)).max()) or 1.0 for name in names]
+        scale = np.concatenate([np.tile(self.size, 2), tops])
+        span = float(run.t[k]), float(run.t[k + 1])
+        found = solve_ivp(rates, span, begin, method="DOP853", rtol=rtol, atol=rtol * scale)
+        if not found.success:
+            raise NotImplementedError(f"its integrator ends after t = {span[0]:.6g}")
+        return np.asarray(found.y[2 * size :, -1])
 
     def _jumps(self, q: Array, v: Array, t: float) -> bool:
         """Whether the accelerations of the laws differ before and after the instant."""

@@ -105,7 +105,8 @@ class _PinocchioCheck:
             self.notes.append(f"taken from our result as forces: {listed(adopted)}")
         rows = self.comparison.rows(self.expected, self.reasons)
         engine = f"pinocchio {version('pin')}"
-        return CrosscheckResult(engine, tuple(rows), tuple(self.missing), tuple(self.notes))
+        taken = (*adopted, *(element.name for element in self.inverse.others))
+        return CrosscheckResult(engine, tuple(rows), tuple(self.missing), tuple(self.notes), taken)
 
     # -- compared quantities -------------------------------------------------------------------
 

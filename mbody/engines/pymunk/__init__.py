@@ -15,7 +15,7 @@ from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import reading
 from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
-from mbody.engines.pymunk.space import inexpressible
+from mbody.engines.pymunk.space import Space, inexpressible
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
 from mbody.model.joints import Fixed, Prismatic, Rolling
@@ -113,7 +113,9 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
         rows, missing = rows + compared.rows, missing + compared.unseen
         more = _notes_of_motion(run, moved, compared.blind)
         notes += [note for note in more if note not in notes]
-    return CrosscheckResult(f"pymunk {pymunk.version}", tuple(rows), tuple(missing), tuple(notes))
+    adopted = (*Space(system, 1.0, 1).adopted, *sorted(left_out))
+    engine = f"pymunk {pymunk.version}"
+    return CrosscheckResult(engine, tuple(rows), tuple(missing), tuple(notes), adopted)
 
 
 def _without_time(run: Solution) -> bool:

@@ -210,9 +210,9 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
             "where several contacts strike at once with restitution, steps find them one by one: "
             f"compared up to t = {several:.6g}"
         ]
-    if trial.over:
-        names = listed([system.mechanism.loads[n].name for n in trial.over])
-        notes.append(f"applied with the values from mbody, not checked: {names}")
+    adopted = trial.adopted
+    if adopted:
+        notes.append(f"applied with the values from mbody, not checked: {listed(adopted)}")
     check = StepwiseCheck(run, last, "pymunk", order=1.0, time_tolerance=0.01)
     iterations = WITH_JOINTS if trial.parts else ITERATIONS
     few = int(FEWER * iterations)
@@ -220,7 +220,7 @@ def contact_crosscheck(system: System, run: Solution, engine: str) -> Crosscheck
         functools.partial(_motion, system, run, check.times, iterations),
         functools.partial(_motion, system, run, check.times, few),
     )
-    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes))
+    return CrosscheckResult(engine, tuple(rows), tuple(unseen), (*more, *notes), adopted)
 
 
 def _motion(

@@ -265,6 +265,11 @@ class Space:
         for n, load in enumerate(system.mechanism.loads):
             self._load(n, load)
 
+    @property
+    def adopted(self) -> tuple[str, ...]:
+        """Names of the loads that are applied with the values from mbody."""
+        return tuple(self.system.mechanism.loads[n].name for n in self.over)
+
     def _masses(self, lump: float) -> tuple[Array, tuple[str, ...]]:
         own = reading(self.system).masses.copy()
         least = lump * np.array([1.0, 1.0, self.system.length**2])

@@ -1,0 +1,228 @@
+"""Small mechanisms in motion, each with one kind of load or of friction on which faults show."""
+
+from mbody import (
+    Actuator,
+    BandBrake,
+    Belt,
+    Body,
+    Clutch,
+    DCMotor,
+    Force,
+    FrictionForce,
+    Gear,
+    Gravity,
+    HydraulicCylinder,
+    InductionMotor,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    Rolling,
+    SimulationSettings,
+    Torque,
+    Tyre,
+)
+
+__all__ = ["MOVING"]
+
+
+def turner(*loads, w=3.0, until=0.3, inertia=0.5, **k):
+    """A link that turns, under loads."""
+    m = Mechanism("turner", ground={"O": (0, 0)})
+    m.add(
+        Body("r", mass=2.0, inertia=inertia, cg=(0.1, 0.02), points={"O": (0, 0), "A": (0.4, 0.1)}),
+        Revolute("O", "ground.O", "r.O", **k),
+        Gravity("g", y=-9.81),
+        *loads,
+    )
+    m.simulation = SimulationSettings(until=until, start={"r": dict(angle=0.2, omega=w)})
+    return m
+
+
+def slider(*loads, v=1.0, until=0.3, mass=2.0, **k):
+    """A block on a rail."""
+    m = Mechanism("slider", ground={"O": (-1.0, 0.2)})
+    m.add(
+        Body("s", mass=mass, inertia=0.5, cg=(0.05, 0.02), points={"A": (0.1, 0.05)}),
+        Prismatic("rail", "ground", "s", **k),
+        Gravity("g", y=-9.81),
+        *loads,
+    )
+    m.simulation = SimulationSettings(until=until, start={"s": dict(x=0.1, vx=v)})
+    return m
+
+
+def two(*more, until=0.4, wa=5.0, wb=0.0, d=0.8):
+    """Two wheels on shafts."""
+    m = Mechanism("two", ground={"P": (0, 0), "Q": (d, 0)})
+    m.add(
+        Body("a", mass=1, inertia=0.5, points={"O": (0, 0)}),
+        Body("b", mass=1, inertia=0.2, points={"O": (0, 0)}),
+        Revolute("P", "ground.P", "a.O"),
+        Revolute("Q", "ground.Q", "b.O"),
+        *more,
+    )
+    m.simulation = SimulationSettings(
+        until=until, start={"a": dict(angle=0.0, omega=wa), "b": dict(angle=0.0, omega=wb)}
+    )
+    return m
+
+
+def wheel(*more, **start):
+    """A wheel on a road."""
+    m = Mechanism("wheel", ground={"O": (0, 0)})
+    m.add(Body("w", mass=3.0, inertia=0.1, points={"C": (0, 0)}), Gravity("g", y=-9.81), *more)
+    m.simulation = SimulationSettings(until=0.3, start={"w": start})
+    return m
+
+
+OIL = dict(
+    bore="50 mm",
+    rod="28 mm",
+    closed="0.5 m",
+    stroke="0.9 m",
+    flow="40 l/min",
+    drop="5 bar",
+    supply="160 bar",
+    tank="2 bar",
+    bulk_modulus="1.4 GPa",
+    dead_volume="50 cm^3",
+    start_a="20 bar",
+    start_b="30 bar",
+)
+PULLEYS = dict(radius_i=0.1, radius_j=0.25, distance=0.8, friction=0.3)
+TYRE = dict(
+    radius=0.3,
+    stiffness=2e5,
+    friction=0.9,
+    steepness=10.0,
+    relaxation=0.3,
+    damping=100.0,
+    shape=1.6,
+    curvature=0.3,
+)
+MOVING = {
+    "dc": lambda: turner(
+        DCMotor(
+            "m",
+            "r",
+            voltage="12 V*cos(20*t)",
+            resistance=0.5,
+            inductance=1e-2,
+            constant=0.1,
+            ratio=3.0,
+        )
+    ),
+    "im": lambda: turner(
+        InductionMotor(
+            "m", "r", synchronous=157.0, breakdown_torque=40.0, breakdown_slip=0.15, ratio=2.0
+        )
+    ),
+    "im_star": lambda: turner(
+        InductionMotor(
+            "m", "r", synchronous=-157.0, breakdown_torque=40.0, breakdown_slip=0.15, star_until=0.1
+        )
+    ),
+    "im_below": lambda: turner(
+        InductionMotor(
+            "m",
+            "r",
+            synchronous=157.0,
+            breakdown_torque=400.0,
+            breakdown_slip=0.15,
+            star_below=30.0,
+        )
+    ),
+    "actuator": lambda: slider(
+        Actuator("m", "ground.O", "s.A", push="30*sin(20*t)", dead_band=5.0, limit=20.0)
+    ),
+    "actuator_lag": lambda: slider(
+        Actuator(
+            "m",
+            "ground.O",
+            "s.A",
+            push="-50*s.x+9",
+            dead_band=5.0,
+            limit=20.0,
+            lag=0.02,
+            slew=400.0,
+        )
+    ),
+    "hyd": lambda: slider(
+        HydraulicCylinder("h", "ground.O", "s.A", valve="0.5*sin(30*t)", relief="170 bar", **OIL),
+        mass=200.0,
+    ),
+    "tyre": lambda: wheel(
+        Tyre("t", "ground.O", "w.C", **TYRE), x=0.0, y=0.2998, angle=0.0, omega=0.0, vx=5.0, vy=0.0
+    ),
+    "belt": lambda: two(Belt("b1", "a.O", "b.O", tension=400.0, **PULLEYS), wa=40.0),
+    "belt_crossed": lambda: two(
+        Belt("b1", "a.O", "b.O", tension="400*(1+t)", crossed=True, **PULLEYS), wa=40.0, until=0.2
+    ),
+    "belt_stick": lambda: two(
+        Belt("b1", "a.O", "b.O", tension=4000.0, static=1.2, **PULLEYS),
+        Torque("T", "a", value="5*sin(40*t)"),
+        wa=5.0,
+    ),
+    "clutch": lambda: two(
+        Clutch("c", "a", "b", torque=8.0, static=1.3, stribeck=0.5), Torque("T", "a", value=4.0)
+    ),
+    "brake": lambda: turner(
+        BandBrake(
+            "k",
+            "ground.O",
+            "r.O",
+            force=20.0,
+            radius=0.15,
+            wrap="240 deg",
+            friction=0.3,
+            lever=0.5,
+            arm=0.1,
+            helping_arm=0.02,
+        ),
+        w=-3.0,
+        until=1.0,
+    ),
+    "pack": lambda: slider(FrictionForce("f", "ground", "s.A", force="10*(1+t)"), v=1.0, until=0.8),
+    "rail": lambda: slider(Force("F", "s.A", 5.0, angle=0.7), friction=0.2, until=0.8),
+    "rail_long": lambda: slider(
+        Force("F", "s.A", 50.0, angle=-0.7),
+        friction=0.2,
+        length=0.3,
+        height=0.1,
+        static=0.3,
+        stribeck=0.1,
+    ),
+    "rail_visc": lambda: slider(friction=0.05, viscous=2.0, length=0.3),
+    "pin": lambda: turner(
+        friction=0.3, static=0.4, pin_radius=0.05, stribeck=0.1, viscous=0.1, until=1.5, w=1.0
+    ),
+    "pin_stick": lambda: turner(friction=0.9, static=1.0, pin_radius=0.15, until=1.0, w=0.5),
+    "gear": lambda: two(
+        Gear("g1", "a.O", "b.O", radius_i=0.5, radius_j=0.3, efficiency=0.9),
+        Torque("T", "a", value=4.0),
+        wa=3.0,
+        wb=-5.0,
+    ),
+    "gear_mu": lambda: two(
+        Gear("g1", "a.O", "b.O", radius_i=0.5, radius_j=0.3, friction=0.1, pressure_angle="20 deg"),
+        Torque("T", "a", value=4.0),
+        wa=3.0,
+        wb=-5.0,
+    ),
+    "gear_alpha": lambda: two(
+        Gear("g1", "a.O", "b.O", radius_i=0.5, radius_j=0.3, pressure_angle="20 deg"),
+        Torque("T", "a", value=4.0),
+        wa=3.0,
+        wb=-5.0,
+    ),
+    "roll": lambda: wheel(
+        Rolling("road", "ground.O", "w.C", radius=0.3, resistance=0.005),
+        Torque("T", "w", value=-1.0),
+        x=0.0,
+        y=0.3,
+        angle=0.0,
+        omega=-2.0,
+        vx=0.6,
+        vy=0.0,
+    ),
+}
