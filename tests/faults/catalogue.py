@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["FAULTS", "Fault"]
+__all__ = ["FAULTS", "MOVING_FAULTS", "Fault"]
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Fault:
     right, wrong : str
         The text, which is in the file once, and what takes its place.
     model : str
-        One of `tests.faults.models.MODELS`.
+        One of `tests.faults.models.MODELS`, or of `tests.faults.moving.MOVING`.
     """
 
     name: str
@@ -218,5 +218,240 @@ FAULTS = (
             "locked(self.primitive_history(self.system.primitives_of[driver][0], 0))",
         ),
         "linkage",
+    ),
+)
+
+#: Faults of laws, friction and contacts that a motion shows.
+MOVING_FAULTS = (
+    Fault(
+        "Kloss's torque a tenth too small",
+        "model/loads/induction_motor.py",
+        'kloss = f"2*breakdown',
+        'kloss = f"1.8*breakdown',
+        "im",
+    ),
+    Fault(
+        "motor: star at a half of the torque",
+        "model/loads/induction_motor.py",
+        'STAR = "(1/3)"',
+        'STAR = "(1/2)"',
+        "im_star",
+    ),
+    Fault(
+        "motor: back-EMF without the ratio",
+        "model/loads/dc_motor.py",
+        "constant*ratio*rate)/inductance",
+        "constant*rate)/inductance",
+        "dc",
+    ),
+    Fault(
+        "motor: current falls by half of the resistance",
+        "model/loads/dc_motor.py",
+        '"(voltage - resistance*current',
+        '"(voltage - 0.5*resistance*current',
+        "dc",
+    ),
+    Fault(
+        "actuator: limit 5 % too great",
+        "model/loads/actuator.py",
+        'f"clamp({text}, -limit, limit)"',
+        'f"clamp({text}, -1.05*limit, 1.05*limit)"',
+        "actuator",
+    ),
+    Fault(
+        "actuator: dead band of a part",
+        "model/loads/actuator.py",
+        '"deadband(push, dead_band)"',
+        '"deadband(push, 0.9*dead_band)"',
+        "actuator",
+    ),
+    Fault(
+        "actuator: lag a tenth too short",
+        "model/loads/actuator.py",
+        '- applied)/lag"',
+        '- applied)/(0.9*lag)"',
+        "actuator_lag",
+    ),
+    Fault(
+        "cylinder: stiffness without the stroke on the rod side",
+        "model/loads/hydraulic_cylinder.py",
+        "{AREA_B}*(stroke - {x})",
+        "{AREA_B}*(stroke)",
+        "hyd",
+    ),
+    Fault(
+        "cylinder: the area of the rod added",
+        "model/loads/hydraulic_cylinder.py",
+        "bore*bore - rod*rod",
+        "bore*bore + rod*rod",
+        "hyd",
+    ),
+    Fault(
+        "tyre: force along the road 5 % too small",
+        "model/loads/tyre.py",
+        'f"friction*{LOAD}*{MAGIC}", f"height',
+        'f"0.95*friction*{LOAD}*{MAGIC}", f"height',
+        "tyre",
+    ),
+    Fault(
+        "tyre: damping the wrong way",
+        "model/loads/tyre.py",
+        "- damping*sinking",
+        "+ damping*sinking",
+        "tyre",
+    ),
+    Fault(
+        "tyre: relaxation twice as long",
+        "model/loads/tyre.py",
+        "abs(speed)*slip)/relaxation",
+        "abs(speed)*slip)/(2*relaxation)",
+        "tyre",
+    ),
+    Fault(
+        "belt: torque times 0.85",
+        "model/joints/belt.py",
+        "return 2.0 * np.tanh(",
+        "return 1.7 * np.tanh(",
+        "belt",
+    ),
+    Fault(
+        "belt: strands pull straight",
+        "model/joints/belt.py",
+        "part = 2.0 * np.sqrt(1.0 - self.sine(at) ** 2)",
+        "part = 2.0",
+        "belt",
+    ),
+    Fault(
+        "band brake: both directions exchanged",
+        "model/joints/band_brake.py",
+        "return 0.5 * (one + other), (arm + helping)",
+        "return 0.5 * (one + other), -(arm + helping)",
+        "brake",
+    ),
+    Fault(
+        "clutch: Stribeck's curve without its square",
+        "kernels/friction.py",
+        "falls = np.exp(-(part * part))",
+        "falls = np.exp(-abs(part))",
+        "clutch",
+    ),
+    Fault(
+        "pin: the radius of the pin for that of the friction circle",
+        "kernels/friction.py",
+        "first = mu * ld(W.par, o + 4, w) / np.sqrt(1.0 + mu * mu)",
+        "first = mu * ld(W.par, o + 4, w)",
+        "pin",
+    ),
+    Fault(
+        "guide: one end of two",
+        "kernels/friction.py",
+        "2.0 * mu / long",
+        "1.0 * mu / long",
+        "rail_long",
+    ),
+    Fault(
+        "rolling resistance 5 % too great",
+        "model/joints/rolling.py",
+        'arm = at[f"{self.name}.resistance"]',
+        'arm = 1.05 * at[f"{self.name}.resistance"]',
+        "roll",
+    ),
+    Fault(
+        "teeth: efficiency of the wrong wheel",
+        "model/joints/_teeth.py",
+        "of_i = (1.0 - efficiency) / (sign * (bj + efficiency * bi))",
+        "of_i = (1.0 - efficiency) / (sign * (bi + efficiency * bj))",
+        "gear",
+    ),
+    Fault(
+        "gear: radius a thousandth too great",
+        "model/joints/gear.py",
+        "return [without_slip(self, at, *self.radii(at))]",
+        "return [without_slip(self, at, 1.001 * self.radii(at)[0], self.radii(at)[1])]",
+        "gear_alpha",
+    ),
+    Fault(
+        "damper: gives power",
+        "model/loads/spring.py",
+        '[0.0, at[f"{self.name}.coefficient"]]',
+        '[0.0, -at[f"{self.name}.coefficient"]]',
+        "dampers",
+    ),
+    Fault(
+        "torsion damper 5 % too stiff",
+        "model/loads/torsion.py",
+        '[0.0, at[f"{self.name}.coefficient"]]',
+        '[0.0, 1.05 * at[f"{self.name}.coefficient"]]',
+        "dampers",
+    ),
+    Fault(
+        "gas: exponent of a hundredth more",
+        "model/loads/reciprocating_cylinder.py",
+        "np.power(last / h, stiff)",
+        "np.power(last / h, 1.01 * stiff)",
+        "gas",
+    ),
+    Fault(
+        "table: a knot's slope halved",
+        "laws/table.py",
+        "right[1:-1] = 3.0 * (h[1:]",
+        "right[1:-1] = 1.5 * (h[1:]",
+        "table",
+    ),
+    Fault(
+        "impact: restitution 5 % too small",
+        "analysis/dynamics/contact_decision.py",
+        "0.0 if still else one.restitution",
+        "0.0 if still else 0.95 * one.restitution",
+        "bounce",
+    ),
+    Fault(
+        "impact: impulse of compression 5 % too small",
+        "analysis/contact/friction_problem.py",
+        "    given = np.where(by_newton",
+        "    impulse = 0.95 * impulse\n    given = np.where(by_newton",
+        "bounce",
+    ),
+    Fault(
+        "contact: friction of what slides a tenth too small",
+        "model/contact.py",
+        "return mu, mu if self.static",
+        "return 0.9 * mu, mu if self.static",
+        "slide",
+    ),
+    Fault(
+        "contact: sticks beyond its cone",
+        "analysis/dynamics/contact_motion.py",
+        "most = np.sum([points[k].static *",
+        "most = np.sum([1.2 * points[k].static *",
+        "grip",
+    ),
+    Fault(
+        "contact: opens late",
+        "analysis/dynamics/contact_motion.py",
+        "contact_points[guard.number]))",
+        "contact_points[guard.number])) + 3.0",
+        "lift",
+    ),
+    Fault(
+        "rope: a thousandth too long",
+        "model/contact.py",
+        'ContactCandidate.taut(self.bodies, positions, at[f"{self.name}.length"])',
+        'ContactCandidate.taut(self.bodies, positions, 1.001 * at[f"{self.name}.length"])',
+        "rope",
+    ),
+    Fault(
+        "cam program: acceleration of the falling half a hundredth too great",
+        "laws/kernels.py",
+        "        s2 = -s2\n    return base + height * s",
+        "        s2 = -1.01 * s2\n    return base + height * s",
+        "program",
+    ),
+    Fault(
+        "contact: restitution of a part",
+        "model/contact.py",
+        'return at[f"{self.name}.restitution"]  # type',
+        'return 0.97 * at[f"{self.name}.restitution"]  # type',
+        "bounce",
     ),
 )

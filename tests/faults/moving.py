@@ -2,10 +2,13 @@
 
 from mbody import (
     Actuator,
+    AngleDriver,
     BandBrake,
     Belt,
     Body,
     Clutch,
+    Contact,
+    Damper,
     DCMotor,
     Force,
     FrictionForce,
@@ -15,19 +18,25 @@ from mbody import (
     InductionMotor,
     Mechanism,
     Prismatic,
+    ReciprocatingCylinder,
     Revolute,
     Rolling,
+    Rope,
     SimulationSettings,
+    Spring,
+    Stop,
     Torque,
+    TorsionDamper,
     Tyre,
 )
+from mbody.laws import Cam, Dwell, Rise, Table
 
 __all__ = ["MOVING"]
 
 
 def turner(*loads, w=3.0, until=0.3, inertia=0.5, **k):
     """A link that turns, under loads."""
-    m = Mechanism("turner", ground={"O": (0, 0)})
+    m = Mechanism("turner", ground={"O": (0, 0), "S": (0.5, 1.0)})
     m.add(
         Body("r", mass=2.0, inertia=inertia, cg=(0.1, 0.02), points={"O": (0, 0), "A": (0.4, 0.1)}),
         Revolute("O", "ground.O", "r.O", **k),
@@ -73,6 +82,49 @@ def wheel(*more, **start):
     m.add(Body("w", mass=3.0, inertia=0.1, points={"C": (0, 0)}), Gravity("g", y=-9.81), *more)
     m.simulation = SimulationSettings(until=0.3, start={"w": start})
     return m
+
+
+def driven(law):
+    """A link moved by a law, and a pendulum on it that is free."""
+    made = Mechanism("driven", ground={"O": (0, 0)})
+    made.add(
+        Body("r", mass=2.0, inertia=0.5, points={"A": (0.4, 0.1)}),
+        Body("p", mass=1.0, inertia=0.1, cg=(0.3, 0.0)),
+        Revolute("O", "ground.O", "r"),
+        Revolute("A", "r.A", "p"),
+        Gravity("g", y=-9.81),
+        AngleDriver("motor", "r", law),
+    )
+    made.simulation = SimulationSettings(until=0.6, start={"p": dict(angle=0.2, omega=0.0)})
+    return made
+
+
+def tied(*more, **start):
+    """A wheel that falls, held by something."""
+    return wheel(*more, **{"angle": 0.0, "omega": 0.0, "vx": 0.0, "vy": 0.0} | start)
+
+
+def disc(body, *more, friction=0.0, static=None, restitution=0.0, **start):
+    """A disc on a floor."""
+    made = Mechanism(
+        "disc", ground={"O": (0, 0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    rim = {"rim": {"disc": "C", "radius": 0.3}}
+    touches = Contact(
+        *("floor", "ground.floor", f"{body}.rim"),
+        friction=friction,
+        static=static,
+        restitution=restitution,
+    )
+    made.add(
+        Body(body, mass=3.0, inertia=0.1, points={"C": (0, 0)}, shapes=rim),
+        Gravity("g", y=-9.81),
+        touches,
+        *more,
+    )
+    begins = {"x": 0.0, "angle": 0.0, "vx": 0.0, "vy": 0.0, "omega": 0.0} | start
+    made.simulation = SimulationSettings(until=0.4, start={body: begins})
+    return made
 
 
 OIL = dict(
@@ -185,10 +237,10 @@ MOVING = {
     "pack": lambda: slider(FrictionForce("f", "ground", "s.A", force="10*(1+t)"), v=1.0, until=0.8),
     "rail": lambda: slider(Force("F", "s.A", 5.0, angle=0.7), friction=0.2, until=0.8),
     "rail_long": lambda: slider(
-        Force("F", "s.A", 50.0, angle=-0.7),
+        Force("F", "s.A", 80.0, angle=0.2),
         friction=0.2,
-        length=0.3,
-        height=0.1,
+        length=0.03,
+        height=0.01,
         static=0.3,
         stribeck=0.1,
     ),
@@ -225,4 +277,36 @@ MOVING = {
         vx=0.6,
         vy=0.0,
     ),
+    "dampers": lambda: turner(
+        Damper("d", "ground.S", "r.A", coefficient=3.0),
+        Spring("s", "ground.S", "r.A", stiffness=200.0, free_length=0.3),
+        TorsionDamper("t", "r", coefficient=0.4),
+    ),
+    "gas": lambda: slider(
+        ReciprocatingCylinder(
+            *("c", "ground.O", "s.A"),
+            area=0.01,
+            near=0.8,
+            far=1.6,
+            suction=1e3,
+            delivery=5e3,
+            clearance=0.5,
+            exponent=1.3,
+            ambient=1e3,
+        ),
+        v=0.5,
+        until=0.4,
+    ),
+    "program": lambda: driven(
+        Cam([Rise("modified-sine", 0.2, 0.1, 0.3), Dwell(0.1), Rise("3-4-5", -0.2, 0.0, 0.3)], 1.0)
+    ),
+    "table": lambda: driven(Table([0.0, 0.2, 0.3, 0.6], [0.0, 0.4, -0.1, 0.3])),
+    "bounce": lambda: disc("w", x=0.0, y=0.4, vx=1.0, omega=12.0, friction=0.3, restitution=0.6),
+    "slide": lambda: disc("w", x=0.0, y=0.3, vx=1.0, omega=6.0, friction=0.3),
+    "grip": lambda: disc(
+        "w", Torque("T", "w", value="-20*t"), x=0.0, y=0.3, friction=0.3, static=0.4
+    ),
+    "lift": lambda: disc("w", Force("F", "w", "120*t", angle=1.5707963267948966), y=0.3),
+    "rope": lambda: tied(Rope("rope", "ground.O", "w.C", length=0.5), x=0.2, y=0.0, vx=2.0),
+    "stop": lambda: tied(Stop("stop", "w.y + 0.2 m", restitution=0.7), x=0.0, y=0.0, vx=0.3),
 }

@@ -24,12 +24,17 @@ ASK = """
 import json, sys
 import mbody
 from tests.faults.models import MODELS
+from tests.faults.moving import MOVING
 
 engine, *models = sys.argv[1:]
 found = {}
 for model in models:
-    made = MODELS[model]()
-    run = mbody.kinetostatics(made, t=0.05)
+    if model in MODELS:
+        made = MODELS[model]()
+        run = mbody.kinetostatics(made, t=0.05)
+    else:
+        made, engine = MOVING[model](), "oracle"
+        run = mbody.simulate(made)
     results = mbody.crosscheck(made, engine, ours=run).opinions
     found[model] = {name: one.agrees for name, one in results.items()}
 print(json.dumps(found))

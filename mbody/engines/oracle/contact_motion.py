@@ -933,9 +933,10 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     comparison.size("torque", system.length * comparison.top("force"))
     comparison.size("acceleration", sharp.freely)
     comparison.size("turned", comparison.top("acceleration") / system.length)
-    # an error that has come in once may grow and stays
+    # an error that has come in once may grow and stays; the least is that of a step of ours
+    least = tol.COMPARISON_LEAST_ORACLE + tol.COMPARISON_MARGIN_ORACLE * own
     limits: dict[str, Array | float] = {
-        kind: tol.COMPARISON_LEAST_ORACLE
+        kind: least
         + tol.COMPARISON_MARGIN_ORACLE * np.maximum.accumulate(off) / (comparison.top(kind) or 1.0)
         for kind, off in differences.items()
     }
