@@ -409,6 +409,7 @@ def _noted(
     one = system.with_values({name: [system.values[name]]})
     count = len(system.drivers)
     run = Solution(one, analysis, np.zeros(1), _RowRecorder(rows), np.zeros((1, count, 3)))
+    vars(run)["open_forces"] = None  # for which other rows would be needed
     with np.errstate(all="ignore"):
         units = tuple(measured(run, column.measure)[2] for column in columns)
         unfit(run)
@@ -495,6 +496,7 @@ def _together(
             given = course.grid.take(np.arange(job.before, len(times))).given
     kept = _SelectedRows(job.wanted, rows[:, :, job.before :])
     run = Solution(system, job.analysis, times[job.before :], kept, given)
+    vars(run)["open_forces"] = None
     with np.errstate(all="ignore"):
         found = _columns(job, run)
         return found, ~sound | unfit(run), progress

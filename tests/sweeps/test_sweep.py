@@ -464,3 +464,17 @@ def test_progress_is_shown_of_long_sweeps(monkeypatch, capsys):
     assert "25 %" in capsys.readouterr().err
     show(200, 200)
     assert capsys.readouterr().err.strip() == ""
+
+
+def test_pins_with_friction():
+    """A sweep keeps the rows of its measures alone, by which nothing can be told to be open."""
+    machine = mbody.gallery.load("toggle_press")
+    t = [0.0, 5.0, 10.0]
+    found = mbody.sweep(machine, {"arm": [0.15, 0.2]}, measure="peak(K.force)", t=t)
+    own = [
+        mbody.kinetostatics(mbody.assemble(machine).with_values({"arm": arm}), t=t)
+        for arm in (0.15, 0.2)
+    ]
+    forces = [run.reaction("K", on="lower") for run in own]
+    wanted = [np.hypot(one.fx, one.fy).max() for one in forces]
+    assert found["peak(K.force)"] == pytest.approx(wanted, rel=1e-12)
