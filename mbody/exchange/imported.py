@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -166,34 +167,48 @@ class DrawnLinkage:
         points[name] = at
         return f"{link}.{name}"
 
+    def note_keys(self, element: str, given: Iterable[Any], known: Iterable[str]) -> None:
+        """A note on what an element of the file has besides what is known."""
+        if others := sorted({str(key) for key in given} - set(known)):
+            self.notes.append(f"not taken of {element}: {', '.join(map(seen, others))}")
+
     def _marker(self, link: str, label: str, at: Place, angle: float) -> Marker:
         """A place with a direction."""
         return Marker(link, self.point(link, label, at).rpartition(".")[2], angle)
 
+    def _joint_name(self, label: str) -> str:
+        """A name of a joint; a note where a link has the one of the file."""
+        name = self._named(label)
+        if label in self._points and label != GROUND:
+            self.notes.append(f"the joint {seen(label)} is named {name}")
+        return name
+
     def pin(self, label: str, i: str, j: str, at: Place) -> None:
         """A pin of two links."""
         places = self.point(i, label, at), self.point(j, label, at)
-        self._elements.append(Revolute(self._named(label), *places))
+        self._elements.append(Revolute(self._joint_name(label), *places))
 
     def weld(self, label: str, i: str, j: str, at: Place) -> None:
         """Two links that are one."""
         places = self.point(i, label, at), self.point(j, label, at)
-        self._elements.append(Fixed(self._named(label), *places))
+        self._elements.append(Fixed(self._joint_name(label), *places))
 
     def slide(self, label: str, i: str, j: str, at: Place, angle: float) -> None:
         """A slider on a guide of link i with that direction [rad]."""
         ends = self._marker(i, label, at, angle), self._marker(j, label, at, angle)
-        self._elements.append(Prismatic(self._named(label), *ends))
+        self._elements.append(Prismatic(self._joint_name(label), *ends))
 
     def slot(self, label: str, i: str, j: str, at: Place, angle: float) -> None:
         """A pin of link j in a slot of link i with that direction [rad]."""
         slot, pin = self._marker(i, label, at, angle), self.point(j, label, at)
-        self._elements.append(PinSlot(self._named(label), slot, pin))
+        self._elements.append(PinSlot(self._joint_name(label), slot, pin))
 
     def arc(self, label: str, i: str, j: str, at: Place, centre: Place) -> None:
         """A pin of link j in a slot of link i that is an arc about a centre."""
         ends = self.point(i, f"{label}_centre", centre), self.point(j, label, at)
-        self._elements.append(Distance(self._named(label), *ends, length=math.dist(at, centre)))
+        self._elements.append(
+            Distance(self._joint_name(label), *ends, length=math.dist(at, centre))
+        )
 
     def gears(self, label: str, i: str, j: str, centres: tuple[Place, Place], touch: Place) -> None:
         """Two wheels whose pitch circles touch at a place of the line of their centres."""
@@ -214,7 +229,7 @@ class DrawnLinkage:
         phase = math.atan2(b[1] - a[1], b[0] - a[0])
         self._elements.append(
             Gear(
-                self._named(label),
+                self._joint_name(label),
                 *places,
                 radius_i=radii[0],
                 radius_j=radii[1],
@@ -226,7 +241,7 @@ class DrawnLinkage:
     def ratio(self, label: str, terms: list[tuple[float, str, str]]) -> None:
         """Angles whose sum with factors stays: (factor, link, measured from) each."""
         parts = [CouplingTerm(k, angle=link, relative_to=base) for k, link, base in terms]
-        self._elements.append(AngleCoupling(self._named(label), parts))
+        self._elements.append(AngleCoupling(self._joint_name(label), parts))
 
     def rotate(self, i: str, j: str, speed: float) -> None:
         """A motor that turns link j, measured from link i, at a speed [rad/s]."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element as Node
 
@@ -34,6 +34,17 @@ PER_INCH = 96.0
 INCH = 25.4  # mm
 #: The layer of mechanisms; all others are drawings.
 MECHANISM = 16
+#: Attributes that are read, and those of the drawing.
+CONNECTOR_ATTRIBUTES = (
+    *("id", "x", "y", "name", "layer", "anchor", "input", "rpm", "slider", "slideradius"),
+    *("fasten", "fastenlink", "measurementelement", "draw", "drawcircle", "color", "selected"),
+    *("linesize", "locked", "alwaysmanual", "limitangle", "startoffset"),
+)
+LINK_ATTRIBUTES = (
+    *("id", "name", "layer", "actuator", "throw", "cpm", "gear", "fastenlink", "fastenconnector"),
+    *("measurementelement", "linesize", "solid", "locked", "color", "selected"),
+    *("alwaysmanual", "startoffset", "fasten"),
+)
 #: What a file may have at its top beside connectors, links and ratios, and what is not mechanics.
 LOOKS = ("program", "selected", "background")
 
@@ -163,7 +174,20 @@ class _DrawingReader:
         if id_ in self.connectors:
             raise refusal(element, "there are two of this id")
         x, y = (self.factor * number_of(node.get(key), element, key) for key in ("x", "y"))
+        self._check_attributes(node, element, CONNECTOR_ATTRIBUTES)
         self.connectors[id_] = _Connector(id_, (x, y), node)
+
+    def _check_attributes(self, node: Node, element: str, known: Iterable[str]) -> None:
+        """Refuse attributes that change a motion and are not read; note the others."""
+        self.made.note_keys(element, node.attrib, known)
+        for key in ("limitangle", "startoffset"):
+            if number_of(node.get(key) or 0.0, element, key):
+                raise refusal(
+                    element,
+                    f"its {key} is not 0: an input that swings or starts elsewhere is not read",
+                )
+        if node.get("alwaysmanual") == "true":
+            self.made.notes.append(f"{element} is moved by hand in Linkage: here it has its speed")
 
     def _members(self, node: Node, element: str) -> list[_Connector]:
         """The connectors of a link."""
@@ -184,6 +208,7 @@ class _DrawingReader:
     def _add_link(self, node: Node) -> None:
         id_ = self._id(node, "the link")
         link = _Member(id_, node, self._members(node, f"the link {id_}"))
+        self._check_attributes(node, link.name, LINK_ATTRIBUTES)
         self.links.append(link)
         if not link.has("actuator"):  # that is a cylinder between other links
             for one in link.connectors:

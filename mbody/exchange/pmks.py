@@ -53,6 +53,7 @@ LOOKS_OF_JSON = {
     "JointSize",
     "JointPenThickness",
 }
+JOINT_KEYS = ("Links", "TypeOfJoint", "X", "Y", "Angle", "Name")
 KNOWN = {"Joints", "Links", "Name", "DrivingIndex", "InputSpeed"} | LOOKS_OF_JSON
 
 #: The line that begins a table of a model file.
@@ -137,6 +138,8 @@ def pmks_from_json(data: Mapping[str, Any], name: str, units: str) -> Imported:
     others = sorted(str(key) for key in data if key not in KNOWN)
     if others:
         made.notes.append(f"not taken from the file: {', '.join(map(seen, others))}")
+    for joint, one in zip(joints, data["Joints"], strict=True):
+        made.note_keys(joint.name, one, JOINT_KEYS)
     for link in data.get("Links") or ():
         more = sorted(k for k in _dict(link) if k in ("Mass", "MomentOfInertia", "CenterOfMass"))
         if more:
@@ -281,7 +284,11 @@ def _built(made: DrawnLinkage, joints: list[_LineJoint], speed: str | None) -> I
     for joint in wheels:
         i, j = joint.links
         made.gears(joint.label, i, j, _centres(joint, joints), joint.at)
-    for joint in [one for one in joints if one.driven][:1]:
+    driven = [one for one in joints if one.driven]
+    if len(driven) > 1:
+        marked = ", ".join(one.label for one in driven)
+        raise refusal("the file", f"it marks {len(driven)} joints as driven ({marked}): keep one")
+    for joint in driven:
         _driven(made, joint, rate, speed is not None)
     return made.imported()
 

@@ -30,6 +30,15 @@ FORM = "pylinkage"
 JOINTS = ("ground", "revolute", "prismatic", "tracker")
 DRIVERS = ("driver", "arc_driver")
 LINKS = ("ground", "link", *DRIVERS)
+#: Keys that are read, and of what follows from the position.
+JOINT_KEYS = (
+    *("id", "name", "type", "position", "axis", "line_point", "slide_distance"),
+    *("ref_joint1_id", "ref_joint2_id", "distance", "angle"),
+)
+LINK_KEYS = (
+    *("id", "name", "type", "joints", "motor_joint", "angular_velocity", "initial_angle"),
+    *("arc_start", "arc_end"),
+)
 #: A revolution in 360 steps, where the file says no speed.
 SPEED = math.tau / 360.0
 
@@ -65,7 +74,10 @@ def pylinkage_from_json(data: Mapping[str, Any], name: str, units: str) -> Impor
         if joint.id in joints:
             raise refusal(joint.name, "there are two of this id")
         joints[joint.id] = joint
+        made.note_keys(joint.name, _dict(one), JOINT_KEYS)
     links = [_dict(one) for one in data.get("links") or ()]
+    for one in links:
+        made.note_keys(f"the link {seen(one.get('id'))}", one, LINK_KEYS)
     named = {str(one.get("id")): _link(made, one, joints) for one in links}
     for joint in joints.values():
         if joint.type == "tracker":

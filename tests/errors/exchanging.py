@@ -155,6 +155,7 @@ SCENARIOS = {
         '{"Joints": [{"X": 0, "Y": 0, "TypeOfJoint": "R"}]}', "file.pmks"
     ),
     "PMKS with a driven joint that is not there": of("ground,a,R,0,0\nd=4"),
+    "PMKS with two driven joints": of("ground,a,R,0,0,0,ffft\na,b,R,1,0,0,ffft"),
     "PMKS with a driven slot": of("ground,a,R,0,0,0,ffff\na,b,RP,1,0,0,ffft"),
     "PMKS with wheels without centres": of("ground,a,R,0,0\na,b,G,1,0"),
     "PMKS with wheels that do not touch": of("ground,a,R,0,0\na,b,G,1,1\nb,ground,R,4,0"),
@@ -210,6 +211,9 @@ SCENARIOS = {
     ),
     "Linkage with an input that moves": linkage(
         CRANK, connector(2, 9, 9, 'input="true"'), link(1, 1, 2)
+    ),
+    "Linkage with an input that swings": linkage(
+        connector(0, 0, 0, 'anchor="true" input="true" limitangle="40"')
     ),
     "Linkage with an input of two links": linkage(
         connector(0, 0, 0, 'anchor="true" input="true"'),
@@ -340,6 +344,7 @@ PMKS with a slide of three | ModelError | - | 'file.txt': the joint A (ground, a
 PMKS with another type | ModelError | - | 'file.pmks': the joint A (a, b): its type is 'G2'; the types are R, P, RP and G
 PMKS with a joint of no link | ModelError | - | 'file.pmks': the joint A: it has no Links
 PMKS with a driven joint that is not there | ModelError | - | 'file.txt': the file: the driven joint is number 4, counted from 0, of 1
+PMKS with two driven joints | ModelError | - | 'file.txt': the file: it marks 2 joints as driven (A, B): keep one
 PMKS with a driven slot | ModelError | - | 'file.txt': the joint B (a, b): it is the driven joint, which must be of the type R or P
 PMKS with wheels without centres | ModelError | - | 'file.txt': the joint B (a, b): its two wheels have no pins on one carrier, so they have no centres
 PMKS with wheels that do not touch | ModelError | - | 'file.txt': the gear joint B: it is 1.41421 and 3.16228 from the centres of a and b, which are 4 apart: it must be where the pitch circles touch, on the line of the centres
@@ -368,6 +373,7 @@ Linkage with a ratio of nothing | ModelError | - | 'file.linkage2': the ratio of
 Linkage with wheels on no carrier | ModelError | - | 'file.linkage2': the ratio of link 0 and link 1: no link carries both wheels
 Linkage with a wheel without a place | ModelError | - | 'file.linkage2': the ratio of link 0 and link 1: the link 1 has no connector
 Linkage with an input that moves | ModelError | - | 'file.linkage2': the connector 2: it is an input that is no anchor
+Linkage with an input that swings | ModelError | - | 'file.linkage2': the connector 0: its limitangle is not 0: an input that swings or starts elsewhere is not read
 Linkage with an input of two links | ModelError | - | 'file.linkage2': the connector 0: it is an input of 2 links: one can be driven
 pylinkage of the older form | ModelError | - | 'file.json': the joint 'A': its type is 'Crank': files of pylinkage's mechanisms are read, with the types ground, revolute, prismatic, tracker; write it by mechanism_to_json of pylinkage.mechanism
 pylinkage without a position | ModelError | - | 'file.json': the joint 'A': it has no position [x, y]

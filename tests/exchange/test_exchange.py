@@ -392,3 +392,29 @@ def linkage_text():
         "</ratios>",
     )
     return LINKAGE.format("".join(parts))
+
+
+def test_what_other_formats_have_besides_is_named(tmp_path):
+    data = python_linkage(colour="red")
+    data["joints"][2]["friction"] = 0.2
+    notes = import_model(write(tmp_path / "a.json", json.dumps(data))).notes
+    assert "not taken of the joint 'A': 'friction'" in notes
+    assert "not taken of the link 'crank': 'colour'" in notes
+    joints = [
+        {"X": 0, "Y": 0, "TypeOfJoint": "R", "Links": ["ground", "a"], "Stiffness": 3},
+        {"X": 1, "Y": 0, "TypeOfJoint": "R", "Links": ["a"]},
+    ]
+    notes = import_model(write(tmp_path / "a.pmks", json.dumps({"Joints": joints}))).notes
+    assert "not taken of the joint A (ground, a): 'Stiffness'" in notes
+    crank = connectors((0, 0, 0, INPUT + ' spring="2" alwaysmanual="true"'), (1, 9, 0, ""))
+    notes = linkage(tmp_path, crank, link(0, 0, 1)).notes
+    assert "not taken of the connector 0: 'spring'" in notes
+    assert any("moved by hand" in note for note in notes)
+
+
+def test_joints_and_links_of_one_name_are_told_apart(tmp_path):
+    data = python_linkage()
+    data["links"][2]["name"] = "A"
+    made = import_model(write(tmp_path / "a.json", json.dumps(data)))
+    assert {"A", "A_2"} <= {element.name for element in made.mechanism}
+    assert "the joint 'A' is named A_2" in made.notes
