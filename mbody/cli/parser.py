@@ -732,8 +732,9 @@ class _Parser(argparse.ArgumentParser):
 
         options = re.findall(r"--[a-z-]+", self.format_usage())
         for word in words:
-            if similar := meant(word.partition("=")[0], options, 0.85):
-                return f": did you mean {similar}?"
+            bare = [one.removeprefix("--") for one in options]
+            if similar := meant(word.partition("=")[0].removeprefix("--"), bare, 0.8):
+                return f": did you mean --{similar}?"
         return ""
 
     def error(self, message: str) -> NoReturn:

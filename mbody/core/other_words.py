@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 #: What others call it, by the words that users of other programs and textbooks write.
 OTHER_WORDS: dict[str, tuple[str, ...]] = {
@@ -20,7 +21,6 @@ OTHER_WORDS: dict[str, tuple[str, ...]] = {
         "torsional_spring rotational_spring": "torsion_spring",
         "torsional_damper rotational_damper": "torsion_damper",
         "dashpot": "damper",
-        "moment": "torque",
         "links link body members parts rigid_bodies": "bodies",
         "pins joint constraints pairs connections": "joints",
         "motors motor driver actuators": "drivers",
@@ -43,6 +43,16 @@ OTHER_WORDS: dict[str, tuple[str, ...]] = {
         "plot picture sketch": "draw",
         "film movie video": "animate",
         "over": "turn",
+        "turn": "over",
+        "theta phi orientation heading": "angle",
+        "w angular_velocity": "omega",
+        "angular_acceleration": "alpha",
+        "x": "fx",
+        "y": "fy",
+        "mz moment": "torque",
+        "force": "reaction",
+        "torque": "effort",
+        "time": "t",
         "at times": "t",
     }.items()
     for word in words.split()
@@ -61,4 +71,27 @@ def meant(word: object, known: Iterable[str], cutoff: float = 0.6) -> str | None
     for one in OTHER_WORDS.get(given.lower().replace("-", "_").replace(" ", "_"), ()):
         if one in there:
             return one
+    for one in there:
+        if one.lower() == given.lower():
+            return one
     return next(iter(difflib.get_close_matches(given, there, 1, cutoff)), None)
+
+
+class Attributes:
+    """A class whose refusal of an attribute that it has not says which one is meant."""
+
+    if not TYPE_CHECKING:  # for which all attributes would be there
+
+        def __getattr__(self, name: str) -> Any:
+            """Refuse it."""
+            what = f"a {type(self).__name__} has no '{name}'"
+            if name.startswith("_"):
+                raise AttributeError(what)
+            if place := getattr(type(self), "_read_by", lambda *_: "")(self, name):
+                raise AttributeError(f"{what}: it is read by {place}")
+            known = [one for one in dir(type(self)) if not one.startswith("_")]
+            known += [one for one in getattr(type(self), "__annotations__", ()) if one not in known]
+            close = meant(name, known)
+            raise AttributeError(
+                what + (f": did you mean '{close}'?" if close else f" (it has: {', '.join(known)})")
+            )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
+from mbody.core.other_words import Attributes
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import Element, Marker, Numbers, listed
@@ -94,7 +95,7 @@ class Record:
 
 
 @dataclass(frozen=True)
-class BodyHistory:
+class BodyHistory(Attributes):
     """Motion of one body: its mass centre and its angle.
 
     Attributes
@@ -125,7 +126,7 @@ class BodyHistory:
 
 
 @dataclass(frozen=True)
-class PointHistory:
+class PointHistory(Attributes):
     """Motion of a point of a body, world axes: arrays (instants,)."""
 
     name: str
@@ -141,7 +142,7 @@ class PointHistory:
 
 
 @dataclass(frozen=True)
-class Reaction:
+class Reaction(Attributes):
     """Force and torque on body `on` by body `by` at a joint, world axes: arrays (instants,).
 
     Attributes
@@ -227,7 +228,7 @@ class Checks:
 
 
 @dataclass(frozen=True)
-class LoadHistory:
+class LoadHistory(Attributes):
     """Force and torque of a load on body `on`, world axes, and the quantities that it depends on;
     arrays (instants,), of a batch (designs, instants).
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.other_words import Attributes
 from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
@@ -180,7 +181,7 @@ def as_solution(given: Any) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution:
+class Solution(Attributes):
     """Result of an analysis: histories by name, in the units of the mechanism.
 
     Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
@@ -324,6 +325,15 @@ class Solution:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def _read_by(self, name: str) -> str:
+        """How the result of an element of that name is read; "" where there is none."""
+        role = self.mechanism[name].role if name in self.mechanism else ""
+        calls = {"body": "run['{}']", "joint": "run.reaction('{}')", "load": "run.load('{}')"}
+        calls |= dict.fromkeys(("driver", "coupling"), "run.effort('{}')")
+        return calls.get(
+            role, "run.measure('{}')" if name in self.mechanism.measures else ""
+        ).format(name)
 
     def __getitem__(self, body: str) -> BodyHistory:
         if not isinstance(body, str) or body not in self.system.bodies:

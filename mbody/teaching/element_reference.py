@@ -406,7 +406,7 @@ def reference_overview(table: str = "") -> str:
     if table:
         if any(table.lower() in (kind, cls.__name__.lower()) for _, kind, cls in _kinds()):
             return ""
-        table = meant(table, [*OTHER_TABLES, *SECTIONS, "laws"], 0.9) or ""
+        table = meant(table, ["bodies", *OTHER_TABLES, *SECTIONS, "laws"], 0.9) or ""
         if table in OTHER_TABLES:
             about, example = OTHER_TABLES[table]
             return f"[{table}]: {about}\n\n{example}\n\ndocs/model-files.md has all its words"

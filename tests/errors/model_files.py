@@ -34,6 +34,8 @@ TEXTS = {
     "no TOML in a line": "name 'x'\nunits = 'SI'",
     "a table twice": "[bodies.a]\n[bodies.a]",
     "a unit without quotes": "[parameters]\nspeed = 120 rpm",
+    "units in the last table": "[bodies.a]\n[joints]\nunits = 'SI'",
+    "gravity as a list": "gravity = [0, -9.81]\n[bodies.a]",
     "very long keys": ".".join("abcdefghijklmnopqrstuvwxyz") + " = 1",
     "very deep tables": "a = " + "[" * 40 + "]" * 40,
     "tables too deep for Python": "a = " + "[" * 100_000,
@@ -256,13 +258,15 @@ no TOML | ModelError | - | model: it is no TOML: at its end: invalid value
 no TOML in a line | ModelError | - | model: it is no TOML: line 1: expected '=' after a key in a key/value pair
 a table twice | ModelError | - | model: it is no TOML: line 2: '[bodies.a]' is there a second time, or its table was closed: keep one of them
 a unit without quotes | ModelError | - | model: it is no TOML: line 2: a number with a unit stands in quotes: "120 rpm"
+units in the last table | ModelError | units | model: line 3: joints.units: is read as one of [joints], below whose line it stands: put it above all tables, or give it a table of its own
+gravity as a list | ModelError | gravity | model: line 1: gravity: must be a table, not [0, -9.81] (mbody explain gravity shows one)
 very long keys | ModelError | - | model: a dotted key has more than 20 parts
 very deep tables | ModelError | - | model: tables are nested too deep: at most 30
 tables too deep for Python | ModelError | - | model: tables are nested too deep: at most 30
 an unknown key | ModelError | - | model: line 1: nmae: there is no such key, did you mean 'name'?
 an unknown key like no other | ModelError | arm | model: line 7: bodies.arm.zzz: there is no such key (there are: weight, inertia, cg, guess, spread, shapes, section)
 a title that is a number | ModelError | - | model: line 1: name: must be text, not 3
-bodies that are a list | ModelError | - | model: line 1: bodies: must be a table, not [1]
+bodies that are a list | ModelError | - | model: line 1: bodies: must be a table, not [1] (mbody explain bodies shows one)
 a body that is a number | ModelError | arm | model: line 2: bodies.arm: must be a table, not 3
 a body without a name | ModelError | - | model: line 1: bodies.: every element needs a name, not ''
 a body with a dot | ModelError | a.b | model: line 1: bodies.a.b: 'a.b': a name may not hold a dot, which parts body and point: write 'a_b'

@@ -1,6 +1,7 @@
 """What a result certifies of itself: residuals, status and doubts, in every form that it has."""
 
 import contextlib
+import copy
 import csv
 import io
 import json
@@ -363,3 +364,21 @@ def test_the_null_space_says_what_is_not_unique(verb, make):
 
 def test_columns_say_nothing_where_all_is_unique():
     assert not any("unique" in name for name in mbody.kinetostatics(engine()).columns())
+
+
+def test_an_attribute_that_is_not_there_names_what_is_meant():
+    """Elements by how they are read, other words by ours; copies and pickles are as before."""
+    run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+    meant = {
+        "run['crank']": lambda: run.crank,
+        r"run.reaction\('A'\)": lambda: run.A,
+        r"run.effort\('motor'\)": lambda: run.motor,
+        "mean 'angle'": lambda: run["crank"].theta,
+        "mean 'fx'": lambda: run.reaction("A").x,
+        "it has: name, x, y": lambda: run["crank"].speed,
+    }
+    for words, read in meant.items():
+        with pytest.raises(AttributeError, match=words.replace("[", r"\[")):
+            read()
+    assert not hasattr(run, "nothing") and pickle.loads(pickle.dumps(run)).t[0] == run.t[0]
+    assert copy.deepcopy(run["crank"]).x[0] == run["crank"].x[0]

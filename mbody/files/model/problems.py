@@ -347,6 +347,11 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
             return sentence
         return _unknown(path[-1], _keys(schema, path[:-1], data), _value_at(data, path[:-1]))
     if kind == "kind":
+        if len(path) == 2 and path[1] in (*TABLES, "units", "name", "angle"):
+            return (
+                f"is read as one of [{path[0]}], below whose line it stands: put it above all "
+                "tables, or give it a table of its own"
+            )
         given = list(error["input"]) if isinstance(error["input"], dict) else []
         known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
         for key in given[:MOST]:
@@ -384,6 +389,8 @@ def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
 
 def _example(path: KeyPath) -> str:
     """Where an example is, of what is wrong in the table of an element behind its kind."""
+    if len(path) == 1 and path[0] in (*TABLES, *STUDIES):
+        return f" (mbody explain {path[0]} shows one)"
     if len(path) < 3 or path[2] not in SECTIONS.get(str(path[0]), {}):
         return ""
     return f" (mbody explain {path[2]} shows an example)"
