@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import sys
 from collections.abc import Callable
@@ -31,6 +30,7 @@ def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
     from mbody.analysis.driven.driven import analyse_at as solved
     from mbody.summaries.instant import efficiency_line
+    from mbody.summaries.text_table import plain_notes
 
     check_forms(args)
     mechanism = model_of(args)
@@ -45,7 +45,9 @@ def analyse(args: Any) -> int:
     if args.json:
         data = run.data(args.angle or "deg")
         if found is not None:
-            data["efficiency"] = dataclasses.asdict(found)
+            keys = "value", "given", "useful", "lost"
+            data["efficiency"] = {key: getattr(found, key) for key in keys}
+            data["notes"] = list(dict.fromkeys((*data["notes"], *found.notes)))
         if wants_equations:
             data["equations"] = run.equations().data()
         print(json.dumps(data, ensure_ascii=False, allow_nan=False))
@@ -54,7 +56,7 @@ def analyse(args: Any) -> int:
     elif args.csv != "-":
         print(run)
         if found is not None and output:
-            print(efficiency_line(run, output, found))
+            print("\n".join([efficiency_line(run, output, found), *plain_notes(found)]))
     return exit_status(run, printed=args.json or (args.csv != "-" and not wants_equations))
 
 

@@ -32,6 +32,7 @@ from mbody.solution.contact_forces import (
     stored_motion,
     tangent_forces,
 )
+from mbody.solution.doubts import Inherited
 from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
 from mbody.solution.shared_forces import primitive_numbers
 from mbody.system.rank import dense
@@ -475,7 +476,7 @@ class FrictionReport:
 
 
 @dataclass(frozen=True)
-class Efficiency:
+class Efficiency(Inherited):
     """Work given to a mechanism, and the useful part of it.
 
     Attributes

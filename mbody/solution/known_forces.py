@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import contextvars
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ParamSpec, TypeVar
 
@@ -137,6 +137,24 @@ def with_notes(made: R, notes: tuple[str, ...]) -> R:
     return found
 
 
+def not_unique(names: Sequence[str], of: str = "") -> str:
+    """What is said of a quantity that is made of forces which are not unique."""
+    return (
+        f"the forces of {listed(names, NAMED)}, of which {repr(of) if of else 'this'} is made, are "
+        "not unique: others that balance the bodies as well give other numbers"
+    )
+
+
+def every_force(run: Solution) -> list[Any]:
+    """All reactions and efforts of a result; none where it has no forces."""
+    if not run.has_forces:
+        return []
+    machine = run.mechanism
+    found: list[Any] = [run.reaction(one.name) for one in machine.joints]
+    found += [run.reaction(one.name) for one in acting_contacts(run)]
+    return found + [run.effort(one.name) for one in (*machine.drivers, *machine.couplings)]
+
+
 def open_elements(run: Solution, known: bool | None = False) -> list[str]:
     """Joints, contacts, drivers and couplings whose forces are not unique, or of which that is not
     known.
@@ -194,15 +212,12 @@ def _sentence(run: Solution, kind: str, asked: set[str], name: str) -> str:
     known = None if kind == "unknown" else False
     every = open_elements(run, known)
     names = [one for one in every if one in asked] or every
-    whose, of = listed(names, NAMED), f"'{name}' is made" if name else "this is made"
-    if kind == "unknown":
-        return (
-            f"whether the forces of {whose}, of which {of}, are unique was not examined: others "
-            "may balance the bodies as well"
-        )
+    if kind == "open":
+        return not_unique(names, name)
+    of = f"'{name}'" if name else "this"
     return (
-        f"the forces of {whose}, of which {of}, are not unique: others that balance the bodies as "
-        "well give other numbers"
+        f"whether the forces of {listed(names, NAMED)}, of which {of} is made, are unique was not "
+        "examined: others may balance the bodies as well"
     )
 
 

@@ -14,6 +14,7 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.solution.histories import Record, one_design
+from mbody.solution.known_forces import every_force
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 from mbody.views.frame import framed, in_strip
@@ -30,7 +31,7 @@ from mbody.views.kinematic_picture import (
 from mbody.views.motions import SMOOTH, times
 from mbody.views.pose import Pose
 from mbody.views.sketch import Sketch
-from mbody.views.style import blank, styled
+from mbody.views.style import blank, said_below, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,14 +173,16 @@ def draw(
         )
     with styled():
         figure = blank()
+        shown = [every_force] if forces else []
         if strip and len(poses) > 1:
-            return _in_cells(figure, poses, forces, selection, tracks)
+            figure = _in_cells(figure, poses, forces, selection, tracks)
+            return said_below(figure, run, of=shown)
         scale = sketch_scale(poses, selection, list(tracks.values()), 1.0)
         sketch = Sketch(_axes(figure), poses[0], *scale)
         for n, pose in enumerate(poses[1:]):
             faded(sketch, pose, selection, FADED * (1.0 - 0.5 * n / len(poses)))
         framed(figure, sketch, sketch_mechanism(sketch, forces, tracks, selection))
-    return figure
+        return said_below(figure, run, of=shown)
 
 
 def draw_cells(run: Solution, texts: Sequence[str]) -> Figure:
@@ -244,6 +247,7 @@ def draw_series(
             sketch.axes.set_xlim(left, right)
             tall = figure.get_size_inches()[1]
             figure.set_size_inches((right - left) / sketch.unit / 72.0, tall)
+            said_below(figure, run, of=[every_force] if forces else [])
     return figures
 
 

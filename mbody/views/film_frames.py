@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,7 +15,9 @@ import numpy as np
 
 from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE, DRAWN_RETURNS
 from mbody.quantities.evaluate import place_in_turn
+from mbody.solution.doubts import inherited
 from mbody.solution.histories import Place, moved
+from mbody.solution.known_forces import every_force
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
 from mbody.views.acting import drawn_forces, notation
@@ -134,7 +137,9 @@ class FilmSet:
         span: float | None = None,
     ) -> None:
         self.scenes = [scene(run, moves=moves, span=span) for run in runs.values()]
-        self.notes = self.scenes[0].notes
+        shown = [every_force] if "forces" in show else []
+        known = [inherited(run, of=shown)["notes"] for run in runs.values()]
+        self.notes = list(dict.fromkeys((*self.scenes[0].notes, *itertools.chain(*known))))
         self.main = self.scenes[0]
         self.show, self.names = set(show), list(runs)
         self._signs: dict[tuple[int, str], Array] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import textwrap
@@ -25,7 +26,7 @@ from mbody.views.links import lone_link, scale_of
 from mbody.views.pose import Pose, heading
 from mbody.views.shapes import arc, direction
 from mbody.views.sketch import Sketch
-from mbody.views.style import INK, PAPER, SIZE, SOFT, Z, blank, styled
+from mbody.views.style import INK, PAPER, SIZE, SOFT, Z, blank, said_below, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -235,7 +236,13 @@ def draw_free_bodies(
                 free = free_body(run, name, k)
                 rows.append((heading, _row(figure, pose, free, members[name])))
         _laid_out(figure, rows)
-    return figure
+        shown = [functools.partial(_shown, names=names, instants=instants)]
+        return said_below(figure, run, of=shown)
+
+
+def _shown(run: Solution, names: Sequence[str], instants: Sequence[int]) -> list[Any]:
+    """The forces on some bodies at some instants."""
+    return [free_body(run, name, k) for k in instants for name in names]
 
 
 def force_peak(run: Solution) -> int:

@@ -20,7 +20,7 @@ from mbody.summaries.text_table import cut, unit_text
 from mbody.views.frame import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.labels import extent
 from mbody.views.motions import one_way
-from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT, blank, styled
+from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT, blank, said_below, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -165,7 +165,8 @@ def plot(
     _check_log(log, panels, abscissa)
     bars = modes and len(runs) == 1 and not x and "x" not in log
     with styled():
-        return _figure(first, panels, abscissa[0], log, [] if x else _events(first), bars=bars)
+        figure = _figure(first, panels, abscissa[0], log, [] if x else _events(first), bars=bars)
+        return said_below(figure, *runs[:SEVERAL], of=[_quantity(name)[0] for name in names])
 
 
 def plot_curves(run: Solution, panels: Sequence[list[PlottedCurve]]) -> Figure:
@@ -197,13 +198,18 @@ def all_measures(run: Solution) -> list[str]:
     return names
 
 
+def _quantity(name: str) -> tuple[str, str]:
+    """A quantity, and the unit in brackets behind it."""
+    in_unit = _UNIT.fullmatch(name.strip())
+    return (in_unit[1].strip(), in_unit[2].strip()) if in_unit else (name, "")
+
+
 def curve_of(run: Solution, name: str) -> PlottedCurve:
     """The history of a quantity, in the unit in brackets behind its name."""
-    in_unit = _UNIT.fullmatch(name.strip())
-    quantity_name = in_unit[1].strip() if in_unit else name
+    quantity_name, given = _quantity(name)
     measure = measure_named(run.mechanism.measures, quantity_name)
-    if in_unit:
-        measure = Measure(measure.of, in_unit[2].strip())
+    if given:
+        measure = Measure(measure.of, given)
     values, dimension, unit = measured(run, measure)
     if dimension == DIMENSIONS["angle"] and not measure.unit:
         values, unit = np.degrees(values), "deg"
@@ -512,4 +518,4 @@ def internal_diagram(found: InternalLoads, instant: int | None = None) -> Figure
         shaded = "" if len(found.axial) == 1 else "; shaded: all instants"
         panels[0].set_title(f"{found.body}: {at}{shaded}")
         figure.tight_layout()
-    return figure
+        return said_below(figure, notes=found.notes)

@@ -9,11 +9,14 @@ from __future__ import annotations
 import functools
 import io
 import re
+import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.files.writing import writing
+from mbody.solution.doubts import inherited
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -145,6 +148,44 @@ def blank() -> Figure:
 def _in_a_notebook(figure: Figure, include: Any = None, exclude: Any = None) -> dict[str, str]:
     """A drawing as SVG: sharp, and without a server."""
     return {"image/svg+xml": content_of(figure, "svg").decode("utf-8")}
+
+
+#: Size of sentences below a picture [points], and how many there are at most.
+BELOW, SENTENCES = 7.0, 4
+
+
+def said_below(
+    figure: Figure, *results: Any, of: Iterable[Any] = (), notes: Iterable[str] = ()
+) -> Figure:
+    """The figure with doubts of results, and what is known of the forces of which it shows
+    quantities, in small lines below it.
+    """
+    said = inherited(*results, of=of, notes=notes)
+    doubts = {one.message for one in said["doubts"]}
+    sentences = [f"in doubt: {one}" if one in doubts else one for one in said["notes"]]
+    if not sentences:
+        return figure
+    wide, tall = figure.get_size_inches()
+    letters = max(40, int(wide * 72.0 / (0.5 * BELOW)))
+    texts = [one.replace("$", r"\$") for one in sentences[:SENTENCES]]
+    lines = [line for one in texts for line in textwrap.wrap(one, letters)]
+    more = (1.35 * len(lines) + 1.0) * BELOW / 72.0
+    places = [(axes, axes.get_position()) for axes in figure.axes]
+    figure.set_size_inches(wide, tall + more)
+    part = tall / (tall + more)
+    for axes, at in places:
+        axes.set_position((at.x0, 1.0 - (1.0 - at.y0) * part, at.width, at.height * part))
+    figure.text(
+        BELOW / 72.0 / wide,
+        0.5 * BELOW / 72.0 / (tall + more),
+        "\n".join(lines),
+        size=BELOW,
+        color=SOFT,
+        va="bottom",
+        linespacing=1.35,
+        gid="notes",
+    )
+    return figure
 
 
 def check_ending(path: Any) -> str:

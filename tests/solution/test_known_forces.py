@@ -17,11 +17,12 @@ from mbody.engineering import (
     shaking_orders,
 )
 from mbody.model.body import RectangleSection
+from mbody.views.plotting import internal_diagram
 
 G = 9.81
 
 
-def cranks(count):
+def cranks(count, **pins):
     """So many parallel cranks of a bar; of two at a time one pin of the bar is needed."""
     made = Mechanism("cranks", ground={f"{n}0": (2 * k, 0) for k, n in enumerate("ABC"[:count])})
     points = {n: (2 * k, 0) for k, n in enumerate("ABC"[:count])}
@@ -29,8 +30,8 @@ def cranks(count):
     for n, name in zip("abc", "ABC"[:count], strict=False):
         ends = {"O": (0, 0), "P": (1, 0)}
         made.add(Body(n, mass=1, inertia=1 / 12, cg=(0.5, 0), points=ends, guess=1.0))
-        made.add(Revolute(f"{name}0", f"ground.{name}0", f"{n}.O"))
-        made.add(Revolute(name, f"{n}.P", f"bar.{name}"))
+        made.add(Revolute(f"{name}0", f"ground.{name}0", f"{n}.O", **pins))
+        made.add(Revolute(name, f"{n}.P", f"bar.{name}", **pins))
     made.add(AngleDriver("motor", "a", mbody.laws.ConstantSpeed(1.0, 5.0)))
     return made
 
@@ -163,6 +164,45 @@ def test_a_chassis_on_wheels(wheels):
     assert any("not unique" in one for one in found.notes) == (wheels == 3)
     if wheels == 3:
         assert np.isfinite(found.jacobian).all()
+
+
+def test_an_efficiency_and_the_index_of_joint_forces():
+    made = cranks(3, friction=0.1, pin_radius=0.02)
+    made.add(mbody.Torque("work", "c", value=-50.0))
+    found = mbody.kinetostatics(made, t=np.linspace(0.0, 0.1, 11)).efficiency("work")
+    assert any("not unique" in one for one in found.notes)
+    run = mbody.kinematics(cranks(3), turn=True, instants=9)
+    assert "not unique" in mbody.transmission(run, output="bar", joint="A").notes[0]
+    run = mbody.kinematics(four_bar(), turn=True, instants=9)
+    assert mbody.transmission(run, output="rocker").notes == ()
+
+
+@pytest.mark.parametrize("shared", [True, False])
+def test_pictures_say_it_below(shared):
+    run = run_of(cranks(3) if shared else four_bar())
+    body = "bar" if shared else "coupler"
+    loads = internal_loads(run, body, ("A", "B"))
+    for figure in (
+        mbody.draw(run, 3, forces=True),
+        mbody.plot(run, "B.force [kN]", "motor.effort"),
+        mbody.free_body(run, body, 3).draw(),
+        internal_diagram(loads),
+    ):
+        texts = [one.get_text() for one in figure.texts if one.get_gid() == "notes"]
+        assert len(texts) == shared and all("not unique" in " ".join(t.split()) for t in texts)
+    for figure in (mbody.draw(run, 3), mbody.plot(run, "motor.effort")):
+        assert not [one for one in figure.texts if one.get_gid() == "notes"]
+
+
+def test_springs_that_balance_and_answers_of_questions():
+    made = cranks(3)
+    spring = mbody.Spring("spring", "ground.B0", "bar.A", stiffness=1.0)
+    found = mbody.engineering.spring_balance(made, [spring], t=[0.0, 0.1, 0.2])
+    assert not any("not unique" in one for one in found.notes)
+    made.add(mbody.Torque("hold", "b", value=0.0))
+    for condition, wanted in (("motor.effort = 0", False), ("B0.fx = 1 N", True)):
+        answer = mbody.solve_for(made, unknowns=["hold"], conditions=condition)
+        assert any("not unique" in one for one in answer.notes) == wanted
 
 
 def test_what_was_not_examined_is_said():

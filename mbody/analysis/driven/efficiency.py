@@ -12,6 +12,7 @@ from mbody.core.tolerances import LAW_VALUES_SAME, WORK_AGREES, WORK_NONE
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.solution.checks import each_load_of
+from mbody.solution.doubts import inherited
 from mbody.solution.friction_results import Efficiency
 from mbody.solution.histories import link_poses, one_design
 from mbody.solution.solution import Solution
@@ -45,13 +46,15 @@ def efficiency(found: Solution, output: str) -> Efficiency:
         raise ModelError(
             "an efficiency is of a motion, this is one instant: analyse a turn, or several times"
         )
-    given, useful, lost = _works(found, output, [name for name in drivers if name != output])
+    inputs = [name for name in drivers if name != output]
+    given, useful, lost = _works(found, output, inputs)
     if not given > WORK_NONE * max(abs(given), abs(useful), lost):
         raise ModelError(
             f"the drivers of '{machine.name}' give no work over this motion: what gives it must be "
             "a driver, or take a part of the motion in which one drives"
         )
-    return Efficiency(useful / given, given, useful, lost)
+    said = inherited(found, of=[lambda one: _powers(one, output, inputs)])
+    return Efficiency(useful / given, given, useful, lost, **said)
 
 
 def _power(run: Solution, name: str) -> Array:

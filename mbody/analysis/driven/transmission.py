@@ -34,6 +34,7 @@ from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited, heading, inherited, unit_symbols
 from mbody.solution.histories import moved, one_design
+from mbody.solution.known_forces import not_unique
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock
@@ -642,6 +643,9 @@ def transmission(
     notes = []
     if not np.isfinite(angle).any():
         notes.append(_undefined(through, output_body))
+    repeated = [name for name, parts in (run.dependencies or {}).items() if any(parts)]
+    if repeated:
+        notes.append(not_unique(repeated, "joint_force_index"))
     loose = np.isnan(ratio)
     if loose.any():
         notes.append(
