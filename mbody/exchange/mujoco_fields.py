@@ -83,10 +83,10 @@ MOVES_NOTHING = (
 #: Ends of fields that are for pictures or for the user's own use.
 SEEN = ("_user", "_group", "_matid", "_rgba", "_width", "_castshadow", "site_type", "site_size")
 #: Fields of ``mjOption``.
-OPTIONS_TAKEN = _words("gravity density viscosity disableflags enableflags disableactuator")
+OPTIONS_TAKEN = _words("gravity density viscosity wind disableflags enableflags disableactuator")
 OPTIONS_OF_CONTACTS = _words("o_margin o_friction")
 OPTIONS_OF_THE_SOLVER = _words("""
-    timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance sleep_tolerance wind
+    timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance sleep_tolerance
     magnetic o_solref o_solimp integrator cone jacobian solver iterations ls_iterations
     noslip_iterations ccd_iterations sdf_initpoints sdf_iterations
     """)
@@ -159,15 +159,3 @@ def _check_whole(mujoco: Any, model: Any, name: Any) -> None:
     for tree in np.flatnonzero(asleep)[:1] if sleeps else ():
         body = name("BODY", int(model.tree_bodyadr[tree]))
         raise refusal(f"the body {seen(body)}", "it is asleep until something touches it")
-    moving = model.body_mass[np.asarray(model.body_weldid) != 0]
-    medium = [
-        f"{what} {value:g}"
-        for what, value in (("density", model.opt.density), ("viscosity", model.opt.viscosity))
-        if value
-    ]
-    if medium and moving.any():
-        raise refusal(
-            "<option>",
-            f"it has a medium of {' and '.join(medium)}, whose drag on bodies of an inertia is not "
-            "read: set these to 0, and give drag as loads by formulas of rates",
-        )

@@ -25,6 +25,7 @@ from mbody.exchange.planar_forces import (
     HINGE,
     SLIDE,
     damping_of,
+    drag,
     elements_along,
     gravity_compensation,
     joint_term,
@@ -287,7 +288,7 @@ class _Planar:
         model, plane = self.model, self.plane
         motors = motors_of(self)
         elements = joints_of(self, motors) + tendons(self, motors) + couplings(self)
-        elements += gravity_compensation(self) + contacts(self)
+        elements += gravity_compensation(self) + drag(self) + contacts(self)
         for site in range(model.nsite):
             name = self.label("SITE", site)
             self.place(int(model.site_bodyid[site]), name, self.data.site_xpos[site])

@@ -414,6 +414,50 @@ def gravity_compensation(space: Spatial) -> list[Element]:
     return found
 
 
+def drag(space: Spatial) -> list[Element]:
+    """The forces of a medium on the box that has the mass and the inertia of a body, as MuJoCo's:
+    along its two axes in the plane, and a torque.
+    """
+    model = space.model
+    found: list[Element] = []
+    density, viscosity = float(model.opt.density), float(model.opt.viscosity)
+    if not density and not viscosity:
+        return []
+    wind = space.plane.flat(np.array(model.opt.wind))
+    for body in range(1, model.nbody):
+        mass, moments = float(model.body_mass[body]), model.body_inertia[body]
+        if not space.root(body) or not mass:
+            continue
+        axes = space.data.ximat[body].reshape(3, 3).T
+        out = next((n for n in range(3) if space.plane.is_across(axes[n])), None)
+        fluid = [g for g in range(model.ngeom) if model.geom_bodyid[g] == body]
+        if out is None or any(model.geom_fluid[g][0] for g in fluid):
+            raise refusal(
+                f"the body {seen(space.name('BODY', body))}",
+                "it is in a medium, and its shapes have drag of their own (fluidshape) or the axes "
+                "of its inertia do not lie in the plane: that is not read",
+            )
+        box = np.sqrt(6.0 / mass * np.maximum(moments.sum() - 2.0 * moments, 0.0))
+        mean, label = float(box.mean()), f"{space.label('BODY', body)}_drag"
+        at, own = space.place(body, label, space.data.xipos[body]), space.names[space.root(body)]
+        along, across = 3.0 * math.pi * viscosity * mean, math.pi * viscosity * mean**3
+        for n in (k for k in range(3) if k != out):
+            x, y = space.plane.flat(axes[n])
+            angle, area = math.atan2(y, x), float(np.prod(np.delete(box, n)))
+            turned = f"({own}.angle + {angle!r} rad)"
+            vx, vy = (f"({at}.v{key} - {u!r} m/s)" for key, u in zip("xy", wind, strict=True))
+            v = f"({vx}*cos{turned} + {vy}*sin{turned})"
+            law = f"-{along!r} N*s/m*{v} - {0.5 * density * area!r} kg/m*abs({v})*{v}"
+            found.append(Force(space.unique(label), at, law, angle=angle, follows=True))
+        b, c = np.delete(box, out)
+        turning = density * float(box[out] * (b**4 + c**4)) / 64.0
+        w = f"{own}.omega"
+        law = f"-{across!r} N*m*s/rad*{w} - {turning!r} N*m*s^2/rad^2*abs({w})*{w}"
+        found.append(Torque(space.unique(label), own, value=law))
+    space.notes.append("the drag of the medium is on bodies as loads, by formulas of their rates")
+    return found
+
+
 # -- Tendons -----------------------------------------------------------------------------------
 
 

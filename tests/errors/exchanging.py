@@ -258,7 +258,10 @@ SCENARIOS = {
     "MJCF with a rough tendon": tendon('frictionloss="1"'),
     "MJCF with a spring of higher order": planar(body(hinge('stiffness="1 2 0"'))),
     "MJCF with a damper of higher order": planar(body(hinge('damping="1 2 0"'))),
-    "MJCF with a medium": planar(body(HINGE), option='<option density="1.2" viscosity="2e-5"/>'),
+    "MJCF with shapes in a medium": planar(
+        f'<body name="b">{HINGE}<geom size="1" fluidshape="ellipsoid"/></body>',
+        option='<option density="1.2"/>',
+    ),
     "MJCF with a body that sleeps": planar(
         body(HINGE, more='sleep="init"'), option='<option><flag sleep="enable"/></option>'
     ),
@@ -400,7 +403,7 @@ MJCF with a tendon that is slack for a while | ModelError | - | 'file.xml': the 
 MJCF with a rough tendon | ModelError | - | 'file.xml': the tendon 't': friction and armature of a tendon between sites are not read
 MJCF with a spring of higher order | ModelError | - | 'file.xml': the joint 'h': its spring has higher terms of the displacement, which is not read
 MJCF with a damper of higher order | ModelError | - | 'file.xml': the joint 'h': its damping has higher terms of the rate, which is not read
-MJCF with a medium | ModelError | - | 'file.xml': <option>: it has a medium of density 1.2 and viscosity 2e-05, whose drag on bodies of an inertia is not read: set these to 0, and give drag as loads by formulas of rates
+MJCF with shapes in a medium | ModelError | - | 'file.xml': the body 'b': it is in a medium, and its shapes have drag of their own (fluidshape) or the axes of its inertia do not lie in the plane: that is not read
 MJCF with a body that sleeps | ModelError | - | 'file.xml': the body 'b': it is asleep until something touches it
 MJCF with a plugin | ModelError | - | 'file.xml': the actuator 'p': a plugin of MuJoCo moves it or shapes it
 MJCF with a flex | ModelError | - | 'file.xml': the flex 'f': it is deformable, bodies are rigid here

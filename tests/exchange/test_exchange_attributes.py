@@ -141,6 +141,7 @@ def compared(path, text, least=2e-3):
     return made.notes
 
 
+TIP = '<body pos=".2 0 .1" euler="0 0.7 0"><geom type="box" size=".1 .05 .02"/></body>'
 PULLED = '<actuator><position tendon="F" kp="4"/></actuator>'
 SPATIAL = '<actuator><position tendon="L" kp="4"/></actuator>'
 #: What moves, each attribute with a value that matters: where it stands in the file, and whether
@@ -271,8 +272,20 @@ CASES = {
         {"flag": '<flag gravity="disable"/>', "hinge": 'stiffness="2" springref="1"'},
         "taken",
     ),
-    "option density": ({"option": 'density="1000"'}, "refused"),
-    "option viscosity": ({"option": 'viscosity="0.9"'}, "refused"),
+    "option density": ({"option": 'density="1000"'}, "taken"),
+    "option viscosity": ({"option": 'viscosity="0.9"'}, "taken"),
+    "option wind in a medium": (
+        {"option": 'density="100" viscosity="2" wind="5 3 1"', "inside": TIP},
+        "taken",
+    ),
+    "inertial axes in a medium": (
+        {
+            "option": 'density="100"',
+            "inertial": '<inertial pos=".1 0 .02" mass="2" diaginertia=".02 .03 .04" '
+            'euler="0 .4 .3"/>',
+        },
+        "refused",
+    ),
     "option wind": ({"option": 'wind="5 0 0"'}, "taken"),
     "option magnetic": ({"option": 'magnetic="5 0 0"'}, "taken"),
     "flag limit": ({"hinge": 'range="-0.2 0.1"', "flag": '<flag limit="disable"/>'}, "taken"),
