@@ -67,10 +67,9 @@ numbers.
 | `DCMotor`, `Actuator`, `HydraulicCylinder`, `Tyre` | forces and rates of their states (oracle) |
 | `Belt`, `BandBrake`, `Clutch`, `FrictionForce` | balance of lever and strands, e^(μβ) (oracle) |
 | friction of pins, slides, slots, teeth, cams, rolling | forces at each place of contact (oracle) |
-| contacts, ropes, stops, impacts | all combinations of modes (oracle); steps (pymunk, MuJoCo) |
+| contacts, groups, ropes, stops, limits, impacts | all modes (oracle); steps (pymunk, MuJoCo) |
 | drivers, couplings, joints | Φ as in textbooks, derivatives by jets (oracle); trees (Pinocchio) |
-| controllers, limits of joints, joints that separate | none |
-| contacts between groups, friction of joints beside contacts | none |
+| controllers, joints that separate, friction of joints beside contacts | none |
 
 ## Gallery
 

@@ -278,7 +278,7 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
         _power(system, run, (loads, inertia), motion[1], comparison)
     _laws(system, run, comparison)
     _meshing(system, run, comparison)
-    _contacts_press(run, comparison)
+    _contacts_press(reading(system).values, run, comparison)
     _joints_within_friction(system, run, comparison)
     why = "residual of Newton's method, and rounding of sums"
     expected: dict[str, Array | float] = dict.fromkeys(comparison.kinds, BALANCE_EXPECTED)
@@ -296,9 +296,8 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
 # -- What presses and does not pull, and friction within its limit --------------------------------
 
 
-def _contacts_press(run: Solution, comparison: Comparison) -> None:
-    """N ≥ 0 of every contact, rope and stop, and |F| ≤ N √(1 + μ²) where there is friction."""
-    values = run.system.values
+def _contacts_press(values: dict[str, Any], run: Solution, comparison: Comparison) -> None:
+    """N ≥ 0 of every contact and rope, and |F| ≤ N √(1 + μ²) where there is friction."""
     for contact in acting_contacts(run):
         if getattr(contact, "closed", False):
             continue  # it is kept closed, and the result says where it would have to pull

@@ -454,4 +454,25 @@ MOVING_FAULTS = (
         'return 0.97 * at[f"{self.name}.restitution"]  # type',
         "bounce",
     ),
+    Fault(
+        "limit: a hundredth too far",
+        "model/joint_limits.py",
+        'at[f"{self.joint.name}.limits.{self.end}"]',
+        '1.01 * at[f"{self.joint.name}.limits.{self.end}"]',
+        "limit",
+    ),
+    Fault(
+        "friction of a joint: ends to stick late",
+        "analysis/dynamics/contact_motion.py",
+        "np.asarray(np.minimum(ahead, back))",
+        "np.asarray(np.minimum(ahead, back)) + 2.0",
+        "overload",
+    ),
+    Fault(
+        "friction of a joint: ends to stick early",
+        "analysis/dynamics/contact_motion.py",
+        "np.asarray(np.minimum(ahead, back))",
+        "np.asarray(np.minimum(ahead, back)) - 0.5",
+        "overload",
+    ),
 )

@@ -30,6 +30,7 @@ from mbody import (
     Tyre,
 )
 from mbody.laws import Cam, Dwell, Rise, Table
+from mbody.model.contact import Between
 
 __all__ = ["MOVING"]
 
@@ -124,6 +125,23 @@ def disc(body, *more, friction=0.0, static=None, restitution=0.0, **start):
     )
     begins = {"x": 0.0, "angle": 0.0, "vx": 0.0, "vy": 0.0, "omega": 0.0} | start
     made.simulation = SimulationSettings(until=0.4, start={body: begins})
+    return made
+
+
+def heap():
+    """Two discs on a floor, one of which strikes the other: contacts of groups."""
+    floor = {"floor": {"line": {"point": "O"}}}
+    made = Mechanism("heap", ground={"O": (0, 0)}, ground_shapes=floor)
+    for name in "ab":
+        rim = {"rim": {"disc": "C", "radius": 0.3}}
+        made.add(Body(name, mass=2.0, inertia=0.1, points={"C": (0, 0)}, shapes=rim))
+    made.add(
+        Gravity("g", y=-9.81),
+        Between("pile", "ground.floor", "*.rim", friction=0.4),
+        Between("pair", "*.rim", "*.rim", friction=0.4),
+    )
+    start = {"a": dict(x=0.0, y=0.3, vx=1.0), "b": dict(x=0.7, y=0.3)}
+    made.simulation = SimulationSettings(until=0.3, start=start)
     return made
 
 
@@ -309,4 +327,11 @@ MOVING = {
     "lift": lambda: disc("w", Force("F", "w", "120*t", angle=1.5707963267948966), y=0.3),
     "rope": lambda: tied(Rope("rope", "ground.O", "w.C", length=0.5), x=0.2, y=0.0, vx=2.0),
     "stop": lambda: tied(Stop("stop", "w.y + 0.2 m", restitution=0.7), x=0.0, y=0.0, vx=0.3),
+    "limit": lambda: turner(
+        Torque("T", "r", value="6*t"), limits=(-0.9, 0.6), restitution=0.5, w=2.0
+    ),
+    "overload": lambda: two(
+        Clutch("c", "a", "b", torque=2.0, static=1.3), Torque("T", "a", value="60*t"), wa=0.0
+    ),
+    "group": heap,
 }

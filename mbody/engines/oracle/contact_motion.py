@@ -25,10 +25,11 @@ from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.independent_reading import Jet
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference, formula_of_positions
-from mbody.laws import MeasuredFormula
-from mbody.model.contact import Contact, Rope
+from mbody.model.contact import Contact, OneSided, Rope
 from mbody.model.element import Marker
-from mbody.model.joint_limits import contacts_of
+from mbody.model.joint_limits import JointLimit, limits_of
+from mbody.model.joints import Revolute
+from mbody.model.mechanism import Mechanism
 from mbody.model.stop import Stop
 from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Vertex
 from mbody.solution.contact_forces import acting_contacts
@@ -63,7 +64,8 @@ class OracleCandidate:
     restitution: float = 0.0
     newton: bool = False
     forwards: bool = True  # whether the circle is on the contact's body j
-    formula: MeasuredFormula | None = None  # the gap of a stop
+    coordinate: Any = None  # of a stop or a limit: the gap as a function of all coordinates
+    angular: bool = False  # whether that is an angle
 
 
 def candidates_of(contact: Any) -> list[OracleCandidate]:
@@ -71,24 +73,15 @@ def candidates_of(contact: Any) -> list[OracleCandidate]:
     if isinstance(contact, Rope):
         size = float(contact.length)
         return [OracleCandidate(contact.name, contact.j, 0.0, contact.i, "rope", second_size=size)]
-    if isinstance(contact, Stop):
-        if contact.gap is None or "t" in contact.gap.variables:
-            raise NotImplementedError(f"'{contact.name}': it has no stop that moves by itself")
-        here, e = Marker("ground", (0.0, 0.0)), float(contact.restitution)
-        return [
-            OracleCandidate(
-                contact.name,
-                here,
-                0.0,
-                here,
-                "stop",
-                restitution=e,
-                newton=True,
-                formula=contact.gap,
-            )
-        ]
+    if isinstance(contact, Stop | JointLimit):
+        here = Marker("ground", (0.0, 0.0))
+        how: dict[str, Any] = {"restitution": _rebound(contact)}
+        how["coordinate"] = functools.partial(_coordinate, contact)
+        how["angular"] = contact.quantities()["contact"] == "torque"
+        return [OracleCandidate(contact.name, here, 0.0, here, "stop", **how)]
     if not isinstance(contact, Contact):
-        raise NotImplementedError(f"'{contact.name}': it has no contacts between groups")
+        what = type(contact).__name__
+        raise NotImplementedError(f"'{contact.name}': it has no contact like a {what}")
     mu = float(contact.friction)
     more: dict[str, Any] = {
         "friction": mu,
@@ -119,6 +112,29 @@ def candidates_of(contact: Any) -> list[OracleCandidate]:
         more["forwards"] = True
         return [OracleCandidate(contact.name, j, rj, i, "circle", second_size=ri, **more)]
     raise NotImplementedError(f"'{contact.name}': it has no contacts of corners with edges")
+
+
+def _rebound(contact: Stop | JointLimit) -> float:
+    given: Any = contact if isinstance(contact, Stop) else contact.joint
+    return float(given.restitution or 0.0)
+
+
+def _coordinate(contact: Stop | JointLimit, reference: Reference, q: Any) -> Any:
+    """What cannot fall below zero, at coordinates (3n + 3,) that are floats or jets."""
+    if isinstance(contact, Stop):
+        if contact.gap is None or "t" in contact.gap.variables:
+            raise NotImplementedError(f"'{contact.name}': it has no stop that moves by itself")
+        return formula_of_positions(reference, contact.gap, q, 0.0, {})
+    joint: Any = contact.joint
+    angle_i, angle_j = (reference.pose(q, one.body)[2] for one in (joint.i, joint.j))
+    direction = angle_i + joint.i.angle
+    if isinstance(joint, Revolute):
+        free = angle_j + joint.j.angle - direction
+    else:
+        (xi, yi), (xj, yj) = reference.place(q, joint.i), reference.place(q, joint.j)
+        free = np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
+    low, high = joint.limits
+    return free - float(low) if contact.end == "low" else float(high) - free
 
 
 def _circles(body: str, shape: Any) -> list[tuple[Marker, float]]:
@@ -208,20 +224,22 @@ class OracleContacts:
         return np.array(
             [
                 self._stop(candidate, q, np.zeros_like(q)).f
-                if candidate.formula is not None
+                if candidate.coordinate is not None
                 else np.real(self._frame(every, candidate)[0])
                 for candidate in self.candidates
             ],
             dtype=float,
         )
 
+    def unit(self, candidate: OracleCandidate) -> float:
+        """Of an angle the length, so that all gaps are lengths and all forces forces."""
+        return self.least_length if candidate.angular else 1.0
+
     def _stop(self, candidate: OracleCandidate, q: Array, v: Array) -> Jet:
         """The coordinate of a stop along q + s v, with its derivatives by s."""
-        assert candidate.formula is not None
-        r = self.reference
         line = [Jet(float(np.real(x)), float(np.real(x1))) for x, x1 in zip(q, v, strict=True)]
         every = np.array([*line, Jet(0.0), Jet(0.0), Jet(0.0)], dtype=object)
-        found = formula_of_positions(r, candidate.formula, every, 0.0, {})
+        found = self.unit(candidate) * candidate.coordinate(self.reference, every)
         return found if isinstance(found, Jet) else Jet(float(found))
 
     def rates(self, q: Array, v: Array, which: Sequence[int] | None = None) -> Array:
@@ -232,7 +250,7 @@ class OracleContacts:
         every, moves = r.with_ground(q), r.with_ground(v)
         across, along = [], []
         for candidate in self.candidates if which is None else [self.candidates[k] for k in which]:
-            if candidate.formula is not None:
+            if candidate.coordinate is not None:
                 columns = np.atleast_2d(v.T)
                 rate = np.array([self._stop(candidate, q, column).f1 for column in columns])
                 across.append(rate if v.ndim > 1 else rate[0])
@@ -258,13 +276,13 @@ class OracleContacts:
         found = self.rates(q + 1j * tol.COMPLEX_STEP * v, v.astype(complex), which)
         drift = np.asarray(found.imag / tol.COMPLEX_STEP)
         for n, k in enumerate(range(len(self.candidates)) if which is None else which):
-            if self.candidates[k].formula is not None:
+            if self.candidates[k].coordinate is not None:
                 drift[n] = self._stop(self.candidates[k], q, v).f2
         return drift
 
     def length(self) -> float:
         """A length of the places: the greatest radius, or distance from a mass centre."""
-        shapes = [one for one in self.candidates if one.formula is None]
+        shapes = [one for one in self.candidates if one.coordinate is None]
         if not shapes:
             return self.least_length
         lengths = [math.hypot(*self.reference.arm(s.circle)) + s.radius for s in shapes]
@@ -453,8 +471,8 @@ class DenseContactMotion:
         normal, along = self._forces(closed, modes, mu, lam)
         every = r.with_ground(q)
         for k, one in enumerate(self.contacts.candidates):
-            if one.formula is not None:
-                found[one.name] = np.array([normal[k]])
+            if one.coordinate is not None:
+                found[one.name] = np.array([normal[k] * self.contacts.unit(one)])
                 continue
             _, nx, ny, _, _ = self.contacts._frame(every, one)
             force = np.array(
@@ -896,17 +914,15 @@ UNTIMED = ("rest", "indeterminate", "inconsistent", "paradox")
 def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     """Positions at all instants, and the instants of the events."""
     machine = system.mechanism
-    if any(contacts_of(joint) for joint in machine.joints):
-        raise NotImplementedError("it has no limits of joints and none that separate")
+    if any(joint.can_separate for joint in machine.joints):
+        raise NotImplementedError("it has no joints that separate")
     if any(has_friction(joint) for joint in machine.joints):
         raise NotImplementedError("it has no friction of joints in motions over time")
-    if machine.groups or machine.states or machine.inputs or machine.controllers:
-        raise NotImplementedError(
-            "it follows contacts without groups, auxiliary states and controllers"
-        )
+    if machine.states or machine.inputs or machine.controllers:
+        raise NotImplementedError("it follows contacts without auxiliary states and controllers")
     if machine.simulation is not None and machine.simulation.release:
         raise NotImplementedError("it follows contacts without drivers that are released")
-    own = machine.simulation.rtol if machine.simulation is not None else tol.RTOL_DEFAULT
+    own = own_tolerance(run)
     sharp = _Motions(system, run, tol.RTOL_COMPARISON)
     coarse = _Motions(system, run, max(own, 10.0 * tol.RTOL_COMPARISON))
     there = np.flatnonzero(np.isfinite(sharp.places).all(axis=1))
@@ -962,6 +978,21 @@ def contact_crosscheck(system: System, run: Solution) -> CrosscheckResult:
     return CrosscheckResult("oracle", tuple(rows), (), tuple(notes))
 
 
+def every_contact(machine: Mechanism) -> list[OneSided]:
+    """The contacts of a mechanism, and the limits of its joints."""
+    found = list(machine.contacts)
+    names = {one.name for one in found}
+    return found + [one for one in limits_of(machine) if one.name not in names]
+
+
+def own_tolerance(run: Solution) -> float:
+    """The tolerance of the steps of a motion."""
+    if run.restart is not None:
+        return run.restart.settings.rtol
+    simulation = run.mechanism.simulation
+    return tol.RTOL_DEFAULT if simulation is None else simulation.rtol
+
+
 #: Into how many parts a motion that is not found is divided: the oracle begins again in each.
 MOST_BEGINNINGS = 25
 
@@ -977,7 +1008,7 @@ class _Motions:
 
     def __init__(self, system: System, run: Solution, rtol: float) -> None:
         reference = Reference(system.mechanism)
-        contacts = OracleContacts(reference, system.mechanism.contacts, system.length)
+        contacts = OracleContacts(reference, every_contact(system.mechanism), system.length)
         drivers = tuple(driver.name for driver in system.drivers)
         self.run, self.why, times = run, "", []
         self.spans: list[tuple[float, float]] = []
@@ -1048,7 +1079,9 @@ def _compare_forces(run: Solution, sharp: _Motions, coarse: _Motions, compare: A
             kind, c = ("turned" if part == 2 else "acceleration"), 3 * n + part
             ours = getattr(run[body.name], key)[at]
             compare(kind, f"{body.name}.{key}", ours, *(one[:, c] for one in pair))
-    elements: list[Any] = [*run.mechanism.joints, *acting_contacts(run)]
+    plain = [one for one in run.mechanism.contacts if isinstance(one, Stop | JointLimit)]
+    shapes = [one for one in acting_contacts(run) if one not in plain]
+    elements: list[Any] = [*run.mechanism.joints, *shapes]
     for element in elements:
         ours = run.reaction(element.name)
         unique = ours.unique if ours.unique is not None else (True, True, True)
@@ -1058,10 +1091,10 @@ def _compare_forces(run: Solution, sharp: _Motions, coarse: _Motions, compare: A
             if unique[part] and np.isfinite(theirs).all() and np.isfinite(rough).all():
                 kind = "torque" if part == 2 else "force"
                 compare(kind, f"{element.name}.{key}", getattr(ours, key)[at], theirs, rough)
-    for stop in (one for one in run.mechanism.contacts if isinstance(one, Stop)):
+    for stop in plain:
         pair = [np.array([one.acting[k][stop.name][0] for k in at]) for one in (sharp, coarse)]
         if np.isfinite(pair).all():
-            kind = stop.quantities()["contact"]
+            kind = "torque" if stop.quantities()["contact"] == "torque" else "force"
             compare(kind, f"{stop.name}.contact", run.contact(stop.name)[at], *pair)
     for driver in run.system.drivers:
         pair = [np.array([one.acting[k][driver.name][0] for k in at]) for one in (sharp, coarse)]

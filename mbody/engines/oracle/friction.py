@@ -542,12 +542,15 @@ class FrictionMotion:
     `a` (3n,), `lam` (m,): Accelerations, multipliers.
     `wrench`: As of `DenseForces`, what holds where a joint sticks included.
     `unique`: By joint whether each of (Fx, Fy, T) of its whole reaction is.
+    `rates`, `held`: Of what sticks its rate, and its force as a part of its limit.
     """
 
     a: Array
     lam: Array
     wrench: dict[str, Array]
     unique: dict[str, Array]
+    rates: dict[str, float]
+    held: dict[str, float]
 
 
 class FrictionDynamics(DenseFriction):
@@ -561,9 +564,12 @@ class FrictionDynamics(DenseFriction):
     def __init__(
         self, reference: Any, q: Any, v: Any, t: float, active: Array, modes: Mapping[str, str]
     ) -> None:
+        super().__init__(reference, q, v, np.zeros(len(q)), t)
         signs = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
-        still = {name: signs[mode] for name, mode in modes.items() if mode in signs}
-        super().__init__(reference, q, v, np.zeros(len(q)), t, slip_signs=still)
+        for name, mode in modes.items():
+            # by its rate, unless that is none: then it begins or ends to slip
+            if mode == "stick" or self.slip_signs.get(name) == 0.0:
+                self.slip_signs[name] = signs[mode]
         self.mass, self.active = reference.mass_matrix(), active
         self.gamma = reference.gamma(q, v, t)
         self.holds = [joint for joint in self.joints if modes.get(joint.name) == "stick"]
@@ -650,7 +656,35 @@ class FrictionDynamics(DenseFriction):
             joint.name: np.array([float(np.real(x)) for x in w])
             for joint, (w, _) in self._contacts(z)
         }
-        return FrictionMotion(z[a], z[: self.reference.m], wrench, self._unique(z, free))
+        holds = z[self.first + 3 * self.reference.n :].tolist()
+        alone = np.abs(free[self.first + 3 * self.reference.n :]).max(axis=1, initial=0.0)
+        held = {}
+        for joint, hold, change in zip(self.holds, holds, alone, strict=True):
+            limit = self._limit(joint, hold, z)
+            if limit is not None and change < tol.ORACLE_FORCE_UNIQUE:
+                held[joint.name] = abs(hold) / max(limit, tol.TINY)
+        rates = {joint.name: self.rates[joint.name] for joint in self.holds}
+        unique = self._unique(z, free)
+        return FrictionMotion(z[a], z[: self.reference.m], wrench, unique, rates, held)
+
+    def _limit(self, joint: Any, hold: float, z: Array) -> float | None:
+        """What a clutch, brake, packing, belt (relative to what slips at its tension) or pin holds;
+        None of others.
+        """
+        if isinstance(joint, Revolute):
+            mu = joint.static if joint.static is not None else joint.friction or 0.0
+            fx, fy, _ = self._pushed(joint, z[: self.reference.m])
+            return float(joint.pin_radius or 0.0) * mu / math.hypot(1.0, mu) * math.hypot(fx, fy)
+        if not isinstance(joint, GIVEN):
+            return None
+        law = getattr(joint, joint.law or joint.size)
+        self.reference.now = self.q, self.v, self.t
+        value = max(0.0, float(self.reference.value(law, self.t))) * joint.static
+        if isinstance(joint, Belt):
+            return float(joint.static)
+        if isinstance(joint, BandBrake):
+            return band_torque(joint, value, -math.copysign(1.0, hold))
+        return value
 
     def _unique(self, z: Array, free: Array) -> dict[str, Array]:
         """Which parts of the joints' whole reactions no null vector changes."""

@@ -10,7 +10,11 @@ import numpy as np
 from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
-from mbody.engines.oracle.contact_motion import OracleContacts, contact_crosscheck
+from mbody.engines.oracle.contact_motion import (
+    OracleContacts,
+    contact_crosscheck,
+    own_tolerance,
+)
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.solution.histories import auxiliary_history
@@ -246,6 +250,8 @@ class _OracleCheck:
         self.frictional = any(has_friction(joint) for joint in system.mechanism.joints)
         self.notes: list[str] = []
         self.open: set[str] = set()
+        #: Rates of what sticks, and its forces as parts of their limits.
+        self.sticking: list[tuple[dict[str, float], dict[str, float]]] = []
 
     def result(self) -> CrosscheckResult:
         count, size = len(self.run), 3 * self.reference.n
@@ -274,9 +280,9 @@ class _OracleCheck:
             note = f"{len(found) - len(good)} instants are singular positions: not compared"
             self.notes.append(note)
         self._compare([found[n] for n in good], instants[good])
-        more = (
-            self._states() if self.run.analysis == "simulate" and self.run.mechanism.states else {}
-        )
+        moving = self.run.analysis == "simulate"
+        more = self._sticks() if moving else {}
+        more |= self._states() if moving and self.run.mechanism.states else {}
         worst = np.array([found[n]["condition"] for n in good])
         limit = tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON * worst
         why = f"rounding times the condition of Φ_q, {worst.max(initial=1.0):.3g}"
@@ -284,9 +290,7 @@ class _OracleCheck:
         limits: dict[str, Any] = dict.fromkeys(kinds, limit) | {
             "closing": tol.COMPARISON_OPERATIONS * tol.MACHINE_EPSILON
         }
-        reasons = dict.fromkeys(kinds, why) | dict.fromkeys(
-            more, "errors of both integrators from one instant to the next"
-        )
+        reasons = dict.fromkeys(kinds, why) | dict.fromkeys(more, "errors of the integrators")
         rows = self.comparison.rows(limits | more, reasons)
         return CrosscheckResult("oracle", tuple(rows), (), tuple(self.notes))
 
@@ -365,8 +369,8 @@ class _OracleCheck:
         oracle = self.reference
         if self.frictional:
             found = oracle.frictional_dynamics(q, v, t, drivers, modes)
-            a, lam, unique = found.a, found.lam, found.unique
-            wrench = found.wrench
+            a, lam, unique, wrench = found.a, found.lam, found.unique, found.wrench
+            self.sticking.append((found.rates, found.held))
         else:
             a, lam = oracle.dynamics(q, v, t, drivers)
             if only:
@@ -376,6 +380,52 @@ class _OracleCheck:
         whole = {name: one + wrench.get(name, 0.0) for name, one in reactions.items()}
         efforts = {d: -float(lam[oracle.rows[d]][0]) for d in drivers}
         return a, {"reactions": whole, "efforts": efforts, "unique": unique}
+
+    def _sticks(self) -> dict[str, Array | float]:
+        """Compare the rates of joints that stick with zero, and their forces with their limits."""
+        limit = tol.COMPARISON_LEAST_ORACLE + tol.COMPARISON_MARGIN_ORACLE * own_tolerance(self.run)
+        v = [np.array([getattr(self.run[b.name], k) for k in ("vx", "vy")]) for b in self._bodies]
+        w = [np.abs(self.run[b.name].omega).max(initial=0.0) for b in self._bodies]
+        fastest = max([*(np.abs(one).max(initial=0.0) for one in v), self.system.length * max(w)])
+        for joint in self.system.mechanism.joints:
+            rates = [one[joint.name] for one, _ in self.sticking if joint.name in one]
+            held = [one[joint.name] for _, one in self.sticking if joint.name in one]
+            if rates:
+                name = f"{joint.name}: rate while it sticks"
+                self.comparison.add("sticks", name, rates, np.zeros(len(rates)))
+            if held:
+                name = f"{joint.name}: part of its limit while it sticks"
+                self.comparison.add("holds", name, held, np.minimum(held, 1.0))
+        for event in self.run.events:
+            part = self._when_it_slips(event)
+            if part is not None:
+                name = f"{event.contact}: part of its limit where it slips"
+                self.comparison.add("holds", name, [part], [max(part, 1.0)])
+        self.comparison.size("sticks", fastest)
+        self.comparison.size("holds", 1.0)
+        return {"sticks": limit, "holds": max(limit, tol.ORACLE_EVENT_NEAR)}
+
+    def _when_it_slips(self, event: Any) -> float | None:
+        """The force that would hold a joint where it begins to slip, or turns, as a part of its
+        limit: at least 1.
+        """
+        names = {joint.name for joint in self.system.mechanism.joints if joint.has_friction}
+        if event.name != "slip" or event.contact not in names or event.state is None:
+            return None
+        state, oracle = event.state, self.reference
+        oracle.own = own_values(state, 0)
+        bodies = [state[body.name] for body in self._bodies]
+        q, v = (
+            np.array([float(getattr(body, key)[0]) for body in bodies for key in keys])
+            for keys in (("x", "y", "angle"), ("vx", "vy", "omega"))
+        )
+        modes = modes_of(state, 0) | {event.contact: "stick"}
+        drivers = [driver.name for driver in self.system.drivers]
+        try:
+            found = oracle.frictional_dynamics(q, v, float(event.t), drivers, modes)
+        except NotImplementedError:
+            return None
+        return found.held.get(event.contact)
 
     # -- states, from one instant of the result to the next ------------------------------------
 
@@ -387,8 +437,7 @@ class _OracleCheck:
         spans = self._spans()
         if not spans:
             return {}
-        own = run.mechanism.simulation.rtol if run.mechanism.simulation is not None else None
-        own = max(own or tol.RTOL_DEFAULT, tol.RTOL_COMPARISON)
+        own = max(own_tolerance(run), tol.RTOL_COMPARISON)
         ends = [
             np.array([self._after(k, rtol) for k in spans])
             for rtol in (max(0.01 * own, tol.RTOL_COMPARISON), own)
