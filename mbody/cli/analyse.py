@@ -130,7 +130,7 @@ def write(run: Solution, args: Any) -> None:
 
         print_csv(run, sys.stdout, angle)
     elif args.csv:
-        run.to_csv(args.csv, angle)
+        run.to_csv(args.csv, angle, args.excel)
     if args.npz:
         run.to_npz(args.npz)
     for path in (args.csv, args.npz):

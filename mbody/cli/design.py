@@ -54,7 +54,7 @@ def sweep(args: Any) -> int:
     interrupt.done()
     angle = args.angle or "rad"
     if args.csv:
-        _write_sweep(found, args.csv, angle)
+        _write_sweep(found, args, angle)
     if args.json:
         print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
     elif args.csv != PRINTED:
@@ -116,7 +116,7 @@ def _plain(value: Any) -> Any:
     return None if isinstance(value, float) and value != value else value
 
 
-def _write_sweep(found: Sweep, path: str, angle: str) -> None:
+def _write_sweep(found: Sweep, args: Any, angle: str) -> None:
     """A line for each design; of histories a column for each instant. Headings have units."""
     units = {name: found.unit_of(name, angle) for name in found.samples.given_names} | found.units
     table: dict[str, Any] = {}
@@ -128,7 +128,7 @@ def _write_sweep(found: Sweep, path: str, angle: str) -> None:
         else:
             table[name + unit] = column if isinstance(column, list) else column.tolist()
     rows = zip(*table.values(), strict=True)
-    write_rows(path, list(table), rows, f": {len(found)} designs")
+    write_rows(args, list(table), rows, f": {len(found)} designs")
 
 
 # -- `mbody sensitivity MODEL MEASURE`: which number changes a measured quantity most ----------
@@ -263,7 +263,7 @@ def optimize(args: Any) -> int:
         cases[name] = found.data()
         texts.append(summary(found, name))
         if args.csv:
-            _write_optimum(found, args.csv)
+            _write_optimum(found, args)
         if args.output:
             found.save(args.output)
             message(f"wrote {args.output}")
@@ -331,7 +331,7 @@ def _progress(name: str) -> Any:
     return seen
 
 
-def _write_optimum(found: Optimum, path: str) -> None:
+def _write_optimum(found: Optimum, args: Any) -> None:
     """A line for each number: before, at the optimum, unit, band; or the designs of a front."""
     rows: list[list[Any]]
     if found.pareto:
@@ -344,7 +344,7 @@ def _write_optimum(found: Optimum, path: str) -> None:
             [name, found.start_values[name], value, found.units[name], *found.band[name]]
             for name, value in found.values.items()
         ]
-    write_rows(path, head, rows)
+    write_rows(args, head, rows)
 
 
 # -- `mbody solve MODEL [NAME]`: the questions of a model, answered ----------------------------

@@ -299,7 +299,7 @@ def cam(args: Any) -> int:
         raise
     found = cam_analysis(run, args.joint, limit=_limit(args.limit))
     if args.csv:
-        _write(found, args.csv, POINTS if points is None else points, args.angle or "rad")
+        _write(found, args, POINTS if points is None else points, args.angle or "rad")
     if args.json:
         from mbody.solution.doubts import heading, unit_symbols
 
@@ -343,7 +343,7 @@ def _limit(text: str | None) -> Number | None:
         raise ModelError(f"--limit: {error}") from None
 
 
-def _write(found: CamAnalysis, path: str, points: int, angle: str) -> None:
+def _write(found: CamAnalysis, args: Any, points: int, angle: str) -> None:
     from mbody.quantities.evaluate import degrees_of
 
     rows = found.contour(points)
@@ -352,4 +352,4 @@ def _write(found: CamAnalysis, path: str, points: int, angle: str) -> None:
         rows[:, 0] = degrees_of(rows[:, 0])
     unit = found.mechanism.units.length
     names = ("x", "y", "pitch_x", "pitch_y", "radius_of_curvature")
-    write_rows(path, [f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)], rows.tolist())
+    write_rows(args, [f"psi [{angle}]", *(f"{name} [{unit}]" for name in names)], rows.tolist())

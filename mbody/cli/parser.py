@@ -160,14 +160,16 @@ def add_statics(command: argparse.ArgumentParser) -> None:
     command.add_argument("--t", metavar="TIME", help="when laws are evaluated, by default 0")
 
 
+def add_csv(command: argparse.ArgumentParser, table: str) -> None:
+    """A table of comma-separated values, marked for spreadsheets."""
+    command.add_argument("--csv", type=table_place, metavar="FILE", help=table)
+    mark = "mark the file of --csv, so that spreadsheets show its units rightly"
+    command.add_argument("--excel", action="store_true", help=mark)
+
+
 def add_tables(command: argparse.ArgumentParser) -> None:
     """Files of histories."""
-    command.add_argument(
-        "--csv",
-        type=table_place,
-        metavar="FILE",
-        help="write all histories as a table; - prints it",
-    )
+    add_csv(command, "write all histories as a table; - prints it")
     command.add_argument("--npz", metavar="FILE", help="write all histories as NumPy arrays")
 
 
@@ -221,7 +223,7 @@ def add_optimize(command: argparse.ArgumentParser) -> None:
     command.add_argument("--seed", metavar="N", help="of their starts (0)")
     add_output(command, "write the best model (.toml)", kind=model_file)
     table = "write the numbers as a table; - prints it"
-    command.add_argument("--csv", type=table_place, metavar="FILE", help=table)
+    add_csv(command, table)
     add_json(command)
 
 
@@ -379,7 +381,7 @@ def add_cam(command: argparse.ArgumentParser) -> None:
     limit = "of the pressure angle, such as 30: the base radius that it needs is found"
     command.add_argument("--limit", metavar="ANGLE", help=limit)
     table = "write contour, pitch curve and radius of curvature as a table; - prints it"
-    command.add_argument("--csv", type=table_place, metavar="FILE", help=table)
+    add_csv(command, table)
     command.add_argument("--points", metavar="N", help="how many, both ends included (361)")
     add_instants(command)
     add_assembly(command)
@@ -1029,6 +1031,6 @@ def _sweep(command: argparse.ArgumentParser) -> None:
         "--to", metavar="FOLDER", help="keep the answers there, to be continued later"
     )
     line = "write a line for each design; - prints it"
-    command.add_argument("--csv", type=table_place, metavar="FILE", help=line)
+    add_csv(command, line)
     add_angle(command)
     add_json(command)

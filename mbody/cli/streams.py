@@ -67,18 +67,23 @@ PRINTED = "-"
 
 def check_printed(args: Any) -> None:
     """Refuse a table and data in one place, before an analysis runs."""
+    if args.excel and (not args.csv or args.csv == PRINTED):
+        raise UsageError("--excel goes with --csv FILE: it marks a file for spreadsheets")
     if args.json and args.csv == PRINTED:
         raise UsageError("--json and --csv - print to the same place: give --csv a file")
 
 
 def write_rows(
-    path: str, head: Sequence[str], rows: Iterable[Sequence[Any]], what: str = ""
+    args: Any, head: Sequence[str], rows: Iterable[Sequence[Any]], what: str = ""
 ) -> None:
-    """A table with a line of headings, printed or in a file; `what` the message of a file adds."""
+    """A table with a line of headings, printed or in the file of --csv; `what` the message of a
+    file adds.
+    """
     from mbody.files.writing import writing
 
+    path: str = args.csv
     printed = path == PRINTED
-    with nullcontext(sys.stdout) if printed else writing(path) as file:
+    with nullcontext(sys.stdout) if printed else writing(path, mark=args.excel) as file:
         lines = csv.writer(file, lineterminator="\n")
         lines.writerow(head)
         lines.writerows(rows)

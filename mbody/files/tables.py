@@ -355,8 +355,11 @@ def dataset(solution: Solution) -> Any:
     return xarray.Dataset(parts, coords={"t": parts.pop("t")}, attrs=attributes)
 
 
-def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "rad") -> None:
-    """Write the columns as comma-separated values, UTF-8, one header line, a line an instant.
+def write_csv(
+    solution: Solution, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False
+) -> None:
+    """Write the columns as comma-separated values, UTF-8, one header line, a line an instant; for
+    spreadsheets with the mark of UTF-8.
 
     Every number is written with as many digits as bring back the same number.
 
@@ -369,7 +372,7 @@ def write_csv(solution: Solution, path: str | os.PathLike[str], angle: str = "ra
     't [s],crank.x [m],crank.'
     """
     columns(solution)  # refuses what has no columns before a file is touched
-    with writing(path) as file:
+    with writing(path, mark=excel) as file:
         print_csv(solution, file, angle)
 
 

@@ -12,10 +12,14 @@ from mbody.errors import ModelError
 
 
 @contextmanager
-def writing(path: str | os.PathLike[str], *, binary: bool = False) -> Iterator[IO[Any]]:
-    """A file open for writing; one that exists is replaced."""
+def writing(
+    path: str | os.PathLike[str], *, binary: bool = False, mark: bool = False
+) -> Iterator[IO[Any]]:
+    """A file open for writing; one that exists is replaced. `mark`: Whether text begins with the
+    mark of UTF-8, by which spreadsheets know it.
+    """
     try:
-        mode: dict[str, Any] = {"encoding": "utf-8", "newline": ""}
+        mode: dict[str, Any] = {"encoding": "utf-8-sig" if mark else "utf-8", "newline": ""}
         with Path(path).open("wb" if binary else "w", **({} if binary else mode)) as file:
             yield file
     except TypeError:

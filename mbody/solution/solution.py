@@ -801,11 +801,13 @@ class Solution(Attributes):
         """
         return present("xarray", self)
 
-    def to_csv(self, path: str | os.PathLike[str], angle: str = "rad") -> None:
+    def to_csv(
+        self, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False
+    ) -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
-        ``"rad"`` or ``"deg"``.
+        ``"rad"`` or ``"deg"``; `excel`: with the mark of UTF-8, by which spreadsheets know it.
         """
-        present("csv", self, path, angle)
+        present("csv", self, path, angle, excel)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.

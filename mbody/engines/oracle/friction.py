@@ -671,17 +671,19 @@ class FrictionDynamics(DenseFriction):
         """What a clutch, brake, packing, belt (relative to what slips at its tension) or pin holds;
         None of others.
         """
+        one: Any = joint
+        static = one.friction if getattr(one, "static", None) is None else one.static
         if isinstance(joint, Revolute):
-            mu = joint.static if joint.static is not None else joint.friction or 0.0
+            mu, radius = float(static or 0.0), float(one.pin_radius or 0.0)
             fx, fy, _ = self._pushed(joint, z[: self.reference.m])
-            return float(joint.pin_radius or 0.0) * mu / math.hypot(1.0, mu) * math.hypot(fx, fy)
+            return radius * mu / math.hypot(1.0, mu) * math.hypot(fx, fy)
         if not isinstance(joint, GIVEN):
             return None
-        law = getattr(joint, joint.law or joint.size)
-        self.reference.now = self.q, self.v, self.t
-        value = max(0.0, float(self.reference.value(law, self.t))) * joint.static
         if isinstance(joint, Belt):
-            return float(joint.static)
+            return float(static)
+        self.reference.now = self.q, self.v, self.t
+        law = getattr(joint, joint.law or joint.size)
+        value = max(0.0, float(self.reference.value(law, self.t))) * float(static)
         if isinstance(joint, BandBrake):
             return band_torque(joint, value, -math.copysign(1.0, hold))
         return value
