@@ -801,9 +801,7 @@ class Solution(Attributes):
         """
         return present("xarray", self)
 
-    def to_csv(
-        self, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False
-    ) -> None:
+    def to_csv(self, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False) -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
         ``"rad"`` or ``"deg"``; `excel`: with the mark of UTF-8, by which spreadsheets know it.
         """
