@@ -944,6 +944,7 @@ OPTIMUM_MULTIPLIER_COUNTS = 1e-6
 #: Where no derivative is greater, as the part by which the objective would change over a range, the
 #: place is a smooth optimum.
 OPTIMUM_FLAT = 0.1
+OPTIMUM_FLATTEST = 1e-6  # An objective changes over the ranges by this part of its size at least.
 #: Derivatives that are not balanced by what binds, as a part of the greatest, are said.
 OPTIMUM_OPEN = 0.01
 #: Ends of several starts whose values differ by less than this part agree.

@@ -202,17 +202,21 @@ class Program:
         self.low, self.high = bounds
         self.width = self.high - self.low
         self.sizes: list[float] | None = None
-        self.scale, self.mobile = 1.0, 0.0
+        self.scale, self.span, self.mobile = 1.0, 1.0, 0.0
         self._last_x = np.empty(0)
         self._last_evaluation: Any | None = None
 
     # -- sizes ----------------------------------------------------------------------------------
 
     def measure_by(self, at: Any) -> None:
-        """Take the sizes of everything from one design."""
+        """Take the sizes of everything from one design: of the objective its change over the ranges
+        too, without which steps of one that is nearly flat are too short.
+        """
         self.sizes = [_size(limit.rows(at)) for limit in self.limits]
         rows = self.aim.rows(at).values
         self.scale = float(np.abs(rows).max()) or 1.0
+        change = float(np.abs(self.aim.rows(at).derivatives * self.width).max(initial=0.0))
+        self.span = max(change, tol.OPTIMUM_FLATTEST * self.scale)
         self.mobile = at.mobility()[0] / FASTEST**2
 
     def broken(self, at: Any) -> float:
@@ -236,6 +240,11 @@ class Program:
                 self.evaluator(np.clip(x, self.low, self.high)),
             )
         return self._last_evaluation
+
+    def _bounded(self, u: np.ndarray) -> np.ndarray:
+        """The numbers at a place in their ranges; what is at a bound to rounding is there."""
+        x = np.where(u <= tol.BOUND_AT, self.low, self.low + self.width * u)
+        return np.where(u >= 1.0 - tol.BOUND_AT, self.high, x)
 
     def search(self, x: np.ndarray) -> SearchResult | None:
         """The end of a search from a design; None where that cannot be analysed."""
@@ -271,7 +280,7 @@ class Program:
         found = [best]
 
         def look(u: np.ndarray) -> Linearized | None:
-            at = self.at(self.low + self.width * u)
+            at = self.at(self._bounded(u))
             if at is None:
                 return None
             found.append(self._result(at))
@@ -336,8 +345,8 @@ class Program:
             at, good = design(y)
             if each:
                 return float(y[n]) + (0.0 if good else WALL)
-            own = float(self.aim.rows(at).values[0]) / size
-            return (own * own if squared else own) + (0.0 if good else WALL)
+            own = float(self.aim.rows(at).values[0]) / self.span
+            return own * (own * self.span / size if squared else 1.0) + (0.0 if good else WALL)
 
         def derivative(y: np.ndarray) -> np.ndarray:
             if each:
@@ -345,7 +354,7 @@ class Program:
             at, _ = design(y)
             rows = self.aim.rows(at)
             factor = 2.0 * rows.values[0] / size if squared else 1.0
-            return np.asarray(factor * rows.derivatives[0] * self.width / size)
+            return np.asarray(factor * rows.derivatives[0] * self.width / self.span)
 
         def rows(y: np.ndarray) -> np.ndarray:
             at, good = design(y)
@@ -359,7 +368,7 @@ class Program:
         first = (start.x - self.low) / self.width
         bounds: list[tuple[float | None, float | None]] = [(0.0, 1.0)] * n
         if each:
-            first = np.append(first, self.value(start) / self.scale)
+            first = np.append(first, self.value(start) / self.span)
             bounds.append((None, None))
         equal = chosen.equal()
         conditions = [
@@ -383,7 +392,7 @@ class Program:
             )
         if not np.isfinite(found.x).all():
             return None
-        return self.at(self.low + self.width * np.clip(found.x[:n], 0.0, 1.0))
+        return self.at(self._bounded(found.x[:n]))
 
 
 class _Chosen:
@@ -406,7 +415,7 @@ class _Chosen:
             for limit, size in zip(program.limits, program.sizes, strict=True)
         ]
         if program.aim.each:
-            found.append(program.aim.rows(at).times(-1.0 / program.scale))
+            found.append(program.aim.rows(at).times(-1.0 / program.span))
         return found
 
     def add(self, at: Any) -> bool:
