@@ -15,6 +15,7 @@ from mbody import cli, gallery
 from mbody.cli.learn import PRINTED
 from mbody.core.selection import chosen
 from mbody.errors import ModelError, SolveError
+from mbody.files.tables import measured_data
 from tests.errors import command
 from tests.errors.catalogue import told
 from tests.support.cases import first_fast
@@ -286,6 +287,10 @@ def test_files(run, tmp_path):
             float(row[rows[0].index("motor.effort [lbf·in]")]) for row in rows[1:]
         ]
         assert list(kept["columns"]) == rows[0]
+    plain = table.read_bytes()
+    status, *_ = run("kinetostatics", "norton_fourbar", *words, "--excel")
+    assert status == 0 and table.read_bytes() == b"\xef\xbb\xbf" + plain
+    assert list(measured_data(table)) == rows[0]
     status, out, _ = run("kinetostatics", "norton_fourbar", "--csv", "-")
     assert status == 0 and len(list(csv.reader(io.StringIO(out)))) == 2
 

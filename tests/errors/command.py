@@ -68,6 +68,7 @@ SCENARIOS = {
     "a rest of what is held": said(["equilibrium", "norton_fourbar"]),
     **{name: said(words) for name, words in (WORDS | WRITERS).items()},
     "a contour and its data at one place": said(["cam", "cam_follower", "--json", "--csv", "-"]),
+    "a mark without a file": said(["kinetostatics", "hoekens", "--csv", "-", "--excel"]),
     "two forms at one place": said(["kinematics", "norton_fourbar", "--json", "--csv", "-"]),
 }
 
@@ -116,5 +117,6 @@ exercises of a step | UsageError | - | a: bounds are LOW:HIGH, not '3'
 exercises by a word | UsageError | - | --count takes a whole number, not 'many'
 a new model over a file | ModelError | - | '/dev/null' is there already: choose another file with -o
 a contour and its data at one place | UsageError | - | --json and --csv - print to the same place: give --csv a file
+a mark without a file | UsageError | - | --excel goes with --csv FILE: it marks a file for spreadsheets
 two forms at one place | UsageError | - | --json and --csv - print to the same place: give --csv a file
 """
