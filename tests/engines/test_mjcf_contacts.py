@@ -268,3 +268,16 @@ def test_a_formula_is_taken_apart():
     assert two == LinearLaw({"u": 0.0, "w": -2.0})
     assert LinearLaw({"u": 1.0}, 0.0, 1.0).plus(LinearLaw({"w": 1.0})) is None
     assert np.isinf(law.high) and law.is_bounded
+
+
+@pytest.mark.parametrize("follows", [False, True])
+def test_a_force_of_an_input_is_an_actuator_at_its_place(follows):
+    machine = pendulum()
+    machine.add(
+        mbody.Input("u", "2 N"),
+        mbody.Force(
+            "push", Marker("arm", (0.5, 0.0)), "3*u - 1 N", angle="70 deg", follows=follows
+        ),
+    )
+    made = same(machine, 0.4, 2e-3)
+    assert made.not_expressible == () and "<general" in made.text
