@@ -54,7 +54,7 @@ def _subjects(result: CrosscheckResult, kinematics: bool) -> set[tuple[str, bool
             continue
         found.add((owner or name, key in FORCES))
         if told == "over time":
-            found.add((f"{owner}.{key}", False))
+            found.add((f"{owner}.{key}".removeprefix("."), False))
     return found
 
 

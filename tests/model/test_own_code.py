@@ -150,9 +150,13 @@ def test_a_parameter_of_the_mechanism_reaches_physics():
 
 
 def test_the_oracle_reads_it_too():
-    system = mbody.assemble(bob(Own("own", "ground", "bob"), AngleDriver("motor", "bob", 0.3)))
-    report = mbody.crosscheck(system.with_values({"own.k": 5.0}), ["oracle"])
-    assert report.agrees
+    system = mbody.assemble(
+        bob(Own("own", "ground", "bob", k=5.0), AngleDriver("motor", "bob", 0.3))
+    )
+    assert mbody.crosscheck(system, ["oracle"]).agrees
+    # it reads the description: of other numbers nothing was compared
+    changed = mbody.crosscheck(system.with_values({"own.k": 6.0}), ["oracle"])
+    assert changed.agrees is None and "own" in changed.not_compared
 
 
 def test_number_field_is_public_and_a_plain_field_is_refused_with_the_way_out():
