@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import contextvars
 import functools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ParamSpec, TypeVar
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from mbody.core import tolerances as tol
 from mbody.core.presentation import present
+from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import listed
 from mbody.model.study import Measure
@@ -63,6 +64,12 @@ class OtherForces(Solution):
         return ()
 
 
+#: What is known of the uniqueness of forces that are changed, by what is said.
+KNOWN: dict[str, tuple[bool | None, ...]] = {
+    "open": (False,),
+    "unknown": (None,),
+    "uncertain": (True, False, None),
+}
 #: Whether nothing is looked at, as while derivatives of others are sought.
 _silent: contextvars.ContextVar[bool] = contextvars.ContextVar("silent", default=False)
 
@@ -94,8 +101,8 @@ def known_of(run: Solution, quantity: Any, plain: Any = None) -> tuple[str, ...]
             changed = read(one)
             rounded = read(_rounded(run)) if rounded is None else rounded
             differs = _differ(plain, changed, rounded)
-        except Exception:  # with other forces it cannot be found
-            differs = True
+        except (ModelError, SolveError, ArithmeticError, ValueError):
+            differs = True  # with other forces it cannot be found
         if differs:
             found.append(_sentence(run, kind, one.asked, name))
     return tuple(found)
@@ -155,18 +162,18 @@ def every_force(run: Solution) -> list[Any]:
     return found + [run.effort(one.name) for one in (*machine.drivers, *machine.couplings)]
 
 
-def open_elements(run: Solution, known: bool | None = False) -> list[str]:
-    """Joints, contacts, drivers and couplings whose forces are not unique, or of which that is not
-    known.
+def open_elements(run: Solution, known: Collection[bool | None] = (False,)) -> list[str]:
+    """Joints, contacts, drivers and couplings with forces of which it is so `known` whether they
+    are unique; by default those that are not.
     """
     machine = run.mechanism
     names = [
         one.name
         for one in (*machine.joints, *acting_contacts(run), *machine.groups)
-        if known in (run.reaction(one.name).unique or (None,))
+        if any(part in known for part in run.reaction(one.name).unique or (None,))
     ]
     efforts = (*machine.drivers, *machine.couplings)
-    return names + [one.name for one in efforts if run.unique_effort(one.name) is known]
+    return names + [one.name for one in efforts if run.unique_effort(one.name) in known]
 
 
 def open_forces_note(run: Solution) -> list[str]:
@@ -209,12 +216,16 @@ def _function(quantity: Any) -> tuple[Callable[[Solution], Any], str]:
 
 
 def _sentence(run: Solution, kind: str, asked: set[str], name: str) -> str:
-    known = None if kind == "unknown" else False
-    every = open_elements(run, known)
+    every = open_elements(run, KNOWN[kind])
     names = [one for one in every if one in asked] or every
     if kind == "open":
         return not_unique(names, name)
     of = f"'{name}'" if name else "this"
+    if kind == "uncertain":
+        return (
+            f"friction is not certain to have one solution: the forces of {listed(names, NAMED)}, "
+            f"of which {of} is made, are those that follow from less and less friction"
+        )
     return (
         f"whether the forces of {listed(names, NAMED)}, of which {of} is made, are unique was not "
         "examined: others may balance the bodies as well"
@@ -234,9 +245,11 @@ def _others(run: Solution) -> list[tuple[OtherForces, str]]:
 
 
 def _made(run: Solution) -> Iterator[tuple[OtherForces, str]]:
-    unknown = open_elements(run, None)
+    unknown = open_elements(run, KNOWN["unknown"])
     if unknown:
-        yield _disturbed(run, unknown, None), "unknown"
+        yield _disturbed(run, "unknown"), "unknown"
+    if run.analysis != "simulate" and run.friction and not run.friction.certified.all():
+        yield _disturbed(run, "uncertain"), "uncertain"
     names = open_elements(run)
     if not names:
         return
@@ -244,7 +257,7 @@ def _made(run: Solution) -> Iterator[tuple[OtherForces, str]]:
     places = len(run.t) * (run.record.count if run.record.batch else 1)
     forgotten = run.analysis == "simulate" and not run.regularization and not sets
     if unknown or forgotten or places > BALANCED:
-        yield _disturbed(run, names, False), "open"
+        yield _disturbed(run, "open"), "open"
         return
     other = _with_record(run)
     if run.analysis == "simulate":
@@ -311,9 +324,9 @@ def _stepped(run: Solution, other: OtherForces, part: float) -> OtherForces:
     return with_fields(other, stepped=replace(run.stepped, numbers=numbers))
 
 
-def _disturbed(run: Solution, names: list[str], known: bool | None) -> OtherForces:
-    """The result with forces of elements changed, as far as they are not unique, in no balance."""
-    other, machine = _with_record(run), run.mechanism
+def _disturbed(run: Solution, kind: str) -> OtherForces:
+    """The result with those forces changed that are so known, in no balance."""
+    other, machine, names = _with_record(run), run.mechanism, open_elements(run, KNOWN[kind])
     first, greatest = _primitives(run).start, _greatest_force(run)
     for count, name in enumerate(names, start=1):
         element = machine.element_or_group(name)
@@ -321,7 +334,7 @@ def _disturbed(run: Solution, names: list[str], known: bool | None) -> OtherForc
         moved = [True] * 5
         if element.role in ("joint", "contact"):
             unique = run.reaction(name).unique or (None,) * 3
-            moved[2:] = [one is known for one in unique]
+            moved[2:] = [one in KNOWN[kind] for one in unique]
         for e in (e for part in parts for e in run.system.primitives_of.get(part, ())):
             for n in np.flatnonzero(moved).tolist():
                 row = first + PER_PRIMITIVE * e + n

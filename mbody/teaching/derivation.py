@@ -31,6 +31,7 @@ from mbody.reports.blocks import (
 from mbody.reports.writers import latex, markdown
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, whole_instant
+from mbody.solution.known_forces import every_force
 from mbody.solution.solution import as_solution
 from mbody.summaries.text_table import (
     WIDTH,
@@ -487,7 +488,7 @@ class _DerivationWriter:
             gap=max(map(_relative, pairs), default=0.0),
             residual=max(_relative(newton), _relative(euler)),
             document=self._document(),
-            **inherited(self.run),
+            **inherited(self.run, of=[every_force]),
         )
 
     def _document(self) -> ReportDocument:
@@ -648,7 +649,9 @@ class _DerivationWriter:
                 ],
             )
         ]
-        if self.run.regularization:
+        if not self.run.regularization:
+            blocks += [Notice("note", one) for one in self.run.known_of(every_force)]
+        else:
             part = f"{PRINTED_NONE_REDUNDANT:g}"
             blocks.append(
                 Notice(

@@ -218,3 +218,26 @@ def test_a_file_knows_it_too(tmp_path):
     mbody.save_run(run, path)
     again = mbody.load_run(path)
     assert again.known_of("c0.contact") and again.known_of("car.x") == ()
+
+
+@pytest.mark.parametrize(("friction", "radius"), [(0.3, 0.05), (1.2, 0.4)])
+def test_friction_that_may_have_several_solutions(friction, radius):
+    made, rough = Mechanism("press", ground={"O": (0, 0)}), dict(friction=friction)
+    pins = rough | dict(pin_radius=radius)
+    made.add(
+        Body("crank", mass=1, inertia=0.1, points={"O": (0, 0), "A": (1, 0)}, guess=0.5),
+        Body("rod", mass=1, inertia=0.5, points={"A": (0, 0), "B": (2.2, 0)}, guess=0.0),
+        Body("slider", mass=2, inertia=0.1, points={"B": (0, 0)}),
+        Revolute("O", "ground.O", "crank.O", **pins),
+        Revolute("A", "crank.A", "rod.A", **pins),
+        Revolute("B", "rod.B", "slider.B", **pins),
+        mbody.Prismatic("guide", "ground", "slider", **rough),
+        AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.5, 3.0)),
+        mbody.Force("F", "slider", 30.0, angle=np.pi),
+    )
+    run = mbody.kinetostatics(made, t=np.linspace(0.0, 0.3, 7))
+    uncertain = any("not certain to have one solution" in one for one in run.notes)
+    assert uncertain == (radius == 0.4)
+    assert run.known_of("slider.x") == ()
+    for found in (bearing_load(run, "A").notes, run.known_of("motor.effort")):
+        assert len(found) == uncertain and all("not certain" in one for one in found)
