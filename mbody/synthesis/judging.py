@@ -196,7 +196,7 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
 def interval(
     name: str, given: Any, dimension: str | Dimension, units: UnitSystem
 ) -> tuple[float, float]:
-    """A low and a high bound."""
+    """A low and a high bound; equal ones hold a number."""
     pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
     if len(pair) != 2:
         raise ModelError(
@@ -207,7 +207,7 @@ def interval(
         float(evaluated(described_number(_plain(cell), dimension, name, key), scope, name, key))
         for cell, key in zip(pair, ("low", "high"), strict=True)
     )
-    if not first < second:
+    if first > second or (name == "span" and first == second):
         raise ModelError(
             f"synthesize: the bounds of '{name}' are {first:g} and {second:g}: give the lower one "
             "first",
@@ -582,8 +582,6 @@ def led_to_conditions(
     squares with what conditions lack as rows, whose weight grows and whose target moves inwards
     until nothing is lacking. None where none was found.
     """
-    from scipy.optimize import least_squares
-
     one = problem.candidate(problem.begin)
     first = None if one is None else margins(one)
     if first is None:
@@ -607,7 +605,7 @@ def led_to_conditions(
     def slopes(y: np.ndarray) -> np.ndarray:
         here, found = margin(y), np.zeros((len(first), len(y)))
         lacking = targets > here
-        for n in range(problem.numbers if lacking.any() else 0):
+        for n in np.flatnonzero(width[: problem.numbers] if lacking.any() else 0.0):
             inward = 1.0 if 2.0 * y[n] < problem.low[n] + problem.high[n] else -1.0
             step = np.zeros(len(y))
             step[n] = tol.SYNTHESIS_LED_STEP * inward * (width[n] if width[n] < np.inf else 1.0)
@@ -619,16 +617,42 @@ def led_to_conditions(
         if not np.isfinite(rows(y)).all():
             return None
         inside = np.clip(y, *within)
-        ended = least_squares(
-            rows, inside, slopes, bounds=within, x_scale="jac", max_nfev=LED_STEPS
-        )
-        y = ended.x
+        y = nearest(rows, inside, slopes, within, max_nfev=LED_STEPS)
         lacking = np.maximum(targets - margin(y), 0.0)
         if weight >= LED_WEIGHTS[0]:
             targets = targets + lacking
         if (margin(y) >= 0.0).all():
             break
     return problem.candidate(y)
+
+
+def nearest(
+    residual: Callable[[np.ndarray], np.ndarray],
+    begin: np.ndarray,
+    jacobian: Callable[[np.ndarray], np.ndarray],
+    within: tuple[np.ndarray, np.ndarray],
+    **settings: Any,
+) -> np.ndarray:
+    """The numbers of the least sum of squares within bounds, of which equal ones hold a number."""
+    from scipy.optimize import least_squares
+
+    low, high = within
+    free = low < high
+
+    def whole(part: np.ndarray) -> np.ndarray:
+        y = low.copy()
+        y[free] = part
+        return y
+
+    found = least_squares(
+        lambda part: residual(whole(part)),
+        begin[free],
+        lambda part: jacobian(whole(part))[:, free],
+        bounds=(low[free], high[free]),
+        x_scale="jac",
+        **settings,
+    )
+    return whole(found.x)
 
 
 class Candidate(Protocol):

@@ -32,6 +32,7 @@ from mbody.synthesis.judging import (
     Judge,
     MissProblem,
     interval,
+    nearest,
 )
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
@@ -300,23 +301,20 @@ def _refined(
     theta: np.ndarray,
     guess: dict[str, tuple[float, float, float]],
 ) -> _ModelCandidate | None:
-    from scipy.optimize import least_squares
-
     problem = _problem(demand, numbered, x, theta, guess)
     if not np.isfinite(problem.residual(problem.begin)).all():
         return None
-    found = least_squares(
+    found = nearest(
         problem.residual,
         problem.begin,
         problem.jacobian,
-        bounds=(problem.low, problem.high),
-        x_scale="jac",
+        (problem.low, problem.high),
         ftol=tol.LEAST_SQUARES_ENDS,
         xtol=tol.LEAST_SQUARES_ENDS,
         gtol=tol.LEAST_SQUARES_ENDS,
         max_nfev=EVALUATIONS,
     )
-    made: Any = problem.candidate(found.x)
+    made: Any = problem.candidate(found)
     return made
 
 

@@ -171,7 +171,8 @@ def synthesize(
     span : (low, high), optional
         Of a model the range of its driver that is searched, by default a turn.
     by : mapping, optional
-        Bounds (low, high) of numbers by name; of a kind by default some sizes of the path.
+        Bounds (low, high) of numbers by name, equal ones hold a number; of a kind by default some
+        sizes of the path.
     count : int
         How many designs are returned at most.
     units : str, optional

@@ -344,3 +344,13 @@ def test_a_cognate_that_closes_nowhere_is_left_out():
     assert len(found) == 3
     for one in (one for one in found if not one.defects):
         assert deviation(one, path) == pytest.approx(one.error, rel=1e-6, abs=1e-12)
+
+
+def test_equal_bounds_hold_a_number():
+    """A point on the line of the pins."""
+    points = [(0.05, 0.25), (0.02, 0.28), (-0.02, 0.29), (-0.06, 0.27)]
+    designs = mbody.synthesize(
+        path=points, by={"coupler.P.y": (0, 0)}, search=40, starts=4, count=2
+    )
+    for one in designs:
+        assert one.values["coupler.P.y"] == 0.0 and one.error < 1e-12
