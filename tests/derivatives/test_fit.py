@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
-from scipy.optimize import curve_fit
+from scipy.optimize import curve_fit, least_squares
 
 import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, TorsionDamper
@@ -527,3 +527,38 @@ def test_columns_by_their_headings():
     assert headed.values == plain.values and headed.offsets == plain.offsets
     with pytest.raises(mbody.ModelError, match="no column 'crank' with a deviation"):
         fitted(encoder(), deviations={"crank": 0.2})
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_bounds_beside_many_starts(seed):
+    """Arms whose mass, place and inertia are sought within random bounds: no start of the closed
+    form ends lower, and what is said to be determined is so at the truth.
+    """
+    rng = np.random.default_rng([7, seed])
+    truth = np.array([rng.uniform(0.5, 3.0), rng.uniform(0.2, 0.6), rng.uniform(0.0, 0.2)])
+    low = truth * rng.choice([0.0, 0.9], 3)
+    high = np.where(rng.random(3) < 0.5, np.inf, truth * 1.3 + 1e-3)
+    t = np.linspace(0.0, 3.0, 40)
+    turned, change = np.sin(2 * t), -4 * np.sin(2 * t)
+
+    def torque(p):
+        m, x, inertia = p
+        return (inertia + m * x * x) * change + m * G * x * np.cos(turned)
+
+    effort = torque(truth) + 0.01 * rng.normal(size=40)
+    data = {"motor": turned, "motor.rate": 2 * np.cos(2 * t), "motor.acceleration": change}
+    names = ["arm.mass", "arm.cg.x", "arm.inertia"]
+    start = np.clip(truth * rng.uniform(0.6, 1.6, 3), low + 1e-4, high - 1e-4)
+    by = {name: (float(a), float(b)) for name, a, b in zip(names, low, high, strict=True)}
+    found = mbody.fit(arm(*start), data | {"motor.effort": effort}, by)
+    starts = (np.clip(truth * rng.uniform(0.1, 3.0, 3), low, high) for _ in range(6))
+    ends = [
+        least_squares(lambda p: torque(p) - effort, p, bounds=(low, high), x_scale="jac")
+        for p in starts
+    ]
+    least = 2.0 * min(end.cost for end in ends)
+    assert 40.0 * found.residual["motor.effort"] ** 2 <= least * (1.0 + 1e-6)
+    values = dict(zip(names, truth.tolist(), strict=True))
+    for one in found.combinations:
+        inside = all(a <= values[name] <= b for name, (a, b) in one.within.items())
+        assert not inside or abs(one.at(values) - one.value) < 4.0 * one.deviation
