@@ -1157,6 +1157,7 @@ TABLE_RATE_AGREES = 0.05
 #: The scale of a user's function, as a part of its argument, is at least this,
 FUNCTION_SCALE_LEAST = 1e-6
 FUNCTION_SLOPES_AGREE = 1e-6  # and two derivatives of it agree to this part of the steepest.
+FORMULA_SAME = 1e-9  # Values of a formula beside a corner that differ by this part are one.
 # A given derivative is wrong where it is off by this part of itself,
 DERIVATIVE_WRONG = 3e-3
 DERIVATIVE_SLIGHT = 1e-4  # and by this part of the greatest one met;

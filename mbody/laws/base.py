@@ -196,10 +196,19 @@ class Law:
         """
         return None
 
+    @property
+    def may_have_corners(self) -> bool:
+        """Whether there may be places in `corners_between`."""
+        return False
+
     def corners_between(self, first: float, last: float) -> FloatArray:
         """Where it jumps, or its rate or second derivative does, between two values of x,
         ascending, (k,): steps of motions that follow it end there.
         """
+        return np.empty(0)
+
+    def rate_jumps(self, first: float, last: float) -> FloatArray:
+        """Where its rate may jump between two values of x, ascending, (k,)."""
         return np.empty(0)
 
     def turns(self, x: float) -> FloatArray:

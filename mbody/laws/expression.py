@@ -230,6 +230,8 @@ class Harmonic(Law):
 
 
 ORDERS = ("value", "rate", "second derivative")
+#: Steps end so many units in the last place before a jump, too.
+BEFORE = 4
 
 
 @dataclass(frozen=True, repr=False)
@@ -294,6 +296,29 @@ class Expression(FormulaLaw):
 
     def __repr__(self) -> str:
         return f"Expression({self.text!r})"
+
+    @property
+    def may_have_corners(self) -> bool:
+        """Whether something in it makes corners or pulses."""
+        from mbody.laws.steep_places import is_smooth
+
+        return not is_smooth(self)
+
+    def corners_between(self, first: float, last: float) -> FloatArray:
+        """Corners, places just before a jump of the value, and extrema and inflections of pulses
+        that are short beside the span.
+        """
+        from mbody.laws.steep_places import steep_places
+
+        found = steep_places(self, first, last)
+        before = found.jumps - BEFORE * np.spacing(np.abs(found.jumps))
+        return np.unique(np.concatenate([found.kinks, found.jumps, before, found.pulses]))
+
+    def rate_jumps(self, first: float, last: float) -> FloatArray:
+        """Corners at which the value does not jump."""
+        from mbody.laws.steep_places import steep_places
+
+        return steep_places(self, first, last).kinks
 
     def table(self) -> FloatArray:
         """[length, operations of the program]."""

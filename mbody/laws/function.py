@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from array import array
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -34,6 +35,8 @@ LEVELS = 20
 PLACES, STEPS, BESIDE, GROWN = 12, 40, 0.00137, 0.25
 # Calls of a law that may not be called without an end after which it is compared at once.
 SUSPECT = 2000
+# Calls of which the places are kept until the widest gap between them is looked for.
+KEPT = 100_000
 
 
 @dataclass(frozen=True)
@@ -115,10 +118,19 @@ class Function(FixedLaw):
         """
         return FunctionCalls(self, derivatives)
 
+    @property
+    def may_have_corners(self) -> bool:
+        """Whether some are given."""
+        return bool(self.corners)
+
     def corners_between(self, first: float, last: float) -> FloatArray:
         """The given ones between two values of x."""
         known = np.array(self.corners or ())
         return known[(known > first) & (known < last)]
+
+    def rate_jumps(self, first: float, last: float) -> FloatArray:
+        """The given corners."""
+        return self.corners_between(first, last)
 
     def value_and_derivatives(self, x: float) -> tuple[float, float, float]:
         """f, f′, f″ at x."""
@@ -145,13 +157,15 @@ class FunctionCalls:
     """The function of a law as kernels call it; it notes where it was called.
 
     `low`, `high`: The range of its calls. `count`: How many there were, at most `most`. `steepest`:
-    Size and place of the greatest rate and second derivative.
+    Size and place of the greatest rate and second derivative. `met`: Where it was called last;
+    `widest`: The widest gap before.
     `wrong`: A given derivative that was found to be none: what, place, given, wanted.
     """
 
     def __init__(self, law: Function, derivatives: bool) -> None:
         self.law, self.function, self.derivatives = law, law.function, derivatives
         self.low, self.high, self.count, self.most = math.inf, -math.inf, 0, math.inf
+        self.met, self.widest = array("d"), 0.0
         self.steepest = [(-1.0, math.nan), (-1.0, math.nan)]
         self.wrong: WrongDerivative | None = None
         self.compared: tuple[float, float] | None = None
@@ -161,6 +175,9 @@ class FunctionCalls:
         at = float(x[0])
         self.low, self.high = min(self.low, at), max(self.high, at)
         self.count += 1
+        self.met.append(at)
+        if len(self.met) > KEPT:
+            self.gap()
         if self.count == SUSPECT and self.most < math.inf and self.compare() is not None:
             self.most = 0
         if self.count > self.most:
@@ -175,6 +192,17 @@ class FunctionCalls:
                     self.steepest[n] = abs(y[1 + n]), at
         else:
             y[:] = finite_value(self.function, at), 0.0, 0.0
+
+    def begin(self) -> None:
+        """Forget where it was called."""
+        self.met, self.widest = array("d"), 0.0
+
+    def gap(self) -> float:
+        """The widest distance between two of its calls since the beginning."""
+        at = np.sort(self.met)
+        self.widest = max(self.widest, float(np.diff(at).max(initial=0.0)))
+        self.met = array("d", at[-1:])
+        return self.widest
 
     def __reduce__(self) -> Any:
         return FunctionCalls, (self.law, self.derivatives)

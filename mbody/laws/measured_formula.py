@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mbody.errors import ModelError
-from mbody.laws.base import FormulaLaw, finite
-from mbody.laws.expression import PostfixProgram
-from mbody.laws.kernels import FloatArray
+from mbody.laws.base import FormulaLaw, Law, finite
+from mbody.laws.expression import Expression, PostfixProgram
+from mbody.laws.kernels import (
+    CONSTANT,
+    LOG,
+    OPERATIONS,
+    POWER_CONSTANT,
+    VARIABLE,
+    FloatArray,
+)
 from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
 from mbody.quantities.formula import Formula
 from mbody.quantities.parse import FormulaError, shown
@@ -66,6 +73,33 @@ class MeasuredFormula(FormulaLaw):
 
     def __repr__(self) -> str:
         return f"MeasuredFormula({self.text!r})"
+
+    def laws_of_time(self, curves: Mapping[str, Any]) -> list[Law]:
+        """Its largest parts that follow from t alone, and curves of t; `curves`: what it calls."""
+        stack: list[tuple[tuple[int, ...], tuple[float, ...]] | None] = []
+        constants, names, found = iter(self.constants), iter(self.variables), []
+        for operation in self.operations:
+            curve = curves.get(operation)
+            if curve is None and operation == "variable":
+                stack.append(((VARIABLE,), ()) if next(names) == "t" else None)
+                continue
+            code = -1 if curve is not None else OPERATIONS.index(operation)
+            if code == CONSTANT:
+                stack.append(((CONSTANT,), (next(constants),)))
+                continue
+            own = (next(constants),) if 0 <= code <= POWER_CONSTANT else ()
+            count = len(curve.takes) if curve is not None else 2 if code > LOG else 1
+            parts = [stack.pop() for _ in range(count)][::-1]
+            if curve is None and None not in parts:
+                whole = [part for part in parts if part is not None]
+                programs, numbers = zip(*whole, strict=True)
+                stack.append(((*sum(programs, ()), code), sum(numbers, ()) + own))
+                continue
+            if curve is not None and parts == [((VARIABLE,), ())]:
+                found.append(curve.law)
+            found += [Expression(self.text, *part) for part in parts if part is not None]
+            stack.append(None)
+        return [*found, *(Expression(self.text, *part) for part in stack if part is not None)]
 
     def raw(self, xs: FloatArray) -> FloatArray:
         """It has no value of one number alone.

@@ -336,6 +336,11 @@ class Table(FixedLaw):
             else of_spline(h, chord, self.end or "not-a-knot")
         )
 
+    @property
+    def may_have_corners(self) -> bool:
+        """True but for a spline."""
+        return self._between != "spline"
+
     def corners_between(self, first: float, last: float) -> FloatArray:
         """The points of the argument, between two values of it, at which f or a derivative that
         motions depend on jumps: none of a spline.
@@ -348,6 +353,11 @@ class Table(FixedLaw):
             low, high = (math.floor((end - knots[0]) / period) for end in (first, last))
             knots = np.concatenate([knots + n * period for n in range(low, high + 1)])
         return np.unique(knots[(knots > first) & (knots < last)])
+
+    def rate_jumps(self, first: float, last: float) -> FloatArray:
+        """Its points between straight lines."""
+        straight = self.interpolation == "linear"
+        return self.corners_between(first, last) if straight else np.empty(0)
 
     @cached_property
     def _extremes(self) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ import numpy as np
 from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.contact_report import one_sided
 from mbody.analysis.dynamics.batch_integration import TABLES
-from mbody.analysis.dynamics.interruptions import tables_of_time
+from mbody.analysis.dynamics.interruptions import has_corners
 from mbody.analysis.dynamics.options import tolerances
 from mbody.analysis.initial.initial_state import with_start_drivers
 from mbody.analysis.position.assembly_analysis import as_system, rounding
@@ -239,7 +239,7 @@ class ScalarFallback(LaneReadings):
             or system.has_user_code
             or one_sided(system)
             or has_modes(system)
-            or tables_of_time(system)
+            or has_corners(system)
             or any(list(one.distances()) for one in system.mechanism.constraints)
         )
 

@@ -29,9 +29,9 @@ from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
+    has_corners,
     hold_inputs,
     input_value,
-    tables_of_time,
     without_hold,
 )
 from mbody.analysis.dynamics.modal_motion import ModeTransition, SharedForces
@@ -183,7 +183,7 @@ class Stepwise(Integration):
     @functools.cached_property
     def timed(self) -> bool:
         """Whether there are set times: samples of controllers, corners of laws of time."""
-        return bool(self.system.mechanism.controllers or tables_of_time(self.system))
+        return bool(self.system.mechanism.controllers or has_corners(self.system))
 
     @functools.cached_property
     def _blank(self) -> tuple[Array, ...]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.tolerances import LOAD_BALANCE, STROKE_MARGIN, TABLE_RANGE_MARGIN
-from mbody.laws import MeasuredFormula, Table, Table2
+from mbody.laws import Expression, MeasuredFormula, Table, Table2
 from mbody.laws.function import FunctionCalls
 from mbody.model.element import Element
 from mbody.model.joints.belt import Belt
@@ -231,6 +231,9 @@ def may_doubt_laws(system: System) -> bool:
     laws = (value for element in elements for value in vars(element).values())
     ranged = bool(machine.curves) or any(isinstance(law, Table) for law in laws)
     limited = any(type(element) in VALIDITY for element in elements)
+    limited = limited or any(
+        isinstance(getattr(d, "law", None), Expression) for d in machine.drivers
+    )
     return ranged or limited or system.has_user_code
 
 
@@ -246,6 +249,7 @@ def law_doubts(solution: Solution, places: Sequence[float] = ()) -> list[Doubt]:
         *balance_doubts(solution),
         *extrapolated(solution),
         *validity_doubts(solution),
+        *jump_doubts(solution),
     ]
 
 
@@ -261,10 +265,9 @@ def derivative_doubts(system: System, places: Sequence[float] = ()) -> list[Doub
     """A doubt for each law with a given derivative that is not one."""
     from mbody.solution.doubts import Doubt
 
-    found, units, machine = [], system.mechanism.units, system.mechanism
+    found, units = [], system.mechanism.units
     for name, calls in law_calls(system):
-        owner = next(one for one in (*machine.inputs, *_elements(machine)) if one.name == name)
-        fields = [f for f in dataclasses.fields(owner) if getattr(owner, f.name) is calls.law]
+        fields = _fields(system, name, calls)
         of = fields[0].metadata["of"] if fields else ""
         wrong = calls.compare(places if of == "time" else ())
         if wrong is None:
@@ -286,8 +289,36 @@ def derivative_doubts(system: System, places: Sequence[float] = ()) -> list[Doub
     return found
 
 
-def _elements(machine: Mechanism) -> Iterator[Any]:
-    return iter((*machine.joints, *machine.drivers, *machine.loads, *machine.states))
+def _fields(system: System, name: str, calls: FunctionCalls) -> list[dataclasses.Field[Any]]:
+    """The field of an element that has this law; none where a formula calls it."""
+    machine = system.mechanism
+    elements: tuple[Any, ...] = (
+        *machine.inputs,
+        *machine.joints,
+        *machine.drivers,
+        *machine.loads,
+        *machine.states,
+    )
+    owner = next(one for one in elements if one.name == name)
+    return [f for f in dataclasses.fields(owner) if getattr(owner, f.name) is calls.law]
+
+
+def gap_notes(system: System) -> list[str]:
+    """A note of Python functions of time between whose places of evaluation a pulse may hide."""
+    gaps = {}
+    for name, calls in law_calls(system):
+        fields = _fields(system, name, calls)
+        if fields and fields[0].metadata["of"] == "time" and calls.law.corners is None:
+            gaps[name] = calls.gap()
+    widest = max(gaps.values(), default=0.0)
+    if not widest > 0.0:
+        return []
+    name = max(gaps, key=lambda one: gaps[one])
+    return [
+        f"the function of time of '{name}' was evaluated where steps needed it, up to {widest:.3g} "
+        f"{system.mechanism.units.time} apart: a pulse or a jump that is shorter may be missed; "
+        "give their times, as Function(f, corners=[…]), an empty list where there are none"
+    ]
 
 
 # -- Forces of users' loads: those on both bodies balance --------------------------------------
@@ -375,6 +406,39 @@ def validity_doubts(solution: Solution) -> list[Doubt]:
                 f"law does not hold: {remedy}"
             )
             found.append(Doubt("validity", message, since, (element.name,)))
+    return found
+
+
+def jump_doubts(solution: Solution) -> list[Doubt]:
+    """A doubt for each driver in a motion whose formula jumps: it would move without a rate."""
+    from mbody.laws.steep_places import steep_places
+    from mbody.solution.doubts import Doubt
+
+    if solution.analysis != "simulate" or not len(solution.t):
+        return []
+    found, units = [], solution.mechanism.units
+    for driver in solution.mechanism.drivers:
+        law = getattr(driver, "law", None)
+        if not isinstance(law, Expression):
+            continue
+        own: Any = solution.system.law_of(driver)
+        ends = (
+            float(solution.t[0]),
+            min(float(solution.t[-1]), solution.released.get(driver.name, np.inf)),
+        )
+        jumps = steep_places(own, *ends).jumps
+        sizes = np.abs(own(jumps) - own(np.nextafter(jumps, -np.inf)))
+        size, unit = (
+            float(sizes.max(initial=0.0)),
+            units.of(driver.__dataclass_fields__["law"].metadata["law"]),
+        )
+        if len(jumps):
+            message = (
+                f"'{driver.name}': its law jumps by {size:.3g} {unit} at t = {jumps[0]:.6g} "
+                f"{units.time}, where no rate leads: what follows is no motion; give it time, as "
+                "by clamp, a Table or a program"
+            )
+            found.append(Doubt("validity", message, float(jumps[0]), (driver.name,)))
     return found
 
 

@@ -27,6 +27,7 @@ from mbody.analysis.dynamics.integrators import (
     coordinate_sizes,
     first_step,
 )
+from mbody.analysis.dynamics.interruptions import has_short_pulses
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.initial_state import BatchStart, batch_start, initial_states
 from mbody.core.lanes import LANES, aligned
@@ -69,8 +70,8 @@ def lane_motions(
     system: System, names: tuple[str, ...], how: Mapping[str, Any]
 ) -> LaneMotions | None:
     """Start and settings shared by the designs of a system that differ in `names`; None where they
-    go one by one: with other methods, events, released drivers, redundant joints, or code of the
-    user.
+    go one by one: with other methods, events, released drivers, redundant joints, short pulses of
+    time, or code of the user.
     """
     if (
         system.has_user_code
@@ -97,6 +98,7 @@ def lane_motions(
         or request.events
         or request.release
         or first.regularization
+        or has_short_pulses(system, request.first, last)
     ):
         return None
     light = artificial_masses(system.layout, system.mass, system.sizes)

@@ -20,6 +20,7 @@ from mbody.analysis.driven.diagnosis import (
     valueless,
     weightless,
 )
+from mbody.analysis.driven.law_doubts import law_calls
 from mbody.analysis.driven.time_grid import check_law_ranges
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.integrators import (
@@ -225,6 +226,8 @@ class Integration(RateJumps):
         """
         n3 = self.system.coordinates
         self.first, self.until = first, until
+        for _, one in law_calls(self.system):
+            one.begin()
         self.rows = self.system.record_rows
         self.y[:n3], self.y[n3 : 2 * n3] = q, v
         self.y[2 * n3 :] = first_auxiliary_states(self.system, self.start) if own is None else own

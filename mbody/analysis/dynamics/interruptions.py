@@ -14,9 +14,9 @@ import functools
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -25,9 +25,11 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
 from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.step_state import JACOBIAN_VALID, TIME
-from mbody.laws import Table
+from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
+from mbody.laws.steep_places import SHORT
 from mbody.model.inputs import Controller
+from mbody.model.states import State
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import causes, gain_of_jump
 from mbody.system.rank import dense, dense_rates
@@ -104,20 +106,16 @@ Array = np.ndarray
 
 
 def jump_times(system: System, first: float, until: float) -> Array:
-    """Times after `first`, up to `until`, at which the rate of a driver may jump, ascending: points
-    of its own table in straight lines, or of inputs that its formula may follow.
+    """Times after `first`, up to `until`, at which the rate of a driver may jump, ascending:
+    corners of its own law, or of inputs that its formula may follow.
     """
-    drivers = system.mechanism.drivers
-    laws = [getattr(one, "law", None) for one in drivers]
-    if any(isinstance(law, MeasuredFormula) for law in laws):
-        laws += [one.value for one in system.mechanism.inputs]
+    machine = system.mechanism
+    owners: tuple[Any, ...] = machine.drivers
+    if any(isinstance(getattr(one, "law", None), MeasuredFormula) for one in owners):
+        owners += machine.inputs
     beyond = float(np.nextafter(until, np.inf))
-    found = [
-        law.corners_between(first, beyond)
-        for law in laws
-        if isinstance(law, Table) and law.interpolation == "linear"
-    ]
-    return np.unique(np.concatenate(found)) if found else np.empty(0)
+    found = [law.rate_jumps(first, beyond) for law in laws_with_corners(system, owners)]
+    return np.unique(np.concatenate([np.empty(0), *found]))
 
 
 def works_of_drivers(
@@ -483,23 +481,67 @@ def _check_samples(controller: Controller, first: float, until: float, unit: str
         )
 
 
-def tables_of_time(system: System) -> list[Table]:
-    """Tables among the laws of time."""
+def laws_with_corners(system: System, elements: Iterable[Any]) -> Iterator[Law]:
+    """Laws of time that may have corners, with the numbers that are in force; of formulas of
+    measured quantities the parts that follow from time alone.
+    """
+    for element in elements:
+        for key, of in _law_fields(cast(Any, type(element))):
+            law, name = getattr(element, key), f"{element.name}.{key}"
+            if isinstance(law, MeasuredFormula):
+                parts = in_force(system, law, name).laws_of_time(system.mechanism.curves)
+                yield from (part for part in parts if part.may_have_corners)
+            elif of == "time" and isinstance(law, Law) and law.may_have_corners:
+                yield in_force(system, law, name)
+
+
+def timed_elements(system: System) -> tuple[Any, ...]:
+    """Elements with laws of time."""
     machine = system.mechanism
-    return [
-        getattr(element, name)
-        for element in (*machine.joints, *machine.drivers, *machine.loads, *machine.inputs)
-        for name in _laws_of_time(cast(Any, type(element)))
-        if isinstance(getattr(element, name), Table)
-    ]
+    return (
+        *machine.joints,
+        *machine.drivers,
+        *machine.loads,
+        *machine.inputs,
+        *machine.states,
+    )
+
+
+def has_corners(system: System) -> bool:
+    """Whether laws of time may have corners."""
+    return next(laws_with_corners(system, timed_elements(system)), None) is not None
+
+
+def has_short_pulses(system: System, first: float, until: float) -> bool:
+    """Whether corners of formulas of time are close together, so that steps that do not end there
+    may miss what is between.
+    """
+    laws = laws_with_corners(system, timed_elements(system))
+    found = [law.corners_between(first, until) for law in laws if isinstance(law, Expression)]
+    gaps = np.diff(np.unique(np.concatenate([np.empty(0), *found])))
+    apart = gaps > 2 * ULPS * np.spacing(max(abs(first), abs(until)))
+    return bool((gaps[apart] < SHORT * (until - first)).any())
+
+
+L = TypeVar("L", bound=Law)
+
+
+def in_force(system: System, law: L, name: str) -> L:
+    """A law of that name with the numbers that the system has."""
+    own = law.numbers()
+    plain = set(own) == {"value"}
+    numbers = {k: float(system.values[name if plain else f"{name}.{k}"]) for k in own}
+    return cast(L, law.with_numbers(numbers))
 
 
 @functools.cache
-def _laws_of_time(kind: Any) -> tuple[str, ...]:
-    """Fields of an element that are laws of time: to look for them took a tenth of a short motion
-    of many bodies.
+def _law_fields(kind: Any) -> tuple[tuple[str, str], ...]:
+    """Fields of an element that are laws, with what they are laws of: to look for them took a tenth
+    of a short motion of many bodies.
     """
-    return tuple(one.name for one in dataclasses.fields(kind) if one.metadata.get("of") == "time")
+    given = dataclasses.fields(kind)
+    found = [(one.name, one.metadata["of"]) for one in given if "law" in one.metadata]
+    return (*found, ("rate", "time")) if issubclass(kind, State) else tuple(found)
 
 
 def _first_after(times: Array, t: float) -> float:
@@ -510,13 +552,11 @@ def _first_after(times: Array, t: float) -> float:
 
 def _corners(system: System, first: float, until: float) -> Array:
     """Times within a motion at which laws of time have corners, ascending."""
-    found = [law.corners_between(first, until) for law in tables_of_time(system)]
-    return np.unique(np.concatenate(found)) if found else np.empty(0)
+    laws = laws_with_corners(system, timed_elements(system))
+    found = [law.corners_between(first, until) for law in laws]
+    return np.unique(np.concatenate([np.empty(0), *found]))
 
 
 def input_value(law: Any, name: str, system: System, t: float) -> float:
     """The value of an input's law at a time."""
-    own = law.numbers()
-    plain = set(own) == {"value"}
-    numbers = {k: system.values[f"{name}.value" if plain else f"{name}.value.{k}"] for k in own}
-    return float(law.with_numbers({k: float(v) for k, v in numbers.items()})(t))
+    return float(in_force(system, law, f"{name}.value")(t))

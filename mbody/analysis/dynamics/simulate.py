@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
-from mbody.analysis.driven.law_doubts import law_doubts
+from mbody.analysis.driven.law_doubts import gap_notes, law_doubts
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
@@ -849,7 +849,7 @@ def certified_motion(
     system = run.system
     notes = reported_certificate(run).notes
     own = system.once("model_notes", lambda: model_notes(system.mechanism))
-    added = [note for note in own if note not in notes]
+    added = [note for note in (*own, *gap_notes(system)) if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
     energy = energy_doubts(found, settings.method, settings.rtol)
     if beyond is None:
