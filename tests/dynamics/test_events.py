@@ -359,3 +359,35 @@ def test_a_part_of_a_motion_has_the_events_of_that_part():
     assert [event.name for event in run.at([0.1, 1.1 * fall]).events] == ["impact"]
     k = int(np.searchsorted(run.t, 1.1 * fall))
     assert len(run.take(np.arange(k + 1)).events) == sum(e.t <= run.t[k] for e in run.events)
+
+
+# -- events that vary fast --------------------------------------------------------------------
+
+
+def turning(of, **how):
+    """A wheel that turns by one radian a second."""
+    machine = Mechanism("wheel")
+    machine.add(Body("b", mass=1.0, inertia=0.1), Revolute("O", "ground", "b"))
+    return simulate(machine, 1.0, rates={"b": 1.0}, events=[Event(of, name="fast", **how)])
+
+
+@pytest.mark.parametrize(("w", "noted"), [(30, False), (1500, False), (1e5, True)])
+def test_what_varies_faster_than_it_is_looked_at_is_noted(w, noted):
+    run = turning(f"2 + sin({w}*b.angle)")
+    notes = [one for one in run.notes if "event 'fast' varies faster" in one]
+    assert len(notes) == noted and run.events == ()
+    if noted:
+        apart = float(notes[0].partition("every ")[2].partition(" s:")[0])
+        assert w * apart > 1.9  # rad between two samples
+        assert f"up to some {0.5 / apart:.3g} in 1 s" in notes[0]
+
+
+@pytest.mark.parametrize("of", ["2 + abs(sin(3*b.angle))", "1.5 + sign(sin(20*b.angle))"])
+def test_what_bends_or_jumps_is_not(of):
+    assert turning(of).notes == ()
+
+
+def test_the_first_of_fast_crossings_is_located():
+    """θ = t: between two of the samples that are taken at first there are two periods."""
+    run = turning("sin(5000*b.angle)", stop=True)
+    assert run.t[-1] == pytest.approx(math.pi / 5000, rel=1e-9)

@@ -25,7 +25,7 @@ from mbody.model.driver import DRIVEN
 from mbody.model.simulation import Event
 from mbody.model.study import Measure
 from mbody.quantities import parse
-from mbody.solution.histories import EventRecord, Record
+from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
 from mbody.solution.measures import measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
@@ -178,6 +178,33 @@ def bracketed_root(
     return min(max((b * fa - a * fb) / (fa - fb), a), b)
 
 
+#: Part of what a function changes over a step by which a sample may be off the cubic through its
+#: neighbours; how much faster than that change it may rise between two samples; and how many of the
+#: samples may do so.
+OFF_CUBIC, RISES, MANY = 0.3, 4.0, 0.1
+
+
+def faster_than(t: Array, g: Array, r: Array) -> Array:
+    """Which functions vary faster than their samples show, (functions,): values and rates
+    (functions, times). At a jump two samples are off, which is no fast function.
+
+    >>> t = np.linspace(0.0, 1.0, 9)
+    >>> w = np.array([[3.0], [60.0], [16.0 * np.pi]])
+    >>> faster_than(t, np.sin(w * t), w * np.cos(w * t))
+    array([False,  True,  True])
+    """
+    before, after = t[1:-1] - t[:-2], t[2:] - t[1:-1]
+    h = before + after
+    x = before / h
+    a, b = g[:, :-2], g[:, 2:]
+    p, q = h * r[:, :-2] - (b - a), h * r[:, 2:] - (b - a)
+    predicted = a + x * (b - a) + x * (1.0 - x) * ((1.0 - x) * p - x * q)
+    change = np.ptp(g, axis=1)[:, None]
+    off = np.abs(g[:, 1:-1] - predicted) > OFF_CUBIC * change
+    rises = np.abs(r[:, 1:-1]) * np.minimum(before, after) > RISES * change
+    return np.asarray((off | rises).sum(axis=1) > max(2.0, MANY * off.shape[1]))
+
+
 # -- Quantities that events are of, and their rates, along a motion ----------------------------
 
 #: Quantities of a motion that positions, velocities and accelerations carry on.
@@ -292,6 +319,8 @@ class EventIntegration(Integration):
         self.guards: list[Guard] = []
         self.sided = one_sided(system)
         self.forces: dict[str, list[OneSidedForce]] = {one.name: [] for one in self.sided}
+        #: Events that vary faster than they were looked at, and how far apart that was.
+        self.missed: dict[str, float] = {}
 
     # -- the motion ---------------------------------------------------------------------------
 
@@ -393,7 +422,8 @@ class EventIntegration(Integration):
                 self._restore(saved)
                 state[NEXT] = longest
                 return MORE, ""
-            if self._resolved(times, found, rising):
+            resolved = self._resolved(times, found, rising)
+            if resolved and not self._varies_faster(times, found, rising, count):
                 break
             self._restore(saved)
             count *= FINER
@@ -469,6 +499,38 @@ class EventIntegration(Integration):
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
         """Whether samples, values and rates (events, times), are near enough to each other."""
         return True
+
+    def _varies_faster(self, times: Array, found: Array, rising: Array, count: int) -> bool:
+        """Whether more samples are to be taken, as an event varies faster than these show; where
+        there are as many as a step may have, that is noted.
+        """
+        events = len(self.events)
+        if not events or len(times) < 3:
+            return False
+        fast = faster_than(times, found[:events], rising[:events])
+        if not fast.any():
+            return False
+        if count <= max(FINER * OF_A_STEP, self._sample_count(times[-1] - times[0])):
+            return True
+        apart = float(np.diff(times).max())
+        for n in np.flatnonzero(fast):
+            name = self.events[n].name
+            self.missed[name] = max(self.missed.get(name, 0.0), apart)
+        return False
+
+    def _solution(self, status: str) -> Solution:
+        """With notes of events that vary faster than they were looked at."""
+        found = super()._solution(status)
+        if not self.missed:
+            return found
+        unit = self.system.mechanism.units.time
+        notes = (
+            f"event '{name}' varies faster than it was looked at, every {apart:.3g} {unit}: its "
+            f"crossings are found up to some {0.5 / apart:.3g} in 1 {unit}, others may be missing; "
+            "ask for a shorter motion, or for an event that varies less"
+            for name, apart in self.missed.items()
+        )
+        return with_fields(found, notes=(*reported_certificate(found).notes, *notes))
 
     def _values(self, which: list[int], t: Array, records: Array) -> Array:
         """Values (events, instants) of some of the events."""

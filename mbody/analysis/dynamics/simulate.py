@@ -690,7 +690,7 @@ def simulate(
         Histories of inputs by name: a number or text such as ``"2 N*m"`` or ``"3 N*m*sin(2 rad/s
         *t)"``, a law of time (a `Table` with ``interpolation="hold"`` for a sampled signal), a
         function of time, a pair (t, u) of rows joined by straight lines, or one row spread evenly
-        over the motion. Steps end at the corners of tables.
+        over the motion.
     progress : callable or bool, optional
         Called with the time reached, now and then; True shows on standard error how far it is.
 
@@ -718,7 +718,12 @@ def simulate(
     `checks.branch` reports how near the motion came to a singular position, and when. Ctrl-C
     leaves what was done, with a status that says so.
     Events are looked for by values and rates at four samples a step and 400 of the motion, or more:
-    two crossings between two of them are found by the extremum that lies between them.
+    two crossings between two of them are found by the extremum that lies between them. Where a
+    function varies faster more samples are taken, four times as many of the motion; a note says up
+    to which rate crossings are found of one that varies faster still.
+    Steps end at corners of tables and of formulas of time (`abs`, `min`, `max`, `clamp`, `step`,
+    `sign`), and at the peaks of pulses in formulas that are short beside the motion; of Python
+    functions at the `corners` that are given, else a note says how far apart they were evaluated.
 
     Examples
     --------
