@@ -361,7 +361,7 @@ def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretc
 def _between_set_times(run: Solution, first: float, carried: Any) -> list[ModeStretch]:
     """The stretches of a motion whose modes do not change; what controllers set is left open."""
     last = float(run.t[-1])
-    times = Interruptions(run.system, run.system.work(), first, last)
+    times = Interruptions(run.system, run.system.work(), first, last, located=True)
     if carried is not None:
         times.restore(*carried)
     for one in times.sampled:
@@ -384,6 +384,8 @@ def _nothing(count: int, *_: float) -> list[float]:
 
 class ModeRecorder(JumpWatch, ContactIntegration):
     """Integrates a motion once more, and notes where its modes change."""
+
+    located = True
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)

@@ -171,7 +171,7 @@ class SampledInputs:
         self.width = len(lost.names)
         initial = run.initial_states[0]
         first, last = state_of(initial.system, initial.start)[0], float(run.t[-1])
-        times = Interruptions(run.system, run.system.work(), first, last)
+        times = Interruptions(run.system, run.system.work(), first, last, located=True)
         self.corners = times.corners
         none = np.zeros(self.width)
         self.now = {name: DualNumber(x, none) for name, x in times.inputs().items()}

@@ -253,3 +253,19 @@ def test_a_gauge_pressure_below_nothing_is_doubted(least, doubted):
     )  # fmt: skip
     run = mbody.kinetostatics(machine, turn=True)
     assert [one.kind for one in run.doubts] == ["validity"] * doubted
+
+
+@pytest.mark.parametrize("rate", [300.0, 200.0])
+def test_of_a_spring_the_place_is_a_length(rate):
+    law = Function(lambda x: 100.0 * x**3, lambda x: rate * x**2)
+    machine = Mechanism("mass")
+    machine.add(
+        Body("b", mass=1.0, inertia=0.1, guess=(2.0, 0.0, 0.0)),
+        mbody.Prismatic("guide", "ground", "b"),
+        mbody.Spring("spring", "ground", "b", law=law, free_length=1.0),
+    )
+    doubts = mbody.simulate(machine, 1.0).doubts
+    assert [(one.kind, one.elements) for one in doubts] == [("derivative", ("spring",))] * (
+        rate == 200.0
+    )
+    assert all("N/m at x = " in one.message for one in doubts)

@@ -140,6 +140,8 @@ class Integration(RateJumps):
     decides_modes = False
     #: Whether explicit steps vanished, for a reason that is not known.
     vanished = False
+    #: Whether it locates jumps in formulas itself.
+    located = False
     integrator = staticmethod(integrator)
 
     def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
@@ -233,7 +235,7 @@ class Integration(RateJumps):
         self.y[2 * n3 :] = first_auxiliary_states(self.system, self.start) if own is None else own
         self.record = np.empty((self.rows, 1))
         self.state[TIME] = first
-        self.interruptions = Interruptions(self.system, self.work, first, until)
+        self.interruptions = Interruptions(self.system, self.work, first, until, self.located)
         self.target = until
         self.passage = BranchPassage(
             self.system, bool(self.regularization), self.state, until - first

@@ -27,7 +27,7 @@ from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.step_state import JACOBIAN_VALID, TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
-from mbody.laws.steep_places import SHORT
+from mbody.laws.steep_places import SHORT, steep_places
 from mbody.model.inputs import Controller
 from mbody.model.states import State
 from mbody.solution.doubts import Doubt
@@ -105,16 +105,19 @@ def bar(done: float) -> str:
 Array = np.ndarray
 
 
-def jump_times(system: System, first: float, until: float) -> Array:
+def jump_times(system: System, first: float, until: float, located: bool = False) -> Array:
     """Times after `first`, up to `until`, at which the rate of a driver may jump, ascending:
-    corners of its own law, or of inputs that its formula may follow.
+    corners of its own law, or of inputs that its formula may follow; without those of formulas
+    where they are located by others.
     """
     machine = system.mechanism
     owners: tuple[Any, ...] = machine.drivers
     if any(isinstance(getattr(one, "law", None), MeasuredFormula) for one in owners):
         owners += machine.inputs
     beyond = float(np.nextafter(until, np.inf))
-    found = [law.rate_jumps(first, beyond) for law in laws_with_corners(system, owners)]
+    laws = laws_with_corners(system, owners)
+    kept = (law for law in laws if not (located and isinstance(law, Expression)))
+    found = [law.rate_jumps(first, beyond) for law in kept]
     return np.unique(np.concatenate([np.empty(0), *found]))
 
 
@@ -301,17 +304,21 @@ def without_hold(layout: Layout, rows_by_name: Mapping[str, int]) -> Layout:
 
 
 class Interruptions:
-    """The set times of one motion."""
+    """The set times of one motion. `located`: Whether jumps in formulas, and corners of what
+    drivers follow, are located by others, and no set times.
+    """
 
-    def __init__(self, system: System, work: Work, first: float, until: float) -> None:
-        self.system, self.work = system, work
+    def __init__(
+        self, system: System, work: Work, first: float, until: float, located: bool = False
+    ) -> None:
+        self.system, self.work, self.located = system, work, located
         machine = system.mechanism
         self.hold = hold_inputs(system)
         by_controllers = {name for one in machine.controllers for name in one.sets}
         self.first, self.known = first, until if until < math.inf else first
-        self.corners = _corners(system, first, self.known)
+        self.corners = _corners(system, first, self.known, located)
         #: Those at which rates of drivers may jump: steps end just before them.
-        self.jumps = jump_times(system, first, self.known)
+        self.jumps = jump_times(system, first, self.known, located)
         self.tables = {
             one.name: one.value
             for one in machine.inputs
@@ -336,8 +343,8 @@ class Interruptions:
         """Find the corners of laws up to there, where they are not known yet."""
         if until > self.known:
             self.known = until
-            self.corners = _corners(self.system, self.first, until)
-            self.jumps = jump_times(self.system, self.first, until)
+            self.corners = _corners(self.system, self.first, until, self.located)
+            self.jumps = jump_times(self.system, self.first, until, self.located)
 
     def jump_after(self, t: float) -> float | None:
         """The time at which rates of drivers may jump, where t is the last one before it."""
@@ -550,11 +557,19 @@ def _first_after(times: Array, t: float) -> float:
     return float(times[place]) if place < times.size else math.inf
 
 
-def _corners(system: System, first: float, until: float) -> Array:
+def _corners(system: System, first: float, until: float, located: bool) -> Array:
     """Times within a motion at which laws of time have corners, ascending."""
-    laws = laws_with_corners(system, timed_elements(system))
-    found = [law.corners_between(first, until) for law in laws]
-    return np.unique(np.concatenate([np.empty(0), *found]))
+    found = [np.empty(0)]
+    for element in timed_elements(system):
+        for law in laws_with_corners(system, (element,)):
+            if not (located and isinstance(law, Expression)):
+                found.append(law.corners_between(first, until))
+                continue
+            places = steep_places(law, first, until)
+            found.append(places.pulses)
+            if element.role == "load":
+                found.append(places.kinks)
+    return np.unique(np.concatenate(found))
 
 
 def input_value(law: Any, name: str, system: System, t: float) -> float:
