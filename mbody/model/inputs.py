@@ -14,7 +14,7 @@ from mbody.model.element import Element, LawLike, law_field, listed, number_fiel
 from mbody.quantities import FUNCTIONS, VARIABLES, Formula, FormulaError, Scope, Valued, evaluate
 from mbody.quantities.formula import number, read
 from mbody.quantities.types import Converted, NumberField, default, required
-from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,9 @@ class Input(Element):
     def measured(self, scope: Scope) -> Input:
         """The input with the dimension of its value, or that which another mechanism found."""
         try:
-            found = dimension_given(self.value, scope) or self.dimension
+            found = dimension_given(self.value, scope)
+            if found is None and self.dimension is not None:
+                found = dimension_of(self.dimension)
             law: Any = self.value
             if isinstance(law, Law):
                 law = law.dimensioned(found or NUMBER, DIMENSIONS["time"])
