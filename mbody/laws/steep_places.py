@@ -11,12 +11,12 @@ Moore, Kearfott, Cloud, *Introduction to Interval Analysis* (2009), chapters 5 a
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mbody.core.tolerances import FORMULA_SAME
-from mbody.laws.expression import Expression
 from mbody.laws.kernels import (
     ABS,
     ADD,
@@ -48,6 +48,8 @@ LOW_POWERS = (0.0, 1.0, 2.0, 3.0, 4.0)
 BITS = 64
 
 Codes = tuple[int, ...]
+#: A `mbody.laws.expression.Expression`, which asks here for its corners.
+Expression = Any
 
 
 class Places(NamedTuple):
@@ -190,7 +192,7 @@ def deciding_programs(law: Expression) -> list[Expression]:
         both = first[0] + second[0], first[1] + second[1]
         if code in SWITCHES:
             minus = (SUBTRACT,) if code > LOG else ()
-            found.append(Expression(law.text, both[0] + minus, both[1]))
+            found.append(replace(law, program=both[0] + minus, constants=both[1]))
         stack.append((both[0] + (code,), both[1] + own))
     return found
 
