@@ -57,10 +57,10 @@ class SpringBalance(Inherited):
     --------
     >>> import mbody
     >>> arm = mbody.Mechanism("arm", ground={"top": (0, 0.4)})
-    >>> arm.add(mbody.Body("arm", mass=2.0, cg=(0.5, 0), points={"P": (0.3, 0)}))
+    >>> arm.add(mbody.Body("arm", mass=2.0, inertia=0, cg=(0.5, 0), points={"P": (0.3, 0)}))
     >>> arm.add(mbody.Revolute("O", "ground", "arm"), mbody.Gravity("g", y=-9.81))
     >>> arm.add(mbody.AngleDriver("hold", "arm", mbody.laws.ConstantSpeed(0.0, 1.0)))
-    >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0)
+    >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0, free_length=0)
     >>> found = mbody.engineering.spring_balance(arm, [spring], turn=True)
     >>> round(float(abs(found.before["hold"]).max()), 6), found.complete
     (9.81, True)
@@ -184,12 +184,12 @@ def spring_balance(
     >>> from math import pi
     >>> arm = mbody.Mechanism("arm", ground={"top": (0, 0.4)})
     >>> arm.add(
-    ...     mbody.Body("arm", mass=2.0, cg=(0.5, 0), points={"P": (0.3, 0)}),
+    ...     mbody.Body("arm", mass=2.0, inertia=0, cg=(0.5, 0), points={"P": (0.3, 0)}),
     ...     mbody.Revolute("O", "ground", "arm"),
     ...     mbody.AngleDriver("hold", "arm", mbody.laws.ConstantSpeed(0.0, 1.0)),
     ...     mbody.Gravity("g", y=-9.81),
     ... )
-    >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0)
+    >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0, free_length=0)
     >>> found = mbody.engineering.spring_balance(arm, [spring], turn=True)
     >>> round(found.stiffness["spring"], 9), found.complete
     (81.75, True)

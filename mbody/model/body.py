@@ -21,7 +21,7 @@ from mbody.model.element import (
     point_numbers,
 )
 from mbody.quantities import Formula
-from mbody.quantities.formula import number
+from mbody.quantities.formula import LeftOut, number
 from mbody.quantities.types import (
     Converted,
     Number,
@@ -291,8 +291,8 @@ class Body(Element):
 
     mass: OptionalNumberField = number_field("mass", None, sign="not negative")
     weight: OptionalNumberField = number_field("weight", None, sign="not negative")
-    inertia: NumberField = number_field("inertia", 0.0, sign="not negative")
-    cg: Converted[Point, PointLike] = default((0.0, 0.0))
+    inertia: NumberField = number_field("inertia", LeftOut(0.0), sign="not negative")
+    cg: Converted[Point, PointLike] = default((LeftOut(0.0), LeftOut(0.0)))
     points: Converted[dict[str, Point], Mapping[str, PointLike]] = default_made(dict)
     guess: Converted[Guess, GuessLike] = default(None)
     spread: Literal["point"] | SlenderRod | SecondMoments | None = None

@@ -29,7 +29,7 @@ from mbody.model.element import (
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.quantities import Formula, FormulaError, Parameters
-from mbody.quantities.formula import evaluated, formulas_in, number
+from mbody.quantities.formula import LeftOut, evaluated, formulas_in, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
@@ -207,7 +207,7 @@ class Mechanism:
             self._take_curves(curves)
         #: What was perhaps meant otherwise in the file it was read from, for the notes of results.
         self.file_notes: tuple[str, ...] = ()
-        self.g = self.units.g if g is None else self._gravity(g)
+        self.g = LeftOut(self.units.g) if g is None else self._gravity(g)
         if self.g <= 0.0:
             raise ModelError(
                 f"'{self.name}': g is {self.g:g} {self.units.of('acceleration')}, it must be "

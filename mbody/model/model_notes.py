@@ -11,14 +11,10 @@ from mbody.laws import Table
 from mbody.model.element import Element, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
+from mbody.model.traps import traps
 from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
-
-#: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
-HEAVY, MUCH = 100, 0.1
-#: Bodies up to which each has a note of its own.
-EACH = 8
 
 
 def model_notes(mechanism: Mechanism) -> tuple[str, ...]:
@@ -33,23 +29,9 @@ def model_notes(mechanism: Mechanism) -> tuple[str, ...]:
         *mechanism.file_notes,
         *_tables(mechanism),
         *_formulas(mechanism),
-        *_masses(mechanism),
-        *_no_length(mechanism),
+        *traps(mechanism),
         *_unused_inputs(mechanism),
     )
-
-
-def of_each(found: Mapping[str, str], whole: str) -> list[str]:
-    """The notes on some bodies; of many one that counts them, names the first and goes on with
-    what is to be said of all.
-
-    >>> of_each({f"rod{n}": "" for n in range(9)}, "have no length")[0][:30]
-    "9 bodies have no length ('rod0"
-    """
-    if len(found) <= EACH:
-        return list(found.values())
-    does, _, tail = whole.partition(":")
-    return [f"{len(found)} bodies {does} ({listed(found)}){':' if tail else ''}{tail}"]
 
 
 def _tables(mechanism: Mechanism) -> Iterator[str]:
@@ -134,56 +116,6 @@ def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
     return DIMENSIONS["angle"] in measured.values() and not has_units(
         formula.tree, Scope(scope.system, {**scope.names, **plain})
     )
-
-
-def _masses(mechanism: Mechanism) -> list[str]:
-    """Plain masses in a unit of hundreds of kilograms, which are seldom meant."""
-    one = mechanism.units.unit("mass").ratio
-    if one < HEAVY:
-        return []
-    pound = mechanism.units.length in ("in", "ft")
-    other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
-    found = {}
-    for body in mechanism.bodies:
-        mass = body.mass
-        if mass is None or f"{body.name}.mass" in mechanism.formulas or mass < MUCH:
-            continue
-        found[body.name] = (
-            f"body '{body.name}' has a mass of {mass:g} {mechanism.units.of('mass')}, which "
-            f"is {mass * float(one) / ratio:.4g} {other}: write the unit, as in '{mass:g} "
-            f"{other}', if it is meant otherwise"
-        )
-    return of_each(
-        found,
-        f"have plain masses, which are in {mechanism.units.of('mass')}: write the unit, as in "
-        f"'{MUCH:g} {other}', if they are meant otherwise",
-    )
-
-
-def _no_length(mechanism: Mechanism) -> list[str]:
-    """Links whose pins are all at one place."""
-    pins: dict[str, list[tuple[str, Any]]] = {body.name: [] for body in mechanism.bodies}
-    other: set[str] = set()
-    for joint in mechanism.joints:
-        for marker in (joint.i, joint.j):
-            if marker.body not in pins:
-                continue
-            if not joint.pin:
-                other.add(marker.body)
-            body: Any = mechanism[marker.body]
-            point = body.points[marker.point] if isinstance(marker.point, str) else marker.point
-            pins[marker.body].append((joint.name, point))
-    found = {}
-    for name, own in pins.items():
-        if name in other or len(own) < 2 or any(p != own[0][1] for _, p in own):
-            continue
-        joints = listed(joint for joint, _ in own)
-        found[name] = (
-            f"body '{name}' has no length: its joints {joints} are at one point of it; give its "
-            "points their places"
-        )
-    whole = "have no length: their joints are at one point of each; give their points their places"
-    return of_each(found, whole)
 
 
 def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:

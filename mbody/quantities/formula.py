@@ -212,8 +212,17 @@ def verified(formula: Formula) -> Formula:
 
 # -- Deferred evaluation: find the formulas in a description and substitute their values -------
 
+
 #: What has no parts, and is no formula.
-_PLAIN = frozenset({float, int, bool, str, NoneType})
+class LeftOut(float):
+    """A number that nobody gave: the one that stands for it.
+
+    >>> LeftOut(0.0) == 0.0
+    True
+    """
+
+
+_PLAIN = frozenset({float, LeftOut, int, bool, str, NoneType})
 
 
 @functools.cache
@@ -300,7 +309,7 @@ class NotFinite(FormulaError):
 
 def float_or_formula(value: Any, dimension: Dimension | None) -> float | Formula:
     """A finite float, or a formula for text or a quantity of pint."""
-    if type(value) is float and math.isfinite(value):
+    if type(value) in (float, LeftOut) and math.isfinite(value):
         return value
     if isinstance(value, Real) and not isinstance(value, bool):
         try:

@@ -13,6 +13,7 @@ from mbody.model.model_notes import model_notes
 
 FILE = """
 units = "{units}"
+g = "9.81 m/s^2"
 [bodies.arm]
 {mass}
 points  = {{ P = [1, 0] }}
@@ -160,7 +161,7 @@ def test_python_speaks_radians():
     """Nothing is said of text laws in Python, whose plain angles are radians."""
     machine = Mechanism("arm")
     machine.add(
-        Body("arm", mass=1.0), Revolute("O", "ground", "arm"),
+        Body("arm", mass=1.0, inertia=0.1), Revolute("O", "ground", "arm"),
         mbody.AngleDriver("motor", "arm", "2*pi*t"),
         mbody.TorsionSpring("s", "arm", law=Table([-9.0, 9.0], [-1.0, 1.0])),
     )  # fmt: skip

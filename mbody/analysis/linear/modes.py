@@ -240,10 +240,10 @@ class Mode:
         --------
         >>> import mbody
         >>> swing = mbody.Mechanism("pendulum")
-        >>> swing.add(mbody.Body("rod", mass=1.0, cg=(1.0, 0.0), points={"P": (3.0, 0.0)}))
-        >>> swing.add(mbody.Revolute("O", "ground", "rod"), mbody.Gravity("gravity", y=-9.81))
+        >>> swing.add(mbody.Body("bob", mass=1.0, inertia=0, cg=(1, 0), points={"P": (3, 0)}))
+        >>> swing.add(mbody.Revolute("O", "ground", "bob"), mbody.Gravity("gravity", y=-9.81))
         >>> mode = mbody.modes(swing)[0][0]
-        >>> abs(mode.amplitude("rod.P.x") / mode.amplitude("rod.angle"))
+        >>> abs(mode.amplitude("bob.P.x") / mode.amplitude("bob.angle"))
         3.0
         """
         solution = self.linear.solution

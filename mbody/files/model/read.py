@@ -41,7 +41,6 @@ from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import of_each
 from mbody.model.study import Instants, Measure, Question, Unknown
 from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
@@ -57,7 +56,6 @@ def suspect_values(data: Mapping[str, Any], mechanism: Mechanism) -> tuple[str, 
     return (
         *_laws(data, mechanism, degrees),
         *_without_law(data, mechanism),
-        *_without_inertia(data, mechanism),
     )
 
 
@@ -98,31 +96,6 @@ def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]
             f"driver '{name}' has no law: it keeps '{driver.bodies[1]}' at {zero}; give "
             "a law, or the positions to analyse"
         )
-
-
-def _without_inertia(data: Mapping[str, Any], mechanism: Mechanism) -> list[str]:
-    """Bodies that turn, with a mass and no word about their inertia."""
-    by_joints = {
-        body
-        for joint in mechanism.joints
-        if joint.parallel and "ground" in (joint.i.body, joint.j.body)
-        for body in (joint.i.body, joint.j.body)
-    }
-    found = {}
-    for name, entry in _tables(data, "bodies"):
-        if {"inertia", "spread"} & entry.keys() or name in by_joints:
-            continue
-        key = "weight" if "weight" in entry else "mass"
-        if key in entry and entry[key] not in (0, "0"):
-            found[name] = (
-                f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "
-                "mass centre, I = 0; give its inertia, or write inertia = 0"
-            )
-    return of_each(
-        found,
-        "have a mass or weight and no inertia: they are taken as point masses at their mass "
-        "centres, I = 0; give their inertias, or write inertia = 0",
-    )
 
 
 # -- Mechanism of a checked model; every refusal is kept with its place ------------------------

@@ -51,6 +51,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
 from mbody.model.touching_shapes import Disc, Line, Ring, Segment
 from mbody.quantities import Formula, FormulaError, evaluate, parse
+from mbody.quantities.formula import LeftOut
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 # -- Numbers and words, as people write them and exact to the last digit -----------------------
@@ -392,7 +393,7 @@ class Writer:
         data["units"] = self.units.name
         if self.angle == "rad":
             data["angle"] = "rad"
-        if machine.g != machine.units.g:
+        if not isinstance(machine.g, LeftOut):
             data["g"] = self.written(machine.g, DIMENSIONS["acceleration"])
         if machine.parameters:
             data["parameters"] = {name: self.parameter(name) for name in machine.parameters}
@@ -449,12 +450,9 @@ class Writer:
         for key in ("mass", "weight"):
             if getattr(body, key) is not None:
                 table[key] = self.number(f"{name}.{key}", getattr(body, key), DIMENSIONS[key])
-        if not alike(body.inertia, 0.0) or f"{name}.inertia" in self.formulas:
+        if not isinstance(body.inertia, LeftOut):
             table["inertia"] = self.number(f"{name}.inertia", body.inertia, DIMENSIONS["inertia"])
-        if (
-            not alike(body.cg, (0.0, 0.0))
-            or {f"{name}.cg.x", f"{name}.cg.y"} & self.formulas.keys()
-        ):
+        if isinstance(body.cg, Polar) or not isinstance(body.cg[0], LeftOut):
             table["cg"] = self.point(f"{name}.cg", body.cg)
         if body.points:
             table["points"] = self.points(body)

@@ -13,6 +13,7 @@ from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, BetweenPlaces, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
+from mbody.quantities.formula import LeftOut
 from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Spring(_AlongLine):
     """
 
     stiffness: OptionalNumberField = number_field("stiffness", None)
-    free_length: NumberField = number_field("length", 0.0, sign="not negative")
+    free_length: NumberField = number_field("length", LeftOut(0.0), sign="not negative")
     preload: NumberField = number_field("force", 0.0)
     law: OptionalLaw = law_field("force", None, of="length")
     conservative = True
