@@ -129,8 +129,18 @@ class _Seen:
     def mass(self, body: Body) -> float:
         return body.mass or (body.weight or 0.0) / self.machine.g
 
-    def text(self, value: float, dimension: str) -> str:
+    def text(self, value: float, dimension: str, name: str = "") -> str:
+        """A number with its unit; that of this name as it was given."""
+        given = self.machine.formulas.get(name)
+        if given is not None and given.literal and not self.plain(name):
+            return given.text
         return f"{value:.5g} {self.units.of(dimension)}"
+
+    def heaviness(self, name: str) -> str:
+        """A body's mass or weight, as it was given."""
+        key = "weight" if self.bodies[name].weight else "mass"
+        value = self.text(getattr(self.bodies[name], key) or 0.0, key, f"{name}.{key}")
+        return f"a {key} of {value}"
 
     @cached_property
     def size(self) -> float:
@@ -226,15 +236,16 @@ def _gravity(seen: _Seen) -> Iterator[str]:
     """In another unit of length, upwards, twice."""
     fields, own = _fields(seen), seen.units.g
     for name, (x, y) in fields:
-        size, given = math.hypot(x, y), seen.machine.formulas.get(f"{name}.y")
+        size, value = math.hypot(x, y), y if x == 0.0 else math.hypot(x, y)
+        given = seen.machine.formulas.get(f"{name}.y")
         systems = list(map(unit_system, UNIT_SYSTEMS))
         alike = [one.length for one in systems if abs(size / one.g - 1.0) < SAME_GRAVITY]
         plain = seen.plain(f"{name}.x") and seen.plain(f"{name}.y")
         if plain and alike and seen.units.length not in alike:
             yield (
-                f"'{name}' is {seen.text(size, 'acceleration')}, {size / own:.3g} of the earth's "
-                f"{seen.text(own, 'acceleration')}: {size:g} {alike[0]}/s² are likely meant; write "
-                f'the unit, as in "-{size:g} {alike[0]}/s^2"'
+                f"'{name}' is {seen.text(value, 'acceleration')}, {size / own:.3g} of the earth's "
+                f"{seen.text(own, 'acceleration')}: {value:g} {alike[0]}/s² are likely meant; write "
+                f'the unit, as in "{value:g} {alike[0]}/s^2"'
             )
         if y > 0.0 and y >= abs(x) and not (given and given.text.lstrip().startswith("+")):
             up = seen.text(y, "acceleration")
@@ -410,11 +421,11 @@ def _plain_masses(seen: _Seen) -> list[str]:
     pound = seen.units.length in ("in", "ft")
     other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
     found = {
-        body.name: f"body '{body.name}' has a mass of {body.mass:g} {unit}, which is "
-        f"{body.mass * float(one) / ratio:.4g} {other}: write the unit, as in '{body.mass:g} "
-        f"{other}', if it is meant otherwise"
-        for body in seen.machine.bodies
-        if one >= HEAVY and (body.mass or 0.0) >= MUCH and seen.plain(f"{body.name}.mass")
+        name: f"body '{name}' has a mass of {mass:g} {unit}, which is "
+        f"{mass * float(one) / ratio:.4g} {other}: write the unit, as in '{mass:g} {other}', if it "
+        "is meant otherwise"
+        for name, mass in ((body.name, body.mass or 0.0) for body in seen.machine.bodies)
+        if one >= HEAVY and mass >= MUCH and seen.plain(f"{name}.mass")
     }
     return of_each(
         found,
@@ -441,7 +452,7 @@ def _forgotten(seen: _Seen) -> Iterator[str]:
         moves = seen.is_link(name) if _left_out(body) else not spins
         if body.inertia and name in left_out and moves and not seen.guided(name):
             yield (
-                f"'{name}' has an inertia of {seen.text(body.inertia, 'inertia')} and no mass: it "
+                f"'{name}' has an inertia of {seen.text(body.inertia, 'inertia', f'{name}.inertia')} and no mass: it "
                 "has no weight, and its mass centre moves without force; give its mass, or write "
                 "mass = 0"
             )
@@ -462,53 +473,50 @@ def _forgotten(seen: _Seen) -> Iterator[str]:
 def _masses(seen: _Seen) -> Iterator[str]:
     """Masses out of all proportion to lengths, or to those of the other links."""
     to_steel = float(seen.units.unit("mass").ratio / seen.units.unit("length").ratio ** 3) / STEEL
+    mass = {name: seen.mass(body) for name, body in seen.bodies.items() if seen.mass(body)}
     links = [name for name in seen.bodies if seen.is_link(name)]
-    mass = {name: seen.mass(body) for name, body in seen.bodies.items()}
-    cubes = {name: mass[name] * to_steel / seen.length(name) ** 3 for name in links}
-    whole = len(links) > 1 and all(one > 1.0 for one in cubes.values())
-    by_length = {
-        name: mass[name] / (seen.length(name) if seen.floats(name) else seen.size)
-        for name in links
-        if mass[name]
-    }
+    cubes = {n: m * to_steel / seen.length(n) ** 3 for n, m in mass.items() if seen.length(n)}
+    whole = len(links) > 1 and all(cubes.get(name, 0.0) > 1.0 for name in links)
+    own = {name: seen.length(name) if seen.floats(name) else seen.size for name in links}
+    by_length = {name: mass[name] / length for name, length in own.items() if name in mass}
     middle = sorted(by_length.values())[len(by_length) // 2] if len(by_length) > 2 else math.nan
-    for name, own in mass.items():
-        ratio = by_length.get(name, middle) / middle
-        great = own * to_steel / seen.size**3 if links else 0.0
-        most = LINK_CUBES if seen.floats(name) else math.inf
+    for name, value in mass.items():
+        ratio, cube = by_length.get(name, middle) / middle, cubes.get(name, 1.0)
+        great = value * to_steel / seen.size**3 if links else 0.0
+        heavy = name in links and (whole or (seen.floats(name) and cube > LINK_CUBES))
         if great > CUBES:
             size = seen.text(seen.size, "length")
             why = f"{great:.3g} steel cubes of the mechanism's size, {size}"
-        elif name in links and (whole or cubes[name] > most or 0.0 < cubes[name] < WIRE):
+        elif heavy or cube < WIRE:
             wire = "less than a steel wire with a diameter of a 5000th of its length"
-            why = wire if cubes[name] < WIRE else f"{cubes[name]:.3g} steel cubes of its length"
+            why = wire if cube < WIRE else f"{cube:.3g} steel cubes of its length"
             why += f", {seen.text(seen.length(name), 'length')}"
         elif ratio > UNLIKE or ratio < 1.0 / UNLIKE:
             why = f"{ratio:.3g} times the other links, by their lengths"
         else:
             continue
-        light = cubes.get(name, 1.0) < WIRE or ratio < 1.0
-        remedy = "write mass = 0" if light else "give the body a point or a shape of its size"
+        light = cube < WIRE or ratio < 1.0
+        remedy = "write mass = 0" if light else "give it a point or a shape of its size"
         yield (
-            f"'{name}' has a mass of {seen.text(own, 'mass')}, {why}: is it in another unit? If it "
-            f"is meant, {remedy}"
+            f"'{name}' has {seen.heaviness(name)}, {why}: is it in another unit? If it is meant, "
+            f"{remedy}"
         )
 
 
 def _inertias(seen: _Seen) -> Iterator[str]:
     """Radii of gyration that no body of that size has."""
     for name, body in seen.bodies.items():
-        mass, length = seen.mass(body), seen.reach(name)
+        mass, length = seen.mass(body), seen.length(name) or seen.reach(name)
         if not mass or not body.inertia or not length or seen.guided(name):
             continue
         k = math.sqrt(body.inertia / mass)
         most = LINK * length if seen.floats(name) else max(WHEEL * length, seen.size)
         if k > most or (k < POINT * length and seen.is_link(name)):
+            own = seen.text(body.inertia, "inertia", f"{name}.inertia")
             remedy = "give it a point or a shape so far out" if k > most else "write inertia = 0"
             yield (
-                f"'{name}': an inertia of {seen.text(body.inertia, 'inertia')} with a mass of "
-                f"{seen.text(mass, 'mass')} is a radius of gyration of {seen.text(k, 'length')}, "
-                f"{k / length:.3g} times its length, {seen.text(length, 'length')}: is one of them "
+                f"'{name}': an inertia of {own} with {seen.heaviness(name)} is a radius of gyration "
+                f"of {seen.text(k, 'length')}, {k / length:.3g} times its length, {seen.text(length, 'length')}: is one of them "
                 f"in another unit? If it is meant, {remedy}"
             )
 

@@ -179,13 +179,15 @@ def certificate(result: Any) -> dict[str, Any]:
 
 def inherited(*results: Any, of: Iterable[Any] = (), notes: Iterable[str] = ()) -> dict[str, Any]:
     """Arguments `status`, `doubts` and `notes` of what is made of `results`: the doubts of all of
-    them, what is known of the quantities `of` them (`Solution.known_of`), and further notes.
+    them, the notes on their descriptions, what is known of the quantities `of` them
+    (`Solution.known_of`), and further notes.
     """
     every = [one for result in results for one in getattr(result, "doubts", ())]
     doubts = tuple(dict.fromkeys(every))
-    quantities = list(of)
+    said = [getattr(getattr(result, "system", None), "notes", ()) for result in results]
+    described, quantities = [note for notes in said for note in notes], list(of)
     known = [one for result in results for part in quantities for one in result.known_of(part)]
-    sentences = dict.fromkeys((*notes, *known, *(one.message for one in doubts)))
+    sentences = dict.fromkeys((*described, *notes, *known, *(one.message for one in doubts)))
     return {"status": status_of("completed", doubts), "doubts": doubts, "notes": tuple(sentences)}
 
 

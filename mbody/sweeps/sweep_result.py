@@ -159,8 +159,8 @@ class Sweep:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is known of forces, and the messages of the doubts."""
-        return (*self.known, *(one.message for one in self.doubts))
+        """Those on the description, what is known of forces, and the messages of the doubts."""
+        return (*self.system.notes, *self.known, *(one.message for one in self.doubts))
 
     @property
     def done(self) -> np.ndarray:

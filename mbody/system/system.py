@@ -36,6 +36,7 @@ from mbody.model.element import (
     plain_field,
 )
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import model_notes
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.system.formula_rows import driven_law
@@ -451,6 +452,12 @@ class System:
         found = np.zeros((len(rows), self.batch or 1))
         for row, value in zip(found, rows, strict=True):
             row[:] = value
+        return found
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the description, which every result has."""
+        found: tuple[str, ...] = self.once("notes", lambda: model_notes(self.mechanism))
         return found
 
     def once(self, key: Hashable, make: Callable[[], Any]) -> Any:

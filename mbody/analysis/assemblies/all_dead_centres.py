@@ -438,5 +438,5 @@ def _result(
         closes=closes,
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
-        notes=tuple(doubt.message for doubt in doubts),
+        notes=(*system.notes, *(doubt.message for doubt in doubts)),
     )

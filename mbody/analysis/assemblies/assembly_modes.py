@@ -673,7 +673,7 @@ def _result(
         meshed=frozenset(meshed),
         status=status_of("completed", doubts),
         doubts=tuple(doubts),
-        notes=(*(notes or ()), *(doubt.message for doubt in doubts)),
+        notes=(*system.notes, *(notes or ()), *(doubt.message for doubt in doubts)),
     )
 
 

@@ -412,7 +412,9 @@ def driver_range(
     limits = ends(system, start, found)
     unit = "" if found.angular else system.mechanism.units.length
     limits_of = (limits.value, limits.low, limits.high)
-    return DriverRange(found.name, found.bodies[1], *limits_of, unit, notes=tuple(start.notes))
+    return DriverRange(
+        found.name, found.bodies[1], *limits_of, unit, notes=(*system.notes, *start.notes)
+    )
 
 
 def _driver(system: System, name: str | None) -> Any:

@@ -40,7 +40,7 @@ from mbody.kernels.continuation import (
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
 from mbody.model.closed_mechanism import may_be_one_sided
-from mbody.model.model_notes import kept_states, left_out, model_notes
+from mbody.model.model_notes import kept_states, left_out
 from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.system import System, too_large
@@ -666,7 +666,7 @@ class Runner:
             closed = [one.name for one in self.system.mechanism.contacts if one.closed]
             redundant = open_note(dependencies, closed) if self.with_forces else ()
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
-        notes = [*start.notes, *self.system.once("model_notes", lambda: model_notes(machine))]
+        notes = [*start.notes, *self.system.notes]
         left = "left out", self.analysis
         notes += self.system.once(left, lambda: left_out(machine, self.analysis))
         if machine.states and self.analysis != "kinematics":

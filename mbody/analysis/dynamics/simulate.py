@@ -45,7 +45,6 @@ from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import model_notes
 from mbody.model.simulation import ADAPTIVE, EVEN, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
@@ -853,8 +852,7 @@ def certified_motion(
     """
     system = run.system
     notes = reported_certificate(run).notes
-    own = system.once("model_notes", lambda: model_notes(system.mechanism))
-    added = [note for note in (*own, *gap_notes(system)) if note not in notes]
+    added = [note for note in (*system.notes, *gap_notes(system)) if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
     energy = energy_doubts(found, settings.method, settings.rtol)
     if beyond is None:

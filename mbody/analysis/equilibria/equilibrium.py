@@ -879,7 +879,7 @@ def search(system: System, starts: Sequence[Guesses | None], t: float) -> _Equil
     assert found is not None
     machine, own = system.mechanism, system.first_states[:, 0]
     values = {one.name: float(z) for one, z in zip(machine.states, own, strict=True)}
-    notes = [*notes, *left_out(machine, "equilibrium")]
+    notes = [*system.notes, *notes, *left_out(machine, "equilibrium")]
     notes += without_friction(machine, "equilibrium")
     found.notes = [*notes, *kept_states(machine, values, "equilibrium")]
     return found

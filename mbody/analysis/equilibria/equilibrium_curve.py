@@ -858,7 +858,7 @@ class _Tracer:
             crossings=tuple(path.index(point) for point in self.crossed),
             kinds=tuple(self.kinds),
             solution=solution,
-            notes=tuple(self.notes),
+            notes=(*system.notes, *self.notes),
         )
         of_statics = (doubt for doubt in solution.doubts if doubt.kind != "residual")
         return doubted(curve, (*self.doubts, *of_statics))

@@ -31,7 +31,7 @@ from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
 from mbody.model.joint_limits import JointLimit, contacts_of
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import left_out, model_notes
+from mbody.model.model_notes import left_out
 from mbody.model.stop import Freewheel, Stop
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import UnitSystem
@@ -325,10 +325,7 @@ class _Report:
         self.mechanism = system.mechanism
         self.work: Work = start.work
         self.joint_rows = system.rows - len(system.drivers)
-        self.notes = [
-            *start.notes,
-            *self.system.once("model_notes", lambda: model_notes(self.mechanism)),
-        ]
+        self.notes = [*start.notes, *system.notes]
         self.notes += left_out(self.mechanism, "mobility")
 
     def mobility(self) -> Mobility:
