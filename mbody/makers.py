@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -124,6 +125,11 @@ def _masses(name: str, units: UnitSystem, masses: Any) -> list[float]:
     return _numbers(name, units, "mass", **fields)
 
 
+def _bar_of(name: str, length: float, heavy: float, mass: Number, **more: Any) -> Body:
+    """A bar whose mass stays as it was given, text with its unit."""
+    return replace(bar(name, length, mass=heavy, **more), mass=mass)
+
+
 def four_bar(
     crank: Number,
     coupler: Number,
@@ -169,7 +175,7 @@ def four_bar(
     _check(name, crank=a, coupler=b, rocker=c, ground=d)
     heavy = _masses(name, system, masses)
     (angle,) = _numbers(name, system, "angle", start=start)
-    (rate,) = _numbers(name, system, "angular velocity", speed=speed)
+    _numbers(name, system, "angular velocity", speed=speed)
     ax, ay = a * math.cos(angle), a * math.sin(angle)
     diagonal = math.hypot(d - ax, -ay)
     toward = math.atan2(-ay, d - ax)
@@ -181,14 +187,14 @@ def four_bar(
     pivots: dict[str, Point] = {"O2": (0.0, 0.0), "O4": (d, 0.0)}
     machine = Mechanism(name, units=units, ground=pivots)
     machine.add(
-        bar("crank", a, mass=heavy[0], ends=("O2", "A"), guess=angle),
-        bar("coupler", b, mass=heavy[1], ends=("A", "B"), guess=third),
-        bar("rocker", c, mass=heavy[2], ends=("O4", "B"), guess=math.atan2(by, bx - d)),
+        _bar_of("crank", a, heavy[0], masses[0], ends=("O2", "A"), guess=angle),
+        _bar_of("coupler", b, heavy[1], masses[1], ends=("A", "B"), guess=third),
+        _bar_of("rocker", c, heavy[2], masses[2], ends=("O4", "B"), guess=math.atan2(by, bx - d)),
         Revolute("O2", "ground.O2", "crank.O2"),
         Revolute("A", "crank.A", "coupler.A"),
         Revolute("B", "coupler.B", "rocker.B"),
         Revolute("O4", "ground.O4", "rocker.O4"),
-        AngleDriver("motor", "crank", ConstantSpeed(angle, rate)),
+        AngleDriver("motor", "crank", ConstantSpeed(angle, speed)),
     )
     return machine
 
@@ -231,17 +237,17 @@ def slider_crank(
     _check(name, crank=a, rod=b)
     heavy = _masses(name, system, masses)
     (angle,) = _numbers(name, system, "angle", start=start)
-    (rate,) = _numbers(name, system, "angular velocity", speed=speed)
+    _numbers(name, system, "angular velocity", speed=speed)
     lean = math.asin(max(-1.0, min(1.0, (e - a * math.sin(angle)) / b)))
     machine = Mechanism(name, units=units, ground={"O": (0.0, 0.0), "guide": (0.0, e)})
     machine.add(
-        bar("crank", a, mass=heavy[0], ends=("O", "A"), guess=angle),
-        bar("rod", b, mass=heavy[1], ends=("A", "B"), guess=lean),
-        Body("slider", mass=heavy[2], points={"B": (0.0, 0.0)}),
+        _bar_of("crank", a, heavy[0], masses[0], ends=("O", "A"), guess=angle),
+        _bar_of("rod", b, heavy[1], masses[1], ends=("A", "B"), guess=lean),
+        Body("slider", mass=masses[2], points={"B": (0.0, 0.0)}),
         Revolute("O", "ground.O", "crank.O"),
         Revolute("A", "crank.A", "rod.A"),
         Revolute("B", "rod.B", "slider.B"),
         Prismatic("guide", "ground.guide", "slider.B"),
-        AngleDriver("motor", "crank", ConstantSpeed(angle, rate)),
+        AngleDriver("motor", "crank", ConstantSpeed(angle, speed)),
     )
     return machine

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cached_property
 from itertools import combinations
 from typing import Any, NamedTuple
 
@@ -59,8 +58,8 @@ def traps(mechanism: Mechanism) -> Iterator[str]:
     >>> from mbody import Gravity, makers
     >>> machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), units="mm-N-s")
     >>> machine.add(Gravity("gravity", y=-9.81))
-    >>> next(traps(machine))[:50]
-    "'gravity' is 9.81 mm/s², 0.001 of the earth's 9806"
+    >>> next(traps(machine))[:46]
+    "'gravity' is -9.81 mm/s², 0.001 of the earth's"
     """
     seen = _Seen(mechanism)
     for kind in (_gravity, _weights, _speeds, _degrees, _turned_twice, _centres, _plain_masses):
@@ -105,6 +104,7 @@ class _Seen:
         self.pins: dict[str, list[_Pin]] = {name: [] for name in self.points}
         self.other: dict[str, list[Joint]] = {name: [] for name in self.points}
         self.coupled = {name for one in machine.couplings for name in one.bodies}
+        near: dict[str, set[str]] = {name: set() for name in self.points}
         for joint in machine.joints:
             for one, two in ((joint.i, joint.j), (joint.j, joint.i)):
                 place = self.place(one)
@@ -114,6 +114,29 @@ class _Seen:
                     self.pins[one.body].append(pin)
                 else:
                     self.other[one.body].append(joint)
+        for element in (*machine.joints, *machine.couplings):
+            for name in element.bodies:
+                near[name].update(element.bodies)
+        #: Bodies that are joined, part by part, and the size of the part that a body belongs to.
+        self.parts: list[list[str]] = []
+        self.sizes: dict[str, float] = {}
+        for name in self.bodies:
+            if name not in self.sizes:
+                self._take_part(name, near)
+
+    def _take_part(self, name: str, near: Mapping[str, set[str]]) -> None:
+        """The bodies that are joined to one, and their size: the greatest extent of a body, or of
+        the pins on the fixed link.
+        """
+        found, todo = {name}, [name]
+        while todo:
+            new = near[todo.pop()] - found - {"ground"}
+            found |= new
+            todo += new
+        held = [pin.opposite for one in found for pin in self.pins[one] if pin.other == "ground"]
+        size = max([_span(held), *map(self.reach, found)])
+        self.parts.append([one for one in self.bodies if one in found])
+        self.sizes |= dict.fromkeys(found, size)
 
     def place(self, marker: Marker) -> Place:
         """Coordinates of a marker in the axes of its body."""
@@ -142,11 +165,6 @@ class _Seen:
         value = self.text(getattr(self.bodies[name], key) or 0.0, key, f"{name}.{key}")
         return f"a {key} of {value}"
 
-    @cached_property
-    def size(self) -> float:
-        """The greatest extent of a body, the fixed one among them."""
-        return max([_span(self.points["ground"]), *map(self.reach, self.bodies)])
-
     def length(self, name: str) -> float:
         """Extent of a body's points and shapes."""
         return _span(self.points[name])
@@ -172,7 +190,7 @@ class _Seen:
         """Whether its axes are those of a drawing: its pins have the coordinates that they have on
         the other bodies, and are not all at the origin.
         """
-        least = SAME * self.size
+        least = SAME * self.sizes[name]
         here = all(math.dist(pin.place, pin.opposite) <= least for pin in self.pins[name])
         return here and any(math.hypot(*pin.place) > least for pin in self.pins[name])
 
@@ -244,8 +262,8 @@ def _gravity(seen: _Seen) -> Iterator[str]:
         if plain and alike and seen.units.length not in alike:
             yield (
                 f"'{name}' is {seen.text(value, 'acceleration')}, {size / own:.3g} of the earth's "
-                f"{seen.text(own, 'acceleration')}: {value:g} {alike[0]}/s² are likely meant; write "
-                f'the unit, as in "{value:g} {alike[0]}/s^2"'
+                f"{seen.text(own, 'acceleration')}: {value:g} {alike[0]}/s² are likely meant; "
+                f'write the unit, as in "{value:g} {alike[0]}/s^2"'
             )
         if y > 0.0 and y >= abs(x) and not (given and given.text.lstrip().startswith("+")):
             up = seen.text(y, "acceleration")
@@ -268,7 +286,7 @@ def _weights(seen: _Seen) -> Iterator[str]:
             continue
         name, body = load.at.body, seen.bodies[load.at.body]
         force = law.value * math.cos(load.angle), law.value * math.sin(load.angle)
-        near = math.dist(seen.place(load.at), _xy(body.cg)) <= OUTSIDE * seen.size
+        near = math.dist(seen.place(load.at), _xy(body.cg)) <= OUTSIDE * seen.sizes[name]
         for field, (x, y) in fields if near and not load.follows else ():
             mass = seen.mass(body)
             weight = mass * math.hypot(x, y)
@@ -352,7 +370,7 @@ def _turned_twice(seen: _Seen) -> Iterator[str]:
         for x, y in ends:
             dx, dy = x - pins[0][0], y - pins[0][1]
             angle = math.atan2(dy, dx)
-            along = math.hypot(dx, dy) <= SAME * seen.size or abs(angle) < SAME_ANGLE
+            along = math.hypot(dx, dy) <= SAME * seen.sizes[name] or abs(angle) < SAME_ANGLE
             off = abs(math.remainder(value - angle, 2.0 * math.pi))
             upright = abs(math.sin(2.0 * angle)) < SAME_ANGLE
             if along or off > SAME_ANGLE or (upright and not seen.drawn(name)):
@@ -378,14 +396,14 @@ def _centres(seen: _Seen) -> Iterator[str]:
             continue
         length, gap = seen.length(name), _beyond(cg, points)
         away, at = seen.text(gap, "length"), f"{_pair(cg)} {seen.units.length}"
-        drawn = seen.drawn(name) and gap > OUTSIDE * (length or seen.size)
+        drawn = seen.drawn(name) and gap > OUTSIDE * (length or seen.sizes[name])
         first = seen.pins[name][0].place if drawn else cg
         if drawn and _left_out(body):
             missing[name] = (
                 f"cg of '{name}' is not given and is taken at {at}, {away} outside of its points, "
                 "which are in the axes of a drawing: give it there, or write cg = [0, 0]"
             )
-        elif drawn and length and _in_link_axes(cg, points, first):
+        elif drawn and length and any(cg) and _in_link_axes(cg, points, first):
             yield (
                 f"cg of '{name}' is {at}, {away} outside of its points: these are in the axes of a "
                 f"drawing, and it seems to count from {_pair(first)}; give it in their axes"
@@ -437,27 +455,29 @@ def _plain_masses(seen: _Seen) -> list[str]:
 def _forgotten(seen: _Seen) -> Iterator[str]:
     """Inertia without mass, one link of several without mass, mass without inertia."""
     left_out = [name for name, one in seen.bodies.items() if one.mass is one.weight is None]
-    massless = [name for name in left_out if not seen.bodies[name].inertia]
-    links = [name for name in seen.bodies if seen.is_link(name)]
-    without, found = [name for name in links if name in massless], {}
-    massive = [name for name in links if seen.mass(seen.bodies[name])]
-    if len(without) == 1 and 1 < len(massive) == len(links) - 1:
-        yield (
-            f"'{without[0]}' has no mass, while the other links, {listed(massive)}, have theirs: "
-            "give it, or write mass = 0"
-        )
+    found: dict[str, str] = {}
+    for part in seen.parts:
+        links = [name for name in part if seen.is_link(name)]
+        bare = [n for n in links if n in left_out and not seen.bodies[n].inertia]
+        massive = [name for name in links if seen.mass(seen.bodies[name])]
+        # a crank with many throws is often taken as balanced
+        if len(bare) == 1 and 1 < len(massive) == len(links) - 1 and len(seen.pins[bare[0]]) == 2:
+            yield (
+                f"'{bare[0]}' has no mass, while the other links, {listed(massive)}, have theirs: "
+                "give it, or write mass = 0"
+            )
     for name, body in seen.bodies.items():
         cg, pins = _xy(body.cg), [pin.place for pin in seen.pins[name]]
-        spins = any(math.dist(place, cg) <= SAME * seen.size for place in pins)
+        spins = any(math.dist(place, cg) <= SAME * seen.sizes[name] for place in pins)
         moves = seen.is_link(name) if _left_out(body) else not spins
         if body.inertia and name in left_out and moves and not seen.guided(name):
+            inertia = seen.text(body.inertia, "inertia", f"{name}.inertia")
             yield (
-                f"'{name}' has an inertia of {seen.text(body.inertia, 'inertia', f'{name}.inertia')} and no mass: it "
-                "has no weight, and its mass centre moves without force; give its mass, or write "
-                "mass = 0"
+                f"'{name}' has an inertia of {inertia} and no mass: it has no weight, and its mass "
+                "centre moves without force; give its mass, or write mass = 0"
             )
-        bare = isinstance(body.inertia, LeftOut) and body.spread is None and not seen.guided(name)
-        if bare and seen.mass(body) and (spins or seen.length(name)):
+        alone = isinstance(body.inertia, LeftOut) and body.spread is None
+        if alone and not seen.guided(name) and seen.mass(body) and (spins or seen.length(name)):
             key = "weight" if body.weight else "mass"
             found[name] = (
                 f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "
@@ -472,20 +492,26 @@ def _forgotten(seen: _Seen) -> Iterator[str]:
 
 def _masses(seen: _Seen) -> Iterator[str]:
     """Masses out of all proportion to lengths, or to those of the other links."""
+    for part in seen.parts:
+        yield from _masses_of(seen, part)
+
+
+def _masses_of(seen: _Seen, part: list[str]) -> Iterator[str]:
     to_steel = float(seen.units.unit("mass").ratio / seen.units.unit("length").ratio ** 3) / STEEL
-    mass = {name: seen.mass(body) for name, body in seen.bodies.items() if seen.mass(body)}
-    links = [name for name in seen.bodies if seen.is_link(name)]
+    mass = {name: seen.mass(seen.bodies[name]) for name in part}
+    mass = {name: value for name, value in mass.items() if value}
+    links, whole = [name for name in part if seen.is_link(name)], seen.sizes[part[0]]
     cubes = {n: m * to_steel / seen.length(n) ** 3 for n, m in mass.items() if seen.length(n)}
-    whole = len(links) > 1 and all(cubes.get(name, 0.0) > 1.0 for name in links)
-    own = {name: seen.length(name) if seen.floats(name) else seen.size for name in links}
+    solid = len(links) > 1 and all(cubes.get(name, 0.0) > 1.0 for name in links)
+    own = {name: seen.length(name) if seen.floats(name) else whole for name in links}
     by_length = {name: mass[name] / length for name, length in own.items() if name in mass}
     middle = sorted(by_length.values())[len(by_length) // 2] if len(by_length) > 2 else math.nan
     for name, value in mass.items():
         ratio, cube = by_length.get(name, middle) / middle, cubes.get(name, 1.0)
-        great = value * to_steel / seen.size**3 if links else 0.0
-        heavy = name in links and (whole or (seen.floats(name) and cube > LINK_CUBES))
+        great = value * to_steel / whole**3 if links else 0.0
+        heavy = name in links and (solid or (seen.floats(name) and cube > LINK_CUBES))
         if great > CUBES:
-            size = seen.text(seen.size, "length")
+            size = seen.text(whole, "length")
             why = f"{great:.3g} steel cubes of the mechanism's size, {size}"
         elif heavy or cube < WIRE:
             wire = "less than a steel wire with a diameter of a 5000th of its length"
@@ -510,14 +536,15 @@ def _inertias(seen: _Seen) -> Iterator[str]:
         if not mass or not body.inertia or not length or seen.guided(name):
             continue
         k = math.sqrt(body.inertia / mass)
-        most = LINK * length if seen.floats(name) else max(WHEEL * length, seen.size)
+        most = LINK * length if seen.floats(name) else max(WHEEL * length, seen.sizes[name])
         if k > most or (k < POINT * length and seen.is_link(name)):
-            own = seen.text(body.inertia, "inertia", f"{name}.inertia")
+            inertia = seen.text(body.inertia, "inertia", f"{name}.inertia")
             remedy = "give it a point or a shape so far out" if k > most else "write inertia = 0"
             yield (
-                f"'{name}': an inertia of {own} with {seen.heaviness(name)} is a radius of gyration "
-                f"of {seen.text(k, 'length')}, {k / length:.3g} times its length, {seen.text(length, 'length')}: is one of them "
-                f"in another unit? If it is meant, {remedy}"
+                f"'{name}': an inertia of {inertia} with {seen.heaviness(name)} is a radius of "
+                f"gyration of {seen.text(k, 'length')}, {k / length:.3g} times its length, "
+                f"{seen.text(length, 'length')}: is one of them in another unit? If it is meant, "
+                f"{remedy}"
             )
 
 
@@ -537,7 +564,8 @@ def _without_length(seen: _Seen) -> Iterator[str]:
             )
             continue
         first: dict[Place, _Pin] = {}
-        for two in own:
+        # cranks of engines have pins behind each other
+        for two in own if all(pin.other != "ground" for pin in own) else ():
             one = first.setdefault(two.place, two)
             if {type(one.point), type(two.point)} == {str} and one.point != two.point:
                 yield (
@@ -549,7 +577,8 @@ def _without_length(seen: _Seen) -> Iterator[str]:
     whole = "have no length: their joints are at one point of each; give their points their places"
     yield from of_each(found, whole)
     for load in seen.machine.loads:
-        if isinstance(getattr(load, "free_length", None), LeftOut):
+        law = getattr(load, "law", None)
+        if law is None and isinstance(getattr(load, "free_length", None), LeftOut):
             yield (
                 f"'{load.name}' has no free_length, which is taken as 0 {seen.units.length}, so "
                 "that it pulls at every length: give it, or write free_length = 0"

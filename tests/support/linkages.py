@@ -175,7 +175,7 @@ class _Draft:
         kind = self.rng.integers(5) if link.name != "L1" else 4
         mass: dict[str, Any] = {"mass": u(0.3, 4.0), "inertia": u(0.02, 0.5)}
         if kind == 0:
-            mass = {}
+            mass = {"mass": 0.0}
         elif kind == 1:
             mass = {"weight": u(3.0, 40.0), "inertia": u(0.02, 0.5)}
         place: Any = polar(math.hypot(*cg), math.atan2(*cg[::-1])) if u() < 0.4 else tuple(cg)

@@ -58,8 +58,11 @@ from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
 
 def alike(value: Any, default: Any) -> bool:
-    """Whether a value may be left out for a default; −0 is not 0, to the last bit."""
-    return value == default and repr(value) == repr(default)
+    """Whether a value may be left out for a default; −0 is not 0, to the last bit, and a number
+    that was given is none that was left out.
+    """
+    left_out = isinstance(value, LeftOut) or not isinstance(default, LeftOut)
+    return value == default and repr(value) == repr(default) and left_out
 
 
 def word(value: Any) -> Any:
