@@ -477,7 +477,8 @@ def _forgotten(seen: _Seen) -> Iterator[str]:
                 "centre moves without force; give its mass, or write mass = 0"
             )
         alone = isinstance(body.inertia, LeftOut) and body.spread is None
-        if alone and not seen.guided(name) and seen.mass(body) and (spins or seen.length(name)):
+        extends = _span([point for point in seen.points[name] if point != cg])
+        if alone and not seen.guided(name) and seen.mass(body) and (spins or extends):
             key = "weight" if body.weight else "mass"
             found[name] = (
                 f"body '{name}' has a {key} and no inertia: it is taken as a point mass at its "

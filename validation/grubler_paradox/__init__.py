@@ -38,6 +38,7 @@ def build() -> Mechanism:
         Body(
             "coupler",
             mass=2.0,
+            inertia=0.0,
             cg=(2.0, 0.0),
             points={f"A{k}": (x, 0.0) for k, x in enumerate(places, 1)},
         )
