@@ -101,7 +101,7 @@ def contacts(space: Spatial) -> list[Element]:
         elif fits:
             _check(space, pair)
             found += _contacts_of(space, pair, i, j)
-    _left_out(space, left)
+    _examine_reference(space, left)
     if found:
         given = space.model.geom_solref[:, 0] < 0.0, space.model.geom_solref[:, 1] < 1.0
         if np.any(given[0] | given[1]):
@@ -265,12 +265,18 @@ def _shape(space: Spatial, geom: int, outline: GeomOutline, n: int, margin: floa
     return f"{space.names[root]}.{key}"
 
 
-def _left_out(space: Spatial, left: list[GeomPair]) -> None:
-    """Name the pairs that are not taken; refuse those that touch at the reference position."""
+def _examine_reference(space: Spatial, left: list[GeomPair]) -> None:
+    """Name the pairs that are not taken, and those that overlap at the reference position; refuse
+    those that are not taken and touch there.
+    """
+    deepest: dict[str, float] = {}
     data, without = space.data, {(pair.first, pair.second): pair for pair in left}
     for n in range(data.ncon):
         contact = data.contact[n]
         one, other = sorted(int(geom) for geom in contact.geom)
+        if contact.dist < -FILE_PLACES_SAME * float(space.model.stat.extent):
+            names = f"{space.name('GEOM', one)} and {space.name('GEOM', other)}"
+            deepest[names] = max(deepest.get(names, 0.0), -float(contact.dist))
         if contact.efc_address >= 0 and ((one, other) in without or (other, one) in without):
             names = " and ".join(seen(space.name("GEOM", geom)) for geom in (one, other))
             raise refusal(
@@ -279,6 +285,10 @@ def _left_out(space: Spatial, left: list[GeomPair]) -> None:
                 "planes across the plane of the motion with anything round or rectangular are, "
                 "spheres, and cylinders and boxes along its normal",
             )
+    space.notes += [
+        f"the shapes {names} overlap by {depth:.4g} m at the reference position: begin elsewhere"
+        for names, depth in deepest.items()
+    ]
     if left:
         named = [
             "–".join(space.name("GEOM", geom) for geom in (pair.first, pair.second))

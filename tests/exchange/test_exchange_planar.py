@@ -304,3 +304,12 @@ def test_motors_are_inputs(tmp_path):
     run = mbody.simulate(made, 1e-3, inputs={"M_control": 0.7, "P_control": -0.4})
     elbow = -(run["lower"].alpha[0] - run["upper"].alpha[0])
     assert elbow == pytest.approx(data.qacc[model.joint("elbow").dofadr[0]], rel=1e-9)
+
+
+def test_shapes_that_overlap_at_the_reference_are_told(tmp_path):
+    text = """<mujoco><worldbody><geom type="plane" size="1 1 1" name="floor"/>
+      <body name="b" pos="0 0 .4"><freejoint/><geom name="ball" size=".5"/></body>
+      <body name="c" pos="2 0 1"><joint axis="0 1 0"/><geom size=".1"/></body>
+      </worldbody></mujoco>"""
+    notes = import_model(write(tmp_path / "a.xml", text)).notes
+    assert any("floor and ball overlap by 0.1 m" in note for note in notes)
