@@ -22,8 +22,6 @@ which is one step of iterative refinement with [W Gᵀ; G 0] in place of the aug
 
 from __future__ import annotations
 
-import numpy as np
-
 from mbody.core.decorators import kernel, njit
 from mbody.core.lanes import highest, ld, st
 from mbody.core.tolerances import PIVOT_VANISHED
@@ -134,30 +132,12 @@ def refine(L, W, w):
         st(W.u, n, ld(W.u, n, w) - ld(W.r, n, w), w)
 
 
-@njit
-def dynamic_residual(L, W, w):
-    """Size of f − M a − Gᵀ λ: root of the sum of squares."""
-    clear(W.r, w)
-    apply_gt(L, W, w, W.lam, W.r)
-    total = 0.0 * ld(W.size, 0, w)
-    for s in range(L.slots):
-        o, share = 3 * L.slot_body[s], ld(W.share, s, w)
-        for n in range(3):
-            f = ld(W.force, o + n, w) - ld(W.mass, o + n, w) * ld(W.a, o + n, w)
-            x = share * f - ld(W.r, 3 * s + n, w)
-            total = total + x * x
-    return np.sqrt(total)
-
-
 @kernel
-def free_motion(L: Layout, W: Work, regularization: float, refinements: int) -> float:
-    """W.a and W.lam ← accelerations and multipliers at W.q, W.v and W.time; returns the residual of
-    the equations of motion.
-    """
+def free_motion(L: Layout, W: Work, regularization: float, refinements: int) -> None:
+    """W.a and W.lam ← accelerations and multipliers at W.q, W.v and W.time."""
     w = 0.0
     signals(L, W, w, L.signal_law.shape[0])
     free_accelerations(L, W, w, regularization, refinements)
-    return dynamic_residual(L, W, w)
 
 
 @kernel

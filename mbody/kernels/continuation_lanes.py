@@ -293,7 +293,7 @@ def conclude(L, S, W, w, F, path, step, newton):
         else:
             residual = multipliers_square(L, S, W, w, F)
     else:
-        residual = rate_residual(L, W, w)
+        residual = rate_residual(L, S, W, w)
     return larger(failed, select_le(residual, zero, zero, one)), most
 
 
@@ -375,14 +375,14 @@ def accelerations_square(L, P, W, w, F):
 
 
 @njit
-def rate_residual(L, W, w):
+def rate_residual(L, P, W, w):
     """Square of the residual Φ_q v − ν by the blocks, beyond what is allowed."""
     rates_of_rows(L, W, w)
     rest, terms = 0.0 * ld(W.size, 0, w), 0.0 * ld(W.size, 0, w)
-    for n in range(2 * L.nodes):
-        x, y = ld(W.x, n, w), ld(W.nu, n, w)
-        rest = rest + (x - y) * (x - y)
-        terms = terms + x * x + y * y
+    for k in range(P.row.shape[0]):
+        x, y = ld(W.x, P.row[k], w), ld(W.nu, P.row[k], w)
+        rest = rest + (x - y) * (x - y) * P.row_unit[k]
+        terms = terms + (x * x + y * y) * P.row_unit[k]
     return rest - RESIDUAL_LANES_SQUARE * terms
 
 
@@ -407,8 +407,9 @@ def multipliers_square(L, P, W, w, F):
         f, g = ld(W.r, P.column[k], w), 0.0 * rest
         for n in range(P.entry_start[k], P.entry_start[k + 1]):
             g = g + ld(W.block, P.entry[n], w) * ld(W.lam, P.entry_row[n], w)
-        terms = terms + f * f + g * g
-        rest = rest + (f - g) * (f - g)
+        unit = ld(W.weight, P.column[k], w)
+        terms = terms + (f * f + g * g) * unit
+        rest = rest + (f - g) * (f - g) * unit
     return rest - RESIDUAL_LANES_SQUARE * terms
 
 

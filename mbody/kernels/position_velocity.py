@@ -54,13 +54,15 @@ def copy(source, target, w):
 
 
 @inline
-def sum_of_squares(array, count, w):
-    """Sum of squares of the first rows, of each lane; NaN where there is one."""
-    m = 0.0 * ld(array, 0, w)
-    for n in range(count):
-        x = ld(array, n, w)
-        m = m + x * x
-    return m
+def square_on_nodes(L, W, w, x):
+    """Sum of squares on nodes, each row by its diagonal of S, so that rows of lengths and of angles
+    are of one unit; NaN where there is one.
+    """
+    total = 0.0 * ld(x, 0, w)
+    for n in range(2 * L.nodes):
+        y = ld(x, n, w)
+        total = total + y * y / (ld(W.diagonal, n, w) + TINY)
+    return total
 
 
 @inline
@@ -82,17 +84,14 @@ def least_motion(L, W, w, c, checked):
     weigh(L, W, w, W.u)
     if not checked:
         return
-    # rows of c beyond those of the nodes are no equations
-    terms = sum_of_squares(c, 2 * L.nodes, w)
+    terms = square_on_nodes(L, W, w, c)
     left = passes_more(w)
     for _ in range(REFINEMENTS + left):
         apply_g(L, W, w, W.u, W.x)
         for n in range(2 * L.nodes):
             st(W.x, n, ld(c, n, w) - ld(W.x, n, w), w)
         if (
-            highest(
-                sum_of_squares(W.x, 2 * L.nodes, w) - RESIDUAL_ROUNDING * RESIDUAL_ROUNDING * terms
-            )
+            highest(square_on_nodes(L, W, w, W.x) - RESIDUAL_ROUNDING * RESIDUAL_ROUNDING * terms)
             <= 0.0
         ):
             if left == 0:
@@ -209,7 +208,7 @@ def accelerations(L, W, w, checked):
 def force_residual(L, W, w):
     """r = f − M a − Gᵀ λ on columns, each slot taking its share of f − M a.
 
-    Returns the sums of squares of r and of its terms."""
+    Returns the sums of squares of r and of its terms, forces and torques in the metric W⁻¹."""
     clear(W.r, w)
     apply_gt(L, W, w, W.lam, W.r)
     terms = 0.0 * ld(W.size, 0, w)
@@ -217,9 +216,9 @@ def force_residual(L, W, w):
     for s in range(L.slots):
         for n in range(3):
             f, g = applied_share(L, W, w, s, n), ld(W.r, 3 * s + n, w)
-            x = f - g
-            terms = terms + f * f + g * g
-            rest = rest + x * x
+            x, unit = f - g, ld(W.weight, 3 * s + n, w)
+            terms = terms + (f * f + g * g) * unit
+            rest = rest + x * x * unit
             st(W.r, 3 * s + n, x, w)
     return rest, terms
 

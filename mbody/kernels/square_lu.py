@@ -37,6 +37,8 @@ class Square(Bundle):
     low_start: Ints
     low: Ints
     low_row: Ints
+    # what takes the units off their squares
+    low_unit: Floats
     # what each of these changes, by which number of the pivot's row
     change_start: Ints
     change: Ints
@@ -53,9 +55,10 @@ class Square(Bundle):
     above_start: Ints
     above: Ints
     above_place: Ints
-    # row and column of each pivot
+    # row and column of each pivot, and what makes squares of rows those of lengths
     row: Ints
     column: Ints
+    row_unit: Floats
     # numbers of the blocks in the column of each pivot, and their rows
     entry_start: Ints
     entry: Ints
@@ -77,7 +80,7 @@ class SquareWork(Bundle):
 @njit
 def factor_square(P, W, w, F):
     """F.factor ← L and U of the blocks, pivots inverted; returns the growth, the sum of squares of
-    the multipliers of elimination (L).
+    the multipliers of elimination (L), without units.
     """
     A = F.factor
     for n in range(P.source.shape[0]):
@@ -93,7 +96,7 @@ def factor_square(P, W, w, F):
         for a in range(P.low_start[k], P.low_start[k + 1]):
             low = ld(A, P.low[a], w) * p
             st(A, P.low[a], low, w)
-            growth = growth + low * low
+            growth = growth + low * low * P.low_unit[a]
             for b in range(P.change_start[a], P.change_start[a + 1]):
                 o = P.change[b]
                 st(A, o, ld(A, o, w) - low * ld(A, P.change_by[b], w), w)

@@ -73,11 +73,12 @@ def choose_pivots(
     rows = np.flatnonzero(here.pad[: 2 * L.nodes, 0] == 0.0)
     if len(rows) != size or size > LARGEST:
         return None
-    entries = _entries(L, here.block[:, 0], elsewhere.block[:, 0], rows)
+    entries = _entries(L, here, elsewhere.block[:, 0], rows)
     at = entries.row, entries.column
     values = entries.value[:, None]
     if len(along):
         values = np.hstack([values, np.asarray(along)[:, entries.place].T])
+    values *= entries.unit[:, None]
     steady = np.zeros((size, size), dtype=bool)
     present = np.zeros((size, size), dtype=bool)
     steady[at], present[at] = entries.constant, True
@@ -86,7 +87,7 @@ def choose_pivots(
         return None
     first = np.zeros((size, size))
     first[at] = entries.value
-    diagonal = _DiagonalBlocks(first, steady, present, blocks, float(here.size[0, 0]))
+    diagonal = _DiagonalBlocks(first, steady, present, blocks, entries.columns)
     found = _pivots(at, values, steady, present, diagonal.inside)
     if found is None:
         return None
@@ -111,7 +112,7 @@ def lane_workspace(choices: PivotChoices, lanes: int) -> SquareWork:
 @dataclass(frozen=True, eq=False)
 class _Entries:
     """The numbers of Φ_q that are there: row and column in it, place in the blocks, value, whether
-    it is constant.
+    it is constant, and what takes its unit off; the units of all rows and columns.
     """
 
     row: np.ndarray
@@ -119,10 +120,14 @@ class _Entries:
     place: np.ndarray
     value: np.ndarray
     constant: np.ndarray
+    unit: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
 
 
-def _entries(L: Layout, here: np.ndarray, elsewhere: np.ndarray, rows: np.ndarray) -> _Entries:
+def _entries(L: Layout, work: Work, elsewhere: np.ndarray, rows: np.ndarray) -> _Entries:
     """In the order of the nodes, their rows, sides and columns."""
+    here = work.block[:, 0]
     sides = np.arange(2 * L.nodes)
     node = np.concatenate([sides // 2, L.more[:, 0]])
     column = np.concatenate([L.node_column, L.more[:, 1]])
@@ -142,9 +147,14 @@ def _entries(L: Layout, here: np.ndarray, elsewhere: np.ndarray, rows: np.ndarra
     side, which, c = np.nonzero(there)
     order = np.lexsort((c, side, which, node[side]))
     at = side[order], which[order], c[order]
-    return _Entries(
-        row[at], across[at], place[at], value[at], (value == other)[at] & ~pieces[at[0]]
-    )
+    row, across, value, constant = row[at], across[at], value[at], (value == other)[at]
+    # units of lengths: rows by their weights, welds of a body's slots by those of its coordinates
+    columns = 1.0 / np.sqrt(work.weight[: 3 * L.slots, 0])
+    units = 1.0 / np.sqrt(np.maximum(work.regularization_weight[rows, 0], TINY))
+    weld = work.regularization_weight[rows[row], 0] == 0.0
+    units[row[weld]] = columns[across[weld]]
+    unit = units[row] / columns[across]
+    return _Entries(row, across, place[at], value, constant & ~pieces[at[0]], unit, units, columns)
 
 
 class _DiagonalBlocks:
@@ -159,7 +169,7 @@ class _DiagonalBlocks:
         steady: np.ndarray,
         present: np.ndarray,
         blocks: np.ndarray,
-        length: float,
+        units: np.ndarray,
     ) -> None:
         self.rows, columns = blocks
         self.inside = self.rows[:, None] == columns[None, :]
@@ -167,14 +177,12 @@ class _DiagonalBlocks:
         #: Numbers of the blocks whose determinants vary.
         self.varying = np.unique(self.rows[moving.any(axis=1)]).tolist()
         # without units, and as parts of the product of the rows' lengths (Hadamard)
-        size = np.tile([length, length, 1.0], len(matrix) // 3)
-        log_size = np.log(size)
-        rows = np.where(self.inside, matrix * size, 0.0)
-        log_length = np.log(np.maximum(np.linalg.norm(rows, axis=1), TINY))
+        rows = np.where(self.inside, matrix / units, 0.0)
+        length = np.maximum(np.sqrt((rows * rows).sum(axis=1)), TINY)
         #: Of each of these by what the product of the inverse pivots is multiplied to be that of
         #: the determinant, without the sign of the exchanges.
         self.scale = [
-            float(np.exp(log_length[self.rows == block].sum() - log_size[columns == block].sum()))
+            float((length[self.rows == block] * units[columns == block]).prod())
             for block in self.varying
         ]
 
@@ -299,6 +307,7 @@ def _lists(
         low_start=_starts(k_low, size),
         low=integers(numbers[below, k_low]),
         low_row=integers(rows[r[below]]),
+        low_unit=(entries.rows[r[below]] / entries.rows[r[k_low]]) ** 2,
         change_start=integers(change_start),
         change=integers(numbers[below[which], across]),
         change_by=integers(numbers[k_low[which], across]),
@@ -313,6 +322,7 @@ def _lists(
         above_place=integers(above),
         row=integers(rows[r]),
         column=integers(c),
+        row_unit=entries.rows[r] ** 2,
         entry_start=_starts(_places(c)[entries.column], size),
         entry=integers(entries.place[by_column]),
         entry_row=integers(rows[entries.row[by_column]]),

@@ -73,7 +73,7 @@ def fixed_rows(
         length = lengths[min(L.primitive_i[e], L.primitive_j[e])]
         for row in range(2):
             if row < len(kinds) and e not in active_set:
-                weights[2 * node + row] = 1.0 if kinds[row] == "l" else length**-2
+                weights[2 * node + row] = 1.0 if kinds[row] == "l" else 1.0 / (length * length)
             else:
                 pad[2 * node + row] = 1.0
     seen: set[tuple[int, int]] = set()
@@ -528,7 +528,7 @@ class System:
         shares = np.bincount(L.slot_body, minlength=L.bodies)
         work.share[:] = 1.0 / shares[L.slot_body][:, None]
         columns = work.weight[: 3 * L.slots].reshape(L.slots, 3, lanes)
-        columns[:, :2], columns[:, 2] = 1.0, (self.lengths[L.slot_body] ** -2)[:, None]
+        columns[:, :2], columns[:, 2] = 1.0, (1.0 / self.lengths[L.slot_body] ** 2)[:, None]
         weights, pad, blocks = self.once(
             "fixed rows", lambda: fixed_rows(L, self.row_kinds, self.active_set_rows, self.lengths)
         )

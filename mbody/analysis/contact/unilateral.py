@@ -338,7 +338,7 @@ class Unilateral:
         (pairs,).
         """
         node = 2 * self.layout.primitive_node[self.layout.active_set]
-        weight = np.where(self.angular, self.system.length**-2, 1.0)
+        weight = np.where(self.angular, 1.0 / self.system.length**2, 1.0)
         work.on[: len(on), 0] = on
         work.pad[node, 0] = 1.0 - on
         work.regularization_weight[node, 0] = on * weight
