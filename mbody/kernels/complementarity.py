@@ -11,9 +11,9 @@ and the laws of Signorini and Coulomb are
 
 μ N of a contact, the friction circle of the whole reaction of a pin, which f changes, and so on.
 
-With s_r ≈ 1/√D_rr and κ ≈ max |s_r c_r|, both rounded to powers of two, the unknowns are
-g = f/(κ s): diagonal and ĉ are of the order of 1, limits μ s_N/s_T. Nothing inside has a unit, and
-scaling changes no digit: other units that are powers of two give the same ones.
+With p ≈ 1/D_00, s_r ≈ 1/√(p D_rr) and κ ≈ max |s_r c_r|, all rounded to powers of two, the
+unknowns are g = f/(κ p s): diagonal and ĉ are of the order of 1, limits μ s_N/s_T. Nothing inside
+has a unit, and scaling changes no digit: other units that are powers of two give the same ones.
 
 In (N, λ_R, a⁻), λ_R = T + low, it is a linear complementarity problem where the limits are linear,
 which Lemke's path solves; limits that bend are replaced by their tangents at the last solution
@@ -61,8 +61,8 @@ from mbody.kernels.schur_ldl import factor
 CONE = -1
 #: Numbers in `ContactProblem.count`: rows, normals, solutions, whether all modes were tried.
 ROWS, NORMALS, SOLUTIONS, COMPLETE = range(4)
-#: Numbers in `ContactProblem.number`: κ, the residual of the worst solution.
-SCALE, RESIDUAL = range(2)
+#: Numbers in `ContactProblem.number`: κ, the residual of the worst solution, κ p.
+SCALE, RESIDUAL, FORCES = range(3)
 #: Problems with tangents of the limits, at most; starts of Lemke's path.
 PASSES, PATHS = 40, 6
 #: Passes that look for rest alone.
@@ -124,7 +124,7 @@ def problem_memory(n: int) -> ContactProblem:
         count=ints(4), law=ints(n), normal=ints(n), mu=np.zeros(n), arm=np.zeros((n, 6)),
         pressing=np.zeros((n, 2)), by_force=np.zeros((n, 2, n)), sliding=np.zeros(n),
         given=np.zeros(n), D=np.zeros((n, n)), c=np.zeros(n), noise=np.zeros(n), soft=np.zeros(n),
-        f=np.zeros((most, n)), w=np.zeros((most, n)), mode=ints(most * n), number=np.zeros(2),
+        f=np.zeros((most, n)), w=np.zeros((most, n)), mode=ints(most * n), number=np.zeros(3),
         scale=np.zeros(n), S=np.zeros((n, n)), b=np.zeros(n), g=np.zeros(n), v=np.zeros(n),
         low=np.zeros(n), high=np.zeros(n), low_by=np.zeros((n, n)), high_by=np.zeros((n, n)),
         force_by=np.zeros((n, n + 1)), trial=ints(n), dense=np.zeros((n, n + 1)),
@@ -226,9 +226,14 @@ def leaving_row(table, basis, entering, k):
 @njit
 def without_dimensions(P):
     """P.scale, κ, and the problem in them: P.S, P.b. What is rounding in c is zero."""
-    n, most, driven = P.count[ROWS], 0.0, 0.0
+    n, most, driven, per = P.count[ROWS], 0.0, 0.0, 0.0
     for r in range(n):
         soft = P.D[r, r] if P.D[r, r] > 0.0 else P.soft[r]
+        if soft > 0.0 and per == 0.0:
+            per = 1.0 / power_of_two(soft)
+    per = per if per > 0.0 else 1.0
+    for r in range(n):
+        soft = per * (P.D[r, r] if P.D[r, r] > 0.0 else P.soft[r])
         scale = 1.0
         if soft > 0.0:
             while scale * scale * soft >= 4.0:
@@ -241,16 +246,16 @@ def without_dimensions(P):
             most = max(most, abs(P.b[r]))
         else:
             driven = max(driven, abs(P.b[r]))
-        most = max(most, given_size(P, r))
+        most = max(most, given_size(P, r) / per)
     kappa = most if most > 0.0 else driven
     kappa = power_of_two(kappa) if kappa > 0.0 else 1.0
-    P.number[SCALE] = kappa
+    P.number[SCALE], P.number[FORCES] = kappa, kappa * per
     for r in range(n):
         P.b[r] /= kappa
         if abs(P.b[r]) <= CONTACT_ACCELERATION_ROUNDING:
             P.b[r] = 0.0
         for c in range(n):
-            P.S[r, c] = P.D[r, c] * P.scale[r] * P.scale[c]
+            P.S[r, c] = P.D[r, c] * (P.scale[r] * P.scale[c] * per)
 
 
 @inline
@@ -273,7 +278,7 @@ def given_size(P, r):
 @njit
 def limits(P):
     """Limits −low ≤ T ≤ high of all tangents at the forces P.g, and their derivatives."""
-    n, m, kappa = P.count[ROWS], P.count[NORMALS], P.number[SCALE]
+    n, m, kappa = P.count[ROWS], P.count[NORMALS], P.number[FORCES]
     for r in range(m, n):
         own = 1.0 / P.scale[r]
         if P.law[r] == CONE:
@@ -769,7 +774,7 @@ def solve_contacts(P: ContactProblem, every: bool) -> int:
     kappa = P.number[SCALE]
     for k in range(P.count[SOLUTIONS]):
         for r in range(n):
-            P.f[k, r] *= kappa * P.scale[r]
+            P.f[k, r] *= P.number[FORCES] * P.scale[r]
             P.w[k, r] *= kappa / P.scale[r]
     return P.count[SOLUTIONS]
 

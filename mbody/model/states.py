@@ -170,7 +170,7 @@ class State(Element):
         chooses the value at which the rate vanishes.
     size : float, optional
         A typical value, to which the absolute error is relative; by default the magnitude of the
-        start, or one where that is zero.
+        start, or where that is zero one, in units of the model's length, its greatest mass and 1 s.
 
     Examples
     --------

@@ -655,6 +655,7 @@ def assemble(mechanism: Mechanism, *, groups: bool = False, machine_code: bool =
         length=lengths.model,
         lengths=lengths.parts,
         spans=lengths.spans,
+        heaviest=float(mass[:-3:3].max()) or 1.0,
         owners=tuple(compiler.owners),
         row_kinds=tuple(primitive.rows for primitive in compiler.first_primitives),
         signals=len(compiler.signal_laws) + compiler.formula_signals,

@@ -128,6 +128,8 @@ class System:
         Model length, by which sizes are made dimensionless.
     lengths, spans : arrays (bodies,)
         That of what each body is joined with, and the body's own.
+    heaviest : float
+        Greatest mass of a body, one where there is none.
     owners : tuple
         (element, index of its primitive) of every primitive, in the order of the kernels.
     machine_code : bool
@@ -147,6 +149,7 @@ class System:
     length: float
     lengths: np.ndarray
     spans: np.ndarray
+    heaviest: float
     owners: tuple[tuple[Element, int], ...]
     row_kinds: tuple[str, ...]
     signals: int

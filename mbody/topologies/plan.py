@@ -205,6 +205,7 @@ def linkage_system(graph: Graph) -> LinkageSystem:
             length=1.0,
             lengths=np.ones(bodies),
             spans=np.ones(bodies),
+            heaviest=1.0,
             owners=tuple(shared[name] for name in kinds for _ in range(counts[name])),
             row_kinds=tuple(rows[name] for name in kinds for _ in range(counts[name])),
             signals=3 + len(graph.drivers),

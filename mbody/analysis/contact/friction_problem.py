@@ -213,6 +213,14 @@ def _without_collision(contacts: ClosedContacts, before: Array) -> Array | None:
     return impulses_of_modes(contacts, before, np.zeros(m), *contacts.modes(one))
 
 
+def diagonal_unit(D: Array) -> float:
+    """The power of two above the first number on the diagonal: unlike its root, dividing by it
+    changes no digit.
+    """
+    first = np.diag(D).real[np.diag(D).real > 0.0][:1]
+    return float(np.ldexp(1.0, np.frexp(first)[1]).sum()) or 1.0
+
+
 def impulses_of_modes(
     contacts: ClosedContacts, before: Array, given: Array, hold: Array, slip_signs: Array
 ) -> Array | None:
@@ -220,11 +228,12 @@ def impulses_of_modes(
     tangents that slide (m,); other impulses are zero. None where rows depend on each other.
     """
     m, D, mu = len(contacts), contacts.delassus, contacts.friction
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(D).real, tol.TINY))
+    unit = diagonal_unit(D)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(D).real / unit, tol.TINY))
     kind = np.result_type(D, before, given, mu)
     A, b = np.eye(2 * m, dtype=kind), np.zeros(2 * m, dtype=kind)
-    A[hold] = (scale[:, None] * D * scale)[hold]
-    b[hold] = -(scale * before)[hold]
+    A[hold] = (scale[:, None] * (D / unit) * scale)[hold]
+    b[hold] = -(scale * before / unit)[hold]
     for k in np.flatnonzero(slip_signs):
         if not hold[m + k]:
             A[m + k, k] += slip_signs[k] * mu[k] * scale[k] / scale[m + k]

@@ -20,6 +20,7 @@ from mbody.analysis.contact.friction_problem import (
     Tangent,
     cone,
     decide_modes,
+    diagonal_unit,
     impact_impulses,
 )
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
@@ -109,9 +110,10 @@ def coordinate_weights(uni: Unilateral, work: Work) -> Array:
 
 def arresting_impulses(D: Array, rates: Array) -> Array:
     """Impulses −D⁺ rates that stop rows; of least scaled norm where rows depend on each other."""
-    scale = 1.0 / np.sqrt(np.where(np.diag(D) > 0.0, np.diag(D), np.inf))
-    scaled = scale[:, None] * D * scale
-    found = np.linalg.lstsq(scaled, -scale * rates, rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
+    unit = diagonal_unit(D)
+    scale = 1.0 / np.sqrt(np.where(np.diag(D) > 0.0, np.diag(D) / unit, np.inf))
+    scaled = scale[:, None] * (D / unit) * scale
+    found = np.linalg.lstsq(scaled, -scale * rates / unit, rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
     return np.asarray(scale * found)
 
 

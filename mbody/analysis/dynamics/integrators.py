@@ -140,7 +140,7 @@ def first_auxiliary_states(system: System, start: Solution) -> Array:
 
 def auxiliary_sizes(system: System) -> Array:
     """Sizes of auxiliary states, to which absolute errors are relative: as given, else the
-    magnitude of the start, else one.
+    magnitude of the start, else one: of lengths, masses and times the model's own, and a second.
     """
     found = np.ones(system.layout.owns)
     for n, state in enumerate(system.mechanism.states):
@@ -150,6 +150,10 @@ def auxiliary_sizes(system: System) -> Array:
             found[n] = float(np.max(size))
         elif start > 0.0:
             found[n] = float(start)
+        elif state.dimension is not None:
+            one = state.dimension
+            found[n] = system.length ** float(one.length) * system.heaviest ** float(one.mass)
+            found[n] *= system.mechanism.units.second ** float(one.time)
     return found
 
 

@@ -138,7 +138,8 @@ def force_sizes(motion: ModalMotion) -> Array:
     """
     system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
     own = np.zeros(L.bodies + 1)
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] * motion.scale[:n] / system.length**2
+    arms = system.coordinate_units / np.repeat(system.lengths, 3)  # 1, of angles 1/length
+    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] * arms
     own[:-1] = np.abs(inertia).reshape(-1, 3).max(axis=1)
     record = motion.record[3 * n : system.friction_rows.start, 0].reshape(-1, PER_PRIMITIVE)
     forces = np.abs(record[:, 2:]).max(axis=1, initial=0.0, where=[True, True, False])
