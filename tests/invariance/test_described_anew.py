@@ -5,7 +5,16 @@ import copy
 import numpy as np
 import pytest
 
-from tests.campaign.invariance import CHANGES, Change, examine_invariance, states
+from mbody import gallery
+from tests.campaign.invariance import (
+    CHANGES,
+    Change,
+    examine_invariance,
+    of_gallery,
+    of_linkage,
+    of_scene,
+    states,
+)
 from tests.campaign.scene_checks import State
 from tests.campaign.scenes import random_scene
 from tests.support.cases import first_fast
@@ -18,6 +27,23 @@ SEEDS = range(100)
 def test_what_must_not_matter_does_not(seed):
     found = examine_invariance(seed)
     assert not (found.silent or found.doubted), found.told
+
+
+#: Scenes of frictional joints of forces and torques, whose sizes their certificate compares as yet.
+OTHER_DIGITS = (34, 55)
+#: What is described anew by powers of two in length and mass.
+DIGITS = [(of_gallery, name) for name in gallery.names()]
+DIGITS += [(of_linkage, seed) for seed in range(60)]
+DIGITS += [(of_scene, seed) for seed in range(60) if seed not in OTHER_DIGITS]
+
+
+@first_fast(("of", "which"), [one for k in range(7) for one in DIGITS[k::7]], 24)
+@pytest.mark.processor
+@pytest.mark.filterwarnings("ignore::mbody.errors.ModelWarning")
+def test_powers_of_two_change_no_digit(of, which):
+    number = which if isinstance(which, int) else gallery.names().index(which)
+    found = of(which, "powers of two", np.random.default_rng([number, 7]))
+    assert not found.told
 
 
 class Printed:

@@ -56,6 +56,14 @@ def test_pivots_and_lists_are_those_of_the_rule_written_out(name):
     for (r, c), (place, value, constant) in entries.items():
         matrices[:, r, c] = [value, *(blocks[place] for blocks in along)]
         steady[r, c], present[r, c] = constant, True
+    # without units: rows of angles by a length, welds as their coordinates, columns of angles too
+    columns = 1.0 / np.sqrt(here.weight[:size, 0])
+    weights = here.regularization_weight[rows, 0]
+    units = [
+        1.0 / np.sqrt(weight) if weight else columns[min(c for k, c in entries if k == r)]
+        for r, weight in enumerate(weights)
+    ]
+    matrices *= np.array(units)[:, None] / columns
     blocks = diagonal_blocks(present)
     inside = blocks[0][:, None] == blocks[1][None, :]
     pivots, pattern, constant, _ = pivots_of(matrices, steady, present, inside)
