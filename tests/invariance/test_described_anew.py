@@ -5,9 +5,12 @@ import copy
 import numpy as np
 import pytest
 
+import mbody
 from mbody import gallery
 from tests.campaign.invariance import (
     CHANGES,
+    RTOL,
+    TIMES,
     Change,
     examine_invariance,
     of_gallery,
@@ -88,3 +91,29 @@ def test_what_is_described_anew_is_the_same(name):
         after = states(Printed(other), names, change)
         for a, b in zip(before, after, strict=True):
             assert np.allclose(a, b, rtol=1e-9, atol=1e-9 * np.abs(a).max())
+
+
+def test_a_free_body_far_away_changes_nothing_of_the_others():
+    """Two rods that hang on each other, and a body a million of their lengths away."""
+    runs = []
+    for far in (False, True):
+        machine = mbody.Mechanism("rods")
+        machine.add(
+            mbody.Body(
+                "rod", mass=1.0, inertia=0.1, points={"A": (-0.5, 0), "B": (0.5, 0)}, guess=0.0
+            ),
+            mbody.Revolute("O", "ground", "rod.A"),
+            mbody.Body("bob", mass=0.5, inertia=0.02, points={"B": (-0.3, 0)}, guess=-90.0),
+            mbody.Revolute("J", "rod.B", "bob.B"),
+            mbody.Gravity("gravity"),
+        )
+        start = {"rod": {"omega": 2.0}, "bob": {"omega": 0.0}}
+        if far:
+            machine.add(mbody.Body("free", mass=3.0, inertia=1.0, guess=0.0))
+            start["free"] = {"x": 1e6, "y": -1e6, "vx": 1.0, "omega": 0.3}
+        machine.simulation = mbody.SimulationSettings(until=2.0, start=start)
+        runs.append(mbody.simulate(machine, 2.0, instants=5, rtol=RTOL))
+    assert runs[0].notes == runs[1].notes
+    same = Change(lambda scene: scene)
+    for ours, theirs in zip(*(states(run, ["rod", "bob"], same) for run in runs), strict=True):
+        assert np.allclose(ours, theirs, rtol=0.0, atol=TIMES * RTOL * np.abs(ours).max())
