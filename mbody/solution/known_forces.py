@@ -301,17 +301,17 @@ def _rounded(run: Solution) -> OtherForces:
     size = _greatest_force(run) * lengths.ravel()[:, None]
     for block in other.record.blocks:
         own = block[:, _primitives(run)]
-        own += tol.FORCES_ROUNDED * np.cos(np.arange(own.size)).reshape(own.shape) * (size + own)
+        way = tol.FORCES_ROUNDED * np.cos(np.arange(own.size)).reshape(own.shape)
+        with np.errstate(all="ignore"):  # of lanes that no design has
+            own += way * (size + own)
     return _stepped(run, other, tol.FORCES_ROUNDED)
 
 
 def _greatest_force(run: Solution) -> float:
     """The greatest force of a joint, contact or driver."""
-    own, greatest = _primitives(run), 0.0
-    for block in run.record.blocks:
-        numbers = block[:, own].reshape(len(block), -1, PER_PRIMITIVE, block.shape[2])[:, :, 2:4]
-        greatest = max(greatest, float(np.abs(np.nan_to_num(numbers)).max(initial=0.0)))
-    return greatest
+    numbers = run.record.table(_primitives(run))
+    forces = numbers.reshape(*numbers.shape[:-1], -1, PER_PRIMITIVE)[..., 2:4]
+    return float(np.abs(forces[np.isfinite(forces)]).max(initial=0.0))
 
 
 def _stepped(run: Solution, other: OtherForces, part: float) -> OtherForces:
@@ -340,7 +340,8 @@ def _disturbed(run: Solution, kind: str) -> OtherForces:
                 row = first + PER_PRIMITIVE * e + n
                 way = np.cos(float(count + n))
                 for block in other.record.blocks:
-                    block[:, row] += way * (0.1 * np.abs(block[:, row]) + 0.01 * greatest)
+                    with np.errstate(all="ignore"):
+                        block[:, row] += way * (0.1 * np.abs(block[:, row]) + 0.01 * greatest)
     return _stepped(run, other, 0.1)
 
 

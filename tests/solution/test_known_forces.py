@@ -241,3 +241,18 @@ def test_friction_that_may_have_several_solutions(friction, radius):
     assert run.known_of("slider.x") == ()
     for found in (bearing_load(run, "A").notes, run.known_of("motor.effort")):
         assert len(found) == uncertain and all("not certain" in one for one in found)
+
+
+def test_designs_of_a_batch_and_motions_without_drivers():
+    sums = "A0.fx + B0.fx + C0.fx"
+    system = mbody.assemble(cranks(3)).with_values({"bar.mass": [4.0, 5.0, 6.0]})
+    free = cranks(3).without("motor")
+    free.simulation = SimulationSettings(until=0.1, start={"a": {"angle": 1.0, "omega": 2.0}})
+    runs = mbody.kinetostatics(system, t=[0.0, 0.1]), mbody.simulate(free, instants=5)
+    for run in runs:
+        (note,) = run.known_of("B.force")
+        assert "'B'" in note and run.known_of(sums) == run.known_of("bar.x") == ()
+    many = mbody.assemble(four_bar()).with_values({"coupler.mass": [4.0, 5.0, 6.0]})
+    assert mbody.kinetostatics(many, t=[0.0, 0.1]).known_of("B.force") == ()
+    swept = mbody.sweep(free, {"bar.mass": [4.0, 5.0]}, "simulate", measure="last(B.force)")
+    assert "not unique" in swept.notes[0] and "not unique" in str(swept)
