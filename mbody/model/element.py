@@ -263,7 +263,8 @@ def as_marker(value: Any, element: str, field: str) -> Marker:
         angle = number(value.angle, "angle", element, f"{field}.angle")
         return Marker(value.body, point, angle)
     raise ModelError(
-        f"'{element}': {field} must be a place such as crank.at('A') or \"crank.A\", not {value!r}",
+        f"'{element}': {field} must be a place such as crank.at('A') or \"crank.A\", not "
+        f"{brief(value)}",
         element,
     )
 

@@ -462,9 +462,9 @@ def optimize(
     if task is not None:
         own = _task(system.mechanism, task)
         return optimize(system, progress=progress, **own.arguments())
+    _check_options(analysis, options)
     aims = _aims_given(minimize, maximize)
     _check_counts(starts=starts, points=points)
-    _check_options(analysis, options)
     ranges = ranges_of(system, by, start)
     machine, names = system.mechanism, list(ranges.names)
     motion = MotionEvaluator(system, names, options) if analysis == MOTION else None
@@ -539,9 +539,11 @@ def _check_options(analysis: str, options: Mapping[str, Any]) -> None:
     own = OF_MOTION if analysis == MOTION else INSTANTS
     for name in options:
         if name not in own:
-            raise ModelError(
-                f"optimize: {analysis} has no option {name!r} (there are: {', '.join(own)})"
-            )
+            from mbody.core.other_words import meant
+
+            close = meant(name, ("minimize", "maximize", *own), 0.8)
+            hint = f": did you mean {close}=?" if close else f" (there are: {', '.join(own)})"
+            raise ModelError(f"optimize: {analysis} has no option {name!r}{hint}")
 
 
 def _job(

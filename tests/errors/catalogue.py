@@ -29,6 +29,7 @@ from tests.errors import (
     drives,
     engineering,
     engines,
+    everyday,
     exchanging,
     fitting,
     following,
@@ -68,7 +69,7 @@ from tests.support.paths import ROOT
 
 PACKAGE = ROOT / "mbody"
 SUBJECTS = (
-    *(describing, friction, touching, pistons, laws, formulas, model_files, assembling),
+    *(everyday, describing, friction, touching, pistons, laws, formulas, model_files, assembling),
     *(
         solving,
         resting,
