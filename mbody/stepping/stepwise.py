@@ -328,8 +328,7 @@ class Stepwise(Integration):
         self.target = self.until
         if not self.timed:
             return
-        # as far ahead again, so that corners are seldom looked for
-        self.interruptions.look_until(2.0 * self.until - self.first)
+        self.interruptions.look_until(self.until)
         if not self.state[STEPS] or self.interruptions.due(t):
             self._interrupt(t)
         self.target = min(self.until, self.interruptions.next(t))

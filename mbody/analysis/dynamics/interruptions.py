@@ -340,8 +340,11 @@ class Interruptions:
         return bool(self.sampled or self.corners.size or self.jumps.size or self.tables)
 
     def look_until(self, until: float) -> None:
-        """Find the corners of laws up to there, where they are not known yet."""
+        """Find the corners of laws up to there, where they are not known yet, and as far beyond as
+        it is from the beginning, so that they are seldom looked for.
+        """
         if until > self.known:
+            until += until - self.first
             self.known = until
             self.corners = _corners(self.system, self.first, until, self.located)
             self.jumps = jump_times(self.system, self.first, until, self.located)
