@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core.tolerances import COMPARISON_READING
-from mbody.engines.textbook_laws import Program, Tabulated
+from mbody.engines.textbook_laws import FormulaProgram, Tabulated
 from mbody.laws import (
     Cam,
     Constant,
@@ -341,7 +341,7 @@ def law_by_formula(law: Law) -> Any:
         case Table():
             return Tabulated(law)
         case Rise() | Cam():
-            return Program(law)
+            return FormulaProgram(law)
     return law
 
 

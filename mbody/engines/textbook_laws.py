@@ -77,7 +77,7 @@ class Tabulated:
         return (f, f1, f2) if at.ndim else (float(f), float(f1), float(f2))
 
 
-class Program:
+class FormulaProgram:
     """A `Rise`, or a `Cam` program: called it gives values, and `derivatives` (f, f′, f″)."""
 
     def __init__(self, law: Rise | Cam) -> None:

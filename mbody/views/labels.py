@@ -162,7 +162,7 @@ def places_around(
 
 
 @dataclass
-class Places:
+class FreePlaces:
     """Obstacles, and labels that are placed one after another.
 
     `unit`: Length of a point (1/72 in) in the units of the mechanism.

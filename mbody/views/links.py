@@ -12,7 +12,7 @@ from mbody.core.tolerances import DRAWN_OUTLINE, POINT_SAME, TINY
 from mbody.model.joints import CamFollower, Fixed, Joint, PinSlot, Prismatic, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
 from mbody.views.body_shapes import covered, face, guide, outline, travel, wheels
-from mbody.views.labels import Label, Places, symbolic
+from mbody.views.labels import FreePlaces, Label, symbolic
 from mbody.views.pose import heading, on
 from mbody.views.shapes import arc, box, direction, hull, rounded, unique, within
 from mbody.views.style import INK, LINK, PAPER, PLATE, SOFT, WHEEL, Z
@@ -125,7 +125,7 @@ def link_label(sketch: Sketch, body: str) -> None:
         sketch.label(body, place, wanted, gap, rotation_cost=rotation_cost, name=named)
         return
     label = Label(body, [], name=named)
-    width, height = (sketch.unit * part for part in Places.measured(label))
+    width, height = (sketch.unit * part for part in FreePlaces.measured(label))
     corners = hull(nodes, DRAWN_OUTLINE * sketch.size("link"))
     gap = sketch.size("link") + 1.5 * sketch.unit
     edges = list(zip(corners, np.roll(corners, -1, axis=0), strict=True))

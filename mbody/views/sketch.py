@@ -12,7 +12,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.solution.histories import moved
-from mbody.views.labels import Label, Places, below_line, drawable, extent, places_around
+from mbody.views.labels import FreePlaces, Label, below_line, drawable, extent, places_around
 from mbody.views.pose import GROUND_CARRIER, Carrier, Pose
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
@@ -164,7 +164,7 @@ class Sketch:
     ) -> None:
         self.axes, self.pose, self.unit, self.small = axes, pose, unit, small
         self.surface: Surface = surface or PaperSurface(axes)
-        self.places = Places(unit)
+        self.places = FreePlaces(unit)
         self.labels: list[Label] = []
         self.pins: list[tuple[Array, list[str]]] = []
         # the numbers of pins by squares as wide as one hides another
@@ -425,7 +425,7 @@ class Sketch:
     ) -> Label:
         """A text near a point, best in the direction `wanted` [rad], at least `gap` from it."""
         made = Label(text, [], **look)
-        width, height = (self.unit * part for part in Places.measured(made))
+        width, height = (self.unit * part for part in FreePlaces.measured(made))
         made.spots = places_around(anchor, (width, height), gap, wanted, rotation_cost)
         self.labels.append(made)
         return made
@@ -435,7 +435,7 @@ class Sketch:
         self.places.set(self.labels)
         for label in self.labels:
             self.text(label.at, label)
-            width, height = (self.unit * part for part in Places.measured(label))
+            width, height = (self.unit * part for part in FreePlaces.measured(label))
             half = 0.5 * np.array([width, height])
             self._seen(np.array([label.at - half, label.at + half]))
 
@@ -530,7 +530,7 @@ class ShapeRecord:
         self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius, self.sign_condition))
 
 
-class _Anywhere(Places):
+class _Anywhere(FreePlaces):
     """No place is taken: with many bodies the search for free ones would take minutes."""
 
     def stroke(self, line: Array, half: float, weight: float = 1.0) -> None:
