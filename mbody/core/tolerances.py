@@ -433,9 +433,14 @@ RATE_NONE_TURNING = 1e-9  # Free motions whose rates of angles are below this do
 
 # -- Forces, work, energy; parts of the greatest ---------------------------------------------------
 FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the greatest is rounding.
-#: Part of the greatest force of what is joined that may pass on to another body by rounding, of
-#: which `GUARD_ZERO` is left.
+#: Part of the greatest acceleration that forces give alone to what is joined that may pass on to
+#: another body by rounding, of which `GUARD_ZERO` is left.
 FORCE_PASSED_ON = 1e-6
+#: Masses of what is joined whose ratio is greater lose digits of the lighter one's acceleration,
+MASSES_UNEVEN = 1e3
+MASSES_LOST = 1e9  # and beyond this what decides which contacts are closed.
+#: Part of the error of accelerations that a refinement leaves, for each of that ratio.
+REFINEMENT_LEAVES = 1e3 * MACHINE_EPSILON
 FORCE_NONE_BRANCH = 1e-8  # The same where branches are compared.
 #: A tangential residual force along a walk below this part of its greatest is rounding.
 FORCE_NONE_WALK = 1e-12
@@ -453,6 +458,7 @@ ENERGY_ROUNDING_STEP = 1e-13  # Rounding of an account, and of a step.
 #: Energy that an impact may change otherwise than its impulses do, of what these exchange.
 ENERGY_IMPACT = 1e-8
 ENERGY_IMPACT_GAIN = 1e-9  # Energy that it may give by rounding, as a part of the same.
+ENERGY_IMPACT_ARTIFICIAL = 1e-5  # Energy that artificial masses may take, as a part of its terms.
 ENERGY_ERROR_FIXED_STEPS = 0.05  # The part of the energy that steps of one length may err by.
 ENERGY_ERROR_DRIVEN = 0.15  # The part of it that motions with drivers may err by.
 #: What a step may err by, in tolerances: in the gallery and in random mechanisms, by all methods at

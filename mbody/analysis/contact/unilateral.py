@@ -580,6 +580,17 @@ class Unilateral:
                 part[part == max(part[i], part[j])] = min(part[i], part[j])
         return part
 
+    @functools.cached_property
+    def unevenness(self) -> Array:
+        """By how much the greatest mass of what is joined to each body or may touch it exceeds the
+        least one.
+        """
+        mass = self.system.mass[: 3 * self.layout.bodies : 3, 0]
+        greatest, least = np.zeros(len(mass)), np.full(len(mass), np.inf)
+        np.maximum.at(greatest, self.parts, mass)
+        np.minimum.at(least, self.parts, np.where(mass > 0.0, mass, np.inf))
+        return np.asarray((greatest / least)[self.parts])
+
     def phase_offsets(self, work: Work) -> Array:
         """The angle between the direction of the line of centres and ψ of the row along each
         contact point of two circles, (points,); zero of others. See `mbody.model.joints.slipping`.

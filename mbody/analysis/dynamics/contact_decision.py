@@ -32,6 +32,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.complementarity import row_responses
 from mbody.kernels.friction import REACHED_PART
 from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.model.element import listed
 from mbody.system.rank import dense, dense_rates
 
 Array = np.ndarray
@@ -103,7 +104,9 @@ def responses_to(uni: Unilateral, work: Work, block: Array, softer: float = MASS
 
 
 def coordinate_weights(uni: Unilateral, work: Work) -> Array:
-    """Inverse masses and inertias (coordinates,), with artificial ones where there are none."""
+    """Inverse masses and inertias (coordinates,) of one slot of each body, with artificial ones
+    where there are none.
+    """
     places = 3 * uni.layout.body_slot[: uni.layout.bodies, None] + np.arange(3)
     return np.asarray(work.weight[places, 0].ravel())
 
@@ -171,6 +174,38 @@ def strike(
     nu = dense_rates(uni.system, work)
     driven = works_of_drivers(uni.system, work, left, nu, sticking)
     return Impact(jump, impulse, rates[:m], gained[:m] + gained[m:], moved[:m], driven)
+
+
+def taken_by_artificial_masses(
+    uni: Unilateral, work: Work, found: Impact, W: Array, before: Array
+) -> tuple[float, float]:
+    """Energy that what replaces missing masses takes of an impact along rows W, and the terms of
+    what is exchanged. `before` (coordinates,): velocities.
+    """
+    share = np.repeat(work.share[uni.layout.body_slot[: uni.layout.bodies], 0], 3)
+    weight, mean = share * coordinate_weights(uni, work), before + 0.5 * found.jump
+    none = uni.system.mass[: len(before), 0] * weight < 0.5
+    momentum = np.where(none, found.jump / (MASSLESS * weight), 0.0)
+    return float(momentum @ mean), float(np.abs(found.impulses) @ (np.abs(W) @ np.abs(mean)))
+
+
+def ratio_of_masses(uni: Unilateral, closed: list[int]) -> float:
+    """The greatest ratio of masses that are joined to what touches at some contact points."""
+    bodies = {int(b) for k in closed for b in uni.bodies[k] if b < uni.layout.bodies}
+    return float(uni.unevenness[sorted(bodies)].max(initial=0.0))
+
+
+def lost_by_masses(uni: Unilateral, closed: list[int]) -> str:
+    """Why rounding decides what goes on at closed contact points; empty where it does not."""
+    ratio = ratio_of_masses(uni, closed)
+    if ratio <= tol.MASSES_LOST:
+        return ""
+    names = listed(list(dict.fromkeys(uni.contact_points[k].name for k in closed)))
+    return (
+        f"the accelerations at {names} are lost in rounding: masses that touch differ by a factor "
+        f"of {ratio:.2g}, more than numbers carry; take masses that differ by less than "
+        f"{tol.MASSES_LOST:.0e}"
+    )
 
 
 def refuse_driven_impact(uni: Unilateral, work: Work, hit: list[int]) -> None:
@@ -394,7 +429,7 @@ def decide(motion: ModalMotion) -> Verdict:
         # what slides may jam though its modes are consistent, or friction that is followed from
         # none reach another solution
         follows = not len(motion.layout.friction_kind) or motion.record[reached, 0] >= 1.0
-        if follows and _goes_on(motion, now, modes, pairs):
+        if follows and _goes_on(motion, now, modes, pairs) and _keeps_apart(motion, now, modes):
             motion.shared = shared_friction(motion)
             return Verdict(True, len(found) > 1, complete)
     return Verdict(False, complete=complete)
@@ -422,6 +457,23 @@ def _goes_on(motion: ModalMotion, now: _DecisionState, modes: list[str], pairs: 
         if slip_sign * parts.sum() < -tol.FORCE_NONE * np.abs(parts).sum():
             return False
     return True
+
+
+def _keeps_apart(motion: ModalMotion, now: _DecisionState, modes: list[str]) -> bool:
+    """Whether what opens goes apart by the kernels, where the problem has lost the heavy beside the
+    light.
+    """
+    uni, n = motion.uni, motion.system.coordinates
+    if ratio_of_masses(uni, now.closed) <= tol.MASSES_LOST:
+        return True
+    motion.load()
+    rows, a = uni.read(motion.work), motion.K[0, n : 2 * n]
+    opened = [uni.contact_points[k] for k in now.closed if modes[k] == "open"]
+    parts = [
+        one.candidate.sign * np.append(rows.block[one.normal] * a, -rows.gamma[one.normal])
+        for one in opened
+    ]
+    return all(one.sum() >= -tol.FORCE_NONE * np.abs(one).sum() for one in parts)
 
 
 def _instant(motion: ModalMotion) -> _DecisionState:

@@ -26,9 +26,11 @@ from mbody.analysis.dynamics.contact_decision import (
     contact_rows,
     decide,
     first_overlap,
+    lost_by_masses,
     refuse_driven_impact,
     responses_to,
     strike,
+    taken_by_artificial_masses,
 )
 from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.analysis.dynamics.events import (
@@ -44,6 +46,7 @@ from mbody.analysis.dynamics.modal_motion import (
     ModeTransition,
     SharedForces,
     force_sizes,
+    refined_where_uneven,
 )
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
@@ -265,7 +268,7 @@ class ModalIntegration(JumpIntegration):
         super().__init__(system, start, settings, events)
         self.uni = Unilateral(system)
         self.uni.regularization = self.regularization
-        self.uni.refinements = self.motion.tolerances.refinements
+        self.motion = refined_where_uneven(self.motion, self.uni)
         self.probe = self.work.copied()
         self.stops = [one.name for one in system.mechanism.contacts]
         self.lost = np.zeros(len(self.stops))
@@ -549,9 +552,7 @@ class ModalIntegration(JumpIntegration):
         return bool((shifted | (error <= allowed)).all())
 
     def _may_count(self, saved: StepStart, event: Event | Guard, times: Array) -> bool:
-        """A gap well behind an edge from one time to the other closes nothing between them: then
-        False.
-        """
+        """False of a gap well behind an edge from one time to the other: it closes nothing."""
         if not isinstance(event, Guard) or event.kind != "close":
             return True
         later = times[times > saved.state[TIME]]
@@ -655,9 +656,7 @@ class ModalIntegration(JumpIntegration):
         return replace(found, modal=replace(found.modal, lost=lost))
 
     def _begin(self) -> None:
-        """Takes over lost contacts and record of the last instant of the motion that this one
-        continues.
-        """
+        """Takes over losses and record of the last instant of the motion that it continues."""
         if self.resumed is not None:
             self.lost = np.array(self.resumed.lost)
             self.record = np.array(self.resumed.page)[:, None]
@@ -1018,7 +1017,10 @@ class ContactIntegration(ModalIntegration):
         rates = 0.5 * (np.abs(after) + np.abs(after - W @ found.jump))
         exchanged = float(np.abs(found.impulses) @ rates) + float(np.abs(given).sum())
         gained -= float(given.sum())
-        off = abs(gained - float(found.gained.sum())) > rounding + tol.ENERGY_IMPACT * exchanged
+        taken, terms = taken_by_artificial_masses(self.uni, self.work, found, W, before)
+        none = rounding + tol.ENERGY_IMPACT * exchanged + tol.ENERGY_IMPACT_ARTIFICIAL * abs(taken)
+        off = abs(gained + taken - float(found.gained.sum())) > none
+        off |= abs(taken) > none + tol.ENERGY_IMPACT_ARTIFICIAL * terms
         if not (off or gained > rounding + tol.ENERGY_IMPACT_GAIN * exchanged):
             return
         points = [self.uni.contact_points[k] for k in closed]
@@ -1033,14 +1035,12 @@ class ContactIntegration(ModalIntegration):
             )
         else:
             newton = any(one.law == "newton" and one.friction > 0.0 for one in points)
+            why = "restitutions that differ do so; make them equal"
+            if newton:
+                why = "Newton's law does so with friction (Kane's paradox); take law = \"poisson\""
             message = (
                 f"{where} gives {gained:.3g} {energy}, of {exchanged:.3g} {energy} that its "
-                "impulses exchange: "
-                + (
-                    "Newton's law does so with friction (Kane's paradox); take law = \"poisson\""
-                    if newton
-                    else "restitutions that differ do so; make them equal"
-                )
+                f"impulses exchange: {why}"
             )
         self.passage.doubts += (Doubt("energy", message, t, names),)
 
@@ -1052,6 +1052,8 @@ class ContactIntegration(ModalIntegration):
         if not closed:
             return self._undecided()
         record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
+        if lost := lost_by_masses(self.uni, closed):
+            return self._ended(lost)
         found = strike(self.uni, self.work, closed, without_collision=True)
         names = ", ".join(dict.fromkeys(f"'{self.uni.contact_points[k].name}'" for k in closed))
         self._record_contact(

@@ -277,7 +277,9 @@ class Integration(RateJumps):
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record; whether the loops close."""
         m = self.motion
-        closes = initial_derivative(m.layout, m.work, m.stepping, REFINEMENTS, self.record)
+        closes = initial_derivative(
+            m.layout, m.work, m.stepping, m.tolerances.full_refinements, self.record
+        )
         raise_user_error(self.system)
         return bool(closes)
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.events import Guard
+from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.system import System
@@ -131,10 +133,30 @@ class ModalMotion(Protocol):
         """Set the modes, and which rows of contact points and frictional joints are on."""
 
 
+#: Refinements of accelerations, at most.
+MOST_REFINEMENTS = 32
+
+
+def refined_where_uneven(motion: Motion, uni: Unilateral) -> Motion:
+    """A motion of the kernels with refinements for masses that differ: forces on the heavy cancel
+    on the light.
+    """
+    tolerances, uneven = motion.tolerances, uni.unevenness.max(initial=0.0)
+    uni.refinements = tolerances.refinements
+    if uneven <= tol.MASSES_UNEVEN:
+        return motion
+    count, left = MOST_REFINEMENTS, tol.REFINEMENT_LEAVES * uneven
+    if left < 1.0:
+        count = min(count, math.ceil(math.log(tol.MACHINE_EPSILON) / math.log(left)))
+    uni.refinements = most = max(tolerances.full_refinements, count)
+    exact = tolerances.replaced(refinements=most, full_refinements=most)
+    return replace(motion, tolerances=exact)
+
+
 def force_sizes(motion: ModalMotion) -> Array:
     """The greatest force on that body of every contact point and, after these, of every frictional
     joint, on which it is less, torques of pins by their radius, (points + joints,); not less than
-    what rounding passes on of the greatest force of what may touch or is joined.
+    what rounding passes on of the accelerations that forces give to what may touch or is joined.
     """
     system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
     own = np.zeros(L.bodies + 1)
@@ -146,9 +168,13 @@ def force_sizes(motion: ModalMotion) -> Array:
     forces = np.maximum(forces, np.abs(record[:, 4]) / system.length)
     for side in (L.primitive_i, L.primitive_j):
         np.maximum.at(own, side, forces)
-    whole = np.zeros(L.bodies)
+    mass, whole, fastest = system.mass[:n:3, 0], np.zeros(L.bodies), np.zeros(L.bodies)
     np.maximum.at(whole, uni.parts, own[:-1])
-    found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * whole[uni.parts]))
+    np.maximum.at(fastest, uni.parts, own[:-1] / np.maximum(mass, tol.TINY))
+    passed = np.where(
+        mass > 0.0, np.minimum(mass * fastest[uni.parts], whole[uni.parts]), whole[uni.parts]
+    )
+    found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * passed))
     return np.asarray(found * uni.arms)
 
 

@@ -1,0 +1,146 @@
+"""Bodies that touch and whose masses differ by many powers of ten: forces on the heavy cancel on
+the light.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import Body, Contact, Force, Gravity, Mechanism
+from mbody.analysis.dynamics.events import EventIntegration
+
+G = 9.81
+
+
+def box(name: str, mass: float, width: float, height: float) -> Body:
+    half = {"P0": (-1, -1), "P1": (1, -1), "P2": (1, 1), "P3": (-1, 1)}
+    points = {k: (0.5 * width * x, 0.5 * height * y) for k, (x, y) in half.items()}
+    return Body(
+        name,
+        mass=mass,
+        inertia=mass * (width**2 + height**2) / 12.0,
+        points=points | {"C": (0.0, 0.0), "top": (0.0, 0.5 * height)},
+        shapes={"box": {"polygon": list(half)}},
+    )
+
+
+def pile(*boxes: Body, heights: list[float], shifts: list[float], **more: object) -> Mechanism:
+    machine = Mechanism(
+        "pile",
+        ground={"O": (0.0, 0.0)},
+        ground_shapes={"floor": {"line": {"point": "O", "angle": 0.0}}},
+    )
+    machine.add(*boxes)
+    names = [one.name for one in boxes]
+    for below, above in zip(["ground.floor", *(f"{n}.box" for n in names)], names, strict=False):
+        machine.add(Contact(f"under {above}", below, f"{above}.box", friction=0.6, **more))
+    machine.add(Gravity("gravity", 0.0, -G))
+    start, y = {}, 0.0
+    for one, height, shift in zip(boxes, heights, shifts, strict=True):
+        start[one.name] = {"x": shift, "y": y + 0.5 * height, "angle": 0.0}
+        y += height
+    machine.simulation = mbody.SimulationSettings(until=1.0, start=start)
+    return machine
+
+
+@pytest.mark.parametrize("light", [3e-2, 3e-5])
+def test_a_light_body_under_a_heavy_one_rests_in_long_steps(
+    light: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps, step = [], EventIntegration._step
+
+    def counted(motion: EventIntegration) -> tuple[int, str]:
+        steps.append(1)
+        return step(motion)
+
+    monkeypatch.setattr(EventIntegration, "_step", counted)
+    heavy = 7e5
+    machine = pile(
+        box("plate", light, 1.0, 0.2),
+        box("block", heavy, 0.7, 0.5),
+        heights=[0.2, 0.5],
+        shifts=[0.0, 0.11],
+    )
+    run = mbody.simulate(machine, 1.0, rtol=1e-10, instants=5)
+    assert (run.status, run.doubts) == ("completed", ())
+    assert len(steps) < 40
+    for name, weight in (("under plate", (heavy + light) * G), ("under block", heavy * G)):
+        force = run.reaction(name)
+        np.testing.assert_allclose(np.abs(force.fy), weight, rtol=1e-10)
+        np.testing.assert_allclose(force.fx, 0.0, atol=1e-9 * weight)
+    for body in ("plate", "block"):
+        assert np.abs(run[body].ay).max() < 1e-9 * G
+        assert np.abs(run[body].alpha).max() < 1e-9 * G
+
+
+def test_masses_beyond_what_numbers_carry_are_named() -> None:
+    machine = pile(
+        box("plate", 3e-8, 1.0, 0.2),
+        box("block", 7e5, 0.7, 0.5),
+        heights=[0.2, 0.5],
+        shifts=[0.0, 0.11],
+    )
+    run = mbody.simulate(machine, 1.0, instants=5)
+    assert "the accelerations at 'under plate', 'under block' are lost in rounding" in run.status
+    assert "differ by a factor of 2.3e+13" in run.status
+
+
+@pytest.mark.parametrize("light", [5e-1, 5e-9])
+def test_a_light_body_on_a_heavy_one_tips_when_it_would_pull(light: float) -> None:
+    """F h = m g w/2 of a force at the top, that grows with time; it does not slide before."""
+    width, height, end = 0.2, 1.0, 1.0
+    machine = pile(
+        box("base", 4e8, 3.0, 0.5),
+        box("pillar", light, width, height),
+        heights=[0.5, height],
+        shifts=[0.0, 0.2],
+    )
+    most = 0.25 * light * G
+    machine.add(
+        Force("push", "pillar.top", mbody.laws.Table([0.0, 2.0], [0.0, 2.0 * most]), angle=0.0)
+    )
+    run = mbody.simulate(machine, end, rtol=1e-9, instants=41)
+    tips = light * G * 0.5 * width / height / most
+    assert run.doubts == ()
+    before, after = run.t < tips - 1e-6, run.t > tips + 1e-3
+    assert np.abs(run["pillar"].alpha[before]).max() < 1e-9 * G
+    assert (run["pillar"].alpha[after] < 0.0).all()
+
+
+def test_a_massless_rim_of_a_heavy_disc_that_a_light_body_strikes_keeps_the_account() -> None:
+    """The tangent has no inertia on one side: the impulse is along the line of centres alone."""
+    m, M, v, r = 2e-2, 500.0, 3.0, 0.3
+    machine = Mechanism("strike", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body(
+            "ball",
+            mass=m,
+            inertia=0.1 * m * r * r,
+            points={"C": (0, 0)},
+            shapes={"rim": {"disc": "C", "radius": r}},
+        ),
+        Body(
+            "wheel",
+            mass=M,
+            inertia=0.0,
+            points={"C": (0, 0)},
+            shapes={"rim": {"disc": "C", "radius": r}},
+        ),
+        Contact("hit", "ball.rim", "wheel.rim", friction=0.5, restitution=0.4),
+    )
+    start = {
+        "ball": {"x": -1.0, "y": 0.3, "angle": 0.0, "vx": v, "omega": 5.0},
+        "wheel": {"x": 0.0, "y": 0.0, "angle": 0.0, "omega": 20.0},
+    }
+    machine.simulation = mbody.SimulationSettings(until=1.0, start=start)
+    run = mbody.simulate(machine, 0.5, rtol=1e-7, instants=3)
+    assert (run.status, run.doubts) == ("completed", ())
+    (hit,) = (one for one in run.events if one.name == "impact")
+    normal, tangential = hit.impulses["hit"]
+    approach = v * math.sqrt(1.0 - (0.3 / (2.0 * r)) ** 2)
+    assert abs(normal) == pytest.approx(1.4 * approach * m * M / (m + M), rel=1e-6)
+    assert abs(tangential) < 1e-5 * abs(normal)
