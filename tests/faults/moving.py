@@ -333,5 +333,6 @@ MOVING = {
     "overload": lambda: two(
         Clutch("c", "a", "b", torque=2.0, static=1.3), Torque("T", "a", value="60*t"), wa=0.0
     ),
+    "rests": lambda: turner(friction=0.9, static=1.0, pin_radius=0.5, w=0.0),
     "group": heap,
 }

@@ -11,12 +11,14 @@ from mbody.core import tolerances as tol
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.load_forces import follows_formula
 from mbody.engines.oracle.contact_motion import (
+    UNTIMED,
     OracleContacts,
     contact_crosscheck,
     own_tolerance,
 )
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference, law_at
+from mbody.model.joints import Belt, FrictionForce, PinSlot, Prismatic
 from mbody.solution.histories import auxiliary_history
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
@@ -257,6 +259,11 @@ class _OracleCheck:
         count, size = len(self.run), 3 * self.reference.n
         wanted = min(count, max(2, min(MOST_INSTANTS, MOST_NUMBERS // max(size, 1))))
         instants = np.unique(np.linspace(0, count - 1, wanted).round().astype(int))
+        # where the result says that none are consistent, or several, it has none to compare
+        several = [one.t for one in self.run.events if one.name in UNTIMED]
+        instants = instants[~np.isin(self.run.t[instants], several)]
+        if not len(instants):
+            raise NotImplementedError("the result has no instant with accelerations of one kind")
         found = [self._oracle_instant(int(k)) for k in instants]
         found, instants = self._solved(found, instants)
         smooth = [n for n, one in enumerate(found) if not one["jumps"]]
@@ -391,8 +398,10 @@ class _OracleCheck:
             rates = [one[joint.name] for one, _ in self.sticking if joint.name in one]
             held = [one[joint.name] for _, one in self.sticking if joint.name in one]
             if rates:
-                name = f"{joint.name}: rate while it sticks"
-                self.comparison.add("sticks", name, rates, np.zeros(len(rates)))
+                name, unit = f"{joint.name}: rate while it sticks", self.system.length
+                slides = isinstance(joint, Prismatic | PinSlot | FrictionForce | Belt)
+                found = np.array(rates) * (1.0 if slides else unit)
+                self.comparison.add("sticks", name, found, np.zeros(len(rates)))
             if held:
                 name = f"{joint.name}: part of its limit while it sticks"
                 self.comparison.add("holds", name, held, np.minimum(held, 1.0))
@@ -401,7 +410,8 @@ class _OracleCheck:
             if part is not None:
                 name = f"{event.contact}: part of its limit where it slips"
                 self.comparison.add("holds", name, [part], [max(part, 1.0)])
-        self.comparison.size("sticks", fastest)
+        free = math.sqrt(self.comparison.top("acceleration") * self.system.length)
+        self.comparison.size("sticks", max(fastest, free))
         self.comparison.size("holds", 1.0)
         return {"sticks": limit, "holds": max(limit, tol.ORACLE_EVENT_NEAR)}
 
@@ -537,6 +547,14 @@ class _OracleCheck:
         ]
         rates = np.abs(table[1][:, 2::3]).max(initial=0.0)
         comparison.size("turned", rates * rates)
+        if self.frictional and run.analysis == "simulate" and found:
+            # what sticks has the accelerations of rounding: relative to what loads would give it
+            own = np.diag(self.reference.mass_matrix())[::3]
+            loads = np.abs([one["load"][: self.size.size] for one in found]).max(axis=0)
+            heavy = own > 0.0
+            free = np.maximum(loads[0::3], loads[1::3])[heavy] / own[heavy]
+            comparison.size("acceleration", free.max(initial=0.0))
+            comparison.size("turned", free.max(initial=0.0) / self.system.length)
         orders = 1 if run.analysis == "statics" else 3
         for n, body in enumerate(self._bodies):
             for order in range(orders):
