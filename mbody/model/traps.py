@@ -8,6 +8,7 @@ that shows how large a body is.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
@@ -24,7 +25,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula
 from mbody.quantities.formula import LeftOut
-from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, unit_system
+from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, UnitSystem, unit_system
 
 #: Bodies up to which each has a note of its own.
 EACH = 8
@@ -46,6 +47,8 @@ STEEL, CUBES, LINK_CUBES, WIRE = 7850.0, 10.0, 3.0, math.pi / 4.0 / 5000.0**2
 UNLIKE = 300.0
 #: A unit of mass above so many kilograms, and the plain masses in it that are seldom meant.
 HEAVY, MUCH = 100, 0.1
+#: Last part of names of numbers that may be angles.
+ANGLES = {"angle", "free_angle", "low", "high", "law", "value", "c0"}
 #: Laws whose value and rate at t = 0 were given as numbers.
 GIVEN = (Constant, ConstantSpeed, ConstantAcceleration, Polynomial, Expression)
 
@@ -117,6 +120,8 @@ class _Seen:
         for element in (*machine.joints, *machine.couplings):
             for name in element.bodies:
                 near[name].update(element.bodies)
+        #: Extent of a body's points and shapes.
+        self.lengths = {name: _span(points) for name, points in self.points.items()}
         #: Bodies that are joined, part by part, and the size of the part that a body belongs to.
         self.parts: list[list[str]] = []
         self.sizes: dict[str, float] = {}
@@ -165,12 +170,8 @@ class _Seen:
         value = self.text(getattr(self.bodies[name], key) or 0.0, key, f"{name}.{key}")
         return f"a {key} of {value}"
 
-    def length(self, name: str) -> float:
-        """Extent of a body's points and shapes."""
-        return _span(self.points[name])
-
     def reach(self, name: str) -> float:
-        """The same with its mass centre."""
+        """Extent of a body with its mass centre."""
         return _span([*self.points[name], _xy(self.bodies[name].cg)])
 
     def is_link(self, name: str) -> bool:
@@ -342,6 +343,8 @@ def _degrees(seen: _Seen) -> Iterator[str]:
         for name, value in element.numbers().items():
             if not isinstance(value, float) or abs(value) < 2.0 * math.pi or value % HALF_DEGREE:
                 continue
+            if name.rpartition(".")[2] not in ANGLES or not seen.plain(name):
+                continue
             if dimension_named(seen.machine, name) == DIMENSIONS["angle"]:
                 turns = {"law", "limits", "free_angle"} & set(name.split("."))
                 found.append((name, value, DEGREES if turns else HALF_DEGREE))
@@ -394,7 +397,7 @@ def _centres(seen: _Seen) -> Iterator[str]:
         points, cg = seen.points[name], _xy(body.cg)
         if not seen.mass(body) or not points:
             continue
-        length, gap = seen.length(name), _beyond(cg, points)
+        length, gap = seen.lengths[name], _beyond(cg, points)
         away, at = seen.text(gap, "length"), f"{_pair(cg)} {seen.units.length}"
         drawn = seen.drawn(name) and gap > OUTSIDE * (length or seen.sizes[name])
         first = seen.pins[name][0].place if drawn else cg
@@ -435,15 +438,17 @@ def _in_link_axes(cg: Place, points: list[Place], first: Place) -> bool:
 
 def _plain_masses(seen: _Seen) -> list[str]:
     """Plain masses in a unit of hundreds of kilograms, which are seldom meant."""
-    one, unit = seen.units.unit("mass").ratio, seen.units.of("mass")
+    one, unit = float(seen.units.unit("mass").ratio), seen.units.of("mass")
+    if one < HEAVY:
+        return []
     pound = seen.units.length in ("in", "ft")
     other, ratio = ("lb", 0.45359237) if pound else ("kg", 1.0)
     found = {
         name: f"body '{name}' has a mass of {mass:g} {unit}, which is "
-        f"{mass * float(one) / ratio:.4g} {other}: write the unit, as in '{mass:g} {other}', if it "
+        f"{mass * one / ratio:.4g} {other}: write the unit, as in '{mass:g} {other}', if it "
         "is meant otherwise"
         for name, mass in ((body.name, body.mass or 0.0) for body in seen.machine.bodies)
-        if one >= HEAVY and mass >= MUCH and seen.plain(f"{name}.mass")
+        if mass >= MUCH and seen.plain(f"{name}.mass")
     }
     return of_each(
         found,
@@ -497,14 +502,20 @@ def _masses(seen: _Seen) -> Iterator[str]:
         yield from _masses_of(seen, part)
 
 
+@functools.lru_cache
+def _steel(units: UnitSystem) -> float:
+    """A unit of mass in a unit of volume, by the density of steel."""
+    return float(units.unit("mass").ratio / units.unit("length").ratio ** 3) / STEEL
+
+
 def _masses_of(seen: _Seen, part: list[str]) -> Iterator[str]:
-    to_steel = float(seen.units.unit("mass").ratio / seen.units.unit("length").ratio ** 3) / STEEL
+    to_steel = _steel(seen.units)
     mass = {name: seen.mass(seen.bodies[name]) for name in part}
     mass = {name: value for name, value in mass.items() if value}
     links, whole = [name for name in part if seen.is_link(name)], seen.sizes[part[0]]
-    cubes = {n: m * to_steel / seen.length(n) ** 3 for n, m in mass.items() if seen.length(n)}
+    cubes = {n: m * to_steel / seen.lengths[n] ** 3 for n, m in mass.items() if seen.lengths[n]}
     solid = len(links) > 1 and all(cubes.get(name, 0.0) > 1.0 for name in links)
-    own = {name: seen.length(name) if seen.floats(name) else whole for name in links}
+    own = {name: seen.lengths[name] if seen.floats(name) else whole for name in links}
     by_length = {name: mass[name] / length for name, length in own.items() if name in mass}
     middle = sorted(by_length.values())[len(by_length) // 2] if len(by_length) > 2 else math.nan
     for name, value in mass.items():
@@ -517,7 +528,7 @@ def _masses_of(seen: _Seen, part: list[str]) -> Iterator[str]:
         elif heavy or cube < WIRE:
             wire = "less than a steel wire with a diameter of a 5000th of its length"
             why = wire if cube < WIRE else f"{cube:.3g} steel cubes of its length"
-            why += f", {seen.text(seen.length(name), 'length')}"
+            why += f", {seen.text(seen.lengths[name], 'length')}"
         elif ratio > UNLIKE or ratio < 1.0 / UNLIKE:
             why = f"{ratio:.3g} times the other links, by their lengths"
         else:
@@ -533,7 +544,7 @@ def _masses_of(seen: _Seen, part: list[str]) -> Iterator[str]:
 def _inertias(seen: _Seen) -> Iterator[str]:
     """Radii of gyration that no body of that size has."""
     for name, body in seen.bodies.items():
-        mass, length = seen.mass(body), seen.length(name) or seen.reach(name)
+        mass, length = seen.mass(body), seen.lengths[name] or seen.reach(name)
         if not mass or not body.inertia or not length or seen.guided(name):
             continue
         k = math.sqrt(body.inertia / mass)
