@@ -24,7 +24,8 @@ from mbody.kernels.layout import (
     inverse_masses,
 )
 from mbody.kernels.loop_closure import violation
-from mbody.laws import Law, MeasuredFormula
+from mbody.laws import Expression, Law, MeasuredFormula, Table
+from mbody.laws.function import FunctionCalls
 from mbody.model.driver import Driver
 from mbody.model.element import (
     Element,
@@ -104,6 +105,10 @@ def polar_points(mechanism: Mechanism) -> frozenset[str]:
             if isinstance(marker.point, Polar):
                 found.add(place_name(f"{element.name}.{key}", marker.point))
     return frozenset(found)
+
+
+#: Elements whose laws hold within limits that `mbody.analysis.driven.law_doubts` knows.
+LIMITED = ("Tyre", "HydraulicCylinder", "PistonPressure", "ReciprocatingCylinder", "Belt")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -275,6 +280,31 @@ class System:
     def has_user_code(self) -> bool:
         """Whether plain Python of the user takes part: the analysis keeps to the scalar path."""
         return any(function is not None for _, function in self.functions)
+
+    @property
+    def law_calls(self) -> list[tuple[str, FunctionCalls]]:
+        """Python functions of laws with the names of their elements."""
+        return [(name, one) for name, one in self.functions if isinstance(one, FunctionCalls)]
+
+    @property
+    def has_limited_laws(self) -> bool:
+        """Whether a law has a range, holds within limits or is Python of the user, so that doubts
+        about laws are to be looked for.
+        """
+
+        def limited() -> bool:
+            machine = self.mechanism
+            elements = (*machine.joints, *machine.drivers, *machine.loads)
+            laws = [value for element in elements for value in vars(element).values()]
+            return (
+                bool(machine.curves)
+                or self.has_user_code
+                or any(isinstance(law, Table) for law in laws)
+                or any(isinstance(getattr(d, "law", None), Expression) for d in machine.drivers)
+                or any(type(element).__name__ in LIMITED for element in elements)
+            )
+
+        return self.once("limited laws", limited)
 
     def law_of(self, element: Element, field: str = "law", design: int | None = None) -> Law:
         """A law of a driver or a load with the numbers that this system has, or one of its designs.

@@ -224,26 +224,11 @@ def _between(t: Array, x: Array, rate: Array) -> tuple[Array, Array]:
 # -- Everything that may be doubted of laws ----------------------------------------------------
 
 
-def may_doubt_laws(system: System) -> bool:
-    """Whether there is something to look at: laws with a range, Python of the user."""
-    machine = system.mechanism
-    elements = (*machine.joints, *machine.drivers, *machine.loads)
-    laws = (value for element in elements for value in vars(element).values())
-    ranged = bool(machine.curves) or any(isinstance(law, Table) for law in laws)
-    limited = any(type(element) in VALIDITY for element in elements)
-    limited = limited or any(
-        isinstance(getattr(d, "law", None), Expression) for d in machine.drivers
-    )
-    return ranged or limited or system.has_user_code
-
-
 def law_doubts(solution: Solution, places: Sequence[float] = ()) -> list[Doubt]:
     """All doubts about the laws of a result; derivatives of laws of time are looked at at `places`
     too.
     """
     system = solution.system
-    if not system.once("law doubts", lambda: may_doubt_laws(system)):
-        return []
     return [
         *derivative_doubts(system, places),
         *balance_doubts(solution),
@@ -256,17 +241,12 @@ def law_doubts(solution: Solution, places: Sequence[float] = ()) -> list[Doubt]:
 # -- Given derivatives, compared with differences in the range in which the law was called -----
 
 
-def law_calls(system: System) -> list[tuple[str, FunctionCalls]]:
-    """Python functions of laws with the names of their elements."""
-    return [(n, one) for n, one in system.functions if isinstance(one, FunctionCalls)]
-
-
 def derivative_doubts(system: System, places: Sequence[float] = ()) -> list[Doubt]:
     """A doubt for each law with a given derivative that is not one."""
     from mbody.solution.doubts import Doubt
 
     found, units = [], system.mechanism.units
-    for name, calls in law_calls(system):
+    for name, calls in system.law_calls:
         fields = _fields(system, name, calls)
         of = fields[0].metadata["of"] if fields else ""
         wrong = calls.compare(places if of == "time" else ())
@@ -306,7 +286,7 @@ def _fields(system: System, name: str, calls: FunctionCalls) -> list[dataclasses
 def gap_notes(system: System) -> list[str]:
     """A note of Python functions of time between whose places of evaluation a pulse may hide."""
     gaps = {}
-    for name, calls in law_calls(system):
+    for name, calls in system.law_calls:
         fields = _fields(system, name, calls)
         if fields and fields[0].metadata["of"] == "time" and calls.law.corners is None:
             gaps[name] = calls.gap()

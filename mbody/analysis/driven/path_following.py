@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.law_doubts import derivative_doubts, law_calls, law_doubts
 from mbody.analysis.driven.time_grid import TimeGrid, by_time, check_laws
 from mbody.analysis.position.assembly_analysis import check_determined, closed, raise_user_error
 from mbody.analysis.position.closed_position import ClosedPosition, vanishing
@@ -491,7 +490,7 @@ class Runner:
             nearest=np.zeros(3),
             passed=np.empty((CHANGES, 1 + self.system.coordinates)),
         )
-        calls = [one for _, one in law_calls(self.system)]
+        calls = [one for _, one in self.system.law_calls]
         for one in calls:
             one.count, one.most = 0, CALLS + CALLS_OF_INSTANT * len(grid.s)
         code = follow(self.layout, start.work, path, path_output)
@@ -689,6 +688,10 @@ class Runner:
             from mbody.analysis.driven.contact_report import check_fits
 
             check_fits(found)
+        if not self.system.has_limited_laws:
+            return found
+        from mbody.analysis.driven.law_doubts import law_doubts
+
         beyond = tuple(law_doubts(found))
         # without a look at residuals: forces that are missing may be reported later
         return with_fields(found, doubts=beyond) if beyond else found
@@ -756,6 +759,7 @@ class Runner:
     ) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
         from mbody.analysis.driven.dead_centres import DeadCentre
+        from mbody.analysis.driven.law_doubts import derivative_doubts
 
         system = self.system
         doubts = derivative_doubts(system)

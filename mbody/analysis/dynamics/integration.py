@@ -20,7 +20,6 @@ from mbody.analysis.driven.diagnosis import (
     valueless,
     weightless,
 )
-from mbody.analysis.driven.law_doubts import law_calls
 from mbody.analysis.driven.time_grid import check_law_ranges
 from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.integrators import (
@@ -228,7 +227,7 @@ class Integration(RateJumps):
         """
         n3 = self.system.coordinates
         self.first, self.until = first, until
-        for _, one in law_calls(self.system):
+        for _, one in self.system.law_calls:
             one.begin()
         self.rows = self.system.record_rows
         self.y[:n3], self.y[n3 : 2 * n3] = q, v

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
-from mbody.analysis.driven.law_doubts import gap_notes, law_doubts
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
@@ -851,12 +850,16 @@ def certified_motion(
     tables that it left, where these are known already.
     """
     system = run.system
-    notes = reported_certificate(run).notes
-    added = [note for note in (*system.notes, *gap_notes(system)) if note not in notes]
+    notes, added = reported_certificate(run).notes, list(system.notes)
+    if system.has_limited_laws:
+        from mbody.analysis.driven.law_doubts import gap_notes, law_doubts
+
+        added += gap_notes(system)
+    added = [note for note in added if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
     energy = energy_doubts(found, settings.method, settings.rtol)
     if beyond is None:
-        beyond = law_doubts(found, _near(found, energy))
+        beyond = law_doubts(found, _near(found, energy)) if system.has_limited_laws else []
     return doubted(found, [*beyond, *energy])
 
 
