@@ -304,7 +304,7 @@ class System:
                 or any(type(element).__name__ in LIMITED for element in elements)
             )
 
-        return self.once("limited laws", limited)
+        return self.once("law doubts", limited)
 
     def law_of(self, element: Element, field: str = "law", design: int | None = None) -> Law:
         """A law of a driver or a load with the numbers that this system has, or one of its designs.
