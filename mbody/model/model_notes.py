@@ -11,7 +11,6 @@ from mbody.laws import Table
 from mbody.model.element import Element, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.traps import traps
 from mbody.quantities import Formula, FormulaError, Scope, Valued, read
 from mbody.quantities.evaluate import has_units
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, dimension_of
@@ -25,6 +24,8 @@ def model_notes(mechanism: Mechanism) -> tuple[str, ...]:
     >>> model_notes(makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2)))
     ()
     """
+    from mbody.model.traps import traps
+
     return (
         *mechanism.file_notes,
         *_tables(mechanism),

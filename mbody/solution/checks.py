@@ -276,7 +276,8 @@ def certificate_of(solution: Result) -> Certificate:
     added = [doubt.message for doubt in doubts if doubt.message not in said.notes]
     if solution.analysis == "simulate" and solution.shared is not None:
         added += present("open_forces_note", solution)
-    return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *added))
+    described = [note for note in solution.system.notes if note not in said.notes]
+    return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *described, *added))
 
 
 def residual_doubts(solution: Result) -> list[Doubt]:

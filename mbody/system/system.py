@@ -37,7 +37,6 @@ from mbody.model.element import (
     plain_field,
 )
 from mbody.model.mechanism import Mechanism
-from mbody.model.model_notes import model_notes
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.system.formula_rows import driven_law
@@ -490,6 +489,8 @@ class System:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes on the description, which every result has."""
+        from mbody.model.model_notes import model_notes
+
         found: tuple[str, ...] = self.once("notes", lambda: model_notes(self.mechanism))
         return found
 

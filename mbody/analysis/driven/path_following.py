@@ -665,7 +665,7 @@ class Runner:
             closed = [one.name for one in self.system.mechanism.contacts if one.closed]
             redundant = open_note(dependencies, closed) if self.with_forces else ()
         machine, own = self.system.mechanism, self.system.first_states[:, 0]
-        notes = [*start.notes, *self.system.notes]
+        notes = [*start.notes]
         left = "left out", self.analysis
         notes += self.system.once(left, lambda: left_out(machine, self.analysis))
         if machine.states and self.analysis != "kinematics":

@@ -850,12 +850,11 @@ def certified_motion(
     tables that it left, where these are known already.
     """
     system = run.system
-    notes, added = reported_certificate(run).notes, list(system.notes)
+    notes, added = reported_certificate(run).notes, list[str]()
     if system.has_limited_laws:
         from mbody.analysis.driven.law_doubts import gap_notes, law_doubts
 
-        added += gap_notes(system)
-    added = [note for note in added if note not in notes]
+        added = [note for note in gap_notes(system) if note not in notes]
     found = with_fields(run, notes=(*notes, *added)) if added else run
     energy = energy_doubts(found, settings.method, settings.rtol)
     if beyond is None:
