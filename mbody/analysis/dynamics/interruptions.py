@@ -27,7 +27,6 @@ from mbody.kernels.loop_closure import laws_of_time, violation
 from mbody.kernels.step_state import JACOBIAN_VALID, TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
-from mbody.laws.steep_places import SHORT, steep_places
 from mbody.model.inputs import Controller
 from mbody.model.states import State
 from mbody.solution.doubts import Doubt
@@ -529,6 +528,10 @@ def has_short_pulses(system: System, first: float, until: float) -> bool:
     laws = laws_with_corners(system, timed_elements(system))
     found = [law.corners_between(first, until) for law in laws if isinstance(law, Expression)]
     gaps = np.diff(np.unique(np.concatenate([np.empty(0), *found])))
+    if not len(gaps):
+        return False
+    from mbody.laws.steep_places import SHORT
+
     apart = gaps > 2 * ULPS * np.spacing(max(abs(first), abs(until)))
     return bool((gaps[apart] < SHORT * (until - first)).any())
 
@@ -568,6 +571,8 @@ def _corners(system: System, first: float, until: float, located: bool) -> Array
             if not (located and isinstance(law, Expression)):
                 found.append(law.corners_between(first, until))
                 continue
+            from mbody.laws.steep_places import steep_places
+
             places = steep_places(law, first, until)
             found.append(places.pulses)
             if element.role == "load":

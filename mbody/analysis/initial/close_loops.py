@@ -336,7 +336,7 @@ def close_loops(
             work.signal[row + 1] = request.given[0, n, 1]
     project(system.runtime(), work, start.regularization)
     raise_user_error(system)
-    n3, notes = system.coordinates, (*system.notes, *start.notes)
+    n3, notes = system.coordinates, tuple(start.notes)
     here = _singular(system, start, float(request.t[0]), prescribed)
     if here is not None:
         q = work.q[:n3, 0].copy()

@@ -254,7 +254,7 @@ def _first_instant(system: System, simulation: SimulationSettings) -> Solution:
     instant = np.zeros((1, system.record_rows, 1))
     instant[0, :n], instant[0, n : 2 * n, 0] = work.q[:n], v
     record = Record([instant], 1, batch=False)
-    every = (*system.notes, *notes, *start.notes, *more)
+    every = (*notes, *start.notes, *more)
     return Solution(
         system,
         "close_loops",
