@@ -143,10 +143,14 @@ def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
         own = data["bodies"].get(body.name, {})
         centres.append(_place_text(own["cg"]) if "cg" in own else "")
         points.append(_points(own.get("points", {})))
+    sizes = []
+    for title, n, dimension in (("mass", 0, "mass"), ("I_{G}", 2, "inertia")):
+        # tonnes and N·mm·s² are kept for equations: a reader weighs in kg
+        unit, ratio = machine.units.everyday(dimension) or (subject.unit(dimension), 1.0)
+        sizes.append(Cells(title, ["", *numbers(mass[:, n] * ratio)], unit))
     columns = [
         Cells("link", names, text=True),
-        Cells("mass", ["", *numbers(mass[:, 0])], subject.unit("mass")),
-        Cells("I_{G}", ["", *numbers(mass[:, 2])], subject.unit("inertia")),
+        *sizes,
         Cells("mass centre", centres, text=True),
         Cells("points in link axes", points, text=True),
     ]
