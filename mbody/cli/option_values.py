@@ -153,7 +153,8 @@ def named_values(texts: Sequence[str], option: str) -> dict[str, Any]:
         name, sign, value = text.partition("=")
         name, value = name.strip(), value.strip()
         if not sign or not name or not value:
-            raise UsageError(f"{option} takes NAME=VALUE, such as crank=60, not {text[:60]!r}")
+            such = ", such as crank=60" if option == "--at" else ""
+            raise UsageError(f"{option} takes NAME=VALUE{such}, not {text[:60]!r}")
         if name in found:
             raise ModelError(f"{option} gives '{name}' twice: give it once", name)
         found[name] = value

@@ -131,6 +131,9 @@ def unit_of(mechanism: Mechanism, name: str) -> str:
     begins = start_numbers(mechanism)
     if name in begins:
         return mechanism.units.of(DIMENSIONS[begins[name]])
+    owner = name.partition(".")[0]
+    if owner not in (*mechanism.parameters, "ground") and owner not in mechanism:
+        return ""  # of a driver that was released
     dimension = dimension_named(mechanism, name)
     return "" if dimension is None else mechanism.units.of(dimension)
 

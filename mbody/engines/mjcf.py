@@ -233,9 +233,15 @@ class Document:
         self.root = ET.Element("mujoco", model=self.machine.name)
         self.parts = {
             key: ET.Element(key)
-            for key in (
-                *("option", "default", "worldbody", "contact", "tendon", "equality", "actuator"),
-            )
+            for key in [
+                "option",
+                "default",
+                "worldbody",
+                "contact",
+                "tendon",
+                "equality",
+                "actuator",
+            ]
         }
         # all bodies are inside one body of the world: Pinocchio 4.1 reads only one
         ground = ET.SubElement(self.parts["worldbody"], "body", name="ground")

@@ -35,15 +35,53 @@ INCH = 25.4  # mm
 #: The layer of mechanisms; all others are drawings.
 MECHANISM = 16
 #: Attributes that are read, and those of the drawing.
-CONNECTOR_ATTRIBUTES = (
-    *("id", "x", "y", "name", "layer", "anchor", "input", "rpm", "slider", "slideradius"),
-    *("fasten", "fastenlink", "measurementelement", "draw", "drawcircle", "color", "selected"),
-    *("linesize", "locked", "alwaysmanual", "limitangle", "startoffset"),
+CONNECTOR_ATTRIBUTES = tuple(
+    [
+        "id",
+        "x",
+        "y",
+        "name",
+        "layer",
+        "anchor",
+        "input",
+        "rpm",
+        "slider",
+        "slideradius",
+        "fasten",
+        "fastenlink",
+        "measurementelement",
+        "draw",
+        "drawcircle",
+        "color",
+        "selected",
+        "linesize",
+        "locked",
+        "alwaysmanual",
+        "limitangle",
+        "startoffset",
+    ]
 )
-LINK_ATTRIBUTES = (
-    *("id", "name", "layer", "actuator", "throw", "cpm", "gear", "fastenlink", "fastenconnector"),
-    *("measurementelement", "linesize", "solid", "locked", "color", "selected"),
-    *("alwaysmanual", "startoffset", "fasten"),
+LINK_ATTRIBUTES = tuple(
+    [
+        "id",
+        "name",
+        "layer",
+        "actuator",
+        "throw",
+        "cpm",
+        "gear",
+        "fastenlink",
+        "fastenconnector",
+        "measurementelement",
+        "linesize",
+        "solid",
+        "locked",
+        "color",
+        "selected",
+        "alwaysmanual",
+        "startoffset",
+        "fasten",
+    ]
 )
 #: What a file may have at its top beside connectors, links and ratios, and what is not mechanics.
 LOOKS = ("program", "selected", "background")

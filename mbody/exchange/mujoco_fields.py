@@ -74,11 +74,34 @@ SOLVER = _words(
     """
 )
 #: Beginnings of fields that are seen, measured, named or kept: pictures, sensors, key frames.
-MOVES_NOTHING = (
-    *("cam_", "light_", "mat_", "mesh_", "skin_", "tex_", "text_", "hfield_", "sensor_", "key_"),
-    *("name_", "names", "numeric_", "tuple_", "bvh_", "oct_", "paths", "plugin"),
-    # and indices of sparse matrices
-    *("B_", "M_", "D_", "mapM2", "mapD2", "efm0_", "efmC_"),
+MOVES_NOTHING = tuple(
+    [
+        "cam_",
+        "light_",
+        "mat_",
+        "mesh_",
+        "skin_",
+        "tex_",
+        "text_",
+        "hfield_",
+        "sensor_",
+        "key_",
+        "name_",
+        "names",
+        "numeric_",
+        "tuple_",
+        "bvh_",
+        "oct_",
+        "paths",
+        "plugin",
+        "B_",
+        "M_",
+        "D_",
+        "mapM2",
+        "mapD2",
+        "efm0_",
+        "efmC_",
+    ]
 )
 #: Ends of fields that are for pictures or for the user's own use.
 SEEN = ("_user", "_group", "_matid", "_rgba", "_width", "_castshadow", "site_type", "site_size")

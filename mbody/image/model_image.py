@@ -16,7 +16,7 @@ from mbody.analysis.driven.time_grid import TimeGrid, time_grid
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import ExplicitSteps
-from mbody.analysis.dynamics.interruptions import holds
+from mbody.analysis.dynamics.interruptions import has_corners, holds
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
@@ -634,6 +634,11 @@ def _notes(system: System) -> list[str]:
     if own is None:
         return []
     notes = [f"event '{one.name}' is not in the image" for one in own.events]
+    if has_corners(system):
+        notes.append(
+            "steps of the image do not end at corners and pulses of laws of time: short ones may "
+            "be missed; simulate locates them"
+        )
     if own.method != METHODS[0]:
         notes.append(f"the image integrates by {METHODS[0]}, the model by {own.method}")
     return notes

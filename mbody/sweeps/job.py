@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
@@ -507,14 +507,16 @@ def _columns(job: Job, run: Solution) -> list[np.ndarray]:
     return [column(run) for column in job.columns]
 
 
-def known_of_designs(job: Job, designs: Sequence[np.ndarray]) -> tuple[str, ...]:
-    """What is known of the forces of which the columns of some designs are made."""
+def known_of_designs(job: Job, designs: Callable[[], Sequence[np.ndarray]]) -> tuple[str, ...]:
+    """What is known of the forces of which the columns of some designs are made; these are asked
+    for where forces may be open.
+    """
     if not any(row >= 3 * job.system.coordinates for row in job.wanted):
         return ()
     if job.course is not None and not len(job.system.layout.friction_kind):
         return ()  # on lanes no rows are redundant
     found = list[str]()
-    for values in designs:
+    for values in designs():
         run, _ = _alone(job, values)
         found += [one for column in job.columns for one in run.known_of(column)]
     return tuple(dict.fromkeys(found))

@@ -250,8 +250,13 @@ def sweep(
     finally:
         source.close()
     units = {column.name: unit for column, unit in zip(columns, job.units, strict=True)}
-    good = [n for n in np.flatnonzero(kept.done).tolist() if n not in kept.failures]
-    known = known_of_designs(job, [samples.values[n] for n in {*good[:1], *good[-1:]}])
+
+    def ends() -> list[np.ndarray]:
+        failed = kept.failures
+        good = [n for n in np.flatnonzero(kept.done).tolist() if n not in failed]
+        return [samples.values[n] for n in {*good[:1], *good[-1:]}]
+
+    known = known_of_designs(job, ends)
     return Sweep(system, samples, tuple(units), units, job.instants, status, kept, known)
 
 

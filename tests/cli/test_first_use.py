@@ -20,7 +20,7 @@ from mbody.files.model.problems import SECTIONS
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.study import REDUCTIONS, Instants, Measure
 from mbody.teaching import KINDS, new_model
-from mbody.views.labels import Label, Places
+from mbody.views.labels import FreePlaces, Label
 from mbody.views.motions import motion
 from tests.support.paths import ROOT
 
@@ -140,7 +140,7 @@ def test_a_model_file_with_a_load_named_p_is_no_file_of_another_program(tmp_path
 
 def test_a_long_label_does_not_hide_a_short_one():
     """Beside a free place that costs more, it stays off a label that it would cover as a whole."""
-    places = Places(1.0)
+    places = FreePlaces(1.0)
     short, long = Label("K", [(0.0, 0.0, 0.0)]), Label("a much longer text", [])
     long.spots = [(0.0, 0.0, 0.0), (0.0, 50.0, 20.0)]
     places.set([short, long])

@@ -178,7 +178,7 @@ def test_wheels_that_would_no_longer_fit_have_no_derivative():
     found = mbody.gradient(system, "mesh.force", ["arm.C.x", "load"], t=[0.0])
     slopes = found["mesh.force"]
     assert np.isnan(slopes["arm.C.x"]) and np.isfinite(slopes["load"])
-    assert "wheels that fit" in found.notes[0]
+    assert any("wheels that fit" in note for note in found.notes)
 
 
 @pytest.mark.parametrize(

@@ -81,7 +81,7 @@ a model that is not there | ModelError | - | the gallery has no model 'hoekns': 
 a model like no other | ModelError | - | the gallery has no model 'robot': 'mbody models' lists all, in Python mbody.gallery.names()
 a file that is not there | ModelError | - | there is no file 'none.toml'
 a folder | ModelError | - | '.' is a folder: name a model file in it
-no value | UsageError | - | --at takes NAME=VALUE, not 'crank'
+no value | UsageError | - | --at takes NAME=VALUE, such as crank=60, not 'crank'
 a value that is a name | ModelError | crank | 'crank': there is no parameter 'fast' (there are: 'a')
 a value that is no formula | ModelError | crank | --at crank: '3 +' ends where a number is expected
 a value that is a mass | ModelError | crank | 'crank': '3 kg' is a mass (kg), where an angle (rad) is wanted

@@ -142,7 +142,7 @@ a data file with long rows | ModelError | - | the data file 'run.csv': row 2 has
 a data file in another script | ModelError | - | the data file 'run.csv' is no text of comma-separated values
 a data file that is not there | ModelError | - | the data file 'none.csv' cannot be read: No such file or directory
 a number that a fit has not | ModelError | coupler.B.x | the fit has no number 'coupler.B.x' (there are: 'crank.A.x')
-a table of a fit with one bound | ModelError | - | model: line 32: fit: by.crank.A.x must be [low, high], not of 1 values
-a table of a fit of a number that there is not | ModelError | - | model: line 32: fit: there is no number 'crank.A.z' to find (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.O.x', 'crank.O.y', 'crank.A.x', 'crank.A.y')
+a table of a fit with one bound | ModelError | - | model: line 34: fit: by.crank.A.x must be [low, high], not of 1 values
+a table of a fit of a number that there is not | ModelError | - | model: line 34: fit: there is no number 'crank.A.z' to find (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.O.x', 'crank.O.y', 'crank.A.x', 'crank.A.y')
 a fit without unknowns | UsageError | - | choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file
 """

@@ -17,9 +17,9 @@ SOUGHT = {"crank.A.x": 40.0, "rocker.B.x": 90.0, "radius": 202.0}
 def with_point():
     """A four-bar with a point on its coupler, far from the one that made the path."""
     text = mbody.to_toml(mbody.makers.four_bar(0.8, 3.0, 2.2, 3.2, speed=2.0))
-    old = "points = { A = [0, 0], B = [3, 0] }"
+    old = "{ A = [0, 0], B = [3, 0] }"
     assert old in text
-    return mbody.from_toml(text.replace(old, "points = { A = [0, 0], B = [3, 0], P = [0.2, 0.1] }"))
+    return mbody.from_toml(text.replace(old, "{ A = [0, 0], B = [3, 0], P = [0.2, 0.1] }"))
 
 
 TRUE = {

@@ -14,7 +14,7 @@ from mbody.analysis.driven.driven import analyse_at
 from mbody.model.study import Instants
 from mbody.summaries.text_table import force_names
 from mbody.views import draw, plot, save
-from mbody.views.labels import Label, Places
+from mbody.views.labels import FreePlaces, Label
 from mbody.views.motions import SMOOTH, cycle
 from mbody.views.plotting import spread
 from mbody.views.style import ENDINGS
@@ -139,7 +139,7 @@ def test_what_is_not_analysed_is_analysed():
 
 
 def test_labels_keep_clear():
-    places = Places(1.0)
+    places = FreePlaces(1.0)
     places.stroke(np.array([(0.0, -50.0), (0.0, 50.0)]), 0.5)
     spots = [(float(x), 0.0, 0.0) for x in (0, 10, 60)]
     first, second = Label("some text", spots), Label("some text", spots)
