@@ -80,6 +80,10 @@ def meant(word: object, known: Iterable[str], cutoff: float = 0.6) -> str | None
 class Attributes:
     """A class whose refusal of an attribute that it has not says which one is meant."""
 
+    def read_by(self, name: str) -> str:
+        """How something of that name is read, if not as an attribute; "" where there is none."""
+        return ""
+
     if not TYPE_CHECKING:  # for which all attributes would be there
 
         def __getattr__(self, name: str) -> Any:
@@ -87,9 +91,9 @@ class Attributes:
             what = f"a {type(self).__name__} has no '{name}'"
             if name.startswith("_"):
                 raise AttributeError(what)
-            if place := getattr(type(self), "_read_by", lambda *_: "")(self, name):
+            if place := self.read_by(name):
                 raise AttributeError(f"{what}: it is read by {place}")
-            known = [one for one in dir(type(self)) if not one.startswith("_")]
+            known = [one for one in dir(type(self)) if one[0] != "_" and one != "read_by"]
             known += [one for one in getattr(type(self), "__annotations__", ()) if one not in known]
             close = meant(name, known)
             raise AttributeError(

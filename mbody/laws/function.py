@@ -182,7 +182,7 @@ class FunctionCalls:
             self.most = 0
         if self.count > self.most:
             raise ModelError(
-                f"Function: {self.count} calls did not lead the motion beyond x = {at:.6g}: the "
+                f"{self.count} calls did not lead the motion beyond x = {at:.6g}: the "
                 "function varies too fast to be followed; give a smoother one"
             )
         if self.derivatives:

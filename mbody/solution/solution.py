@@ -326,7 +326,7 @@ class Solution(Attributes):
     def __len__(self) -> int:
         return len(self.t)
 
-    def _read_by(self, name: str) -> str:
+    def read_by(self, name: str) -> str:
         """How the result of an element of that name is read; "" where there is none."""
         role = self.mechanism[name].role if name in self.mechanism else ""
         calls = {"body": "run['{}']", "joint": "run.reaction('{}')", "load": "run.load('{}')"}

@@ -24,7 +24,8 @@ from tests.support.cases import first_fast
 def test_the_oracle_has_a_law_of_its_own(name):
     report = mbody.crosscheck(MOVING[name](), "oracle")
     assert report.agrees is True and not report.not_compared, str(report)
-    assert report.status == "completed"
+    # beyond what their laws hold for both are compared all the same
+    assert {doubt.kind for doubt in report.doubts} <= {"validity"}
 
 
 def test_states_are_followed_from_instant_to_instant():

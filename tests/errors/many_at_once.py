@@ -81,6 +81,13 @@ def begun(ask):
 IF_INSTALLED = {
     "environments that have not begun": environment(lambda env: env.step([[0.0], [0.0]])),
     "an environment that has not begun": lambda: mbody.envs.make(cart_pole(), **TASK).step([0]),
+    "a picture of what has not begun": lambda: mbody.envs.make(
+        cart_pole(), **TASK, render_mode="rgb_array"
+    ).render(),
+    "pictures of what has not begun": lambda: mbody.envs.make_vec(
+        cart_pole(), 2, **TASK, render_mode="rgb_array"
+    ).render(),
+    "pictures in a window": lambda: mbody.envs.make(cart_pole(), **TASK, render_mode="human"),
     "too few seeds": environment(lambda env: env.reset(seed=[1])),
     "a mask of environments that is none": environment(
         lambda env: env.reset(options={"reset_mask": np.array([1, 0])})
@@ -166,6 +173,9 @@ an end that is no relation | ModelError | - | envs.make: terminated must be rela
 environments without Gymnasium | ModelError | - | environments need Gymnasium, which is not installed: pip install 'mbody-planar[gym]'
 environments that have not begun | ModelError | - | the environments have not begun: call reset before step
 an environment that has not begun | ModelError | - | the environment has not begun: call reset before step
+a picture of what has not begun | ModelError | - | the environment has not begun: call reset before render
+pictures of what has not begun | ModelError | - | the environments have not begun: call reset before render
+pictures in a window | ModelError | - | render_mode is 'human': give "rgb_array", whose pictures any viewer of arrays shows, or None
 too few seeds | ModelError | - | reset: 1 seeds for 2 environments: give one number, or one for each
 a mask of environments that is none | ModelError | - | reset: reset_mask must be an array of 2 bool, not array([1, 0])
 actions of another shape | ModelError | - | step: the action has the shape (2,), the environment takes (2, 1): give a number for each input

@@ -41,6 +41,7 @@ from mbody.solution.histories import Record
 from tests.errors.command import said
 from tests.errors.models import by_rocker, four_bar
 from tests.errors.results import batch
+from tests.solution.test_law_doubts import ram
 
 
 def swing(*more, units="SI", **body):
@@ -327,6 +328,7 @@ SCENARIOS = {
     "instants that are none": said(["simulate", "free_fourbar", "--instants", "many"]),
     "a start of a file": file("[simulate]\nuntil = 1\nstart = { rod = { angle = 3 } }\n"),
     "a last time of a file": file("[simulate]\nuntil = '3 m'\n"),
+    "steps that vanish beyond a stroke": lambda: ram(1.0, 0.8, "1", until=0.4),
 }
 
 SENTENCES = r"""
@@ -419,4 +421,5 @@ a tolerance that is no number | UsageError | - | --rtol takes a number, not 'fin
 instants that are none | UsageError | - | --instants takes a whole number, not 'many'
 a start of a file | ModelError | - | model: line 5: simulate: there is no body 'rod' to start (there are: bob)
 a last time of a file | ModelError | - | model: line 6: simulate.until: '3 m' is a length (m), where a time (s) is wanted
+steps that vanish beyond a stroke | SolveError | ram | …steps vanish…'ram': it is up to…
 """

@@ -33,6 +33,7 @@ OTHERWISE = {
     "singular start": "the mark of one",
     "stopped: after ": "the status of the solution that the error carries",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
+    r"argument command: invalid choice: '(.*?)' \(choose": "a pattern",
 }
 LONGEST = 600
 

@@ -522,7 +522,7 @@ class ReferenceMotion(Constraints):
             dtype=int,
         )
 
-    def _with_driver_values(
+    def with_driver_values(
         self, rows: np.ndarray, given: Mapping[str, float] | None, t: float, order: int
     ) -> np.ndarray:
         """Right-hand sides with other driven values (order 0), rates (1) or accelerations (2)."""
@@ -545,28 +545,28 @@ class ReferenceMotion(Constraints):
         q = np.array(q0, dtype=float)
         last = math.inf
         for _ in range(60):
-            phi = -self._with_driver_values(-self.phi(q, t), values, t, 0)
+            phi = -self.with_driver_values(-self.phi(q, t), values, t, 0)
             step = np.linalg.lstsq(self.phi_q(q, t), -phi, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
             q += step
             size = float(np.abs(step).max(initial=0.0)) / (1.0 + float(np.abs(q).max(initial=0.0)))
             if size < tol or (size < LOOP_CLOSURE_ORACLE_STALLED and size > 0.5 * last):
                 break
             last = size
-        phi = self._with_driver_values(-self.phi(q, t), values, t, 0)
+        phi = self.with_driver_values(-self.phi(q, t), values, t, 0)
         if not np.abs(phi).max(initial=0.0) < LOOP_OPEN_ORACLE * (1.0 + np.abs(q).max(initial=0.0)):
             raise ArithmeticError(f"loops do not close: {np.abs(phi).max():.2e}")
         return q
 
     def velocities(self, q: Any, t: float, rates: Mapping[str, float] | None = None) -> np.ndarray:
         """v (3n,) from Φ_q v = ν; `rates` {driver: rate} overrides the laws' rates."""
-        nu = self._with_driver_values(self.nu(q, t), rates, t, 1)
+        nu = self.with_driver_values(self.nu(q, t), rates, t, 1)
         return np.linalg.lstsq(self.phi_q(q, t), nu, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def accelerations(
         self, q: Any, v: Any, t: float, accelerations: Mapping[str, float] | None = None
     ) -> np.ndarray:
         """a (3n,) from Φ_q a = γ; `accelerations` {driver: value} overrides the laws'."""
-        gamma = self._with_driver_values(self.gamma(q, v, t), accelerations, t, 2)
+        gamma = self.with_driver_values(self.gamma(q, v, t), accelerations, t, 2)
         return np.linalg.lstsq(self.phi_q(q, t), gamma, rcond=LEAST_SQUARES_RANK_ORACLE)[0]
 
     def motion(self, times: Any, q0: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

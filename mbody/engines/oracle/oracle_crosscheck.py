@@ -133,16 +133,16 @@ class _ClosedCheck:
 
         W = contacts.rows(q)
         rows = np.vstack([oracle.phi_q(q, t), W[closed]])
-        phi = oracle._with_driver_values(-oracle.phi(q, t), given[0], t, 0)
+        phi = oracle.with_driver_values(-oracle.phi(q, t), given[0], t, 0)
         place = nearest(rows, np.append(phi, -contacts.gaps(q)[closed]) + rows @ q, q)
         if run.analysis == "statics":
             self.motions.append(np.array([place, 0.0 * q, 0.0 * q]))
             return
         rows = np.vstack([rows, W[rolling]])
         none = np.zeros(len(closed) + len(rolling))
-        nu = oracle._with_driver_values(oracle.nu(q, t), given[1], t, 1)
+        nu = oracle.with_driver_values(oracle.nu(q, t), given[1], t, 1)
         speed = nearest(rows, np.append(nu, none), v)
-        gamma = oracle._with_driver_values(oracle.gamma(q, v, t), given[2], t, 2)
+        gamma = oracle.with_driver_values(oracle.gamma(q, v, t), given[2], t, 2)
         drift = contacts.drift(q, v)[np.append(closed, rolling)]
         a = self._state(("ax", "ay", "alpha"), k)
         self.motions.append(np.array([place, speed, nearest(rows, np.append(gamma, -drift), a)]))
