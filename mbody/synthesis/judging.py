@@ -574,6 +574,23 @@ class MissProblem:
     numbers: int
     candidate: Callable[[np.ndarray], Candidate | None]
 
+    def least(self, most: int) -> np.ndarray | None:
+        """The unknowns of the least sum of squares near the beginning, after so many evaluations
+        at most; None where that does not close.
+        """
+        if not np.isfinite(self.residual(self.begin)).all():
+            return None
+        return nearest(
+            self.residual,
+            self.begin,
+            self.jacobian,
+            (self.low, self.high),
+            ftol=tol.LEAST_SQUARES_ENDS,
+            xtol=tol.LEAST_SQUARES_ENDS,
+            gtol=tol.LEAST_SQUARES_ENDS,
+            max_nfev=most,
+        )
+
 
 def led_to_conditions(
     problem: MissProblem, margins: Callable[[Candidate], np.ndarray | None]

@@ -29,7 +29,6 @@ from mbody.synthesis.judging import (
     Positions,
     bounds,
     follow_design,
-    nearest,
 )
 from mbody.synthesis.linkage_kinds import Kind
 
@@ -169,19 +168,9 @@ def refined(kind: Kind, demand: PathDemand, start: PlacedCurve) -> PlacedCurve |
     """The nearest design whose sum of squared distances is least; None where the start does not
     close within the bounds.
     """
-    problem = _path_problem(kind, demand, start)
-    if not np.isfinite(problem.residual(problem.begin)).all():
+    found = _path_problem(kind, demand, start).least(EVALUATIONS)
+    if found is None:
         return None
-    found = nearest(
-        problem.residual,
-        problem.begin,
-        problem.jacobian,
-        (problem.low, problem.high),
-        ftol=tol.LEAST_SQUARES_ENDS,
-        xtol=tol.LEAST_SQUARES_ENDS,
-        gtol=tol.LEAST_SQUARES_ENDS,
-        max_nfev=EVALUATIONS,
-    )
     x, theta = found[: len(kind.numbers)], _angles(kind, demand, found)
     off = misses(kind, x, theta, start.sign, demand.points)
     return PlacedCurve(float(np.square(np.abs(off)).sum()), x, theta, start.sign)

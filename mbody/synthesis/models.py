@@ -32,7 +32,6 @@ from mbody.synthesis.judging import (
     Judge,
     MissProblem,
     interval,
-    nearest,
 )
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
@@ -302,19 +301,8 @@ def _refined(
     guess: dict[str, tuple[float, float, float]],
 ) -> _ModelCandidate | None:
     problem = _problem(demand, numbered, x, theta, guess)
-    if not np.isfinite(problem.residual(problem.begin)).all():
-        return None
-    found = nearest(
-        problem.residual,
-        problem.begin,
-        problem.jacobian,
-        (problem.low, problem.high),
-        ftol=tol.LEAST_SQUARES_ENDS,
-        xtol=tol.LEAST_SQUARES_ENDS,
-        gtol=tol.LEAST_SQUARES_ENDS,
-        max_nfev=EVALUATIONS,
-    )
-    made: Any = problem.candidate(found)
+    found = problem.least(EVALUATIONS)
+    made: Any = None if found is None else problem.candidate(found)
     return made
 
 
