@@ -42,17 +42,31 @@ LIMITED_INSTANTS = 27
 FASTEST = 28
 #: Work that loads, drivers and friction gave or took in all steps, without signs.
 THROUGHPUT = 29
+#: Of a step that was tried and is good, but not accepted yet: its length and end, by how much the
+#: next one may be longer, the conditioning at its end, the least within it, and the time of that.
+TRIED_LENGTH, TRIED_END, TRIED_GROWTH, TRIED_CONDITIONING, TRIED_LEAST, TRIED_LEAST_AT = range(
+    30, 36
+)
 #: How many slots there are; and those that are infinite where nothing limits them.
-PROGRESS = 30
+PROGRESS = 36
 UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, ARTIFICIAL_LIMIT, CROSSING_TIME)
 
 #: What an integrator returns: the end is reached; there is more to do; the step has vanished; a
 #: derivative is not finite; stiffness limits explicit steps; the next step is the last one, if it
 #: may be; the next step leads to a singular position, which is for explicit steps; a singular
-#: position is near, and what is there decides how it is passed.
-(DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, BRANCH_UNCERTAIN) = range(
-    8
-)
+#: position is near, and what is there decides how it is passed. Within the kernel alone: a step was
+#: tried and is good.
+(
+    DONE,
+    MORE,
+    STEP_VANISHED,
+    NOT_FINITE,
+    STIFF,
+    LAST_STEP,
+    SINGULAR_AHEAD,
+    BRANCH_UNCERTAIN,
+    TRIED,
+) = range(9)
 
 
 class Stepping(Bundle):
