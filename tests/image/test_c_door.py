@@ -15,6 +15,7 @@ import mbody
 from mbody import gallery
 from mbody.cli.compile import all_kernels
 from mbody.image.model_image import to_image
+from mbody.kernels import step_state
 from tests.support import embedded
 from tests.support.cases import first_fast
 from tests.support.embedded import (
@@ -152,6 +153,23 @@ def test_no_function_has_the_name_of_a_kernels():
 
 
 # ---- driven motion -------------------------------------------------------------------------------
+
+
+def test_the_slots_of_a_motion_are_those_of_the_kernels():
+    """The numbers of the state of a motion and the codes of its steps, as mbody.c has them."""
+    text = (DOOR / "mbody.c").read_text("utf-8")
+    _, _, text = text.partition("/* mbody/kernels/step_state.py")
+    place, found = 0, {}
+    for line in re.findall(r"enum \{(.*?)\};", text)[:2]:
+        place = 0
+        for part in line.split(","):
+            name, _, number = part.partition("=")
+            place = int(number) if number else place
+            found[name.strip()] = place
+            place += 1
+    assert found.pop("SLOTS") == step_state.PROGRESS
+    assert len(found) == 14
+    assert found == {name: getattr(step_state, name) for name in found}
 
 
 def test_a_turn_with_other_numbers(crank):

@@ -54,7 +54,7 @@ int main(int count, char **words) {
   long first = atol(words[2]), last = atol(words[3]);
   for (long n = first; n < last; n++) {
     int64_t *word = (int64_t *)(void *)(image + 8 * n), old = *word;
-    int64_t others[] = {0, -1, old + 1, old + 8, -old, old ^ ((int64_t)1 << 20),
+    int64_t others[] = {0, -1, old + 1, old + 8, (int64_t)-(uint64_t)old, old ^ ((int64_t)1 << 20),
                         old ^ ((int64_t)1 << 40), INT64_MAX, INT64_MIN, (int64_t)bytes / 8};
     for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
       if (others[k] == old) continue;

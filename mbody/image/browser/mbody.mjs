@@ -19,7 +19,7 @@ const KINDS = ["", "number", "input", "measure", "call", "array", "state"];
 // Slots of the state of a free motion, and codes of its steps: mbody/kernels/step_state.py
 export const SLOTS = {
   TIME: 0, NEXT: 1, STEPS: 2, REJECTED: 3, EVALUATIONS: 5, DELIVERED: 6, LAST_STEP_ALLOWED: 18,
-  STAND_IN_ENERGY: 24, STAND_IN_LIMIT: 25,
+  ARTIFICIAL_ENERGY: 24, ARTIFICIAL_LIMIT: 25,
 };
 export const CODES = {
   DONE: 0, MORE: 1, STEP_VANISHED: 2, NOT_FINITE: 3, STIFF: 4, LAST_STEP: 5, SINGULAR_AHEAD: 6,
@@ -465,8 +465,8 @@ export class Model {
       code = Number(this._call(name)[0]);
       state = this._array("motion.state");
       if (code === CODES.LAST_STEP) state[SLOTS.LAST_STEP_ALLOWED] = 1;
-      else if (code === CODES.MORE && state[SLOTS.STAND_IN_ENERGY] > state[SLOTS.STAND_IN_LIMIT]) {
-        state[SLOTS.STAND_IN_LIMIT] *= 2;
+      else if (code === CODES.MORE && state[SLOTS.ARTIFICIAL_ENERGY] > state[SLOTS.ARTIFICIAL_LIMIT]) {
+        state[SLOTS.ARTIFICIAL_LIMIT] *= 2;
         doubts.push(`at t = ${state[SLOTS.TIME]} s bodies without mass carry energy: give them masses`);
       } else if (code > CODES.MORE) {
         throw new MbodyError(`the motion of '${this.manifest.model}' ends at t = ${state[SLOTS.TIME]} s: ${STOPPED[code]}`);

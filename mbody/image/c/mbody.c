@@ -28,7 +28,7 @@ enum { FORMAT = 1, HEADER = 16, ENTRY = 5, HASH_BYTES = 32, LINE = 64, SENTENCE 
 /* words of the header */
 enum { MAGIC, VERSION, BYTES, MOVED, MOVED_COUNT, TABLE, TABLE_COUNT, TEXT, TEXT_BYTES, HASH, SUM = 13 };
 /* mbody/kernels/step_state.py: slots, and what the integrator returns */
-enum { TIME = 0, STEPS = 2, DELIVERED = 6, LAST_STEP_ALLOWED = 18, STAND_IN_ENERGY = 24, STAND_IN_LIMIT, SLOTS = 27 };
+enum { TIME = 0, STEPS = 2, DELIVERED = 6, LAST_STEP_ALLOWED = 18, ARTIFICIAL_ENERGY = 24, ARTIFICIAL_LIMIT, SLOTS = 36 };
 enum { DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, BRANCH_UNCERTAIN };
 /* mbody/kernels/continuation.py: progress, what `follow` returns, what the path parameter is */
 enum { INSTANTS, REACHED, UNBALANCED = 4, BRANCH_UNSURE = 6, PROGRESS = 7 };
@@ -758,8 +758,8 @@ static int integrate(mbody_model *model, int which) {
   while (found[0] == MORE || found[0] == LAST_STEP) {
     if ((code = run(model, MOTION[which].call, found))) return code;
     if (found[0] == LAST_STEP) state[LAST_STEP_ALLOWED] = 1.0;
-    if (found[0] == MORE && state[STAND_IN_ENERGY] > state[STAND_IN_LIMIT]) {
-      state[STAND_IN_LIMIT] *= 2.0;
+    if (found[0] == MORE && state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]) {
+      state[ARTIFICIAL_LIMIT] *= 2.0;
       doubt = because(model, MBODY_DOUBT,
                       "the inertia of the free motion nearly vanishes at t = %.6g s: how it goes on "
                       "is not determined; give mass to the bodies that move there", state[TIME]);
