@@ -7,15 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mbody.cli import option_values
 from mbody.cli.analyse import exit_status
-from mbody.cli.option_values import (
-    low_and_high,
-    model_in,
-    model_of,
-    named_values,
-    path_of,
-    whole_number,
-)
 from mbody.cli.pictures import motion_or_driven
 from mbody.cli.streams import UsageError, message
 
@@ -136,7 +129,7 @@ def derive(args: Any) -> int:
     from mbody.files.writing import writing
     from mbody.teaching import derivation_as
 
-    run = motion_or_driven(args, model_of(args))
+    run = motion_or_driven(args, option_values.model_of(args))
     # of a free motion the end, else the first instant
     instant = -1 if args.to is not None else 0
     if len(run) > 1 and args.to is None:
@@ -175,18 +168,20 @@ def exercise(args: Any) -> int:
     from mbody.files.writing import writing
     from mbody.teaching.exercises import exercises
 
-    path, fixed = path_of(args.model), named_values(args.set, "--set")
+    path, fixed = option_values.path_of(args.model), option_values.named_values(args.set, "--set")
     bounds = {}
-    for name, text in named_values(args.vary, "--vary").items():
-        bounds[name] = low_and_high(name, text)
+    for name, text in option_values.named_values(args.vary, "--vary").items():
+        bounds[name] = option_values.low_and_high(name, text)
     if not bounds:
         raise UsageError("choose what differs between exercises: --vary NAME=LOW:HIGH")
 
     def make(values: Mapping[str, str]) -> Mechanism:
-        machine = model_in(path, {**fixed, **values})
+        machine = option_values.model_in(path, {**fixed, **values})
         return in_units(machine, args.units) if args.units else machine
 
-    count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
+    count, seed = (
+        option_values.whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed")
+    )
     found = exercises(make, bounds, count, seed)
     folder = f"{path.stem}_figures"
     files = found.save_figures(folder)

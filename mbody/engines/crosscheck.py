@@ -17,14 +17,9 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.other_words import meant
 from mbody.core.presentation import present
+from mbody.engines import load_forces
 from mbody.engines.coverage import not_compared
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
-from mbody.engines.load_forces import (
-    contacts_without_counterpart,
-    separating,
-    unsupported_states,
-    without_counterpart,
-)
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.study import Instants
@@ -195,12 +190,12 @@ def crosscheck(
     found = {}
     for name in names:
         why = _loading_error(name) if against is None else ""
-        missing = () if name in ALWAYS else without_counterpart(system.mechanism)
+        missing = () if name in ALWAYS else load_forces.without_counterpart(system.mechanism)
         if name not in ALWAYS and not (name in TOUCHING and run.analysis == "simulate"):
-            missing += contacts_without_counterpart(system.mechanism)
+            missing += load_forces.contacts_without_counterpart(system.mechanism)
         if name not in ALWAYS and run.analysis == "simulate":
-            missing += separating(system.mechanism)
-            missing += unsupported_states(system.mechanism) if name in TOUCHING else ()
+            missing += load_forces.separating(system.mechanism)
+            missing += load_forces.unsupported_states(system.mechanism) if name in TOUCHING else ()
         if name != "balance" and run.stepped is not None:
             why = IMPULSIVE
             missing = (Inexpressible("motion", why),)

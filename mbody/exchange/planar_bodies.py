@@ -17,27 +17,10 @@ import numpy as np
 
 from mbody.core.tolerances import FILE_GRAVITY_IN_PLANE
 from mbody.errors import ModelError, SolveError
+from mbody.exchange import planar_forces
 from mbody.exchange.imported import Imported, origin, plain_name, refusal, seen
 from mbody.exchange.mujoco_fields import check_fields
 from mbody.exchange.planar_contacts import contacts
-from mbody.exchange.planar_forces import (
-    FREE,
-    HINGE,
-    SLIDE,
-    damping_of,
-    drag,
-    elements_along,
-    gravity_compensation,
-    joint_term,
-    limits_of,
-    motors_of,
-    of_joint,
-    slide_ends,
-    slide_marker,
-    tendon_places,
-    tendon_terms,
-    tendons,
-)
 from mbody.exchange.planar_space import Plane, Spatial, check_axes, plane_of
 from mbody.files.model import in_units
 from mbody.model.body import Body
@@ -61,8 +44,10 @@ def joints_of(space: Spatial, motors: dict[tuple[str, int], list[int]]) -> list[
         made, own = _joint(space, body, joints)
         found += made
         for n in joints:
-            for one in of_joint(space, n):
-                found += elements_along(space, one, n == own, motors.get(("JOINT", n), []))
+            for one in planar_forces.of_joint(space, n):
+                found += planar_forces.elements_along(
+                    space, one, n == own, motors.get(("JOINT", n), [])
+                )
     return found
 
 
@@ -74,21 +59,27 @@ def _joint(space: Spatial, body: int, joints: list[int]) -> tuple[list[Element],
     kinds = tuple(int(model.jnt_type[n]) for n in joints)
     parent, first = int(model.body_parentid[body]), joints[0]
     label, at = space.label("JOINT", first), space.data.xanchor[joints[-1]]
-    if kinds == (HINGE,):
+    if kinds == (planar_forces.HINGE,):
         ends = space.place(parent, label, at), space.place(body, label, at)
         return [Revolute(space.element("JOINT", first), *ends, **_range(space, first, 1.0))], first
-    if kinds == (SLIDE,):
-        i, j = (slide_marker(space, one, label, at, first) for one in (parent, body))
+    if kinds == (planar_forces.SLIDE,):
+        i, j = (planar_forces.slide_marker(space, one, label, at, first) for one in (parent, body))
         return [Prismatic(space.element("JOINT", first), i, j, **_range(space, first, 1.0))], first
-    if kinds in ((SLIDE, HINGE), (HINGE, SLIDE)):
-        slide = first if kinds[0] == SLIDE else joints[1]
-        slot, pin, sign = slide_ends(space, slide)
+    if kinds in (
+        (planar_forces.SLIDE, planar_forces.HINGE),
+        (planar_forces.HINGE, planar_forces.SLIDE),
+    ):
+        slide = first if kinds[0] == planar_forces.SLIDE else joints[1]
+        slot, pin, sign = planar_forces.slide_ends(space, slide)
         pin = f"{pin.body}.{pin.point}" if isinstance(pin, Marker) else pin
         made = PinSlot(space.element("JOINT", slide), slot, pin, **_range(space, slide, sign))
         return [made], slide
-    if sorted(kinds) in ([FREE], [SLIDE, SLIDE, HINGE]):
+    if sorted(kinds) in (
+        [planar_forces.FREE],
+        [planar_forces.SLIDE, planar_forces.SLIDE, planar_forces.HINGE],
+    ):
         return [], -1
-    if kinds == (SLIDE, SLIDE):
+    if kinds == (planar_forces.SLIDE, planar_forces.SLIDE):
         term = CouplingTerm(1.0, angle=space.names[body], relative_to=space.parent(body))
         return [AngleCoupling(space.element("JOINT", first), [term])], -1
     raise refusal(
@@ -100,13 +91,13 @@ def _joint(space: Spatial, body: int, joints: list[int]) -> tuple[list[Element],
 
 def _range(space: Spatial, joint: int, sign: float) -> dict[str, Any]:
     """The limits and the damping of a joint, as attributes; `sign`: Of a slide."""
-    if space.model.jnt_type[joint] == HINGE:
+    if space.model.jnt_type[joint] == planar_forces.HINGE:
         sign *= space.plane.sign(space.data.xaxis[joint])
     found: dict[str, Any] = {}
-    if limits := limits_of(space, joint):
+    if limits := planar_forces.limits_of(space, joint):
         low, high = limits
         found["limits"] = (low, high) if sign > 0.0 else (-high, -low)
-    if damping := damping_of(space, joint):
+    if damping := planar_forces.damping_of(space, joint):
         found["viscous"] = damping
     return found
 
@@ -181,9 +172,9 @@ def _coupled(space: Spatial, n: int, name: str) -> Element:
     if any(terms[2:]) and second >= 0:
         raise refusal(f"the constraint {seen(name)}", "its polycoef is no straight line")
     joints = [(first, 1.0)] + ([(second, -terms[1])] if second >= 0 and terms[1] else [])
-    parts = [joint_term(space, joint, factor) for joint, factor in joints]
+    parts = [planar_forces.joint_term(space, joint, factor) for joint, factor in joints]
     lengths = any(part.ends for part in parts)
-    if lengths and model.jnt_type[first] == HINGE and second >= 0:
+    if lengths and model.jnt_type[first] == planar_forces.HINGE and second >= 0:
         # the first coordinate is an angle: its factor 1 rad is a length among lengths
         space.notes.append(f"the constraint {name} joins an angle and a length, in metres a radian")
     kind = LengthCoupling if lengths else AngleCoupling
@@ -197,10 +188,10 @@ def _kept_tendon(space: Spatial, n: int, name: str) -> Element:
     tendon, change = int(model.eq_obj1id[n]), float(model.eq_data[n][0])
     if int(model.eq_obj2id[n]) >= 0:
         raise refusal(what, "the lengths of two tendons are not coupled here")
-    if parts := tendon_terms(space, tendon, what):
+    if parts := planar_forces.tendon_terms(space, tendon, what):
         kind = LengthCoupling if any(part.ends for part in parts) else AngleCoupling
         return kind(space.element("EQUALITY", n), parts, value=change)
-    ends = tendon_places(space, tendon, what)
+    ends = planar_forces.tendon_places(space, tendon, what)
     length = float(model.tendon_length0[tendon]) + change
     return Distance(space.element("EQUALITY", n), *ends, length=length)
 
@@ -286,9 +277,11 @@ class _Planar:
 
     def imported(self, title: str) -> Imported:
         model, plane = self.model, self.plane
-        motors = motors_of(self)
-        elements = joints_of(self, motors) + tendons(self, motors) + couplings(self)
-        elements += gravity_compensation(self) + drag(self) + contacts(self)
+        motors = planar_forces.motors_of(self)
+        elements = joints_of(self, motors) + planar_forces.tendons(self, motors) + couplings(self)
+        elements += (
+            planar_forces.gravity_compensation(self) + planar_forces.drag(self) + contacts(self)
+        )
         for site in range(model.nsite):
             name = self.label("SITE", site)
             self.place(int(model.site_bodyid[site]), name, self.data.site_xpos[site])
@@ -399,8 +392,8 @@ class _Planar:
     def _plane(self) -> Plane:
         model = self.model
         kinds, axes = model.jnt_type, self.data.xaxis
-        hinges = [axes[n] for n in range(model.njnt) if kinds[n] == HINGE]
-        slides = [axes[n] for n in range(model.njnt) if kinds[n] == SLIDE]
+        hinges = [axes[n] for n in range(model.njnt) if kinds[n] == planar_forces.HINGE]
+        slides = [axes[n] for n in range(model.njnt) if kinds[n] == planar_forces.SLIDE]
         if not hinges and not slides:
             raise ModelError(
                 "it has no hinge and no slide, so nothing says in which plane it moves"
@@ -408,9 +401,9 @@ class _Planar:
         plane = plane_of(hinges, slides, model.opt.gravity)
         for n in range(model.njnt):
             name = f"the joint {seen(self.name('JOINT', n))}"
-            if kinds[n] in (HINGE, SLIDE):
-                check_axes(plane, name, axes[n], hinge=kinds[n] == HINGE)
-            elif kinds[n] != FREE:
+            if kinds[n] in (planar_forces.HINGE, planar_forces.SLIDE):
+                check_axes(plane, name, axes[n], hinge=kinds[n] == planar_forces.HINGE)
+            elif kinds[n] != planar_forces.FREE:
                 raise refusal(name, "a ball joint leaves the plane")
         return plane
 
@@ -442,7 +435,7 @@ class _Planar:
     def _note_what_is_left_out(self) -> None:
         """All that the file has and the model has not."""
         model, notes = self.model, self.notes
-        for n in np.flatnonzero(model.jnt_type == FREE):
+        for n in np.flatnonzero(model.jnt_type == planar_forces.FREE):
             notes.append(
                 f"the joint {self.name('JOINT', int(n))}, free in space, stays in the plane"
             )

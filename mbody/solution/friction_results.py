@@ -21,17 +21,8 @@ from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import listed
 from mbody.model.stop import Stop
+from mbody.solution import contact_forces
 from mbody.solution.checks import loaded
-from mbody.solution.contact_forces import (
-    FrictionPair,
-    contact_wrench,
-    friction_pairs,
-    group_wrench,
-    losing_pairs,
-    rates_at,
-    stored_motion,
-    tangent_forces,
-)
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
 from mbody.solution.shared_forces import primitive_numbers
@@ -59,7 +50,9 @@ UNBOUNDED = 3
 
 def friction_of_contacts_alone(system: System) -> bool:
     """Whether all friction is of contacts that are closed for good."""
-    frictional = [pair for pair in friction_pairs(system) if pair.loses and not pair.separable]
+    frictional = [
+        pair for pair in contact_forces.friction_pairs(system) if pair.loses and not pair.separable
+    ]
     closed = {one.name for one in system.mechanism.contacts if one.closed}
     return bool(frictional) and all(pair.joint in closed for pair in frictional)
 
@@ -86,7 +79,7 @@ class ContactLimits:
         self.rows = len(self.primitive)
         self.pairs = [
             (f, pair)
-            for f, pair in enumerate(friction_pairs(system))
+            for f, pair in enumerate(contact_forces.friction_pairs(system))
             if pair.loses and not pair.separable
         ]
         self.least = np.array([*self._normals(), *self._limits()])
@@ -326,7 +319,7 @@ def _by_slip_signs(
     for choice, tables in enumerate(found):
         which = np.array([n for n, choices in enumerate(every) if choice < len(choices)])
         slip_signs = np.array([every[n][choice][0] for n in which])
-        motion = stored_motion(solution, design, instants[which])
+        motion = contact_forces.stored_motion(solution, design, instants[which])
         forces = forces_with(solution, slip_signs, motion, design)
         for row, n in enumerate(which):
             table = forces.table[row]
@@ -355,7 +348,7 @@ def _impending(solution: Result, instants: Array, design: int) -> Array:
     pairs = len(system.layout.friction_kind)
     output = np.zeros((len(instants), len(system.drivers), pairs))
     if output.size:
-        motion = stored_motion(solution, design, instants)
+        motion = contact_forces.stored_motion(solution, design, instants)
         impending_rates(system.runtime(), system.work(designs=design), motion, output)
         whole = np.abs(output).max(axis=2, keepdims=True)
         output[np.abs(output) <= RATE_NONE_SLIDING * whole] = 0.0
@@ -404,10 +397,10 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     """Where the mechanism jams: the instants at which less than all friction was reached, with the
     coefficient from which on it does. `rates` (instants, pairs, PER_PAIR), `reached` (instants,).
     """
-    pairs = friction_pairs(solution.system)
+    pairs = contact_forces.friction_pairs(solution.system)
     found = []
     instants = np.flatnonzero(reached < 1.0)[:EXAMINED]
-    motion = stored_motion(solution, design, instants)
+    motion = contact_forces.stored_motion(solution, design, instants)
     # with as much of friction as there are forces
     forces = forces_with(solution, rates[instants, :, 2], motion, design, at_rest=False)
     for n, k in enumerate(instants):
@@ -425,7 +418,7 @@ def jams_at(solution: Result, rates: Array, reached: Array, design: int = 0) -> 
     return found
 
 
-def _coefficient(solution: Result, pair: FrictionPair, design: int) -> float:
+def _coefficient(solution: Result, pair: contact_forces.FrictionPair, design: int) -> float:
     """The coefficient of friction of a joint by its attribute, or what stands for it."""
     values = solution.system.values
     for name, complement in (("friction", False), ("resistance", False), ("efficiency", True)):
@@ -511,8 +504,8 @@ def losses_of(solution: Any) -> Mapping[str, Array]:
     if not solution.has_forces:
         return MappingProxyType({})
     found: dict[str, Any] = {}
-    power = tangent_forces(solution) * solution.rates_of_pairs[..., 0]
-    for n, pair in losing_pairs(solution):
+    power = contact_forces.tangent_forces(solution) * solution.rates_of_pairs[..., 0]
+    for n, pair in contact_forces.losing_pairs(solution):
         found[pair.joint] = found.get(pair.joint, 0.0) + power[..., n]
     frictional = (*solution.mechanism.joints, *solution.mechanism.contacts)
     order = [one.name for one in frictional if one.name in found]
@@ -522,7 +515,7 @@ def losses_of(solution: Any) -> Mapping[str, Array]:
 def mode_of(solution: Any, name: str) -> list[Any]:
     """How a frictional joint moves at each instant, by the sign of its rate."""
     _refuse_smooth(solution, name)
-    n = next(n for n, one in losing_pairs(solution) if one.joint == name)
+    n = next(n for n, one in contact_forces.losing_pairs(solution) if one.joint == name)
     words = np.array(["slip-", "stick", "slip+"], dtype=object)
     found: list[Any] = words[(solution.rates_of_pairs[..., n, 2] + 1.0).astype(int)].tolist()
     return found
@@ -530,7 +523,7 @@ def mode_of(solution: Any, name: str) -> list[Any]:
 
 def _refuse_smooth(solution: Any, name: str) -> None:
     """Refuse what has no friction."""
-    known = list(dict.fromkeys(pair.joint for _, pair in losing_pairs(solution)))
+    known = list(dict.fromkeys(pair.joint for _, pair in contact_forces.losing_pairs(solution)))
     if name not in known:
         raise ModelError(
             f"{name!r} is no joint with friction (there are: {listed(known)}): give it "
@@ -609,8 +602,8 @@ def _wrench(
     """Force and torque of a joint or contact on a body, of forces (choices, …instants)."""
     if joint.role == "contact":
         if not joint.bodies:
-            return group_wrench(solution, joint, on or None, forces)
-        return contact_wrench(solution, joint, on, forces)
+            return contact_forces.group_wrench(solution, joint, on or None, forces)
+        return contact_forces.contact_wrench(solution, joint, on, forces)
     rows = solution.system.primitives_of[joint.name]
     sign = 1.0 if on == joint.j.body else -1.0
     x, y, couple = (sign * np.sum([forces(e, n) for e in rows], axis=0) for n in (2, 3, 4))
@@ -693,7 +686,7 @@ def friction_report(solution: Any) -> FrictionReport | None:
     jams = [
         jam
         for n in np.flatnonzero((every < 1.0).any(axis=1)).tolist()
-        for jam in jams_at(solution, rates_at(solution, n), every[n], n)
+        for jam in jams_at(solution, contact_forces.rates_at(solution, n), every[n], n)
     ]
     return FrictionReport(certified, tuple(jams))
 
@@ -702,7 +695,7 @@ def sticking_joints(solution: Any) -> dict[str, Array]:
     """Frictional joints that rest at some instant, with the instants."""
     sticking = solution.pairs_at_rest
     found: dict[str, Array] = {}
-    for n, pair in enumerate(friction_pairs(solution.system)):
+    for n, pair in enumerate(contact_forces.friction_pairs(solution.system)):
         if sticking[..., n].any():
             found[pair.joint] = sticking[..., n]
     return found

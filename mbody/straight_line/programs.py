@@ -26,20 +26,13 @@ from mbody.kernels.continuation import BY_DRIVER
 from mbody.kernels.continuation_lanes import FOUND, Designs, LanePath, smallest
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.square_lu import Square
-from mbody.straight_line.code_interface import (
-    COLUMNS,
-    FACTORS,
-    NONE,
-    STRUCTURAL,
-    WORDS_OF_MOTION,
-    LaneInstants,
-)
+from mbody.straight_line import code_interface
 
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")
 #: Bodies up to which code is made: its length, and the time to make it, grow with their square.
 MOST = 24
-OUTPUT = WORDS_OF_MOTION.index("output")
+OUTPUT = code_interface.WORDS_OF_MOTION.index("output")
 _lock = threading.Lock()
 _codes: dict[str, StraightLineCode | None] = {}
 
@@ -94,7 +87,7 @@ class MotionCall:
         self,
         code: StraightLineCode,
         work: Work,
-        instants: LaneInstants,
+        instants: code_interface.LaneInstants,
         rows: int,
         initial: np.ndarray,
         *,
@@ -134,7 +127,7 @@ def step_table(path: LanePath) -> np.ndarray:
     """Numbers of all steps, which all lanes share: (instants, columns)."""
     s, t = path.s[:, 0], path.t[:, 0]
     count = len(s)
-    found = {name: np.zeros(count) for name in COLUMNS}
+    found = {name: np.zeros(count) for name in code_interface.COLUMNS}
     lengths = np.diff(s)
     found["here"], found["time"] = s, t
     found["h"][1:], found["back"][2:], found["longer"][3:] = lengths, lengths[:-1], s[2:-1] - s[:-3]
@@ -146,7 +139,7 @@ def step_table(path: LanePath) -> np.ndarray:
     if path.mode == BY_DRIVER:
         found["rate"], found["acceleration"] = path.given[::2, 0], path.given[1::2, 0]
     found["small"][:] = smallest(path.position_norm)
-    return np.ascontiguousarray(np.stack([found[name] for name in COLUMNS], axis=1))
+    return np.ascontiguousarray(np.stack([found[name] for name in code_interface.COLUMNS], axis=1))
 
 
 def straight_line_code(
@@ -189,9 +182,9 @@ def _description(
         first = np.zeros(count)
         if name not in OWN:
             rows = getattr(work, name)
-            first = np.where(np.isin(rows[:, 0], STRUCTURAL), rows[:, 0], 2.0)
+            first = np.where(np.isin(rows[:, 0], code_interface.STRUCTURAL), rows[:, 0], 2.0)
         found[f"initial.{name}"] = first
-    for name, square in zip(FACTORS, pivots, strict=True):
+    for name, square in zip(code_interface.FACTORS, pivots, strict=True):
         numbers = len(square.target) + len(square.fill) + 2 * len(square.pivot)
         found[f"initial.{name}"] = np.zeros(numbers)
     return {name: np.array(value, order="C") for name, value in found.items()}
@@ -253,7 +246,7 @@ def build(
         done = subprocess.run(
             command, env=settings, capture_output=True, text=True, stdin=subprocess.DEVNULL
         )
-    if done.returncode == NONE:
+    if done.returncode == code_interface.NONE:
         none.touch()
         return False
     if done.returncode:

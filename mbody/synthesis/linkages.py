@@ -13,23 +13,8 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.quantities.units import UnitSystem
+from mbody.synthesis import guidance, judging
 from mbody.synthesis.atlas import Atlas
-from mbody.synthesis.guidance import (
-    FunctionDesign,
-    GuidedDesign,
-    function_candidates,
-    motion_size,
-    pose_candidates,
-)
-from mbody.synthesis.judging import (
-    DesignList,
-    DesignMotion,
-    Judge,
-    MissProblem,
-    Positions,
-    bounds,
-    follow_design,
-)
 from mbody.synthesis.linkage_kinds import Kind
 
 # -- Global search for paths: linkage shapes, each in its best place and timing ----------------
@@ -182,7 +167,7 @@ def _angles(kind: Kind, demand: PathDemand, y: np.ndarray) -> np.ndarray:
     return np.asarray(y[len(kind.numbers) :] + steps)
 
 
-def _path_problem(kind: Kind, demand: PathDemand, start: PlacedCurve) -> MissProblem:
+def _path_problem(kind: Kind, demand: PathDemand, start: PlacedCurve) -> judging.MissProblem:
     """The distances from the points by the numbers and the crank angles."""
     size = len(kind.numbers)
     # what is small in the gradient is so beside the path, whatever the unit
@@ -210,7 +195,7 @@ def _path_problem(kind: Kind, demand: PathDemand, start: PlacedCurve) -> MissPro
         made = PlacedCurve(float(np.square(off).sum()), y[:size], theta, start.sign)
         return _path_candidate(kind, demand, made, sought=False)
 
-    return MissProblem(
+    return judging.MissProblem(
         residual,
         jacobian,
         begin,
@@ -226,7 +211,7 @@ def _path_candidate(
 ) -> LinkageCandidate:
     """A design as a candidate; `sought`: whether designs near it that meet conditions may be."""
     signs = np.full(len(demand.points), one.sign)
-    positions = Positions(kind, one.x, one.theta, signs, fixed=demand.timing is not None)
+    positions = judging.Positions(kind, one.x, one.theta, signs, fixed=demand.timing is not None)
     return LinkageCandidate(
         positions,
         np.abs(misses(kind, one.x, one.theta, one.sign, demand.points)),
@@ -277,12 +262,12 @@ class LinkageCandidate:
     `problem`: What its misses are the least of.
     """
 
-    positions: Positions
+    positions: judging.Positions
     misses: np.ndarray
     measure: Callable[[Any], np.ndarray]
     zeros: tuple[float, float] | None = None
     with_cognate: bool = False
-    problem: MissProblem | None = None
+    problem: judging.MissProblem | None = None
 
     @property
     def row(self) -> np.ndarray:
@@ -298,9 +283,9 @@ class LinkageCandidate:
         """Whether the crank turns round."""
         return self.positions.kind.revolves(self.positions.x)
 
-    def follow(self, units: str, full_turn: bool) -> DesignMotion:
+    def follow(self, units: str, full_turn: bool) -> judging.DesignMotion:
         """Drive the crank through the points; a crank that turns round does in any case."""
-        return follow_design(self.positions, units)
+        return judging.follow_design(self.positions, units)
 
     def motion(self, units: str, full_turn: bool) -> Any:
         """Of the assembled mechanism."""
@@ -310,7 +295,7 @@ class LinkageCandidate:
         """The misses of a result of the assembled mechanism."""
         return self.measure(run)
 
-    def values(self, found: DesignMotion) -> dict[str, float]:
+    def values(self, found: judging.DesignMotion) -> dict[str, float]:
         """The numbers by the names of the description."""
         kind = self.positions.kind
         values = {n: float(x) for n, x in zip(kind.numbers, self.positions.x, strict=True)}
@@ -324,7 +309,7 @@ class LinkageCandidate:
         others = {k: v for k, v in values.items() if not k.startswith(f"{kind.carrier}.")}
         return others | {name: float(found.system.values[name]) for name in own}
 
-    def transmission(self, found: DesignMotion) -> float:
+    def transmission(self, found: judging.DesignMotion) -> float:
         """Least transmission angle of the motion; NaN where it was not followed."""
         if found.motion is None:
             return math.nan
@@ -361,13 +346,13 @@ def for_path(
     timing: np.ndarray | None,
     by: Mapping[str, Any] | None,
     effort: Effort,
-    judge: Judge,
+    judge: judging.Judge,
     count: int,
     units: UnitSystem,
     atlas: Atlas | None = None,
-) -> DesignList:
+) -> judging.DesignList:
     """Designs whose point P passes the points."""
-    low, high = bounds(kind, complex(points.mean()), judge.size, by, units)
+    low, high = judging.bounds(kind, complex(points.mean()), judge.size, by, units)
     demand = PathDemand(points, timing, closed, low, high)
     if atlas is None:
         rng, each = np.random.default_rng(effort.seed), effort.search // len(kind.signs)
@@ -386,7 +371,7 @@ def for_path(
     notes = (
         _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.off_point_notes()
     )
-    return DesignList(best, tried, effort.seed, notes)
+    return judging.DesignList(best, tried, effort.seed, notes)
 
 
 def for_function(
@@ -395,16 +380,16 @@ def for_function(
     outputs: np.ndarray,
     ground: float,
     effort: Effort,
-    judge: Judge,
+    judge: judging.Judge,
     count: int,
-) -> DesignList:
+) -> judging.DesignList:
     """Designs whose output has the given values where the crank has the given angles."""
-    found = function_candidates(kind, inputs, outputs, ground)
+    found = guidance.function_candidates(kind, inputs, outputs, ground)
     candidates = [_function_candidate(one) for one in found]
     exact = len(inputs) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take(candidates, max(count, len(candidates)) if len(inputs) <= 5 else count, exact)
     judge.require(f"{kind.name} has these outputs without defects")
-    return DesignList(judge.best(count, exact), len(found), effort.seed)
+    return judging.DesignList(judge.best(count, exact), len(found), effort.seed)
 
 
 def for_poses(
@@ -413,10 +398,10 @@ def for_poses(
     angle: np.ndarray,
     by: Mapping[str, Any] | None,
     effort: Effort,
-    judge: Judge,
+    judge: judging.Judge,
     count: int,
     units: UnitSystem,
-) -> DesignList:
+) -> judging.DesignList:
     """Designs whose coupler takes the poses."""
     own = f"{kind.carrier}."
     if wrong := [name for name in by or {} if str(name).startswith(own)]:
@@ -424,19 +409,19 @@ def for_poses(
             f"synthesize: by has {listed(wrong)}: of a plane that is guided the pins are found, "
             "bound the pivots and the other lengths"
         )
-    size = motion_size(where, angle)
-    low, high = bounds(kind, complex(where.mean()), size, by, units)
+    size = guidance.motion_size(where, angle)
+    low, high = judging.bounds(kind, complex(where.mean()), size, by, units)
     for n, name in enumerate(kind.numbers):
         if name.startswith(own) or (len(where) == 5 and name not in (by or {})):
             low[n], high[n] = -math.inf, math.inf
     rng = np.random.default_rng(effort.seed)
-    found, tried = pose_candidates(kind, where, angle, (low, high), size, rng)
+    found, tried = guidance.pose_candidates(kind, where, angle, (low, high), size, rng)
     exact = len(where) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     candidates = [_pose_candidate(one) for one in found]
     judge.take(candidates, len(candidates) if len(where) == 5 else count, -1.0)
     judge.require(f"{kind.name} takes the poses without defects within the bounds")
     notes = _continuum(len(where), 5 if kind.name == "four_bar" else 4)
-    return DesignList(judge.best(count, exact), tried, effort.seed, notes)
+    return judging.DesignList(judge.best(count, exact), tried, effort.seed, notes)
 
 
 def _by_points(kind: Kind, points: np.ndarray) -> Any:
@@ -444,7 +429,7 @@ def _by_points(kind: Kind, points: np.ndarray) -> Any:
     return lambda run: np.abs(run.measure(x) + 1j * run.measure(y) - points)
 
 
-def _function_candidate(one: FunctionDesign) -> LinkageCandidate:
+def _function_candidate(one: guidance.FunctionDesign) -> LinkageCandidate:
     positions, angular = one.positions, one.positions.kind.name == "four_bar"
     at = zip(positions.theta, positions.signs, strict=True)
     closed = [positions.kind.poses(positions.x, np.array([a]), s)[1][0] for a, s in at]
@@ -461,7 +446,7 @@ def _function_candidate(one: FunctionDesign) -> LinkageCandidate:
     return LinkageCandidate(positions, off(output), measured, zeros=one.zeros)
 
 
-def _pose_candidate(one: GuidedDesign) -> LinkageCandidate:
+def _pose_candidate(one: guidance.GuidedDesign) -> LinkageCandidate:
     positions, name = one.positions, one.positions.kind.carrier
     crank = np.exp(1j * positions.theta) * positions.x[positions.kind.crank_number]
     pin = complex(positions.x[0], positions.x[1]) + crank

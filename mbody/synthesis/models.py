@@ -25,14 +25,7 @@ from mbody.model.study import Instants, Measure
 from mbody.quantities.units import NUMBER
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep
-from mbody.synthesis.judging import (
-    MOTION,
-    DesignList,
-    DesignMotion,
-    Judge,
-    MissProblem,
-    interval,
-)
+from mbody.synthesis import judging
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -263,7 +256,7 @@ def _problem(
     x: np.ndarray,
     theta: np.ndarray,
     guess: dict[str, tuple[float, float, float]],
-) -> MissProblem:
+) -> judging.MissProblem:
     """The misses by the numbers and the free values of the driver, near a start."""
     task = Refinement(demand, guess)
     low, high = np.array(list(demand.by.values())).T
@@ -282,7 +275,7 @@ def _problem(
         made = DesignCandidate(values, task.theta(y), task.poses(), misses)
         return _ModelCandidate(demand, numbered, made)
 
-    return MissProblem(
+    return judging.MissProblem(
         lambda y: task.residual(y) / size,
         lambda y: task.jacobian(y) / size,
         begin,
@@ -368,7 +361,7 @@ def model_demand(
     _refuse_made(system, by)
     names = checked_names(system, list(by), "synthesize")
     limits = {
-        number: interval(
+        number: judging.interval(
             name, by[name], dimension_named(mechanism, number) or NUMBER, mechanism.units
         )
         for name, number in names.items()
@@ -382,7 +375,7 @@ def model_demand(
     first = float(kinematics(system).measure(f"{subject.driver}.value")[0]) if whole else 0.0
     driver_range = (first, first + 2.0 * math.pi)
     if span is not None:
-        driver_range = interval("span", span, subject.driven, mechanism.units)
+        driver_range = judging.interval("span", span, subject.driven, mechanism.units)
     body = subject.quantities[0].partition(".")[0]
     point = tuple(one for one in subject.quantities if path and one in limits)
     return Demand(
@@ -415,7 +408,9 @@ def _refuse_made(system: System, by: Mapping[str, Any]) -> None:
             )
 
 
-def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> DesignList:
+def for_model(
+    demand: Demand, effort: Effort, judge: judging.Judge, count: int
+) -> judging.DesignList:
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
     numbered = NumberedModel(demand.system.mechanism, list(demand.by))
     found = searched(demand, numbered, effort.search, effort.starts, effort.seed)
@@ -424,7 +419,7 @@ def for_model(demand: Demand, effort: Effort, judge: Judge, count: int) -> Desig
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
     notes = [] if demand.angular else judge.off_point_notes()
-    return DesignList(best, effort.search, effort.seed, notes)
+    return judging.DesignList(best, effort.search, effort.seed, notes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -446,7 +441,7 @@ class _ModelCandidate:
         return self.found.misses
 
     @property
-    def problem(self) -> MissProblem:
+    def problem(self) -> judging.MissProblem:
         """The misses near it."""
         one = self.found
         return _problem(self.demand, self.numbered, self.row, one.theta, one.guess)
@@ -460,7 +455,7 @@ class _ModelCandidate:
         system = self.demand.system.with_values(self.found.values)
         return self._motion(system, self.found.theta, self.found.guess)[0]
 
-    def follow(self, units: str, full_turn: bool) -> DesignMotion:
+    def follow(self, units: str, full_turn: bool) -> judging.DesignMotion:
         """The mechanism of the file that was made goes through the points, and round."""
         demand, theta = self.demand, self.found.theta
         at = {demand.driver: [float(one) for one in theta]}
@@ -475,13 +470,13 @@ class _ModelCandidate:
             run = kinematics(system, drive={demand.driver: theta})
         except SolveError as error:
             stop = str(error).partition(";")[0]
-            return DesignMotion(system, theta, False, (f"branch: {stop}",), None, None)
+            return judging.DesignMotion(system, theta, False, (f"branch: {stop}",), None, None)
         if doubts := [one.message for one in run.doubts if one.kind == "branch"]:
             defects = (f"branch: {doubts[0]}", *defects)
         motion, stop = self._motion(system, theta)
         if full_turn and stop:
             defects = (f"branch: {stop}", *defects)
-        return DesignMotion(system, theta, order, defects, run, motion)
+        return judging.DesignMotion(system, theta, order, defects, run, motion)
 
     def _motion(self, system: System, theta: np.ndarray, guess: Any = None) -> tuple[Any, str]:
         """The whole revolution at the rate of the law where the driver turns round, else from the
@@ -491,13 +486,13 @@ class _ModelCandidate:
         if self.demand.whole:
             try:
                 first = float(theta[0])
-                angles = first + np.linspace(0.0, 2.0 * math.pi, MOTION)
+                angles = first + np.linspace(0.0, 2.0 * math.pi, judging.MOTION)
                 name = self.demand.driver
                 rate = float(kinematics(system, guess=guess).measure(f"{name}.rate")[0])
                 return kinetostatics(system, drive={name: (angles, rate)}, guess=guess), ""
             except SolveError as error:
                 stop = str(error).partition(";")[0]
-        whole = np.linspace(0.0, len(theta) - 1.0, MOTION)
+        whole = np.linspace(0.0, len(theta) - 1.0, judging.MOTION)
         values = np.interp(whole, np.arange(len(theta)), theta)
         return kinetostatics(system, drive={self.demand.driver: values}, guess=guess), stop
 
@@ -507,10 +502,10 @@ class _ModelCandidate:
             off = np.mod(off + np.pi, 2.0 * np.pi) - np.pi
         return np.asarray(np.sqrt(np.square(off).sum(axis=0)))
 
-    def values(self, found: DesignMotion) -> dict[str, float]:
+    def values(self, found: judging.DesignMotion) -> dict[str, float]:
         return dict(self.found.values)
 
-    def transmission(self, found: DesignMotion) -> float:
+    def transmission(self, found: judging.DesignMotion) -> float:
         return math.nan
 
     def cognate(self) -> None:

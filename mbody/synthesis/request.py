@@ -21,17 +21,9 @@ from mbody.quantities import Formula, FormulaError, Scope, read
 from mbody.quantities.formula import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import UnitSystem, unit_system
+from mbody.synthesis import judging
 from mbody.synthesis.atlas import Atlas, as_atlas
 from mbody.synthesis.guidance import motion_size
-from mbody.synthesis.judging import (
-    DesignList,
-    Judge,
-    counted,
-    pairs_of,
-    path_of,
-    poses_of,
-    timing_of,
-)
 from mbody.synthesis.linkage_kinds import KINDS, Kind
 from mbody.synthesis.linkages import Effort, for_function, for_path, for_poses
 from mbody.synthesis.models import for_model, model_demand, model_subject
@@ -143,7 +135,7 @@ def synthesize(
     search: int | None = None,
     starts: int | None = None,
     seed: int = 0,
-) -> DesignList:
+) -> judging.DesignList:
     """Mechanisms that pass a path, generate a function, or guide a body through poses.
 
     Parameters
@@ -244,11 +236,11 @@ def synthesize(
     tried = SWEPT if model is not None else FREE if timing is None else TIMED
     request = _Request(
         units=_units(model, units),
-        count=counted("count", count),
+        count=judging.counted("count", count),
         effort=Effort(
-            counted("search", tried if search is None else search),
-            counted("starts", known if starts is None else starts),
-            counted("seed", seed, 0),
+            judging.counted("search", tried if search is None else search),
+            judging.counted("starts", known if starts is None else starts),
+            judging.counted("seed", seed, 0),
         ),
         texts=(subject_to,) if isinstance(subject_to, str) else tuple(subject_to),
         full_turn=bool(full_turn),
@@ -275,8 +267,8 @@ def synthesize(
             raise ModelError("synthesize: of and span go with a model: leave them out, or give it")
         sort = _kind("four_bar" if kind is None else kind)
         if path is not None:
-            points, closed = path_of(path, request.units)
-            angles = timing_of(timing, len(points), "angle", request.units)
+            points, closed = judging.path_of(path, request.units)
+            angles = judging.timing_of(timing, len(points), "angle", request.units)
             judge = request.judge(float(np.abs(points - points.mean()).max()), "length")
             effort, most = request.effort, request.count
             curves = None if atlas is None else as_atlas(atlas)
@@ -292,7 +284,7 @@ def synthesize(
                     "follow from its pairs, its size from ground"
                 )
             return _of_function(request, sort, function, 1.0 if ground is None else ground)
-        where, angle = poses_of(poses, request.units)
+        where, angle = judging.poses_of(poses, request.units)
         judge = request.judge(motion_size(where, angle), "length")
         return for_poses(
             sort, where, angle, by, request.effort, judge, request.count, request.units
@@ -311,19 +303,21 @@ class _Request:
     defective: bool
     tolerance: Any
 
-    def judge(self, size: float, dimension: str) -> Judge:
+    def judge(self, size: float, dimension: str) -> judging.Judge:
         """A judge of designs of a motion of that size, whose misses are lengths or angles."""
         accepted = np.inf
         if self.tolerance is not None:
             accepted = _positive("tolerance", self.tolerance, dimension, self.units)
         unit = "rad" if dimension == "angle" else self.units.of("length")
         name = self.units.name
-        return Judge(name, size, self.texts, self.full_turn, self.defective, accepted, unit)
+        return judging.Judge(name, size, self.texts, self.full_turn, self.defective, accepted, unit)
 
 
-def _of_function(request: _Request, kind: Kind, function: Any, ground: Number) -> DesignList:
+def _of_function(
+    request: _Request, kind: Kind, function: Any, ground: Number
+) -> judging.DesignList:
     output = "angle" if kind.name == "four_bar" else "length"
-    inputs, outputs = pairs_of(function, ("angle", output), request.units)
+    inputs, outputs = judging.pairs_of(function, ("angle", output), request.units)
     length = _positive("ground", ground, "length", request.units)
     size = length if output == "angle" else max(float(np.ptp(outputs)), TINY)
     judge = request.judge(size, output)
@@ -339,16 +333,16 @@ def _of_model(
     path: Any,
     timing: Any,
     function: Any,
-) -> DesignList:
+) -> judging.DesignList:
     subject = model_subject(model, of, path is not None)
     if path is not None:
-        points, closed = path_of(path, request.units)
-        angles = timing_of(timing, len(points), subject.driven, request.units)
+        points, closed = judging.path_of(path, request.units)
+        angles = judging.timing_of(timing, len(points), subject.driven, request.units)
         goals = np.stack([points.real, points.imag])
         size, output = float(np.abs(points - points.mean()).max()), "length"
     else:
         output = subject.output
-        angles, outputs = pairs_of(function, (subject.driven, output), request.units)
+        angles, outputs = judging.pairs_of(function, (subject.driven, output), request.units)
         goals, closed = outputs[None, :], False
         size = 1.0 if output == "angle" else max(float(np.ptp(outputs)), TINY)
     demand = model_demand(subject, by, span, goals, angles, closed)

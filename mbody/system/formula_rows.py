@@ -9,23 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.kernels.constraints import (
-    LAW,
-    OWN,
-    PARAMETER,
-    POSITION,
-    SIGNAL,
-    SURFACE,
-    TIME,
-    TO_BLOCK,
-    TO_GAMMA,
-    TO_NU,
-    TO_PHI,
-    TO_RATE,
-    TO_SIGNAL,
-    TURN,
-    VELOCITY,
-)
+from mbody.kernels import constraints
 from mbody.laws import Law, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS, FloatArray
 from mbody.model.element import Element, Numbers
@@ -465,9 +449,9 @@ class FormulaRows:
         if steps is None:
             return
         if signal is not None:
-            self._recorded(steps, first, laws, [(TO_SIGNAL, steps.value, signal)])
+            self._recorded(steps, first, laws, [(constraints.TO_SIGNAL, steps.value, signal)])
         if rate is not None:
-            self._recorded(steps, first, laws, [(TO_RATE, steps.value, rate)])
+            self._recorded(steps, first, laws, [(constraints.TO_RATE, steps.value, rate)])
 
     def add_signal(self, law: RecordedLaw, first: int, laws: int, signal: int) -> None:
         """Append what a driver follows of time, inputs and auxiliary states: its value, rate and
@@ -477,7 +461,7 @@ class FormulaRows:
             return
         driven = law.driven
         numbers = (driven.value, driven.rate, driven.acceleration)
-        goals = [(TO_SIGNAL, number, signal + n) for n, number in enumerate(numbers)]
+        goals = [(constraints.TO_SIGNAL, number, signal + n) for n, number in enumerate(numbers)]
         self._recorded(driven.steps, first, laws, goals)
         self._known.clear()  # inputs may be set before the loads are evaluated
 
@@ -494,16 +478,21 @@ class FormulaRows:
         γ do, and where they end. row: that of Φ; blocks: where those of its bodies begin.
         """
         begin = len(self.rows)
-        goals = [(TO_SIGNAL, driven.value, signal), (TO_SIGNAL, driven.rate, signal + 1)]
-        goals += [(TO_PHI, driven.phi, row), (TO_NU, driven.rate, row)]
+        goals = [
+            (constraints.TO_SIGNAL, driven.value, signal),
+            (constraints.TO_SIGNAL, driven.rate, signal + 1),
+        ]
+        goals += [(constraints.TO_PHI, driven.phi, row), (constraints.TO_NU, driven.rate, row)]
         goals += [
-            (TO_BLOCK, number, blocks[body] + axis)
+            (constraints.TO_BLOCK, number, blocks[body] + axis)
             for (body, axis), number in driven.gradient.items()
         ]
         self._recorded(driven.steps, first, laws, goals)
         self._known.clear()
         middle = len(self.rows)
-        self._recorded(driven.steps, first, laws, [(TO_GAMMA, driven.acceleration, row)])
+        self._recorded(
+            driven.steps, first, laws, [(constraints.TO_GAMMA, driven.acceleration, row)]
+        )
         self._known.clear()
         return begin, middle, len(self.rows)
 
@@ -541,19 +530,19 @@ class FormulaRows:
 
         kind, *arguments = what
         if kind == "position":
-            return POSITION, 3 * self.bodies[arguments[0]] + arguments[1], 0
+            return constraints.POSITION, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "velocity":
-            return VELOCITY, 3 * self.bodies[arguments[0]] + arguments[1], 0
+            return constraints.VELOCITY, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "turn":
-            return TURN, 2 * self.bodies[arguments[0]] + arguments[1], 0
+            return constraints.TURN, 2 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "time":
-            return TIME, 0, 0
+            return constraints.TIME, 0, 0
         if kind == "parameter":
-            return PARAMETER, first + arguments[0], 0
+            return constraints.PARAMETER, first + arguments[0], 0
         if kind in SIGNALS:
-            return SIGNAL, self.inputs[arguments[0]] + SIGNALS.index(kind), 0
+            return constraints.SIGNAL, self.inputs[arguments[0]] + SIGNALS.index(kind), 0
         if kind == "own":
-            return OWN, self.states.index(arguments[0]), 0
+            return constraints.OWN, self.states.index(arguments[0]), 0
         return None
 
     def _law(
@@ -563,8 +552,8 @@ class FormulaRows:
         kind, n, *operands = what
         inputs = [places[one] for one in operands]
         if len(inputs) == 1:
-            return LAW + LAWS.index(kind), inputs[0], laws + n
-        return SURFACE + laws + n, inputs[0], inputs[1]
+            return constraints.LAW + LAWS.index(kind), inputs[0], laws + n
+        return constraints.SURFACE + laws + n, inputs[0], inputs[1]
 
     def _operation(self, what: tuple[Any, ...], places: Mapping[int, int]) -> tuple[int, int, int]:
         """An operation on numbers whose places are known; one of one number takes it twice."""

@@ -13,21 +13,8 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Wrench
 from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE
+from mbody.model import loads
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
-from mbody.model.loads import (
-    CentrifugalField,
-    Damper,
-    Force,
-    Gravity,
-    Load,
-    PistonPressure,
-    ReciprocatingCylinder,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-    Tyre,
-)
 from mbody.solution.measures import measured
 from mbody.summaries.text_table import force_floor, force_names, forces_on
 from mbody.views.frame import rounded_number
@@ -150,7 +137,7 @@ def wrench_names(
     if cause in names:
         plain, twist = names[cause], f"T{names[cause][1:]}"
         return (plain, notation(plain)), (twist, notation(twist))
-    if isinstance(pose.mechanism[cause], Gravity):
+    if isinstance(pose.mechanism[cause], loads.Gravity):
         return ((f"{cause}", f"$m_{{{number}}}\\,g$"),) * 2
     return ((cause, symbolic(cause)),) * 2
 
@@ -163,12 +150,12 @@ def wrench_names(
 # -- Tyres: their circles ----------------------------------------------------------------------
 
 
-def tyre_circle(load: Tyre, pose: Pose) -> tuple[Array, float]:
+def tyre_circle(load: loads.Tyre, pose: Pose) -> tuple[Array, float]:
     """The centre of the wheel, and the radius of the tyre."""
     return pose.place(load, "j"), pose.number(load, "radius")
 
 
-def tyre_symbol(load: Tyre, sketch: Sketch) -> None:
+def tyre_symbol(load: loads.Tyre, sketch: Sketch) -> None:
     """The tyre on its wheel; its road is drawn with the shapes of the ground."""
     centre, radius = tyre_circle(load, sketch.pose)
     body = load.places()["j"].body
@@ -207,7 +194,9 @@ class Barrel:
     angle: float
 
 
-def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: float) -> Barrel:
+def barrel(
+    load: loads.PistonPressure | loads.ReciprocatingCylinder, pose: Pose, block: float
+) -> Barrel:
     """A cylinder for a piston of that size, at one instant.
 
     The stroke is between the dead centres of the load; without any it is the range in this run.
@@ -215,7 +204,7 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
     angle, place = pose.direction(load, "i"), pose.place(load, "j")
     u = direction(angle)
     here = float(u @ (place - pose.place(load, "i")))
-    if isinstance(load, ReciprocatingCylinder):
+    if isinstance(load, loads.ReciprocatingCylinder):
         head_end, crank_end = pose.number(load, "near"), pose.number(load, "far")
         sign, spare = math.copysign(1.0, head_end - crank_end), pose.number(load, "clearance")
     else:
@@ -234,7 +223,9 @@ def barrel(load: PistonPressure | ReciprocatingCylinder, pose: Pose, block: floa
     return Barrel(head, mouth, piston, place, math.atan2(w[1], w[0]))
 
 
-def _stroke(load: PistonPressure, pose: Pose, least: float, here: float) -> tuple[float, float]:
+def _stroke(
+    load: loads.PistonPressure, pose: Pose, least: float, here: float
+) -> tuple[float, float]:
     """Coordinates of the piston nearest to the head and farthest from it."""
     angle = pose.run[load.i.body].angle + float(pose.system.numbers.angle(load, "i"))
     separation = pose.track(load, "j") - pose.track(load, "i")
@@ -244,7 +235,7 @@ def _stroke(load: PistonPressure, pose: Pose, least: float, here: float) -> tupl
     return float(along.min()), float(along.max())
 
 
-def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
+def barrel_symbol(load: loads.PistonPressure | loads.ReciprocatingCylinder, sketch: Sketch) -> None:
     """A barrel with its piston and piston rod, hatched where it is fixed; open where no pressure
     acts on the side of the rod.
     """
@@ -280,9 +271,9 @@ def barrel_symbol(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) 
         sketch.label(symbolic(load.name), middle, wanted, gap, rotation_cost=0.4, italic=True)
 
 
-def _double(load: PistonPressure | ReciprocatingCylinder, pose: Pose) -> bool:
+def _double(load: loads.PistonPressure | loads.ReciprocatingCylinder, pose: Pose) -> bool:
     """Whether pressure acts on the side of the piston rod too."""
-    if isinstance(load, ReciprocatingCylinder):
+    if isinstance(load, loads.ReciprocatingCylinder):
         return load.opposite_area is not None
     return pose.number(load, "rod_area") > 0.0
 
@@ -298,7 +289,7 @@ def drawn_forces(pose: Any, joints: bool) -> list[tuple[str, Array, Array, str, 
     """
     found = []
     for load in pose.mechanism.loads:
-        if isinstance(load, Force):
+        if isinstance(load, loads.Force):
             angle = pose.number(load, "angle")
             if load.follows:
                 angle += pose.direction(load, "at")
@@ -395,7 +386,7 @@ def clear_arc(sketch: Sketch, centre: Array, radius: float, choices: Any) -> tup
 
 
 @singledispatch
-def load_symbol(load: Load, sketch: Sketch) -> None:
+def load_symbol(load: loads.Load, sketch: Sketch) -> None:
     """A load of any other type: a dotted line between its places with a lozenge, or its name at the
     body.
     """
@@ -420,14 +411,14 @@ def load_symbol(load: Load, sketch: Sketch) -> None:
         sketch.label(symbolic(load.name), middle, math.pi / 2.0, 6.0 * sketch.unit, **look)
 
 
-@load_symbol.register(Force)
-@load_symbol.register(Gravity)
-def _(load: Force | Gravity, sketch: Sketch) -> None:
+@load_symbol.register(loads.Force)
+@load_symbol.register(loads.Gravity)
+def _(load: loads.Force | loads.Gravity, sketch: Sketch) -> None:
     """Arrows of forces are drawn together; gravity is in the key."""
 
 
-@load_symbol.register(Spring)
-def _(load: Spring, sketch: Sketch) -> None:
+@load_symbol.register(loads.Spring)
+def _(load: loads.Spring, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
     lead = 9.0 * sketch.unit * sketch.small
@@ -440,8 +431,8 @@ def _(load: Spring, sketch: Sketch) -> None:
         _label_middle(sketch, load.name, i, j)
 
 
-@load_symbol.register(Damper)
-def _(load: Damper, sketch: Sketch) -> None:
+@load_symbol.register(loads.Damper)
+def _(load: loads.Damper, sketch: Sketch) -> None:
     i, j = (sketch.pose.place(load, side) for side in "ij")
     _anchored(sketch, load, i, j)
     with sketch.carried(_carrier(sketch, load)):
@@ -487,8 +478,8 @@ def _label_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = IN
     )
 
 
-@load_symbol.register(Torque)
-def _(load: Torque, sketch: Sketch) -> None:
+@load_symbol.register(loads.Torque)
+def _(load: loads.Torque, sketch: Sketch) -> None:
     """An arc about the body's pin, in the direction of the torque; none where it is zero."""
     value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
     signs = _arrow_signs(sketch, f"{load.name}.torque", value)
@@ -523,7 +514,9 @@ def _drive_signs(sketch: Sketch, driver: Driver) -> list[tuple[str, float]]:
     return _signs_of(signs, f"drive:{driver.name}")
 
 
-def _torque_symbol(sketch: Sketch, load: Torque, text: str, signs: list[tuple[str, float]]) -> None:
+def _torque_symbol(
+    sketch: Sketch, load: loads.Torque, text: str, signs: list[tuple[str, float]]
+) -> None:
     centre = sketch.pose.pivot(load.by, load.body)
     radius = free_radius(sketch, centre)
     wanted = outward_from(sketch, centre, load.body)
@@ -538,15 +531,15 @@ def _torque_symbol(sketch: Sketch, load: Torque, text: str, signs: list[tuple[st
         sketch.label(text, centre, wanted, radius + 3.0 * sketch.unit, **look)
 
 
-@load_symbol.register(TorsionSpring)
-@load_symbol.register(TorsionDamper)
-def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
+@load_symbol.register(loads.TorsionSpring)
+@load_symbol.register(loads.TorsionDamper)
+def _(load: loads.TorsionSpring | loads.TorsionDamper, sketch: Sketch) -> None:
     """A spiral about the body's pin; a damper's is an arc in a cup."""
     centre = sketch.pose.pivot(load.by, load.body)
     start, radius = outward_from(sketch, centre, load.body), free_radius(sketch, centre)
     gap = radius + 3.0 * sketch.unit
     with sketch.carried(on(load.body)):
-        if isinstance(load, TorsionSpring):
+        if isinstance(load, loads.TorsionSpring):
             coil = spiral(centre, 1.3 * sketch.size("pin"), radius, start)
             sketch.line(coil, 1.0, INK, Z["block"], name=f"spring:{load.name}", weight=0.5)
         else:
@@ -556,25 +549,25 @@ def _(load: TorsionSpring | TorsionDamper, sketch: Sketch) -> None:
         sketch.label(symbolic(load.name), centre, start + math.pi, gap, italic=True)
 
 
-@load_symbol.register(PistonPressure)
-@load_symbol.register(ReciprocatingCylinder)
-def _(load: PistonPressure | ReciprocatingCylinder, sketch: Sketch) -> None:
+@load_symbol.register(loads.PistonPressure)
+@load_symbol.register(loads.ReciprocatingCylinder)
+def _(load: loads.PistonPressure | loads.ReciprocatingCylinder, sketch: Sketch) -> None:
     barrel_symbol(load, sketch)
 
 
-@load_symbol.register(Tyre)
-def _(load: Tyre, sketch: Sketch) -> None:
+@load_symbol.register(loads.Tyre)
+def _(load: loads.Tyre, sketch: Sketch) -> None:
     tyre_symbol(load, sketch)
 
 
-@load_symbol.register(CentrifugalField)
-def _(load: CentrifugalField, sketch: Sketch) -> None:
+@load_symbol.register(loads.CentrifugalField)
+def _(load: loads.CentrifugalField, sketch: Sketch) -> None:
     """The axis, and at its end an arrow around it with ω, seen a little from above."""
     with sketch.carried(on(load.places()["axis"].body)):
         _field(load, sketch)
 
 
-def _field(load: CentrifugalField, sketch: Sketch) -> None:
+def _field(load: loads.CentrifugalField, sketch: Sketch) -> None:
     pose = sketch.pose
     origin, u = pose.place(load, "axis"), direction(pose.direction(load, "axis"))
     across = np.array([u[1], -u[0]])

@@ -17,19 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.tolerances import DRAWN_NONE, TINY
+from mbody.model import joints
 from mbody.model.coupling import Coupling
-from mbody.model.joints import (
-    CamFollower,
-    Distance,
-    Fixed,
-    Gear,
-    Joint,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-)
 from mbody.solution.histories import reaction_point
 from mbody.views.body_shapes import (
     base_circle,
@@ -68,7 +57,7 @@ def outward(sketch: Sketch, place: Array, *bodies: str) -> float:
     return math.atan2(sum_of[1], sum_of[0])
 
 
-def named(sketch: Sketch, element: Joint, place: Array, *bodies: str) -> None:
+def named(sketch: Sketch, element: joints.Joint, place: Array, *bodies: str) -> None:
     """The name of a joint beside its symbol."""
     wanted = outward(sketch, place, *bodies)
     with sketch.carried(on(element.j.body)):
@@ -76,7 +65,7 @@ def named(sketch: Sketch, element: Joint, place: Array, *bodies: str) -> None:
 
 
 @singledispatch
-def joint_symbol(joint: Joint, sketch: Sketch) -> None:
+def joint_symbol(joint: joints.Joint, sketch: Sketch) -> None:
     """A joint of no known kind: a lozenge at its place on j, tied to the place on i."""
     i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
     if np.hypot(*(j - i)) > sketch.size("pin"):
@@ -89,8 +78,8 @@ def joint_symbol(joint: Joint, sketch: Sketch) -> None:
     named(sketch, joint, j, joint.i.body, joint.j.body)
 
 
-@joint_symbol.register(Revolute)
-def _(joint: Revolute, sketch: Sketch) -> None:
+@joint_symbol.register(joints.Revolute)
+def _(joint: joints.Revolute, sketch: Sketch) -> None:
     place = sketch.pose.place(joint, "j")
     with sketch.carried(on(joint.j.body)):
         sketch.pin(place, joint.name)
@@ -99,8 +88,8 @@ def _(joint: Revolute, sketch: Sketch) -> None:
             sketch.support(place, sketch.pose.nodes[getattr(joint, there).body], joint.name)
 
 
-@joint_symbol.register(Prismatic)
-def _(joint: Prismatic, sketch: Sketch) -> None:
+@joint_symbol.register(joints.Prismatic)
+def _(joint: joints.Prismatic, sketch: Sketch) -> None:
     """A block on a rail of the ground, or in the slot of a link."""
     pose = sketch.pose
     body, rail, slides = guide(joint)
@@ -133,7 +122,7 @@ def _(joint: Prismatic, sketch: Sketch) -> None:
         sketch.label(symbolic(joint.name), place, wanted, gap, rotation_cost=0.3, italic=True)
 
 
-def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> Array:
+def _beyond_cam(sketch: Sketch, joint: joints.Prismatic, slides: str, angle: float) -> Array:
     """Offset of a slider along its line, so that it does not cover the roller of a follower.
 
     Its place on the line is arbitrary.
@@ -141,7 +130,7 @@ def _beyond_cam(sketch: Sketch, joint: Prismatic, slides: str, angle: float) -> 
     pose, u = sketch.pose, direction(angle)
     place, body = pose.place(joint, slides), getattr(joint, slides).body
     for cam in pose.joints:
-        if isinstance(cam, CamFollower) and cam.j.body == body:
+        if isinstance(cam, joints.CamFollower) and cam.j.body == body:
             roller = pose.number(cam, "roller")
             if np.hypot(*(pose.place(cam, "j") - place)) < roller + sketch.size("block"):
                 sign = math.copysign(1.0, float(u @ (place - pose.place(cam, "i"))))
@@ -154,8 +143,8 @@ def _slot(sketch: Sketch, start: Array, end: Array, half: float) -> None:
     sketch.shape(rounded([start, end], half), PAPER, INK, 0.9, Z["link"] + 0.2)
 
 
-@joint_symbol.register(PinSlot)
-def _(joint: PinSlot, sketch: Sketch) -> None:
+@joint_symbol.register(joints.PinSlot)
+def _(joint: joints.PinSlot, sketch: Sketch) -> None:
     start, end = travel(sketch, joint)
     half = 1.2 * sketch.size("pin")
     if joint.i.body == "ground":
@@ -170,8 +159,8 @@ def _(joint: PinSlot, sketch: Sketch) -> None:
         sketch.pin(sketch.pose.place(joint, "j"), joint.name)
 
 
-@joint_symbol.register(Fixed)
-def _(joint: Fixed, sketch: Sketch) -> None:
+@joint_symbol.register(joints.Fixed)
+def _(joint: joints.Fixed, sketch: Sketch) -> None:
     """A square where two links are one; the ground is a wall."""
     place = sketch.pose.place(joint, "j")
     if "ground" not in (joint.i.body, joint.j.body):
@@ -187,8 +176,8 @@ def _(joint: Fixed, sketch: Sketch) -> None:
     named(sketch, joint, place, joint.i.body, joint.j.body)
 
 
-@joint_symbol.register(Distance)
-def _(joint: Distance, sketch: Sketch) -> None:
+@joint_symbol.register(joints.Distance)
+def _(joint: joints.Distance, sketch: Sketch) -> None:
     """A thin rod between two pins."""
     i, j = sketch.pose.place(joint, "i"), sketch.pose.place(joint, "j")
     rod = between(sketch.pose.site(joint, "i"), sketch.pose.site(joint, "j"))
@@ -204,8 +193,8 @@ def _(joint: Distance, sketch: Sketch) -> None:
         sketch.label(symbolic(joint.name), 0.5 * (i + j), wanted, 4.0 * sketch.unit, italic=True)
 
 
-@joint_symbol.register(CamFollower)
-def _(joint: CamFollower, sketch: Sketch) -> None:
+@joint_symbol.register(joints.CamFollower)
+def _(joint: joints.CamFollower, sketch: Sketch) -> None:
     """The cam with its base circle; on it a roller, an edge or a flat face."""
     pose = sketch.pose
     centre, place, contact = (
@@ -225,7 +214,7 @@ def _(joint: CamFollower, sketch: Sketch) -> None:
         sketch.label(symbolic(joint.name), contact, across, gap, rotation_cost=0.3, italic=True)
 
 
-def _follower(joint: CamFollower, sketch: Sketch, place: Array, centre: Array) -> None:
+def _follower(joint: joints.CamFollower, sketch: Sketch, place: Array, centre: Array) -> None:
     pose, z = sketch.pose, Z["block"] - 0.2
     roller = pose.number(joint, "roller")
     if joint.flat:
@@ -240,12 +229,12 @@ def _follower(joint: CamFollower, sketch: Sketch, place: Array, centre: Array) -
         sketch.shape([place, *wings], LINK, INK, 1.1, z, name=f"edge:{joint.name}")
 
 
-@joint_symbol.register(Gear)
-@joint_symbol.register(Rolling)
-@joint_symbol.register(RackPinion)
-def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
+@joint_symbol.register(joints.Gear)
+@joint_symbol.register(joints.Rolling)
+@joint_symbol.register(joints.RackPinion)
+def _(joint: joints.Gear | joints.Rolling | joints.RackPinion, sketch: Sketch) -> None:
     """Circles that touch, or a circle on a line."""
-    pose, toothed = sketch.pose, not isinstance(joint, Rolling)
+    pose, toothed = sketch.pose, not isinstance(joint, joints.Rolling)
     circles = wheels(joint, pose)
     greatest = max(radius for _, radius in circles)
     for side, radius in circles:
@@ -275,7 +264,7 @@ def _(joint: Gear | Rolling | RackPinion, sketch: Sketch) -> None:
         )
 
 
-def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Array, Array]:
+def _rolled(sketch: Sketch, joint: joints.Joint, start: Array, end: Array) -> tuple[Array, Array]:
     """The ends of a road that is long enough for the whole motion."""
     pose, u = sketch.pose, (end - start) / max(float(np.hypot(*(end - start))), TINY)
     body = pose.run[joint.i.body]
@@ -290,7 +279,7 @@ def _rolled(sketch: Sketch, joint: Joint, start: Array, end: Array) -> tuple[Arr
 
 
 def _wheel(
-    sketch: Sketch, joint: Joint, side: str, radius: float, ring: bool, toothed: bool
+    sketch: Sketch, joint: joints.Joint, side: str, radius: float, ring: bool, toothed: bool
 ) -> None:
     """A wheel with its hub and a mark that turns with it; a ring, or one that is the ground, is
     hatched outside."""

@@ -24,19 +24,10 @@ from mbody.model.element import listed
 from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
+from mbody.views import friction_symbols
 from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
 from mbody.views.frame import captions, key_row, nice, rounded_number
-from mbody.views.friction_symbols import (
-    circle_scale,
-    contact_forces,
-    contact_symbol,
-    drawn_modes,
-    drive_sense,
-    friction_circles,
-    line_of_action,
-    sticking_symbol,
-)
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
 from mbody.views.labels import Label, symbolic, together
 from mbody.views.links import are_lines, link, link_label, link_lines, points, with_symbols
@@ -119,7 +110,7 @@ class LoadedPose(Pose):
 
     def rate(self, driver: str) -> float:
         """The effort of a driver; where it has none the rate."""
-        return float(drive_sense(self.run, driver, forces=True)[self.k])
+        return float(friction_symbols.drive_sense(self.run, driver, forces=True)[self.k])
 
 
 class Faded(Sketch):
@@ -162,7 +153,7 @@ def longest_force(poses: Sequence[Pose], forces: bool, selection: ElementSelecti
 def _selected_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
     every = drawn_forces(pose, forces)
     if forces and pose.run.has_forces:
-        every += contact_forces(pose)
+        every += friction_symbols.contact_forces(pose)
     if not selection.only:
         return every
     own = {joint.name for joint in selection.between(pose.mechanism.joints)}
@@ -282,13 +273,13 @@ def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -
     joints = selection.between(mechanism.joints)
     groups = () if selection.only else mechanism.groups
     for contact in (*selection.between(mechanism.contacts), *groups):
-        contact_symbol(contact, sketch, forces=forces)
+        friction_symbols.contact_symbol(contact, sketch, forces=forces)
     for joint in joints:
-        sticking_symbol(joint, sketch)
+        friction_symbols.sticking_symbol(joint, sketch)
     if forces:
-        sketch.enlarged = circle_scale(pose, sketch.unit, joints)
-        friction_circles(sketch, joints, sketch.enlarged)
-    sketch.modes = drawn_modes(pose)
+        sketch.enlarged = friction_symbols.circle_scale(pose, sketch.unit, joints)
+        friction_symbols.friction_circles(sketch, joints, sketch.enlarged)
+    sketch.modes = friction_symbols.drawn_modes(pose)
 
 
 def _pin_labels(sketch: Sketch) -> None:
@@ -327,7 +318,10 @@ def _arrows(
         )
         if name in books and forces and pose.run.has_forces:
             # a pin that slides is touched by its reaction at the friction circle
-            place = place + line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
+            place = (
+                place
+                + friction_symbols.line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
+            )
         begins = name in touching
         force_arrow(sketch, name, place, vector, color, text, scale, begins=begins)
     # a label on an arrow could be read as its name

@@ -13,14 +13,9 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, remedy
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution
+from mbody.views import friction_symbols
 from mbody.views.acting import driver_symbol, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, wheels
-from mbody.views.friction_symbols import (
-    circle_scale,
-    contact_symbol,
-    friction_circles,
-    sticking_symbol,
-)
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol
 from mbody.views.labels import symbolic, together
 from mbody.views.links import link, places, points
@@ -293,12 +288,12 @@ def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
     for driver in mechanism.drivers:
         driver_symbol(driver, sketch, symbolic(driver.name))
     for contact in mechanism.contacts:
-        contact_symbol(contact, sketch)
+        friction_symbols.contact_symbol(contact, sketch)
     for joint in mechanism.joints:
-        sticking_symbol(joint, sketch)
+        friction_symbols.sticking_symbol(joint, sketch)
     if pose.run.has_forces:
-        sketch.enlarged = circle_scale(pose, unit, mechanism.joints)
-        friction_circles(sketch, mechanism.joints, sketch.enlarged)
+        sketch.enlarged = friction_symbols.circle_scale(pose, unit, mechanism.joints)
+        friction_symbols.friction_circles(sketch, mechanism.joints, sketch.enlarged)
     for body in mechanism.bodies:
         points(sketch, body.name)
     return sketch

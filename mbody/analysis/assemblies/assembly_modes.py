@@ -21,14 +21,7 @@ from mbody.analysis.assemblies.linkage import (
     TooFewRows,
     assur_groups,
 )
-from mbody.analysis.position.assembly_analysis import (
-    as_system,
-    check_determined,
-    check_fit,
-    closed,
-    raise_user_error,
-    set_driver_values,
-)
+from mbody.analysis.position import assembly_analysis
 from mbody.analysis.position.closed_position import by_rows
 from mbody.analysis.position.initial_guess import placed
 from mbody.core import tolerances as tol
@@ -305,7 +298,7 @@ STARTS = 240
 def modes_by_random_starts(system: System, driver_values: dict[str, float], t: float) -> np.ndarray:
     """Poses (modes, coordinates + 3) that were found, in the order of their numbers."""
     work = system.work()
-    values = set_driver_values(system, work, t, driver_values)
+    values = assembly_analysis.set_driver_values(system, work, t, driver_values)
     bodies = [body.name for body in system.mechanism.bodies]
     found: list[np.ndarray] = []
     for n in range(STARTS):
@@ -324,7 +317,7 @@ def modes_by_random_starts(system: System, driver_values: dict[str, float], t: f
             0.0,
             tol.LOOP_CLOSURE_RESIDUAL * (1.0 + float(system.extent(start))),
         )
-        raise_user_error(system)
+        assembly_analysis.raise_user_error(system)
         if not good or not np.isfinite(work.q).all():
             continue
         if np.abs(dense(system, work)[0]).max(initial=0.0) > tol.LOOP_OPEN_SEARCH:
@@ -414,13 +407,13 @@ def assembly_modes(
     >>> round(float(np.degrees(run["rocker"].angle[0])), 4)
     57.3249
     """
-    system = as_system(model)
+    system = assembly_analysis.as_system(model)
     if system.batch is not None:
         raise ModelError("assembly_modes takes one design: choose one of the batch with design(n)")
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         raise ModelError(f"most is {brief(most)}: give a whole number of boxes, 1 or more")
     given = checked_driver_values(system, drive)
-    values = set_driver_values(system, system.work(), 0.0, given)
+    values = assembly_analysis.set_driver_values(system, system.work(), 0.0, given)
     try:
         linkage = Linkage(system, given)
         search = _GroupSearch(linkage, assur_groups(linkage), most)
@@ -428,7 +421,9 @@ def assembly_modes(
     except NotCovered as reason:
         return _by_starts(system, given, values, str(reason), used)
     except TooFewRows:
-        check_determined(system, closed(system, 0.0, given), "assembly_modes")
+        assembly_analysis.check_determined(
+            system, assembly_analysis.closed(system, 0.0, given), "assembly_modes"
+        )
         return _by_starts(system, given, values, TOO_FEW, used)
     return search.result(given, values, used)
 
@@ -538,7 +533,7 @@ class _GroupSearch:
         for pose in poses:
             by_rows(system, pose, values, system.numbers)
         if len(poses):
-            check_fit(system, poses[0], 0)
+            assembly_analysis.check_fit(system, poses[0], 0)
         meshed = linkage.meshed
         residuals = _residuals(system, given, poses)
         for residual, name in zip(residuals, names, strict=True):
@@ -614,7 +609,7 @@ def _by_starts(
 def _residuals(system: System, given: dict[str, float], poses: np.ndarray) -> list[float]:
     """Greatest violation of the rows of the engine at each pose, in model lengths and radians."""
     work = system.work()
-    set_driver_values(system, work, 0.0, given)
+    assembly_analysis.set_driver_values(system, work, 0.0, given)
     found = []
     for pose in poses:
         work.q[:, 0] = pose
@@ -629,7 +624,7 @@ def _position_used(
     if used is not None:
         return used
     try:
-        found = closed(system, 0.0, given, intended=lambda _: True)
+        found = assembly_analysis.closed(system, 0.0, given, intended=lambda _: True)
     except SolveError:
         return None
     return np.array(found.work.q[:, 0])

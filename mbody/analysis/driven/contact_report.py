@@ -19,13 +19,7 @@ from mbody.model.contact import ContactCandidate, OneSided, Rope
 from mbody.model.coupling import Coupling
 from mbody.model.element import listed
 from mbody.model.joints import Joint
-from mbody.solution.contact_forces import (
-    friction_pairs,
-    least_pressing,
-    losing_pairs,
-    pressing_force,
-    pressing_forces,
-)
+from mbody.solution import contact_forces
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import column, ends, reported_certificate, with_fields
 from mbody.solution.solution import Solution
@@ -87,7 +81,7 @@ def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
         pull = -rope_factor(solution.system, element) * solution.effort(element.name)
         return OneSidedForce(solution.t, pull, np.abs(pull))
     if element.role == "contact":
-        press = least_pressing(solution, element)
+        press = contact_forces.least_pressing(solution, element)
         return OneSidedForce(solution.t, press, _greatest(solution))
     press = np.asarray(solution.contact(element.name))
     return OneSidedForce(solution.t, press, solution.reaction(element.name).magnitude)
@@ -96,7 +90,7 @@ def one_sided_force(solution: Solution, element: Any) -> OneSidedForce:
 def _greatest(solution: Solution) -> Array:
     """The greatest force of all closed contacts, by which rounding is judged: (instants,)."""
     closed = [one for one in solution.mechanism.contacts if one.closed]
-    every = [np.abs(pressing_force(solution, one)) for one in closed]
+    every = [np.abs(contact_forces.pressing_force(solution, one)) for one in closed]
     return np.asarray(np.max(every, axis=0))
 
 
@@ -243,7 +237,7 @@ def _modes(found: Solution) -> dict[str, list[str]]:
     if not has_closed_contacts(found.mechanism):
         return {}
     count = len(found)
-    frictional = {pair.joint for _, pair in losing_pairs(found)}
+    frictional = {pair.joint for _, pair in contact_forces.losing_pairs(found)}
     modes = {}
     for one in found.mechanism.contacts:
         word = "roll" if one.rolls else "stick"
@@ -339,7 +333,7 @@ def _slipping(found: Solution) -> list[Doubt]:
     """Wheels that roll by more friction than there is."""
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.rolls and found.has_forces):
-        presses = pressing_forces(found, contact)
+        presses = contact_forces.pressing_forces(found, contact)
         rows = found.system.primitives_of[contact.name][len(presses) :]
         limit = column(contact.coefficients(found.system.numbers)[1])
         along = np.abs([found.primitive_history(e, 0) for e in rows])
@@ -466,7 +460,7 @@ def _not_unique(found: Solution) -> list[str]:
     if not found.regularization:
         return []
     frictional = dict.fromkeys(
-        pair.joint for pair in friction_pairs(found.system) if not pair.separable
+        pair.joint for pair in contact_forces.friction_pairs(found.system) if not pair.separable
     )
     names = [
         name for name in frictional if open_parts is None or any(open_parts.get(name, (True,)))

@@ -19,18 +19,7 @@ from mbody.analysis.position.assembly_analysis import as_system, check_determine
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
-from mbody.kernels.continuation import (
-    BY_DRIVER,
-    BY_INSTANT,
-    DONE,
-    INSTANTS,
-    LOST,
-    PROGRESS,
-    REACHED,
-    DrivenPath,
-    PathOutput,
-    follow,
-)
+from mbody.kernels import continuation
 from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -161,8 +150,8 @@ class _Curve:
         chords = np.zeros((len(steps), count))
         chords[:-1, self.which] = change / STATIONS
         position_norm = float(system.extent(work.q[:, 0]))
-        path = DrivenPath(
-            mode=BY_DRIVER if count == 1 else BY_INSTANT,
+        path = continuation.DrivenPath(
+            mode=continuation.BY_DRIVER if count == 1 else continuation.BY_INSTANT,
             s=s,
             t=np.full(len(steps), float(work.time[0, 0])),
             given=given,
@@ -173,19 +162,19 @@ class _Curve:
             regularization=self.start.regularization,
             position_norm=1.0 + position_norm + abs(change) / self.unit,
         )
-        path_output = PathOutput(
+        path_output = continuation.PathOutput(
             output=np.empty((len(steps), system.record_rows, 1)),
-            progress=np.zeros(PROGRESS),
+            progress=np.zeros(continuation.PROGRESS),
             nearest=np.zeros(3),
             passed=np.empty((0, 1 + n)),
         )
-        code = follow(L, work, path, path_output)
-        q = path_output.output[: int(path_output.progress[INSTANTS]), :n, 0]
-        if code == DONE:
+        code = continuation.follow(L, work, path, path_output)
+        q = path_output.output[: int(path_output.progress[continuation.INSTANTS]), :n, 0]
+        if code == continuation.DONE:
             return None, q
-        if code == LOST:
+        if code == continuation.LOST:
             return self.value, self.start.work.q[:n].T.copy()
-        at = float(path_output.progress[REACHED])
+        at = float(path_output.progress[continuation.REACHED])
         stopped = at if count == 1 else self.value + at * change / STATIONS
         return stopped, np.vstack([q, work.past[:n, 0]])
 

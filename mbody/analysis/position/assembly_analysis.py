@@ -9,18 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.position.closed_position import (
-    ClosedPosition,
-    ambiguous,
-    by_rows,
-    by_springs,
-    direction,
-    keep_position,
-    kept_position,
-    other_teeth,
-    place,
-    position_key,
-)
+from mbody.analysis.position import closed_position
 from mbody.analysis.position.initial_guess import nearest_to_guesses, placed, wrapped
 from mbody.core import tolerances as tol
 from mbody.core.callbacks import failure
@@ -517,8 +506,8 @@ def closed(
     guess: Guesses | None = None,
     design: int = 0,
     pose: np.ndarray | None = None,
-    intended: Callable[[ClosedPosition], bool] | None = None,
-) -> ClosedPosition:
+    intended: Callable[[closed_position.ClosedPosition], bool] | None = None,
+) -> closed_position.ClosedPosition:
     """Close the loops of one design at time t, given driver values winning over laws; from `pose`
     (coordinates,) if there is one, else from the guesses. Where these lie on another branch than
     the position found, `meant` may say that this one is meant all the same.
@@ -532,8 +521,8 @@ def closed(
         raise ModelError(f'guess must be a dict such as {{"coupler": 0.3}}, not {guess!r}')
     if guess and "ground" in guess:
         raise ModelError("the ground does not move: a guess is for moving bodies", "ground")
-    key = position_key(system, t, driver_values, guess) if pose is None else None
-    known = kept_position(system, key)
+    key = closed_position.position_key(system, t, driver_values, guess) if pose is None else None
+    known = closed_position.kept_position(system, key)
     if known is not None:
         return known
     work = system.work(designs=design)
@@ -568,10 +557,10 @@ def closed(
     sure = True
     if first_found:
         sure = _say_branch(system, found, first[:, None], guess, intended)
-    by_springs(base, found.work.q.T)
-    found.notes += ambiguous(base, found.work.q[:, 0], values)
+    closed_position.by_springs(base, found.work.q.T)
+    found.notes += closed_position.ambiguous(base, found.work.q[:, 0], values)
     if sure:
-        keep_position(system, key, found)
+        closed_position.keep_position(system, key, found)
     return found
 
 
@@ -601,15 +590,17 @@ def drawn_together(system: System, work: Work, pose: np.ndarray) -> np.ndarray:
 
 
 def _meshing(
-    system: System, base: System, found: ClosedPosition, values: Mapping[str, float]
-) -> ClosedPosition:
+    system: System, base: System, found: closed_position.ClosedPosition, values: Mapping[str, float]
+) -> closed_position.ClosedPosition:
     """The closed position at which those teeth of wheels meet that their phases mean."""
     pose = found.work.q[:, 0].copy()
-    if not other_teeth(base, pose, values, base.numbers):
+    if not closed_position.other_teeth(base, pose, values, base.numbers):
         return found
     before = found.work.q.copy()
     again = _from(system, found.work, pose[:, None])
-    if again is not None and not other_teeth(base, again.work.q[:, 0].copy(), values, base.numbers):
+    if again is not None and not closed_position.other_teeth(
+        base, again.work.q[:, 0].copy(), values, base.numbers
+    ):
         again.notes += found.notes
         return again
     found.work.q[:] = before
@@ -621,7 +612,7 @@ def closed_near(
     t: float,
     guess: Guesses | None,
     driver_values: Mapping[str, float] | None = None,
-) -> ClosedPosition | None:
+) -> closed_position.ClosedPosition | None:
     """Close the loops of one design from the guesses alone: no other starts are tried, and a
     failure, None, is not explained. It is for searches, most of whose failures nobody reads.
     """
@@ -641,7 +632,7 @@ def _guessed(
 ) -> np.ndarray:
     """A first pose by the guesses, each body rotated as rows between angles have it."""
     pose = placed(system, guess, values, shaken)
-    by_rows(system, pose, values, system.numbers)
+    closed_position.by_rows(system, pose, values, system.numbers)
     return pose
 
 
@@ -652,8 +643,10 @@ def check_fit(system: System, q: np.ndarray, design: int) -> None:
         return
     system = system if system.batch is None else system.design(design)
     for joint in spaced:
-        separation = place(system, q, joint, "j") - place(system, q, joint, "i")
-        angles = (direction(system, q, joint, side) for side in ("i", "j"))
+        separation = closed_position.place(system, q, joint, "j") - closed_position.place(
+            system, q, joint, "i"
+        )
+        angles = (closed_position.direction(system, q, joint, side) for side in ("i", "j"))
         found, wanted = map(float, joint.fit(system.numbers, tuple(separation), *angles))
         if abs(found - wanted) > tol.DISTANCE_MISFIT * system.length:
             raise misfit(system, joint, found, wanted)
@@ -667,7 +660,7 @@ def misfit(
     return SolveError(f"'{joint.name}' does not fit: {what}{where}: {remedy}", joint.name)
 
 
-def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | None:
+def _from(system: System, work: Work, start: np.ndarray) -> closed_position.ClosedPosition | None:
     """Close from one pose, with the proximal term where rows turn out to be dependent."""
     for regularization in (0.0, tol.REDUNDANT_ROW_SOFTNESS):
         work.q[:] = start
@@ -675,7 +668,7 @@ def _from(system: System, work: Work, start: np.ndarray) -> ClosedPosition | Non
             system.runtime(), work, regularization, float(rounding(system, work.q[:, 0]))
         )
         raise_user_error(system)
-        result = ClosedPosition(work, regularization, ratio, straight=straight)
+        result = closed_position.ClosedPosition(work, regularization, ratio, straight=straight)
         if good and regularization == 0.0 and ratio >= tol.PIVOT_SUSPICIOUS:
             return result
         # dependent rows let Newton rest where a gap is smallest
@@ -734,10 +727,10 @@ def drivers(system: System) -> list[tuple[Any, int]]:
 
 def _say_branch(
     system: System,
-    result: ClosedPosition,
+    result: closed_position.ClosedPosition,
     start: np.ndarray,
     guess: Guesses | None,
-    intended: Callable[[ClosedPosition], bool] | None,
+    intended: Callable[[closed_position.ClosedPosition], bool] | None,
 ) -> bool:
     """Warn where a guess and the position found lie on different sides of a singular position;
     returns whether the guess alone says that this position is meant.
@@ -793,7 +786,9 @@ def _guessed_place(body: Body, guess: Guesses | None) -> bool:
     return own.x is not None
 
 
-def check_determined(system: System, result: ClosedPosition, what: str, remedy: str = "") -> None:
+def check_determined(
+    system: System, result: closed_position.ClosedPosition, what: str, remedy: str = ""
+) -> None:
     """Refuse a position that the drivers do not determine; `remedy`: what else may be done."""
     regular = system.rows == system.coordinates and not result.regularization
     if regular and result.ratio > tol.PIVOT_SUSPICIOUS:

@@ -16,14 +16,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
-from mbody.kernels.finished_instants import (
-    NO_FRICTION,
-    RESIDUALS,
-    Finished,
-    breakdown,
-    each_load,
-    residuals_of,
-)
+from mbody.kernels import finished_instants
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import close, laws_of_time, project, violation
 from mbody.system.rank import dense, joint_rows, rank_of
@@ -100,7 +93,7 @@ class Manifold:
         self.motion = np.zeros((1, 3 * self.size + (0 if own is None else len(own))))
         if own is not None:
             self.motion[0, 3 * self.size :] = own
-        self.instant = Finished(
+        self.instant = finished_instants.Finished(
             motion=self.motion,
             t=self.time,
             lam=np.zeros((1, 2 * len(system.owners))),
@@ -109,7 +102,7 @@ class Manifold:
             by_law=True,
             at_rest=True,
         )
-        self.output = np.empty((1, RESIDUALS))
+        self.output = np.empty((1, finished_instants.RESIDUALS))
         self.weight, self.force_unit = np.ones(self.size // 3), self.scale
         if weighted and (system.groups != system.groups[0]).any():
             self.weight = self._weights()
@@ -145,7 +138,7 @@ class Manifold:
         self.motion[0, : self.size] = q
         self.motion[0, self.size : 2 * self.size] = 0.0 if v is None else v
         # the kernel of the residuals sums the loads of an instant, laws included; drivers rest
-        residuals_of(self.layout, self.work, self.instant, self.output)
+        finished_instants.residuals_of(self.layout, self.work, self.instant, self.output)
         raise_user_error(self.system)
         return np.asarray(self.work.force[: self.size, 0] * self.force_unit)
 
@@ -180,7 +173,7 @@ class Manifold:
             work = self.work
             work.q[: self.size, 0] = q
             kernel = self.layout, work, tol.REDUNDANT_ROW_SOFTNESS, self.motion, self.time
-            breakdown(*kernel, cause + 1, NO_FRICTION, parts)
+            finished_instants.breakdown(*kernel, cause + 1, finished_instants.NO_FRICTION, parts)
             top = max(top, float(np.abs(work.force[: self.size, 0] * self.force_unit).max()))
         return top
 
@@ -389,7 +382,7 @@ class ManyPositions:
             motion[:, : self.size] = q
             motion[:, self.size : 3 * self.size] = 0.0
             times = np.repeat(manifold.time, len(q))
-            each_load(manifold.layout, manifold.work, motion, times, output)
+            finished_instants.each_load(manifold.layout, manifold.work, motion, times, output)
             raise_user_error(manifold.system)
         return output * self.manifold.force_unit
 

@@ -22,45 +22,14 @@ from mbody.core.tolerances import (
     ORACLE_FORCE_UNIQUE,
 )
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
-from mbody.engines.oracle import element_laws
-from mbody.engines.oracle.friction import (
-    DenseFriction,
-    FrictionDynamics,
-    FrictionMotion,
-    has_friction,
-)
+from mbody.engines.oracle import element_laws, friction
 from mbody.laws import Law, MeasuredFormula
+from mbody.model import joints, loads
 from mbody.model.body import Body, SlenderRod
 from mbody.model.contact import OneSided
 from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.model.element import Element, Marker, Polar
-from mbody.model.joints import (
-    CamFollower,
-    CustomJoint,
-    Distance,
-    Fixed,
-    Gear,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-)
-from mbody.model.loads import (
-    CentrifugalField,
-    CustomLoad,
-    Damper,
-    Force,
-    Gravity,
-    PistonPressure,
-    ReciprocatingCylinder,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-    Tyre,
-)
 from mbody.model.mechanism import Mechanism
 
 
@@ -183,7 +152,7 @@ class Geometry:
                     body = self.body(there.body)
                     angle = body.guess.angle
                     if angle is None:
-                        keeps_angle = isinstance(joint, Fixed | Prismatic)
+                        keeps_angle = isinstance(joint, joints.Fixed | joints.Prismatic)
                         base = self.pose(q, here.body)[2] + here.angle - there.angle
                         angle = base if keeps_angle else 0.0
                     self._set(q, body, angle, 0.0, 0.0)
@@ -252,11 +221,11 @@ def _position(reference: Any, name: str, q: Any) -> Any:
             x, y = reference.place(q, Marker(element, point if point != "origin" else (0.0, 0.0)))
         return {"x": x, "y": y, "angle": angle}[key]
     one: Any = next((e for e in reference.mechanism if e.name == element), None)
-    if isinstance(one, Revolute) and key == "angle":
+    if isinstance(one, joints.Revolute) and key == "angle":
         return reference.pose(q, one.j.body)[2] - reference.pose(q, one.i.body)[2]
     if isinstance(one, AngleDriver) and key == "value":
         return reference.pose(q, one.body)[2] - reference.pose(q, one.relative_to)[2]
-    if isinstance(one, DistanceDriver | Spring | Damper) and key in ("value", "length"):
+    if isinstance(one, DistanceDriver | loads.Spring | loads.Damper) and key in ("value", "length"):
         (xi, yi), (xj, yj) = reference.place(q, one.i), reference.place(q, one.j)
         return np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2)
     raise NotImplementedError(f"it does not measure '{name}'")
@@ -281,7 +250,7 @@ def _quantity(reference: Any, name: str, q: Any, v: Any, t: float) -> float:
     if hasattr(one, "body") and key in ("angle", "rate"):
         rows = q if key == "angle" else v
         return float(reference.pose(rows, one.body)[2] - reference.pose(rows, one.by)[2])
-    if isinstance(one, Revolute) and key in ("angle", "rate"):
+    if isinstance(one, joints.Revolute) and key in ("angle", "rate"):
         rows = q if key == "angle" else v
         i, j = (reference.pose(rows, marker.body)[2] for marker in (one.i, one.j))
         return float(j - i)
@@ -345,7 +314,7 @@ class Constraints(Geometry):
 
     def _rows(self, e: Any, q: Any, t: Any) -> list[Any]:
         """The rows of one element at q (3n + 3,)."""
-        if isinstance(e, CustomJoint):
+        if isinstance(e, joints.CustomJoint):
             return self._custom_phi(e, q, t)
         if isinstance(e, Coupling):
             whole: Any = e
@@ -354,23 +323,23 @@ class Constraints(Geometry):
         if isinstance(e, AngleDriver):
             return [self._angle(q, e.body) - self._angle(q, e.relative_to) - self._law(e, q, t)]
         (xi, yi), (xj, yj) = self.place(q, e.i), self.place(q, e.j)
-        if isinstance(e, Revolute):
+        if isinstance(e, joints.Revolute):
             return [xj - xi, yj - yi]
         direction = self._angle(q, e.i.body) + e.i.angle
         rotation = self._angle(q, e.j.body) + e.j.angle - direction
-        if isinstance(e, Fixed):
+        if isinstance(e, joints.Fixed):
             return [xj - xi, yj - yi, rotation]
-        if isinstance(e, Prismatic):
+        if isinstance(e, joints.Prismatic):
             return [np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi), rotation]
         along = np.cos(direction) * (xj - xi) + np.sin(direction) * (yj - yi)
         across = np.cos(direction) * (yj - yi) - np.sin(direction) * (xj - xi)
-        if isinstance(e, PinSlot):
+        if isinstance(e, joints.PinSlot):
             return [across]
-        if isinstance(e, RackPinion):
+        if isinstance(e, joints.RackPinion):
             return [along + e.radius * rotation - e.offset]
-        if isinstance(e, Rolling) and e.on_radius is None:
+        if isinstance(e, joints.Rolling) and e.on_radius is None:
             return [across - e.radius, along + e.radius * rotation - e.offset]
-        if isinstance(e, CamFollower):
+        if isinstance(e, joints.CamFollower):
             # the profile in polar coordinates of the cam's axes, opposite to its direction of
             # rotation
             sign = 1.0 if e.clockwise else -1.0
@@ -383,7 +352,7 @@ class Constraints(Geometry):
             face = direction + rotation
             support = np.cos(face) * (yj - yi) - np.sin(face) * (xj - xi)
             return [support - beyond - law_around(e.profile, sign * (rotation + 0.5 * math.pi))]
-        if isinstance(e, Gear | Rolling):
+        if isinstance(e, joints.Gear | joints.Rolling):
             ri, rj = self.signed_radii(e)
             # rolling: equal arcs on both wheels
             line = _direction(xj - xi, yj - yi)
@@ -391,8 +360,8 @@ class Constraints(Geometry):
             second = self._angle(q, e.j.body) + e.j.angle - line
             arcs = _nearest(ri * first + rj * second + (ri + rj) * e.phase, ri + rj)
             distance = np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - (ri + rj)
-            return [arcs] if isinstance(e, Gear) else [distance, arcs]
-        if isinstance(e, Distance):
+            return [arcs] if isinstance(e, joints.Gear) else [distance, arcs]
+        if isinstance(e, joints.Distance):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - e.length(0.0)]
         if isinstance(e, DistanceDriver):
             return [np.sqrt((xj - xi) ** 2 + (yj - yi) ** 2) - self._law(e, q, t)]
@@ -421,7 +390,7 @@ class Constraints(Geometry):
     @staticmethod
     def signed_radii(e: Any) -> tuple[float, float]:
         """Radii of two wheels from their centres towards each other, that in a ring negative."""
-        ri, rj = (e.radius_i, e.radius_j) if isinstance(e, Gear) else (e.on_radius, e.radius)
+        ri, rj = (e.radius_i, e.radius_j) if isinstance(e, joints.Gear) else (e.on_radius, e.radius)
         if not e.internal:
             return ri, rj
         return (ri, -rj) if ri > rj else (-ri, rj)
@@ -429,13 +398,15 @@ class Constraints(Geometry):
     def reaction_point(self, q_all: Any, e: Any) -> tuple[float, float]:
         """World place of the reaction point of a joint: at j, or the contact of wheels."""
         (xi, yi), (xj, yj) = self.place(q_all, e.i), self.place(q_all, e.j)
-        if isinstance(e, Gear) or (isinstance(e, Rolling) and e.on_radius is not None):
+        if isinstance(e, joints.Gear) or (
+            isinstance(e, joints.Rolling) and e.on_radius is not None
+        ):
             radius = self.signed_radii(e)[0]
             distance = math.hypot(xj - xi, yj - yi)
             return xi + radius * (xj - xi) / distance, yi + radius * (yj - yi) / distance
-        if isinstance(e, CamFollower):
+        if isinstance(e, joints.CamFollower):
             return self._touched(q_all, e, (xi, yi), (xj, yj))
-        if isinstance(e, RackPinion | Rolling):
+        if isinstance(e, joints.RackPinion | joints.Rolling):
             direction = self._angle(q_all, e.i.body) + e.i.angle
             return xj + e.radius * math.sin(direction), yj - e.radius * math.cos(direction)
         return xj, yj
@@ -465,14 +436,14 @@ class Constraints(Geometry):
     def _angle(self, q: Any, body: str) -> Any:
         return self.pose(q, body)[2]
 
-    def _physics(self, e: CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
+    def _physics(self, e: joints.CustomJoint, q: Any, v: Any, t: Any) -> tuple[Any, ...]:
         sides = (self.side(q, v, e.i.body), self.side(q, v, e.j.body))
         numbers: Any = ReferenceNumbers(self)
         (primitive,) = e.primitives(numbers)
         assert primitive.function is not None
         return tuple(primitive.function(*sides, np.array(primitive.parameters), t))
 
-    def _custom_phi(self, e: CustomJoint, q: Any, t: Any) -> list[Any]:
+    def _custom_phi(self, e: joints.CustomJoint, q: Any, t: Any) -> list[Any]:
         if q.ndim == 1:
             return list(self._physics(e, q, np.zeros(len(q)), t)[0][: len(e.rows)])
         columns = [self._custom_phi(e, column, t) for column in q.T]
@@ -640,7 +611,7 @@ class Loads(ReferenceMotion):
             elif isinstance(load, element_laws.PUSHERS):
                 _, length, rate = self.stretch(q, v, load)
                 rates = element_laws.pusher_rates(load, length, rate, law, own)
-            elif isinstance(load, Tyre):
+            elif isinstance(load, loads.Tyre):
                 _, height, speed, _, spin = self._on_road(q, v, load)
                 rates = element_laws.tyre_rates(load, height, speed, spin, own)
             elif load.auxiliary_states():
@@ -651,7 +622,7 @@ class Loads(ReferenceMotion):
     def _law_of(self, load: Any, field: str) -> float:
         return self.value(getattr(load, field), self.now[2])
 
-    def _on_road(self, q: np.ndarray, v: np.ndarray, tyre: Tyre) -> tuple[float, ...]:
+    def _on_road(self, q: np.ndarray, v: np.ndarray, tyre: loads.Tyre) -> tuple[float, ...]:
         """Direction of the road, height of the wheel's centre, its speed along the road and away
         from it, and the rate of the wheel.
         """
@@ -712,7 +683,7 @@ class Loads(ReferenceMotion):
             found += [(0.25 * m, sign * radius * x, sign * radius * y) for sign in (1.0, -1.0)]
         return found
 
-    def _spin(self, load: CentrifugalField, q: np.ndarray, t: float, f: np.ndarray) -> None:
+    def _spin(self, load: loads.CentrifugalField, q: np.ndarray, t: float, f: np.ndarray) -> None:
         """Centrifugal force on every mass element: ω² times its distance from the axis."""
         (x0, y0), angle = self.place(q, load.axis), load.axis.angle
         normal = np.array([-math.sin(angle), math.cos(angle)])
@@ -748,28 +719,28 @@ class Loads(ReferenceMotion):
 
     def _act(self, load: Any, q: np.ndarray, v: np.ndarray, t: float, f: np.ndarray) -> None:
         at: Any = ReferenceNumbers(self)
-        if isinstance(load, CustomLoad):
+        if isinstance(load, loads.CustomLoad):
             sides = (self.side(q, v, load.i.body), self.side(q, v, load.j.body))
             (action,) = load.actions(at)
             assert action.function is not None
             six = action.function(*sides, np.array(action.parameters), t)
             f[self.index[load.i.body]] += six[:3]
             f[self.index[load.j.body]] += six[3:]
-        elif isinstance(load, Gravity):
+        elif isinstance(load, loads.Gravity):
             f[:-1, 0] += self.masses * self.value(load.x, t)
             f[:-1, 1] += self.masses * self.value(load.y, t)
-        elif isinstance(load, CentrifugalField):
+        elif isinstance(load, loads.CentrifugalField):
             self._spin(load, q, t, f)
-        elif isinstance(load, Force):
+        elif isinstance(load, loads.Force):
             angle = load.angle
             if load.follows:
                 angle += self._angle(q, load.at.body) + load.at.angle
             size = self.value(load.value, t)
             self._push(f, q, load.at, size * math.cos(angle), size * math.sin(angle))
-        elif isinstance(load, Spring | Damper):
+        elif isinstance(load, loads.Spring | loads.Damper):
             u, length, rate = self.stretch(q, v, load)
             one: Any = load
-            if isinstance(load, Spring):
+            if isinstance(load, loads.Spring):
                 x = length - load.free_length
                 tension = (
                     one.preload + one.stiffness * x if one.law is None else self.value(one.law, x)
@@ -789,30 +760,30 @@ class Loads(ReferenceMotion):
             push = element_laws.push_apart(load, law, self.states_of(load))
             self._push(f, q, load.i, *(-push * u))
             self._push(f, q, load.j, *(push * u))
-        elif isinstance(load, Tyre):
+        elif isinstance(load, loads.Tyre):
             angle, height, _, sinking, _ = self._on_road(q, v, load)
             pressed, along = element_laws.tyre_forces(load, height, sinking, self.states_of(load))
             c, s = math.cos(angle), math.sin(angle)
             self._push(f, q, load.j, along * c - pressed * s, along * s + pressed * c)
             f[self.index[load.j.body], 2] += height * along
-        elif isinstance(load, PistonPressure):
+        elif isinstance(load, loads.PistonPressure):
             angle = math.remainder(self._angle(q, load.cycle) + load.phase, 2.0 * math.pi)
             angle += 2.0 * math.pi if angle < 0.0 else 0.0
             self._thrust(f, q, load, load.head_area * self.value(load.head, angle))
             self._thrust(f, q, load, -load.rod_area * self.value(load.rod, angle))
-        elif isinstance(load, ReciprocatingCylinder):
+        elif isinstance(load, loads.ReciprocatingCylinder):
             x, rate = self._stroke(q, v, load)
             size = load.area * self._charge(load, load.near, load.far, x, rate)
             if load.opposite_area is not None:
                 other = self._charge(load, load.far, load.near, x, rate)
                 size -= load.opposite_area * other
             self._thrust(f, q, load, size * math.copysign(1.0, load.far - load.near))
-        elif isinstance(load, Torque | TorsionSpring | TorsionDamper):
+        elif isinstance(load, loads.Torque | loads.TorsionSpring | loads.TorsionDamper):
             x = self._angle(q, load.body) - self._angle(q, load.by)
             rate = self._angle(v, load.body) - self._angle(v, load.by)
-            if isinstance(load, Torque):
+            if isinstance(load, loads.Torque):
                 torque = self.value(load.value, t)
-            elif isinstance(load, TorsionSpring):
+            elif isinstance(load, loads.TorsionSpring):
                 x -= load.free_angle
                 back = (
                     load.preload + load.stiffness * x
@@ -910,7 +881,7 @@ class Reference(Loads):
             bool}; "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
         """
         rows = self.active_rows(drive)
-        frictional = any(has_friction(joint) for joint in self.mechanism.joints)
+        frictional = any(friction.has_friction(joint) for joint in self.mechanism.joints)
         if frictional and len(rows) == self.m == 3 * self.n:
             return self._with_friction(q, v, a, t)
         if frictional:
@@ -943,7 +914,7 @@ class Reference(Loads):
         """Multipliers, reactions and efforts with friction in joints, none in those at rest; NaN
         where it jams.
         """
-        found = DenseFriction(self, q, v, a, t).solve()
+        found = friction.DenseFriction(self, q, v, a, t).solve()
         lam = np.full(self.m, np.nan) if found is None else found.lam
         reactions = self.reactions(q, t, lam)
         if found is not None:
@@ -987,7 +958,7 @@ class Reference(Loads):
 
         Drivers that are not in `drive` are free, with their `efforts` or none.
         """
-        if any(has_friction(joint) for joint in self.mechanism.joints):
+        if any(friction.has_friction(joint) for joint in self.mechanism.joints):
             raise NotImplementedError("friction of joints takes their modes: frictional_dynamics")
         rows, size = self.active_rows(drive), 3 * self.n
         every = self.phi_q(q, t)
@@ -1004,9 +975,9 @@ class Reference(Loads):
 
     def frictional_dynamics(
         self, q: Any, v: Any, t: float, drive: Iterable[str] | None, modes: Mapping[str, str]
-    ) -> FrictionMotion:
+    ) -> friction.FrictionMotion:
         """Accelerations and forces with friction in joints of which some stick, by their modes."""
-        return FrictionDynamics(self, q, v, t, self.active_rows(drive), modes).motion()
+        return friction.FrictionDynamics(self, q, v, t, self.active_rows(drive), modes).motion()
 
     def residual_power(self, q: Any, v: Any, a: Any, t: float) -> float:
         """Virtual work Σ (f − M a)·v + Σ effort · driven rate: zero for a correct result."""

@@ -19,26 +19,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.files.model import problems, study_tables
 from mbody.files.model.fields import section_table
-from mbody.files.model.problems import (
-    LAWS,
-    SECTIONS,
-    Limits,
-    kind_of,
-    limits_of,
-    section_of,
-    written_fields,
-)
 from mbody.files.model.read import check_size
-from mbody.files.model.study_tables import (
-    fit_formulas,
-    fit_table,
-    questions,
-    requested_formulas,
-    settings_table,
-    task_formulas,
-    task_tables,
-)
 from mbody.laws import Cam, Constant, Dwell, Law, MeasuredFormula, Polynomial, Table, Table2
 from mbody.laws.base import dimension_by
 from mbody.model.body import Body, Guess, SecondMoments, SlenderRod
@@ -250,11 +233,11 @@ def shape_tables(writer: Any, body: Body) -> dict[str, Any]:
 
 
 ANGLE = DIMENSIONS["angle"]
-WORDS = {cls: word for word, cls in LAWS.items()}
+WORDS = {cls: word for word, cls in problems.LAWS.items()}
 
 
 def save(
-    mechanism: Mechanism, path: str | os.PathLike[str], *, limits: Limits | None = None
+    mechanism: Mechanism, path: str | os.PathLike[str], *, limits: problems.Limits | None = None
 ) -> None:
     """Write a mechanism to a model file, TOML or (by its ending) JSON; `load` reads it back.
 
@@ -284,7 +267,7 @@ def save(
     text = _json(data) if file.suffix.lower() == ".json" else toml(data)
     try:
         raw = text.encode()
-        check_size(data, len(raw), limits_of(limits), file.name)
+        check_size(data, len(raw), problems.limits_of(limits), file.name)
         file.write_bytes(raw)
     except OSError as error:
         raise ModelError(f"the file '{file}' cannot be written: {error.strerror}") from None
@@ -340,9 +323,9 @@ class Writer:
         # text of plain radians reads as it is only where the file has that unit
         formulas = [
             *self.formulas.values(),
-            *requested_formulas(mechanism),
-            *task_formulas(mechanism),
-            *fit_formulas(mechanism),
+            *study_tables.requested_formulas(mechanism),
+            *study_tables.task_formulas(mechanism),
+            *study_tables.fit_formulas(mechanism),
         ]
         open_angles = {f.angle for f in formulas if self.is_open(f)}
         self.angle = "rad" if open_angles == {"rad"} else "deg"
@@ -409,7 +392,7 @@ class Writer:
         if machine.ground.shapes:
             data["ground"]["shapes"] = shape_tables(self, machine.ground)
         data["bodies"] = {body.name: self.body(body) for body in machine.bodies}
-        for section in SECTIONS:
+        for section in problems.SECTIONS:
             # drivers may follow them, and loads measure them
             if section == "drivers" and machine.described_states:
                 data["states"] = {one.name: self.state(one) for one in machine.described_states}
@@ -423,12 +406,12 @@ class Writer:
                 data[section] = table
             if gravity is not None:
                 data["gravity"] = self.gravity(gravity)
-        data |= questions(self)
-        tasks = task_tables(self)
+        data |= study_tables.questions(self)
+        tasks = study_tables.task_tables(self)
         data |= {"optimize": tasks} if tasks else {}
-        fitted = fit_table(self)
+        fitted = study_tables.fit_table(self)
         data |= {"fit": fitted} if fitted else {}
-        table = settings_table(machine)
+        table = study_tables.settings_table(machine)
         return data | {"report": table} if table else data
 
     def curve_number(self, name: str, value: Any, dimension: Dimension | None) -> Any:
@@ -517,14 +500,14 @@ class Writer:
 
     def element(self, element: Element) -> dict[str, Any]:
         """The table of a joint, driver or load."""
-        kind = kind_of(element)
+        kind = problems.kind_of(element)
         if kind is None:
             raise ModelError(
                 f"'{element.name}' is a {type(element).__name__}, Python code of your own, which a "
                 "model file does not carry",
                 element.name,
             )
-        fields = {field.name: field for field in written_fields(type(element))}
+        fields = {field.name: field for field in problems.written_fields(type(element))}
         main = [self.field(element, fields.pop(name)) for name in element.main]
         table: dict[str, Any] = {kind: main if len(main) > 1 else main[0]}
         for name, field in fields.items():
@@ -532,7 +515,7 @@ class Writer:
             given = f"{element.name}.{name}" in self.formulas
             if given or not _is_default(field, value):
                 table[name] = self.field(element, field)
-        assert section_of(element)
+        assert problems.section_of(element)
         return table
 
     def input(self, given: Input) -> Any:
@@ -691,7 +674,7 @@ class Writer:
 
 
 def _is_gravity(element: Element) -> bool:
-    return kind_of(element) == element.name == "gravity"
+    return problems.kind_of(element) == element.name == "gravity"
 
 
 def _is_default(field: dataclasses.Field[Any], value: Any) -> bool:
