@@ -131,11 +131,6 @@ class Geometry:
         q = np.asarray(q)
         return np.concatenate([q, np.zeros((3, *q.shape[1:]), q.dtype)])
 
-    def pose_of_axes(self, q: Any, body: str) -> np.ndarray:
-        """(x, y, θ) of a body's link axes at q (3n,), instead of its mass centre."""
-        x, y = self.point(q, Marker(body, (0.0, 0.0)))
-        return np.array([x, y, self.with_ground(q)[3 * self.index[body] + 2]])
-
     def guess(self) -> np.ndarray:
         """Initial guess q (3n,) from the descriptions; missing poses follow from the joints."""
         q = np.zeros(3 * self.n + 3)
