@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.driven import kinematics
+from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.core.recorded_numbers import Untraceable
 from mbody.core.tolerances import DIFFERENCE_SHAPES_SAME, DIFFERENCE_STEP_SHAPES, POINT_SAME, TINY
@@ -56,8 +56,6 @@ Array = np.ndarray
 
 #: Directions of markers, such as those of guides.
 MARKER = re.compile(r"\.(i|j|at|axis)\.angle$")
-#: Analyses of driven motion.
-DRIVEN = ("kinematics", "kinetostatics", "statics")
 #: Instants of the motion for which the shapes are made again, those of guides among them.
 INSTANTS = 13
 
@@ -95,7 +93,7 @@ class Anchors:
         self.rotations = {name: step for name, step in steps.items() if MARKER.search(name)}
         self.steps = {name: step for name, step in steps.items() if name not in self.rotations}
         self.other_system = self._system_with(self.steps)
-        self.driven = len(scene.run) > 1 and scene.run.analysis in DRIVEN
+        self.driven = len(scene.run) > 1 and scene.run.analysis in ANALYSES
         try:
             self.base, self.other = self._sketch(self.system), self._sketch(self.other_system)
         except (ModelError, SolveError):  # other numbers move the ends of its range
@@ -142,15 +140,17 @@ class Anchors:
         drivers = system.mechanism.drivers
         if not self.driven:
             return close_loops(system)
+        # the same analysis: pins with friction have circles only beside forces
+        analysis = ANALYSES[run.analysis]
         index = np.unique(np.round(np.linspace(0, len(run) - 1, INSTANTS)).astype(np.int64))
         if np.ptp(run.t) > 0.0 or not drivers:
-            return kinematics(system, t=run.t[index])
+            return analysis(system, t=run.t[index])
         # the ends of a range are dead centres, which other numbers move
         index = np.unique(
             np.round(np.linspace(0.1, 0.9, INSTANTS) * (len(run) - 1)).astype(np.int64)
         )
-        drive = {one.name: run.driven(one.name)[0][index] for one in drivers}
-        return kinematics(system, drive=drive)
+        drive = {one.name: tuple(part[index] for part in run.driven(one.name)) for one in drivers}
+        return analysis(system, drive=drive)
 
     # -- anchors ----------------------------------------------------------------------------------
 
@@ -304,24 +304,13 @@ class _Follower(Anchors):
 
     def places(self) -> ShapePlaces:
         """All rules."""
-        base, other = self.base.record.shapes, self.other.record.shapes
         own = self._unsorted()
-        alike = len(base) == len(other) == len(own) and all(
-            (a.kind, a.look.name) == (b.kind, b.look.name) == (c.kind, c.look.name)
-            for a, b, c in zip(base, other, own, strict=True)
-        )
-        shapes: list[Any] = [None] * len(own)
-        loose: list[int] = []
-        if alike:
-            for n, shape in enumerate(own):
-                rule = self._shape(shape, base[n], other[n])
-                if rule == "loose":
-                    loose.append(n)
-                else:
-                    shapes[n] = rule
-        else:
-            loose = list(range(len(base)))
-        unmoved = self._unmoved(loose, alike)
+        base, other = (_counterparts(own, one.record.shapes) for one in (self.base, self.other))
+        shapes = [self._shape(*three) for three in zip(own, base, other, strict=True)]
+        loose = [n for n, rule in enumerate(shapes) if rule == "loose"]
+        for n in loose:
+            shapes[n] = None
+        unmoved = self._unmoved(own, base, loose)
         order = sorted(range(len(own)), key=lambda n: own[n].look.z)
         rules = {
             "shapes": {str(k): shapes[n] for k, n in enumerate(order) if shapes[n] is not None},
@@ -342,7 +331,7 @@ class _Follower(Anchors):
         drawn = sketched(self.sketch.pose, self.scene.unit, self.scene.small)
         return drawn.record.shapes
 
-    def _shape(self, shape: KeptShape, base: KeptShape, other: KeptShape) -> Any:
+    def _shape(self, shape: KeptShape, base: KeptShape | None, other: KeptShape | None) -> Any:
         """The rule of one shape, None where it stays as it is on its carrier, or "loose"."""
         name = shape.look.name
         if name.startswith("link:"):
@@ -353,11 +342,13 @@ class _Follower(Anchors):
         if name.startswith("tie:"):
             return self._tie(shape)
         body = self._body(shape.carrier)
+        if base is None or other is None:
+            return self._sign(body, shape) if sign else "loose"
         pair = self._stretched(body, shape, base, other)
         if pair is not None:
             return self._placed(shape, pair)
         if not base.points.shape == other.points.shape == shape.points.shape:
-            return None if _along(base, other, self.same) else "loose"
+            return self._other_rule(body, sign, shape, base, other)
         moved, grown = other.points - base.points, other.radius - base.radius
         finite = np.isfinite(moved).all(axis=1)
         if not finite.any() or (
@@ -380,12 +371,25 @@ class _Follower(Anchors):
         scaled = self._scaled(body, base, moved, finite)
         if scaled is not None:
             return scaled
-        if sign and body not in self.system.bodies and body != "ground":
-            return None
-        extent = np.ptp(shape.points[finite], axis=0).max()
-        if sign and extent < SMALL * self.scene.unit:
-            return {"at": self._nearest(body, shape.points[finite].mean(axis=0))}
+        return self._other_rule(body, sign, shape, base, other)
+
+    def _other_rule(
+        self, body: str, sign: bool, shape: KeptShape, base: KeptShape, other: KeptShape
+    ) -> Any:
+        """The rule of what no anchor moves."""
+        extent = np.nanmax(shape.points, axis=0) - np.nanmin(shape.points, axis=0)
+        if sign and (not self._is_body(body) or extent.max() < SMALL * self.scene.unit):
+            return self._sign(body, shape)
         return None if _along(base, other, self.same) else "loose"
+
+    def _sign(self, body: str, shape: KeptShape) -> Any:
+        """A sign goes with the nearest anchor of its body, else with its carrier."""
+        if not self._is_body(body):
+            return None
+        return {"at": self._nearest(body, np.nanmean(shape.points, axis=0))}
+
+    def _is_body(self, name: str) -> bool:
+        return name in self.system.bodies or name == "ground"
 
     def _stretched(
         self, body: str, shape: KeptShape, base: KeptShape, other: KeptShape
@@ -575,28 +579,32 @@ class _Follower(Anchors):
 
     # -- numbers that shapes do not follow --------------------------------------------------------
 
-    def _unmoved(self, loose: Sequence[int], alike: bool) -> dict[str, str]:
+    def _unmoved(
+        self, own: list[KeptShape], base: list[KeptShape | None], loose: Sequence[int]
+    ) -> dict[str, str]:
         """Which numbers move shapes that have no rule."""
         if not loose and not self.rotations:
             return {}
         found: dict[str, str] = {}
-        everything = range(len(self.base.record.shapes))
+        tolerance = POINT_SAME * self.system.length
+        everything = [n for n in range(len(own)) if n in loose or base[n] is not None]
         tested: list[tuple[str, Sequence[int]]] = [(name, loose) for name in self.steps]
         tested += [(name, everything) for name in self.rotations]
         for name, moves in tested:
             step = self.steps.get(name) or self.rotations[name]
             try:
-                made = self._sketch(self._system_with({name: step})).record.shapes
+                made = _counterparts(
+                    own, self._sketch(self._system_with({name: step})).record.shapes
+                )
             except (ModelError, SolveError):
                 found[name] = "its loops do not close with it"
                 continue
-            base = self.base.record.shapes
             for n in moves:
-                shape = made[n] if n < len(made) else None
-                if base[n].carrier.end is not None:
+                before, after = base[n], made[n]
+                if own[n].carrier.end is not None:
                     continue
-                if shape is None or not _same(shape, base[n], POINT_SAME * self.system.length):
-                    what = base[n].look.name.replace(":", " ") or "picture"
+                if before is None or after is None or not _same(after, before, tolerance):
+                    what = own[n].look.name.replace(":", " ") or "picture"
                     found[name] = f"the {what} is drawn for the value that it has"
                     break
         return found
@@ -620,6 +628,28 @@ class _Follower(Anchors):
 
     def _index(self, body: str) -> int:
         return self.system.bodies.get(body, -2) + 1
+
+
+def _counterparts(shapes: list[KeptShape], others: list[KeptShape]) -> list[KeptShape | None]:
+    """Of each shape that of another sketch; None of marks of which the motions have not as many:
+    an arrow for either direction of a driver, modes of contacts.
+    """
+    found: dict[Any, tuple[list[int], list[KeptShape]]] = {}
+    for n, one in enumerate(shapes):
+        found.setdefault(_key(one), ([], []))[0].append(n)
+    for one in others:
+        found.setdefault(_key(one), ([], []))[1].append(one)
+    made: list[KeptShape | None] = [None] * len(shapes)
+    for where, there in found.values():
+        if len(where) == len(there):
+            for n, one in zip(where, there, strict=True):
+                made[n] = one
+    return made
+
+
+def _key(shape: KeptShape) -> tuple[str, ...]:
+    carrier = shape.carrier
+    return shape.kind, shape.look.name, carrier.start[0], carrier.rotates_with
 
 
 def _same(a: KeptShape, b: KeptShape, tolerance: float) -> bool:

@@ -16,6 +16,7 @@ from mbody.cli import pictures as command
 from mbody.image.changeable import changeable_numbers
 from mbody.live import live_view
 from mbody.live.file_numbers import file_numbers
+from mbody.live.live_view import live_part
 from mbody.views.motions import motion
 from mbody.views.pose import Pose
 from mbody.views.scene import scene, sketched
@@ -60,6 +61,16 @@ def test_the_cut_text_gives_every_number_that_it_claims(name):
     for number in found.numbers:
         for key, factor in number.factors.items():
             assert number.value * factor == pytest.approx(system.values[key], rel=1e-14, abs=1e-300)
+
+
+@live
+def test_an_arrow_of_either_direction_leaves_numbers_changeable(runs):
+    """The effort of the motor changes its sign in a turn, so that its arrow is drawn twice."""
+    run = runs["slider_crank"]
+    arrows = [one for one in scene(run).shapes if one.look.name.startswith("driver:")]
+    assert {one.sign_condition for one in arrows} == {("drive:motor", 1.0), ("drive:motor", -1.0)}
+    part = live_part(run)
+    assert part["numbers"] and not any(one["why"] for one in part["numbers"])
 
 
 # -- in a browser ---------------------------------------------------------------------------------
