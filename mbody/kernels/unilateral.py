@@ -23,29 +23,29 @@ class UnilateralLayout(Bundle):
     `normal`, `tangent`, `pair` (c,): Rows of gap and sliding, −1 without friction; friction pair,
       −1 without.
     `gap_sign`, `friction`, `static`, `restitution` (c,): Sign of the row of a gap; coefficients.
-    `newton`, `one_way`, `circles` (c,): Whether impacts follow Newton's law; whether it is a
-      freewheel; whether two circles touch, so that the row along the contact has a phase.
+    `newton`, `one_way`, `circles`, `has_ends` (c,): Whether impacts follow Newton's law; whether it
+      is a freewheel; whether two circles touch, so that the row along the contact has a phase;
+      whether what touches may go past an end of an edge or an arc.
     `joint_tangent`, `joint_pair` (j,): Rows of sliding and friction pairs of joints.
     `row_unit` (rows,): By what values of the rows are multiplied: of gaps that are angles the model
       length, else 1.
-    `regularization_unit` (rows,): Length by which a row is scaled when redundant rows are.
+    `speed_unit` (rows,): Model length of rows that are angles, else 1.
     `bodies` (c + j, 2): Both bodies of each owner.
     `arm` (c + j,): By what forces of others are multiplied to be compared with those of each: of
       pins the radius, of other angles the model length, else 1.
-    `body_part`, `body_length` (bodies,): The first body of what is joined to each or may touch it;
-      the length of its own part.
+    `body_part` (bodies,): The first body of what is joined to each or may touch it.
     `edge_point` (e,), `edge_bodies` (e, 2), `edge` (e, 7): Of edges with ends the contact point;
       body of the edge and of what touches; beginning, direction, length and position of what
       touches.
     `arc_point` (a,), `arc_bodies` (a, 3), `arc` (a, 9): Of arcs the contact point; bodies of its
       rows and that of the arc; both positions, what is added to the direction between them, that
       direction where an edge gives it (else not a number), begin, half extent, radius.
-    `never` (c,): Contact points by corners that point inwards.
-    `ended`, `adjacent` (p,): See `mbody.analysis.contact.unilateral.Corners`.
+    `never` (c,): Whether it is at a corner that points inwards, and so never touches.
+    `adjacent_start` (c + 1,), `adjacent`: Of a corner on an edge the contact points of the same edge
+      with the corners that are joined to that one.
     `meet_start` (2 c + 1,), `meet`: Contact points whose edges run through the same two corners as
-      end 0, 1 of contact point k: from meet_start[2 k + end] on.
-    `number` (3,): The model length; gaps up to the second are none; the regularization of the
-      joints.
+      end 0 or 1 of contact point k: from meet_start[2 k + end] on.
+    `number` (3,): The model length; up to what gaps are none; the regularization of the joints.
     """
 
     normal: Ints
@@ -58,14 +58,14 @@ class UnilateralLayout(Bundle):
     newton: Ints
     one_way: Ints
     circles: Ints
+    has_ends: Ints
     joint_tangent: Ints
     joint_pair: Ints
     row_unit: Floats
-    regularization_unit: Floats
+    speed_unit: Floats
     bodies: Tables
     arm: Floats
     body_part: Ints
-    body_length: Floats
     edge_point: Ints
     edge_bodies: Tables
     edge: Rows
@@ -73,7 +73,7 @@ class UnilateralLayout(Bundle):
     arc_bodies: Tables
     arc: Rows
     never: Ints
-    ended: Ints
+    adjacent_start: Ints
     adjacent: Ints
     meet_start: Ints
     meet: Ints

@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
+from mbody.core.tolerances import CONTACT_GAP_CLOSED, DIRECTION_SAME, DISTANCE_TIE
 from mbody.errors import ModelError
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
 from mbody.kernels.loop_closure import laws_of_time, violation
+from mbody.kernels.unilateral import UnilateralLayout
 from mbody.model.contact import ContactCandidate
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of, with_joint_contacts
@@ -330,6 +331,58 @@ class Unilateral:
     def unit_of(self, n: int) -> float:
         """By what the gap of contact point n is multiplied."""
         return float(self.units[self.contact_points[n].normal])
+
+    @functools.cached_property
+    def table(self) -> UnilateralLayout:
+        """All of it as the kernels take it."""
+        points, joints, corners = self.contact_points, self.friction_joints, self.corners
+        count = len(points)
+
+        def ints(values: Any) -> Array:
+            return np.array(list(values), dtype=np.int64)
+
+        def floats(values: Any) -> Array:
+            return np.array(list(values), dtype=float)
+
+        adjacent = [corners.adjacent[corners.ended == k] for k in range(count)]
+        meet = [corners.others.get((k, end), []) for k in range(count) for end in (0, 1)]
+        edge_point, edge_bodies, edge = self._edges
+        arc_point, arc_bodies, arc = self._arcs
+        has_ends = np.zeros(count, dtype=np.int64)
+        has_ends[np.append(edge_point, arc_point).astype(int)] = 1
+        length = self.system.length
+        return UnilateralLayout(
+            normal=ints(one.normal for one in points),
+            tangent=ints(one.tangent for one in points),
+            pair=ints(one.pair for one in points),
+            gap_sign=floats(one.candidate.sign for one in points),
+            friction=floats(one.friction for one in points),
+            static=floats(one.static for one in points),
+            restitution=floats(one.restitution for one in points),
+            newton=ints(one.law == "newton" for one in points),
+            one_way=ints(self.one_way),
+            circles=ints(one.tangent >= 0 and one.candidate.solid == "circle" for one in points),
+            has_ends=has_ends,
+            joint_tangent=ints(one.tangent for one in joints),
+            joint_pair=ints(one.pair for one in joints),
+            row_unit=self.units,
+            speed_unit=np.where(self.angular, length, 1.0),
+            bodies=self.every_body,
+            arm=self.arms,
+            body_part=self.parts,
+            edge_point=edge_point,
+            edge_bodies=edge_bodies,
+            edge=edge,
+            arc_point=arc_point,
+            arc_bodies=arc_bodies,
+            arc=arc,
+            never=corners.never.astype(np.int64),
+            adjacent_start=ints(np.cumsum([0, *map(len, adjacent)])),
+            adjacent=ints(n for one in adjacent for n in one),
+            meet_start=ints(np.cumsum([0, *map(len, meet)])),
+            meet=ints(n for one in meet for n in one),
+            number=np.array([length, CONTACT_GAP_CLOSED * length, self.regularization]),
+        )
 
     # -- active set ----------------------------------------------------------------------------
 
