@@ -17,8 +17,17 @@ from __future__ import annotations
 
 import math
 
-from mbody.core.decorators import inline, njit
-from mbody.kernels.unilateral import row_acceleration, row_rate, row_value
+from mbody.core.bundle import Floats, Ints, Rows, Stacks
+from mbody.core.decorators import inline, kernel, njit
+from mbody.kernels.constraints import body_rotations, further_block, rows
+from mbody.kernels.forces import signals
+from mbody.kernels.layout import Layout, Work
+from mbody.kernels.unilateral import (
+    UnilateralLayout,
+    row_rate,
+    row_value,
+    written,
+)
 
 
 @inline
@@ -31,12 +40,6 @@ def gap_of(L, W, U, k):
 def approach_of(L, W, U, k):
     """The rate of the gap of contact point k."""
     return U.gap_sign[k] * row_rate(L, W, U, U.normal[k])
-
-
-@inline
-def pull_of(L, W, U, k):
-    """The acceleration of the gap of contact point k."""
-    return U.gap_sign[k] * row_acceleration(L, W, U, U.normal[k])
 
 
 @inline
@@ -65,7 +68,7 @@ def find_ends(L, W, U, ends):
     for n in range(U.arc_point.shape[0]):
         k, own, g = U.arc_point[n], U.arc_bodies[n, 2], U.arc[n]
         direction = W.q[3 * U.arc_bodies[n, 0] + 2, 0] + g[5]
-        if not g[5] == g[5]:
+        if g[5] != g[5]:
             ax, ay = placed(W, U.arc_bodies[n, 0], g[0], g[1])
             bx, by = placed(W, U.arc_bodies[n, 1], g[2], g[3])
             direction = math.atan2(by - ay, bx - ax) + g[4]
@@ -77,11 +80,10 @@ def find_ends(L, W, U, ends):
 
 
 @njit
-def is_within(L, W, U, ends, k, slow):
+def is_within(L, W, U, ends, k, closed, slow):
     """Whether contact point k is within the ends of its edge, and no other edge keeps both bodies
-    apart; `ends` as of `find_ends`, rates up to `slow` are none.
+    apart; `ends` as of `find_ends`, gaps up to `closed` and rates up to `slow` are none.
     """
-    closed = U.number[1]
     if U.never[k] or min(ends[k, 0], ends[k, 1]) < -closed:
         return False
     at_end = abs(ends[k, 0]) <= closed or abs(ends[k, 1]) <= closed
@@ -117,3 +119,86 @@ def phase_offset(L, W, U, k):
     )
     off = math.atan2(by - ay, bx - ax) - psi
     return off - 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
+
+
+# -- As Python reads them ----------------------------------------------------------------------
+
+
+@kernel
+def read_rows(
+    L: Layout, W: Work, U: UnilateralLayout, numbers: Rows, block: Rows, ends: Rows
+) -> None:
+    """Values, rates and γ (3, rows) of the rows of the active set, their coefficients (rows,
+    coordinates) and the ways from the ends of edges (c, 2) at W.q and W.v, the signals being set.
+    """
+    body_rotations(L, W, 0.0)
+    rows(L, W, 0.0, True, True)
+    n3 = block.shape[1]
+    for s in range(block.shape[0]):
+        m, unit = written(L, s), U.row_unit[s]
+        numbers[0, s], numbers[1, s] = row_value(L, W, U, s), row_rate(L, W, U, s)
+        numbers[2, s] = unit * W.gamma[2 * m, 0]
+        for n in range(n3):
+            block[s, n] = 0.0
+        e = L.active_set[s]
+        add_part(block, s, 3 * L.primitive_i[e], W, 12 * m, unit)
+        add_part(block, s, 3 * L.primitive_j[e], W, 12 * m + 6, unit)
+        for side in range(L.more.shape[0]):
+            if L.more[side, 0] == L.primitive_node[e]:
+                first = 3 * L.slot_body[L.more[side, 1] // 3]
+                add_part(block, s, first, W, further_block(L, side), unit)
+    find_ends(L, W, U, ends)
+
+
+@inline
+def add_part(block, s, first, W, o, unit):
+    """Add three coefficients of a row on the coordinates of a body; the ground has none."""
+    if first < block.shape[1]:
+        for n in range(3):
+            block[s, first + n] += unit * W.block[o + n, 0]
+
+
+@kernel
+def row_histories(
+    L: Layout,
+    W: Work,
+    U: UnilateralLayout,
+    times: Floats,
+    records: Rows,
+    value: Rows,
+    rate: Rows,
+    ends: Stacks,
+) -> None:
+    """Values and rates (instants, rows) of the rows of the active set, and the ways from the ends
+    of edges (instants, c, 2), at many instants: times, records (instants, numbers) whose first are
+    positions and velocities. Leaves the workspace at the last of them.
+    """
+    n3 = 3 * L.bodies
+    for m in range(times.shape[0]):
+        W.time[0, 0] = times[m]
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0] = records[m, n], records[m, n3 + n]
+        signals(L, W, 0.0, L.signal_law.shape[0])
+        body_rotations(L, W, 0.0)
+        rows(L, W, 0.0, True, True)
+        for s in range(L.active_set.shape[0]):
+            value[m, s], rate[m, s] = row_value(L, W, U, s), row_rate(L, W, U, s)
+        find_ends(L, W, U, ends[m])
+
+
+@kernel
+def points_within(
+    L: Layout, W: Work, U: UnilateralLayout, ends: Rows, closed: float, slow: Floats, within: Ints
+) -> None:
+    """Which contact points are within the ends of their edges, (c,), as of `is_within`, at the
+    position that was read last; slow (c,).
+    """
+    for k in range(U.normal.shape[0]):
+        within[k] = 1 if is_within(L, W, U, ends, k, closed, slow[k]) else 0
+
+
+@kernel
+def phase_offsets(L: Layout, W: Work, U: UnilateralLayout, found: Floats) -> None:
+    """Offsets of the phases of circles (c,) at the position that was read last, zero of others."""
+    for k in range(U.normal.shape[0]):
+        found[k] = phase_offset(L, W, U, k) if U.circles[k] else 0.0

@@ -1,9 +1,8 @@
-"""What may open, stick and slide: the tables and the modes of contacts and frictional joints.
+"""What may open, stick and slide: the table of contact points and their rows.
 
-Contact points come first, then frictional joints; both are called owners of modes. A contact point
-is one place where two bodies may touch, with a row of its gap and, where there is friction, a row
-along its tangent; a rope, a stop and a freewheel are contact points too. A frictional joint has a
-row along its sliding alone. Rows are numbered as in `Layout.active_set`.
+A contact point is one place where two bodies may touch, with a row of its gap and, where there is
+friction, a row along its tangent; a rope, a stop and a freewheel are contact points too. Rows are
+numbered as in `Layout.active_set`.
 """
 
 from __future__ import annotations
@@ -12,28 +11,17 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
 from mbody.core.decorators import inline
 from mbody.kernels.constraints import further_block
 
-#: Modes. A contact point is redundant where it is closed without force of its own, as other rows
-#: hold it already; what slides does so along or against its tangent.
-OPEN, STICK, FORWARD, BACKWARD, REDUNDANT = range(5)
-
 
 class UnilateralLayout(Bundle):
-    """What may open, stick and slide, the same throughout a motion: c contact points, j joints.
+    """Contact points, the same throughout a motion: c of them.
 
-    `normal`, `tangent`, `pair` (c,): Rows of gap and sliding, −1 without friction; friction pair,
-      −1 without.
-    `gap_sign`, `friction`, `static`, `restitution` (c,): Sign of the row of a gap; coefficients.
-    `newton`, `one_way`, `circles`, `has_ends` (c,): Whether impacts follow Newton's law; whether it
-      is a freewheel; whether two circles touch, so that the row along the contact has a phase;
-      whether what touches may go past an end of an edge or an arc.
-    `joint_tangent`, `joint_pair` (j,): Rows of sliding and friction pairs of joints.
+    `normal`, `tangent` (c,): Rows of gap and sliding, −1 without friction.
+    `gap_sign` (c,): Sign of the row of the gap.
+    `one_way`, `circles` (c,): Whether it is a freewheel; whether two circles touch, so that the row
+      along the contact has a phase.
     `row_unit` (rows,): By what values of the rows are multiplied: of gaps that are angles the model
       length, else 1.
-    `speed_unit` (rows,): Model length of rows that are angles, else 1.
-    `bodies` (c + j, 2): Both bodies of each owner.
-    `arm` (c + j,): By what forces of others are multiplied to be compared with those of each: of
-      pins the radius, of other angles the model length, else 1.
-    `body_part` (bodies,): The first body of what is joined to each or may touch it.
+    `bodies` (c, 2): Both bodies of each.
     `edge_point` (e,), `edge_bodies` (e, 2), `edge` (e, 7): Of edges with ends the contact point;
       body of the edge and of what touches; beginning, direction, length and position of what
       touches.
@@ -41,31 +29,19 @@ class UnilateralLayout(Bundle):
       rows and that of the arc; both positions, what is added to the direction between them, that
       direction where an edge gives it (else not a number), begin, half extent, radius.
     `never` (c,): Whether it is at a corner that points inwards, and so never touches.
-    `adjacent_start` (c + 1,), `adjacent`: Of a corner on an edge the contact points of the same edge
-      with the corners that are joined to that one.
+    `adjacent_start` (c + 1,), `adjacent`: Of a corner on an edge the contact points of the same
+      edge with the corners that are joined to that one.
     `meet_start` (2 c + 1,), `meet`: Contact points whose edges run through the same two corners as
       end 0 or 1 of contact point k: from meet_start[2 k + end] on.
-    `number` (3,): The model length; up to what gaps are none; the regularization of the joints.
     """
 
     normal: Ints
     tangent: Ints
-    pair: Ints
     gap_sign: Floats
-    friction: Floats
-    static: Floats
-    restitution: Floats
-    newton: Ints
     one_way: Ints
     circles: Ints
-    has_ends: Ints
-    joint_tangent: Ints
-    joint_pair: Ints
     row_unit: Floats
-    speed_unit: Floats
     bodies: Tables
-    arm: Floats
-    body_part: Ints
     edge_point: Ints
     edge_bodies: Tables
     edge: Rows
@@ -77,35 +53,6 @@ class UnilateralLayout(Bundle):
     adjacent: Ints
     meet_start: Ints
     meet: Ints
-    number: Floats
-
-
-#: Places in `UnilateralLayout.number`.
-LENGTH, GAP_CLOSED, REGULARIZATION = range(3)
-
-
-class UnilateralModes(Bundle):
-    """Modes of a motion, and what an event has just decided: c contact points, then j joints.
-
-    `mode` (c + j,): The modes.
-    `leader` (c + j,): By whose row what sticks is held, often its own; −1 where no row holds it.
-    `closed`, `opened`, `beyond` (c,): Whether it is closed though its gap is rounding; has just
-      opened; is open past the end of its edge.
-    `stopped` (c + j,): Whether it has just ceased to slide.
-    `begun` (c + j,): Direction in which it has just begun to slide, zero of all others.
-    `struck` (c,): When it was struck last.
-    `lost` (c,): Energy that impacts gave, below zero where they took.
-    """
-
-    mode: Ints
-    leader: Ints
-    closed: Ints
-    opened: Ints
-    beyond: Ints
-    stopped: Ints
-    begun: Floats
-    struck: Floats
-    lost: Floats
 
 
 # -- Rows of the active set, as the physics gave them at the present position ------------------
@@ -144,15 +91,3 @@ def row_value(L, W, U, s):
 def row_rate(L, W, U, s):
     """Φ_q v − ν of row s."""
     return U.row_unit[s] * (row_along(L, W, s, W.v) - W.nu[2 * written(L, s), 0])
-
-
-@inline
-def row_acceleration(L, W, U, s):
-    """Φ_q a − γ of row s."""
-    return U.row_unit[s] * (row_along(L, W, s, W.a) - W.gamma[2 * written(L, s), 0])
-
-
-@inline
-def row_multiplier(L, W, s):
-    """λ of row s, as it stands in the rows."""
-    return W.lam[2 * L.primitive_node[L.active_set[s]], 0]

@@ -18,11 +18,16 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import CONTACT_GAP_CLOSED, DIRECTION_SAME, DISTANCE_TIE
+from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
 from mbody.errors import ModelError
+from mbody.kernels.contact_points import (
+    phase_offsets,
+    points_within,
+    read_rows,
+    row_histories,
+)
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
-from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
-from mbody.kernels.loop_closure import laws_of_time, violation
+from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.unilateral import UnilateralLayout
 from mbody.model.contact import ContactCandidate
 from mbody.model.element import listed
@@ -90,31 +95,6 @@ class Corners:
         #: Contact points that may be at ends of their edges; the same edges with the corners
         #: adjacent to those of these contact points.
         self.ended, self.adjacent = _adjacent_corners(ends)
-
-    def passed(
-        self,
-        gaps: Array,
-        rates: Array,
-        along: Array,
-        gap_tolerance: float,
-        velocity_tolerance: Array,
-    ) -> Array:
-        """Which contact points are none, (points,): by what is no corner, at a corner what is
-        behind the edge but for that corner, and what approaches an edge there while another one
-        keeps both bodies apart. `along` (contacts, 2): distances from both ends of the edge.
-        """
-        found = self.never.copy()
-        at_end = (np.abs(along) <= gap_tolerance).any(axis=1)
-        if at_end.any():
-            behind = at_end[self.ended] & (gaps[self.adjacent] < -gap_tolerance)
-            found[self.ended[behind]] = True
-        for n in np.flatnonzero(rates < -velocity_tolerance):
-            for end in np.flatnonzero(np.abs(along[n]) <= gap_tolerance):
-                found[n] |= any(
-                    gaps[m] >= -gap_tolerance and rates[m] > rates[n] + velocity_tolerance[n]
-                    for m in self.others.get((int(n), int(end)), ())
-                )
-        return found
 
 
 def _ends(n: int, candidate: ContactCandidate, length: float) -> list[_EdgeEnd]:
@@ -213,12 +193,15 @@ class Rows:
 
     `value`, `rate`, `gamma` (active set,): Φ, Φ_q v − ν, and what −Φ̈ has without accelerations.
     `block` (active set, coordinates): Φ_q.
+    `ends` (points, 2): How far along its edge each contact point is, and how far from its end;
+      infinite of what has no ends.
     """
 
     value: Array
     rate: Array
     gamma: Array
     block: Array
+    ends: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,10 +209,12 @@ class RowHistories:
     """Values of the rows of the active set at many instants.
 
     `value`, `rate` (instants, active set): Φ and Φ_q v − ν.
+    `ends` (instants, points, 2): As of `Rows`.
     """
 
     value: Array
     rate: Array
+    ends: Array
 
 
 def has_modes(system: System) -> bool:
@@ -334,42 +319,25 @@ class Unilateral:
 
     @functools.cached_property
     def table(self) -> UnilateralLayout:
-        """All of it as the kernels take it."""
-        points, joints, corners = self.contact_points, self.friction_joints, self.corners
+        """The contact points as the kernels take them."""
+        points, corners = self.contact_points, self.corners
         count = len(points)
 
         def ints(values: Any) -> Array:
             return np.array(list(values), dtype=np.int64)
 
-        def floats(values: Any) -> Array:
-            return np.array(list(values), dtype=float)
-
         adjacent = [corners.adjacent[corners.ended == k] for k in range(count)]
         meet = [corners.others.get((k, end), []) for k in range(count) for end in (0, 1)]
         edge_point, edge_bodies, edge = self._edges
         arc_point, arc_bodies, arc = self._arcs
-        has_ends = np.zeros(count, dtype=np.int64)
-        has_ends[np.append(edge_point, arc_point).astype(int)] = 1
-        length = self.system.length
         return UnilateralLayout(
             normal=ints(one.normal for one in points),
             tangent=ints(one.tangent for one in points),
-            pair=ints(one.pair for one in points),
-            gap_sign=floats(one.candidate.sign for one in points),
-            friction=floats(one.friction for one in points),
-            static=floats(one.static for one in points),
-            restitution=floats(one.restitution for one in points),
-            newton=ints(one.law == "newton" for one in points),
+            gap_sign=np.array([one.candidate.sign for one in points], dtype=float),
             one_way=ints(self.one_way),
             circles=ints(one.tangent >= 0 and one.candidate.solid == "circle" for one in points),
-            has_ends=has_ends,
-            joint_tangent=ints(one.tangent for one in joints),
-            joint_pair=ints(one.pair for one in joints),
             row_unit=self.units,
-            speed_unit=np.where(self.angular, length, 1.0),
-            bodies=self.every_body,
-            arm=self.arms,
-            body_part=self.parts,
+            bodies=np.array(self.bodies, dtype=np.int64).reshape(-1, 2),
             edge_point=edge_point,
             edge_bodies=edge_bodies,
             edge=edge,
@@ -381,7 +349,6 @@ class Unilateral:
             adjacent=ints(n for one in adjacent for n in one),
             meet_start=ints(np.cumsum([0, *map(len, meet)])),
             meet=ints(n for one in meet for n in one),
-            number=np.array([length, CONTACT_GAP_CLOSED * length, self.regularization]),
         )
 
     # -- active set ----------------------------------------------------------------------------
@@ -400,63 +367,23 @@ class Unilateral:
 
     def read(self, work: Work) -> Rows:
         """The rows at the position, velocity and time in a workspace, the signals being set."""
-        L, n3 = self.layout, self.system.coordinates
-        violation(L, work)
-        nodes, rows, places, columns = self.places
-        value, nu, gamma = (part[2 * nodes, 0] for part in (work.phi, work.nu, work.gamma))
-        parts, units = self.units[rows] * work.block[places, 0], self.units
-        rate = np.bincount(rows, parts * work.v[columns, 0], len(nodes)) - units * nu
-        block = np.zeros((len(nodes), n3 + 3))
-        # a row may be twice about the ground, of which nothing is kept
-        block[rows, columns] = parts
-        return Rows(units * value, rate, units * gamma, block[:, :n3])
+        count, numbers = len(self), np.empty((3, len(self)))
+        block, ends = np.empty((count, self.system.coordinates)), self._blank_ends()
+        read_rows(self.layout, work, self.table, numbers, block, ends)
+        return Rows(*numbers, block, ends)
 
     def read_at(self, work: Work, times: Array, records: Array) -> RowHistories:
         """The rows at many instants: times, and records (instants, rows) with positions and
         velocities. Leaves a workspace at the last of them.
         """
-        nodes, rows, places, columns = self.places
-        n, count, active_set = self.system.coordinates, len(times), len(nodes)
-        value, nu = np.empty((count, active_set)), np.empty((count, active_set))
-        block, v = np.empty((count, len(places))), np.tile(work.v[:, 0], (count, 1))
-        v[:, :n] = records[:, n : 2 * n]
-        kept = [(work.phi[:, 0], 2 * nodes, value), (work.nu[:, 0], 2 * nodes, nu)]
-        kept += [(work.block[:, 0], places, block)]
-        here, moves, time = work.q[:n, 0], work.v[:n, 0], work.time[0]
-        for m in range(count):
-            here[:], moves[:], time[0] = records[m, :n], records[m, n : 2 * n], times[m]
-            laws_of_time(self.layout, work)
-            violation(self.layout, work)
-            for part, at, found in kept:
-                part.take(at, out=found[m], mode="clip")
-        weights = self.units[rows] * block * v[:, columns]
-        index = active_set * np.arange(count)[:, None] + rows
-        sums = np.bincount(index.ravel(), weights.ravel(), count * active_set)
-        rate = sums.reshape(count, active_set) - self.units * nu
-        return RowHistories(self.units * value, rate)
+        count = len(times)
+        value, rate, ends = *np.empty((2, count, len(self))), self._blank_ends(count)
+        states = np.ascontiguousarray(records)
+        row_histories(self.layout, work, self.table, times, states, value, rate, ends)
+        return RowHistories(value, rate, ends)
 
-    @functools.cached_property
-    def places(self) -> tuple[Array, Array, Array, Array]:
-        """Places of the rows: their nodes; of all numbers of their blocks the row, the place and
-        the coordinate.
-        """
-        L = self.layout
-        nodes = L.written_node[L.active_set]
-        number = {int(k): s for s, k in enumerate(L.primitive_node[L.active_set])}
-        beyond = 12 * (first_beyond(L.nodes, len(L.more)) + len(nodes))
-        found = []
-        for s, e in enumerate(L.active_set):
-            found += [
-                (s, 12 * nodes[s], L.primitive_i[e]),
-                (s, 12 * nodes[s] + 6, L.primitive_j[e]),
-            ]
-        for n, (k, column) in enumerate(L.more):
-            if int(k) in number:
-                found.append((number[int(k)], beyond + 6 * n, L.slot_body[column // 3]))
-        rows, places, bodies = np.array(found, dtype=np.int64).reshape(-1, 3).T
-        three = np.arange(3)
-        columns = 3 * bodies[:, None] + three
-        return nodes, np.repeat(rows, 3), (places[:, None] + three).ravel(), columns.ravel()
+    def _blank_ends(self, *instants: int) -> Array:
+        return np.empty((*instants, len(self.contact_points), 2))
 
     @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
@@ -500,33 +427,6 @@ class Unilateral:
         table = np.array(found, dtype=float).reshape(-1, 10)
         return table[:, 0].astype(int), table[:, 1:3].astype(int), table[:, 3:]
 
-    def along(self, work: Work) -> Array:
-        """How far along its edge each contact point is, and how far it is from its end: (points,
-        2); infinite of what has no ends.
-        """
-        return self.along_at(work.q[:, 0])
-
-    def along_at(self, q: Array) -> Array:
-        """Positions along the edges of both shapes, (…, contacts, 2), from the coordinates of all
-        bodies with the ground, (…, coordinates).
-        """
-        found = np.full((*q.shape[:-1], len(self.contact_points), 2), np.inf)
-        which, bodies, (ax, ay, ux, uy, length, jx, jy) = (*self._edges[:2], self._edges[2].T)
-        (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in bodies.T)
-        px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
-        py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
-        # into the axes of the edge's body
-        x = np.cos(ti) * px + np.sin(ti) * py - ax
-        y = np.cos(ti) * py - np.sin(ti) * px - ay
-        along = ux * x + uy * y
-        found[..., which, :] = np.stack([along, length - along], axis=-1)
-        if len(self._arcs[0]):
-            points, past, lengths = self._round_about(q)
-            for k, n in enumerate(points):
-                ends = np.stack([past[..., k], lengths[k] - past[..., k]], axis=-1)
-                found[..., n, :] = np.minimum(found[..., n, :], ends)
-        return found
-
     @functools.cached_property
     def _arcs(self) -> tuple[Array, Array, Array]:
         """Of the arcs of the contact points: their contact points; bodies of their rows and the one
@@ -552,23 +452,6 @@ class Unilateral:
         table = np.array(found, dtype=float).reshape(-1, 13)
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
 
-    def _round_about(self, q: Array) -> tuple[Array, Array, Array]:
-        """Of every arc its contact point, how far (…, arcs) this is round it from its beginning,
-        and as far from its middle either way before it is nearer the other way, and its length.
-        """
-        which, bodies, (ax, ay, bx, by, flip, fixed, begin, half, radius) = (
-            *self._arcs[:2],
-            self._arcs[2].T,
-        )
-        i, j, own = bodies.T
-        (xi, yi, ti), (xj, yj, tj) = ([q[..., 3 * b + n] for n in range(3)] for b in (i, j))
-        dx = xj + np.cos(tj) * bx - np.sin(tj) * by - xi - np.cos(ti) * ax + np.sin(ti) * ay
-        dy = yj + np.sin(tj) * bx + np.cos(tj) * by - yi - np.sin(ti) * ax - np.cos(ti) * ay
-        direction = np.where(np.isnan(fixed), np.arctan2(dy, dx) + flip, ti + fixed)
-        off = direction - q[..., 3 * own + 2] - begin - half + math.pi
-        off = np.remainder(off, math.tau) - math.pi
-        return which, radius * (half + off), 2.0 * radius * half
-
     @functools.cached_property
     def corners(self) -> Corners:
         """Which edges run through the same corners."""
@@ -580,12 +463,12 @@ class Unilateral:
         """Which contact points are within the ends of their edges, (points,): of those at a corner
         that approach not those that another edge there keeps apart.
         """
-        along, count = self.along(work), len(self.contact_points)
-        tolerances = np.broadcast_to(velocity_tolerance, np.shape(velocity_tolerance) or count)
-        passed = self.corners.passed(
-            self.gaps(rows), self.approach(rows), along, gap_tolerance, tolerances[:count]
-        )
-        return np.asarray((along.min(axis=1, initial=np.inf) >= -gap_tolerance) & ~passed)
+        count = len(self.contact_points)
+        slow = np.empty(count)
+        slow[:] = np.broadcast_to(velocity_tolerance, np.shape(velocity_tolerance) or count)[:count]
+        within = np.zeros(count, dtype=np.int64)
+        points_within(self.layout, work, self.table, rows.ends, gap_tolerance, slow, within)
+        return within.astype(bool)
 
     @functools.cached_property
     def bodies(self) -> list[tuple[int, int]]:
@@ -648,34 +531,9 @@ class Unilateral:
         """The angle between the direction of the line of centres and ψ of the row along each
         contact point of two circles, (points,); zero of others. See `mbody.model.joints.slipping`.
         """
-        found = np.zeros(len(self.contact_points))
-        for n, point in enumerate(self.contact_points):
-            if point.tangent < 0 or point.candidate.solid != "circle":
-                continue
-            p, (ti, tj) = self._of_circles(work, n), (work.q[3 * b + 2, 0] for b in self.bodies[n])
-            psi = p[4] * ti + p[5] * tj + p[6]
-            found[n] = math.remainder(self._line_of_centres(work, n) - psi, math.tau)
+        found = np.empty(len(self.contact_points))
+        phase_offsets(self.layout, work, self.table, found)
         return found
-
-    def _of_circles(self, work: Work, n: int) -> Array:
-        """Parameters of the row along contact point n, of two circles: both body-fixed positions,
-        parts and phase.
-        """
-        o = int(
-            self.layout.primitive_par[int(self.layout.active_set[self.contact_points[n].tangent])]
-        )
-        return np.asarray(work.par[o : o + 7, 0])
-
-    def _line_of_centres(self, work: Work, n: int) -> float:
-        """The direction from the first centre to the second of contact point n, of two circles."""
-        p = self._of_circles(work, n)
-        ends = []
-        for b, x, y in zip(self.bodies[n], p[0:4:2], p[1:4:2], strict=True):
-            at, angle = work.q[3 * b : 3 * b + 2, 0], work.q[3 * b + 2, 0]
-            c, s = math.cos(angle), math.sin(angle)
-            ends.append((at[0] + c * x - s * y, at[1] + s * x + c * y))
-        (ax, ay), (bx, by) = ends
-        return math.atan2(by - ay, bx - ax)
 
     @functools.cached_property
     def phase_rows(self) -> list[int]:
@@ -737,7 +595,7 @@ def deepest_overlap(
     """The contact that overlaps most at the position in a workspace, by more than
     `gap_tolerance`; None where none does.
     """
-    gaps, along = uni.gaps(rows), uni.along(work).min(axis=1, initial=np.inf)
+    gaps, along = uni.gaps(rows), rows.ends.min(axis=1, initial=np.inf)
     worst: dict[str, tuple[float, int]] = {}
     edges: dict[tuple[str, str, tuple[float, ...], float], list[int]] = {}
     for n, (point, gap) in enumerate(zip(uni.contact_points, gaps, strict=True)):
@@ -754,7 +612,7 @@ def deepest_overlap(
                 worst.setdefault(point.name, (float(gap), n))
         else:
             worst[point.name] = min(worst.get(point.name, (0.0, n)), (float(gap), n))
-    whole = uni.along(work)
+    whole = rows.ends
     for (name, _, _, radius), about in edges.items():
         gap, n = _to_polygon(gaps[about] + radius, whole[about])
         if gap - radius < -gap_tolerance:

@@ -151,19 +151,13 @@ def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Gu
     """Values (guards, instants) of what follows from positions and rates: times, records (instants,
     rows).
     """
-    n, uni, probe = motion.system.coordinates, motion.uni, motion.probe
-    found, kinds = np.empty((len(guards), len(t))), {guard.kind for guard in guards}
+    uni, probe, found = motion.uni, motion.probe, np.empty((len(guards), len(t)))
     flush, velocity_tolerance = (
         tol.CONTACT_EDGES_FLUSH * motion.system.length,
         tol.RATE_NONE_FRICTION * motion.speeds,
     )
-    if not kinds <= set(ALONG):
-        rows = uni.read_at(probe, t, records)
-        gaps, approaches = uni.gaps(rows), uni.approach(rows)
-    if not kinds.isdisjoint(("close", *ALONG)):
-        q = np.tile(probe.q[:, 0], (len(t), 1))
-        q[:, :n] = records[:, :n]
-        along = uni.along_at(q).min(axis=-1, initial=np.inf)
+    rows = uni.read_at(probe, t, records)
+    gaps, approaches, along = uni.gaps(rows), uni.approach(rows), rows.ends.min(axis=-1)
     for k, (kind, number) in enumerate((guard.kind, guard.number) for guard in guards):
         if kind == "close":
             gap, along_edge = gaps[:, number], along[:, number]
