@@ -21,14 +21,14 @@ import numpy as np
 from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
 from mbody.errors import ModelError
 from mbody.kernels.contact_points import (
+    UnilateralLayout,
     phase_offsets,
     points_within,
     read_rows,
     row_histories,
 )
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
-from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.kernels.unilateral import UnilateralLayout
+from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
 from mbody.model.contact import ContactCandidate
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of, with_joint_contacts
@@ -370,7 +370,8 @@ class Unilateral:
         count, numbers = len(self), np.empty((3, len(self)))
         block, ends = np.empty((count, self.system.coordinates)), self._blank_ends()
         read_rows(self.layout, work, self.table, numbers, block, ends)
-        return Rows(*numbers, block, ends)
+        value, rate, gamma = numbers
+        return Rows(value, rate, gamma, block, ends)
 
     def read_at(self, work: Work, times: Array, records: Array) -> RowHistories:
         """The rows at many instants: times, and records (instants, rows) with positions and
@@ -384,6 +385,29 @@ class Unilateral:
 
     def _blank_ends(self, *instants: int) -> Array:
         return np.empty((*instants, len(self.contact_points), 2))
+
+    @functools.cached_property
+    def places(self) -> tuple[Array, Array, Array, Array]:
+        """Places of the rows: their nodes; of all numbers of their blocks the row, the place and
+        the coordinate.
+        """
+        L = self.layout
+        nodes = L.written_node[L.active_set]
+        number = {int(k): s for s, k in enumerate(L.primitive_node[L.active_set])}
+        beyond = 12 * (first_beyond(L.nodes, len(L.more)) + len(nodes))
+        found = []
+        for s, e in enumerate(L.active_set):
+            found += [
+                (s, 12 * nodes[s], L.primitive_i[e]),
+                (s, 12 * nodes[s] + 6, L.primitive_j[e]),
+            ]
+        for n, (k, column) in enumerate(L.more):
+            if int(k) in number:
+                found.append((number[int(k)], beyond + 6 * n, L.slot_body[column // 3]))
+        rows, places, bodies = np.array(found, dtype=np.int64).reshape(-1, 3).T
+        three = np.arange(3)
+        columns = 3 * bodies[:, None] + three
+        return nodes, np.repeat(rows, 3), (places[:, None] + three).ravel(), columns.ravel()
 
     @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
