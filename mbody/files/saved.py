@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.closed_contacts import reclosed
-from mbody.analysis.contact.unilateral import with_contacts_of_joints
+from mbody.analysis.contact.systems_with_modes import with_contacts_of_joints
 from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.dynamics.restart import check_restart, finite
 from mbody.analysis.freedom.mobility import released

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import with_contacts_of_joints
+from mbody.analysis.contact.systems_with_modes import with_contacts_of_joints
 from mbody.analysis.dynamics.branch_passage import choose_branch, singular_start
 from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.options import motion_request, tolerances, with_inputs

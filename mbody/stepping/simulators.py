@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import has_modes
+from mbody.analysis.contact.systems_with_modes import has_modes
 from mbody.analysis.driven.contact_report import one_sided
 from mbody.analysis.dynamics.batch_integration import TABLES
 from mbody.analysis.dynamics.interruptions import has_corners

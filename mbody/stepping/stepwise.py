@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import has_modes, refuse_modes
+from mbody.analysis.contact.systems_with_modes import has_modes, refuse_modes
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.driven.law_doubts import (
     derivative_doubts,

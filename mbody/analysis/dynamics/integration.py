@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import refuse_modes
+from mbody.analysis.contact.systems_with_modes import refuse_modes
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
+from mbody.analysis.contact.systems_with_modes import (
+    has_modes,
+    refuse_modes,
+    with_contacts_of_joints,
+)
 from mbody.analysis.dynamics.branch_passage import singular_start
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.events import EventIntegration
-from mbody.analysis.dynamics.impulse_stepping import impulse_motion
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.options import (
     MotionRequest,
@@ -298,6 +300,8 @@ def integrate_phases(
     were released there stay so. `state`: time, positions and rates of that instant.
     """
     if request.settings.method == "moreau":
+        from mbody.analysis.dynamics.impulse_stepping import impulse_motion
+
         going_on = _restart(system, start, request.settings, ())
         return impulse_motion(system, start, state, request, progress, going_on)
     own = {driver.name for driver in system.drivers}
@@ -340,8 +344,9 @@ def integrate_phases(
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
         kind = EventIntegration if request.events or _one_sided(free) else None
         if decided:
-            kind = ContactIntegration
+            from mbody.analysis.dynamics.contact_motion import ContactIntegration
 
+            kind = ContactIntegration
         parts = (kind or Integration, free, start, request.events if kind else None)
         integration = _integration(*parts, request.settings)
         try:

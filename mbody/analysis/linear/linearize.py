@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import has_modes
+from mbody.analysis.contact.systems_with_modes import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, stepping
 from mbody.analysis.dynamics.interruptions import without_hold

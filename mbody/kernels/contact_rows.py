@@ -190,7 +190,7 @@ def phase_offset(L, W, U, k):
         W.par[o + 4, 0] * W.q[3 * i + 2, 0] + W.par[o + 5, 0] * W.q[3 * j + 2, 0] + W.par[o + 6, 0]
     )
     off = math.atan2(by - ay, bx - ax) - psi
-    return off - 2.0 * math.pi * math.floor(off / (2.0 * math.pi) + 0.5)
+    return off - 2.0 * math.pi * math.ceil(off / (2.0 * math.pi) - 0.5)
 
 
 # -- As Python reads them ----------------------------------------------------------------------
