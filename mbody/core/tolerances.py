@@ -541,6 +541,7 @@ COMPLEMENTARITY_DETERMINED = (
 #: collision is sought.
 COMPLEMENTARITY_SHIFT = 1e-9
 LINEAR_PROGRAM_ZERO = 1e-13  # Entries of a tableau of small numbers that are rounding.
+LINEAR_PROGRAM_RESIDUAL = 1e-10  # What a solution of it may violate; 1e-15 is usual.
 LINEAR_PROGRAM_MULTIPLIER = 1e-7  # Multipliers of a linear program above this part are some.
 #: A row that moves so little by its own force, as a part of what it would without joints, is led.
 CONTACT_ROW_LED = 1e-13
@@ -606,6 +607,8 @@ FORCES_UNIQUE = 1e-8  # and a range of this part is one force.
 #: Part of forces by which those differ that say what rounding does to a quantity made of them;
 FORCES_ROUNDED = 1e-12
 FORCES_CHANGE_COUNTS = 1e4  # changes by other forces count from so many times that on.
+#: What forces leave of a load, as a part of it, where they balance it.
+LOAD_BALANCED = 1e-7
 #: A part of the greatest load that a force is at most, in the search of a reserve.
 FRICTION_RESERVE_FORCE_MOST = 1000.0
 #: A least reserve lies below the least sample by no more than neighbours lie above it (1.4 times as

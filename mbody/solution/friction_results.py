@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -11,21 +12,25 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mbody.core.tolerances import (
+    FORCES_ADMISSIBLE,
     FRICTION_RESERVE_FORCE_MOST,
+    LOAD_BALANCED,
     RATE_NONE_SLIDING,
     SINGULAR_VALUE_SHARED_FRICTION,
+    TINY,
 )
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import StoredMotion, forces_by_senses, impending_rates
 from mbody.kernels.friction import CERTIFICATE, IMPENDING, REACHED_PART, SLIDING
 from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.kernels.linear_program import INCONSISTENT, OPTIMAL, UNBOUNDED
 from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.solution import contact_forces
 from mbody.solution.checks import loaded
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
-from mbody.solution.shared_forces import primitive_numbers
+from mbody.solution.shared_forces import greatest, primitive_numbers
 from mbody.system.rank import dense
 from mbody.system.read_only import lock, locked
 from mbody.system.system import System
@@ -43,9 +48,6 @@ if TYPE_CHECKING:
 # forces at all the position cannot be held.
 
 Array = np.ndarray
-
-#: Status of a linear program without a bound.
-UNBOUNDED = 3
 
 
 def friction_of_contacts_alone(system: System) -> bool:
@@ -150,43 +152,55 @@ class StickingContacts:
         aim = np.zeros(self.balance.shape[1])
         # an effort is −λ
         aim[self.limits.row(self.system.primitives_of[driver][0])] = sign
-        status, forces = self._solved(aim, self.limits.least)
-        if status == UNBOUNDED:
+        found, forces = self._greatest(-aim, self.limits.least)
+        if found == UNBOUNDED:
             return np.full(len(aim), -sign * np.inf)
-        return forces if status == 0 else None
+        return self.size * forces if found == OPTIMAL else None
 
     def reserve(self) -> float:
         """How much more every normal force and every limit of frictional contacts could take at
         least, as a part of the load: negative where nothing holds.
         """
-        aim = np.append(np.zeros(self.balance.shape[1]), -1.0)
+        aim = np.append(np.zeros(self.balance.shape[1]), 1.0)
         lines = np.column_stack([self.limits.least, np.where(self.limits.smooth(), 0.0, -1.0)])
-        status, found = self._solved(aim, lines)
-        return (
-            float(found[-1]) / self.size
-            if status == 0 and found is not None
-            else -FRICTION_RESERVE_FORCE_MOST
-        )
+        found, forces = self._greatest(aim, lines)
+        return float(forces[-1]) if found == OPTIMAL else -FRICTION_RESERVE_FORCE_MOST
 
-    def _solved(self, aim: Array, lines: Array) -> tuple[int, Array | None]:
-        """Status and forces at the least of aim · forces with lines · forces ≥ 0 in balance; what
-        is among `aim` beside the forces is at most `FRICTION_RESERVE_FORCE_MOST` times the load.
+    @functools.cached_property
+    def _balanced(self) -> tuple[Array, Array] | None:
+        """Forces that balance the load, as parts of it, and (forces, k) those that balance
+        themselves; None where nothing balances it.
         """
-        from scipy.optimize import linprog
+        sizes = np.maximum(np.linalg.norm(self.balance, axis=0), TINY)
+        u, parts, vt = np.linalg.svd(self.balance / sizes)
+        rank = int((parts > SINGULAR_VALUE_SHARED_FRICTION).sum())
+        load = self.load / self.size
+        along = u.T @ load
+        if np.abs(along[rank:]).max(initial=0.0) > LOAD_BALANCED:
+            return None
+        there = vt[:rank].T @ (along[:rank] / parts[:rank])
+        return there / sizes, vt[rank:].T / sizes[:, None]
 
-        more = aim.size - self.balance.shape[1]
-        bounds = [(None, None)] * self.balance.shape[1] + [
-            (None, FRICTION_RESERVE_FORCE_MOST)
-        ] * more
-        found = linprog(
-            aim,
-            A_ub=-lines,
-            b_ub=np.zeros(len(lines)),
-            A_eq=np.column_stack([self.balance, np.zeros((len(self.balance), more))]),
-            b_eq=self.load / self.size,
-            bounds=bounds,
-        )
-        return int(found.status), None if found.x is None else self.size * np.asarray(found.x)
+    def _greatest(self, aim: Array, lines: Array) -> tuple[int, Array]:
+        """What was found, and the forces, as parts of the load, with the greatest aim · forces and
+        lines · forces ≥ 0 in balance; what is among `aim` beside the forces is at most
+        `FRICTION_RESERVE_FORCE_MOST`.
+        """
+        if self._balanced is None:
+            return INCONSISTENT, np.zeros(len(aim))
+        (there, free), more = self._balanced, len(aim) - self.balance.shape[1]
+        there = np.append(there, np.zeros(more))
+        moved = np.zeros((len(aim), free.shape[1] + more))
+        moved[: len(free), : free.shape[1]] = free
+        moved[len(free) :, free.shape[1] :] = np.eye(more)
+        A = np.vstack([-lines @ moved, moved[len(free) :]])
+        b = np.append(lines @ there, np.full(more, FRICTION_RESERVE_FORCE_MOST))
+        # what is exceeded by rounding alone is not
+        for room in (0.0, FORCES_ADMISSIBLE):
+            found, x = greatest(aim @ moved, A, b + room)
+            if found != INCONSISTENT:
+                break
+        return found, there + moved @ x
 
     def table(self, forces: Array) -> Array:
         """Forces as numbers of all primitives, (PER_PRIMITIVE·primitives,), as results keep them;

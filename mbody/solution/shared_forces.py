@@ -1,154 +1,53 @@
 """Forces that no equation decides: the set that is reported, whether a force is unique, its range.
 
-Where rows of contacts, ropes, joints and friction depend on each other, all forces f₀ + Z y balance
-the bodies alike, Z the forces that are in balance with themselves. Admissible are those that keep
-every limit g(f) ≥ 0: what presses, a friction that is not exceeded. Of these the one is reported
-whose least limit is kept by most,
-
-    max θ,   g(f₀ + Z y) ≥ θ,
-
-and of several such ones the least. All is without dimensions, in each part that hangs together by
-itself: arms by its own longest, forces by those that must be carried there. The limits of contacts
-are linear. Those of pins, ρ |R|, and of guides bend outwards: their tangents lie within them, so
-that what a program with tangents finds is admissible, and it is repeated with tangents there; ends
-of ranges that are found so are attained, the range may be wider.
-
-Limit analysis: Drucker, Prager, Greenberg (1952). Redundant reactions: Wojtyra and Frączek (2013).
+Where rows of contacts, ropes, joints and friction depend on each other, forces are open. Reported
+are those whose least limit is kept by most, of several such ones the least, which
+`mbody.kernels.shared_forces` finds by linear programs. Ends of ranges where limits bend, those of
+pins and guides, are attained; the range may be wider.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.kernels import shared_forces as kernels
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.linear_program import LinearProgram, linear_program, linear_program_memory
+from mbody.kernels.shared_forces import COMBINATIONS, OpenForces, open_forces_memory
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
+from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Exchanges of a linear program, at most, by its rows and unknowns.
-EXCHANGES = 6
-#: Linear programs with tangents of limits that bend, at most.
-PASSES = 8
-#: Directions, as parts of a turn, from which pressing forces of bent limits are tried besides.
-TURNS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.375, 0.625)
+
+class _Memory(threading.local):
+    """Memory of the kernels of every size, for each thread."""
+
+    def __init__(self) -> None:
+        self.of = dict[tuple[int, ...], tuple[OpenForces, LinearProgram]]()
 
 
-# -- Programs of few unknowns ------------------------------------------------------------------
+_memory = _Memory()
 
 
-def linear_program(aim: Array, A: Array, b: Array) -> tuple[Array, Array] | None:
-    """x of the greatest aim · x with A x ≤ b, b ≥ 0, and the multipliers of the rows; None where
-    there is no bound. `aim` (n,), `A` (rows, n).
+def greatest(aim: Array, A: Array, b: Array) -> tuple[int, Array]:
+    """What was found of a linear program (`mbody.kernels.linear_program`), and the x with the
+    greatest aim · x within A x ≤ b.
 
-    A simplex tableau whose first n exchanges bring the free x into the basis; what it finds is
-    verified by its multipliers, and left to HiGHS where rounding has spoilt it.
-
-    >>> x, loads = linear_program(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 0.0]))
-    >>> float(x[0]), loads.tolist()
-    (2.0, [1.0, 0.0])
+    >>> found, x = greatest(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 0.0]))
+    >>> found, float(x[0])
+    (0, 2.0)
     """
-    rows, n = A.shape
-    table = np.zeros((rows + 1, n + 1))
-    table[:rows, :n], table[:rows, n], table[rows, :n] = A, b, aim
-    basic, other = np.arange(n, n + rows), np.arange(n)
-    for step in range(EXCHANGES * (rows + n)):
-        gain = np.where(other < n, np.abs(table[rows, :n]), table[rows, :n])
-        better = np.flatnonzero(gain > tol.LINEAR_PROGRAM_ZERO)
-        if not len(better):
-            x, loads = np.zeros(n), np.zeros(rows)
-            x[basic[basic < n]] = table[:rows, n][basic < n]
-            loads[other[other >= n] - n] = -table[rows, :n][other >= n]
-            spoilt = max(
-                float((A @ x - b).max(initial=0.0)), float(np.abs(loads @ A - aim).max(initial=0.0))
-            )
-            return (
-                (x, np.maximum(loads, 0.0))
-                if spoilt <= tol.CONTACT_FORCE_NONE
-                else _highs(aim, A, b)
-            )
-        # at first the steepest, later by number, so that it cannot cycle
-        early = step < 2 * (rows + n)
-        k = better[np.argmax(gain[better]) if early else np.argmin(other[better])]
-        column = table[:rows, k] * (1.0 if table[rows, k] > 0.0 else -1.0)
-        stops = np.flatnonzero((column > tol.LINEAR_PROGRAM_ZERO) & (basic >= n))
-        if not len(stops):
-            return None
-        ratio = table[stops, n] / column[stops]
-        equal = stops[ratio <= ratio.min() + tol.LINEAR_PROGRAM_ZERO]
-        r = equal[np.argmax(column[equal]) if early else np.argmin(basic[equal])]
-        pivot, row, mine = table[r, k], table[r] / table[r, k], table[:, k].copy()
-        table -= np.outer(mine, row)
-        table[r], table[:, k] = row, -mine / pivot
-        table[r, k] = 1.0 / pivot
-        basic[r], other[k] = other[k], basic[r]
-    return _highs(aim, A, b)
-
-
-def _highs(aim: Array, A: Array, b: Array) -> tuple[Array, Array] | None:
-    """`linear_program` by HiGHS."""
-    from scipy.optimize import linprog
-
-    found = linprog(-aim, A_ub=A, b_ub=b, bounds=(None, None), method="highs")
-    if found.status != 0:
-        return None
-    return np.asarray(found.x), -np.asarray(found.ineqlin.marginals)
-
-
-def _greatest(G: Array, g: Array, weight: Array, most: float) -> tuple[float, Array, Array] | None:
-    """θ, y and multipliers of the greatest θ ≤ `most` with g + G y ≥ weight θ."""
-    rows, k = G.shape
-    if k == 1:
-        return _on_a_line(G[:, 0], g, weight, most)
-    A = np.block([[-G, weight[:, None]], [np.zeros((1, k)), np.ones((1, 1))]])
-    begin = min(float(g[weight > 0.0].min(initial=most)), most)
-    b = np.maximum(np.append(g - weight * begin, most - begin), 0.0)
-    found = linear_program(np.append(np.zeros(k), 1.0), A, b)
-    return None if found is None else (begin + float(found[0][-1]), found[0][:-1], found[1][:rows])
-
-
-def _on_a_line(a: Array, g: Array, weight: Array, most: float) -> tuple[float, Array, Array] | None:
-    """`_greatest` of one unknown: the highest place of the lower envelope of lines."""
-    i, j = np.triu_indices(len(a), 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        meet = (weight[j] * g[i] - weight[i] * g[j]) / (weight[i] * a[j] - weight[j] * a[i])
-        y = np.concatenate([[0.0], meet, (weight * most - g) / a])
-    y = y[np.isfinite(y)]
-    lines, own = g[:, None] + a[:, None] * y, weight > 0.0
-    height = np.minimum(lines[own].min(axis=0, initial=np.inf), most)
-    size = np.abs(g).max(initial=0.0) + np.abs(a[:, None] * y).max(axis=0, initial=0.0)
-    if not own.all():
-        low = lines[~own].min(axis=0) < -tol.CONTACT_FORCE_SETTLED * size
-        height = np.where(low, -np.inf, height)
-    n = int(np.argmax(height))
-    if not np.isfinite(height[n]):
-        return None
-    theta, slack = float(height[n]), lines[:, n] - weight * height[n]
-    on = (slack <= tol.CONTACT_FORCE_SETTLED * size[n]) & (a != 0.0) & (theta < most)
-    return theta, y[[n]], on.astype(float)
-
-
-def _least(G: Array, h: Array, wanted: Array) -> Array | None:
-    """The nearest y to `wanted` with G y ≥ h, where some are (Lawson and Hanson, 23.4)."""
-    from scipy.optimize import nnls
-
-    if G.shape[1] == 1:
-        a = G[:, 0]
-        with np.errstate(divide="ignore"):
-            ends = h / a
-        low, high = ends[a > 0.0].max(initial=-np.inf), ends[a < 0.0].min(initial=np.inf)
-        return np.clip(wanted, low, max(low, high))
-    level = h - G @ wanted
-    if (level <= 0.0).all():
-        return wanted
-    E, aim = np.vstack([G.T, level]), np.append(np.zeros(G.shape[1]), 1.0)
-    left = E @ nnls(E, aim)[0] - aim
-    return wanted - left[:-1] / left[-1] if left[-1] < -tol.SINGULAR_VALUE_SHARED_FRICTION else None
+    P = linear_program_memory(len(aim), len(b))
+    P.aim[:], P.A[:], P.b[:] = aim, A, b
+    return linear_program(P), P.x
 
 
 # -- Limits ------------------------------------------------------------------------------------
@@ -160,32 +59,17 @@ class BentLimit:
 
     `owner`: Whose it is.
     `friction`: Number of its force.
-    `pressing` (2, forces): Both multipliers, by all forces.
-    `law`: φ and its derivatives by both multipliers and the sign of the sliding.
+    `pressing`: Numbers of both multipliers, −1 of none.
+    `kind`, `arm` (6,): Of the law, and its numbers of sliding forwards and back.
     `length`: By which friction is divided, so that it is a force.
     """
 
     owner: int
     friction: int
-    pressing: Array
-    law: Callable[[float, float, float], tuple[Any, Any, Any]]
+    pressing: tuple[int, int]
+    kind: int
+    arm: Array
     length: float
-
-    def tangents(self, forces: Array, turn: float = 0.0) -> tuple[Array, Array]:
-        """Gradients (2, forces) and values (2,) at `forces`, of sliding forwards and back; tangents
-        at multipliers turned by so much.
-        """
-        here = self.pressing @ forces
-        c, s = np.cos(turn), np.sin(turn)
-        x, y = c * here[0] - s * here[1], s * here[0] + c * here[1]
-        lines, values = np.zeros((2, len(forces))), np.zeros(2)
-        for n, sign in enumerate((1.0, -1.0)):
-            size, by_x, by_y = (float(part) for part in self.law(float(x), float(y), sign))
-            lines[n] = by_x * self.pressing[0] + by_y * self.pressing[1]
-            lines[n, self.friction] += sign
-            size += by_x * (here[0] - x) + by_y * (here[1] - y)
-            values[n] = size + sign * forces[self.friction]
-        return lines / self.length, values / self.length
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,28 +94,35 @@ class ForceLimits:
         more = [(one.owner, sign) for one in self.bent for sign in (1.0, -1.0)]
         return [*self.owners, *more]
 
-    def at(self, forces: Array, turn: float = 0.0) -> tuple[Array, Array]:
-        """Gradients (limits, forces) and values (limits,) at forces (forces,)."""
-        every = [(self.lines, self.lines @ forces + self.given)]
-        every += [one.tangents(forces, turn) for one in self.bent]
-        lines, values = zip(*every, strict=True)
-        return np.vstack(lines), np.concatenate(values)
+    def at(self, forces: Array) -> Array:
+        """Values of the lines."""
+        return np.asarray(self.lines @ forces + self.given)
 
-    def sizes(self, part: OpenPart) -> tuple[Array, Array]:
-        """By what the limits of a part are divided, and their weights."""
-        none = np.zeros(2 * len(self.bent), dtype=bool)
-        relative = np.append(self.relative, none)[part.limits]
-        weights = np.append(self.weights, ~none)[part.limits]
-        return np.where(relative, 1.0, part.size), weights
+    def all_count(self, part: OpenPart) -> bool:
+        """Whether the margins of all limits of a part count."""
+        lines = part.limits[part.limits < len(self.weights)]
+        return bool((self.weights[lines] > 0.0).all())
 
-    def support(self, count: int) -> Array:
-        """Which forces each limit depends on: (limits, forces) of bool."""
-        found = [self.lines != 0.0]
-        for one in self.bent:
-            own = (one.pressing != 0.0).any(axis=0)
-            own[one.friction] = True
-            found.append(np.array([own, own]))
-        return np.vstack(found).reshape(-1, count)
+    def loaded(self, coordinates: int, forces: Array) -> tuple[OpenForces, LinearProgram]:
+        """Memory of the kernels with these limits and forces."""
+        size = coordinates, len(forces), len(self.lines), len(self.bent)
+        if size not in _memory.of:
+            _memory.of[size] = open_forces_memory(*size)
+        S, P = _memory.of[size]
+        S.force[:], S.line[:], S.given[:] = forces, self.lines, self.given
+        S.relative[:], S.counts[:] = self.relative, self.weights
+        for n, one in enumerate(self.bent):
+            S.bent[n] = one.friction, *one.pressing, one.kind
+            S.arm[n], S.length[n] = one.arm, one.length
+        return S, P
+
+
+def pressing_rows(system: System, node: int) -> tuple[int, int]:
+    """Numbers of both multipliers of a node among the rows of joints and drivers, −1 of none."""
+    primitive, number, _ = system.row_table
+    at = np.flatnonzero(system.layout.primitive_node[primitive] == node)
+    found = dict(zip(number[at].tolist(), at.tolist(), strict=True))
+    return found.get(0, -1), found.get(1, -1)
 
 
 class Lines:
@@ -291,24 +182,41 @@ class OpenPart:
     units: Array
 
 
-def _components(joined: Array) -> list[Array]:
-    """Numbers that hang together, by a symmetric matrix of bool; none of what hangs nowhere."""
-    label = np.arange(len(joined))
-    for _ in range(len(joined)):
-        low = np.where(joined, label, len(joined)).min(axis=1, initial=len(joined))
-        now = np.minimum(label, low)
-        if (now == label).all():
-            break
-        label = now
-    return [np.flatnonzero(label == n) for n in np.unique(label) if joined[n].any()]
+@dataclass(frozen=True, eq=False)
+class Margin:
+    """The greatest least margin of a part.
+
+    `least`: As a part of what must be carried.
+    `y` (k,): Where, in forces.
+    `active`: Whose limits stop it, with the sign of the sliding.
+    """
+
+    least: float
+    y: Array
+    active: list[tuple[int, float]]
 
 
-def _nothing_moves(columns: Array, scale: Array) -> Array:
-    """Combinations of columns that vanish: (columns, k), orthonormal."""
-    whole = columns / scale
-    _, sizes, vt = np.linalg.svd(whole)
-    least = tol.SINGULAR_VALUE_SHARED_FRICTION * max(1.0, float(sizes.max(initial=0.0)))
-    return np.asarray(vt[int((sizes > least).sum()) :].T)
+def _loaded(
+    columns: Array, forces: Array, own: Array, limits: ForceLimits
+) -> tuple[OpenForces, LinearProgram]:
+    S, P = limits.loaded(len(columns), forces)
+    S.column[:], S.own[:] = columns, own
+    return S, P
+
+
+def _parts(S: OpenForces, count: int) -> list[OpenPart]:
+    """Those that were found."""
+    units, found = S.unit.copy(), []
+    for n in range(count):
+        mine = slice(S.first[n], S.first[n + 1])
+        moving = np.flatnonzero(S.moves[n])
+        free = (S.free[mine] * units).T.copy()
+        found.append(OpenPart(free, S.start[mine].copy(), moving, float(S.size[n]), units))
+    return found
+
+
+def _active(S: OpenForces, n: int, owners: list[tuple[int, float]]) -> list[tuple[int, float]]:
+    return [owners[k] for k in np.flatnonzero(S.active[n])]
 
 
 def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -> list[OpenPart]:
@@ -323,152 +231,49 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -
     own : array (forces,)
         Which are of contacts and friction.
     """
-    torque = np.arange(len(columns)) % 3 == 2
-    acts = (columns != 0.0).reshape(len(columns) // 3, 3, -1).any(axis=1)
-    units, Z = np.ones(columns.shape[1]), np.zeros((columns.shape[1], 0))
-    acting = acts.astype(float)
-    for which in _components(acting.T @ acting > 0.0):
-        mine = columns[:, which]
-        plain = np.hypot.reduce(mine[~torque])
-        arms = np.abs(mine[torque]).max(axis=0, initial=0.0)
-        linear = plain > 0.0
-        ratio = arms[linear] / plain[linear]
-        length = float(ratio.max(initial=0.0)) or 1.0
-        mine = np.where(torque[:, None], mine / length, mine)
-        units[which] = 1.0 / np.linalg.norm(mine, axis=0)
-        found = np.zeros((columns.shape[1], 0))
-        some = _nothing_moves(mine, 1.0 / units[which])
-        found = np.zeros((columns.shape[1], some.shape[1]))
-        found[which] = some
-        Z = np.hstack([Z, found])
-    if Z.shape[1] and not own.all():
-        _, sizes, vt = np.linalg.svd(Z[own])
-        Z = Z @ vt[: int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum())].T
-    if not Z.shape[1]:
-        return []
-    P, support = Z @ Z.T, limits.support(len(forces))
-    touched = np.abs(P) > tol.SINGULAR_VALUE_SHARED_FRICTION
-    moving = touched.any(axis=1)
-    coupled = (support & moving).astype(float)
-    joined = touched | (coupled.T @ coupled > 0.0)
-    parts = []
-    for which in _components(joined) if Z.shape[1] > 1 else [np.flatnonzero(moving)]:
-        own_ones = Z
-        if Z.shape[1] > 1:
-            values, vectors = np.linalg.eigh(P[np.ix_(which, which)])
-            own_ones = np.zeros((len(forces), int((values > 0.5).sum())))
-            own_ones[which] = vectors[:, values > 0.5]
-        mine = np.flatnonzero((support & moving)[:, which].any(axis=1))
-        start = -own_ones.T @ (forces / units)
-        least = forces / units + own_ones @ start
-        near = support[mine].any(axis=0) | moving & np.isin(np.arange(len(forces)), which)
-        size = float(np.abs(least[near]).max(initial=0.0))
-        size = size or float(np.abs(forces / units)[near].max(initial=0.0))
-        free = own_ones * units[:, None]
-        parts.append(OpenPart(free, start, mine, max(size, tol.TINY), units))
-    return parts
+    S, _ = _loaded(columns, forces, own, limits)
+    return _parts(S, kernels.parts_of_forces(S))
 
 
-@dataclass(frozen=True, eq=False)
-class Margin:
-    """The greatest least margin of a part.
-
-    `least`: Dimensionless, at most `most`.
-    `y` (k,): Where, in forces.
-    `active`: Whose limits stop it, with the sign of the sliding.
-    `wedged`: Whether nothing but the size of forces that is sought stops it.
+def least_margin(
+    columns: Array, forces: Array, own: Array, limits: ForceLimits, most: float
+) -> tuple[float, list[tuple[int, float]]]:
+    """The least of the greatest least margins of all parts, in forces, and whose limits stop it;
+    infinite where all forces are determined. See `free_parts`.
     """
-
-    least: float
-    y: Array
-    active: list[tuple[int, float]]
-    wedged: bool = False
-
-
-def greatest_margin(
-    part: OpenPart, limits: ForceLimits, forces: Array, most: float, *, settle: bool = True
-) -> Margin:
-    """The y of a part with the greatest least margin; with `settle` the least of several such."""
-
-    def within(room: float, turn: float = 0.0) -> Margin:
-        return _within(part, limits, forces, (most, room), 2.0 * np.pi * turn, settle)
-
-    found = within(tol.FORCES_ROOM_MOST)
-    if limits.bent and found.least < 0.0:
-        for turn in TURNS:
-            other = within(tol.FORCES_ROOM_MOST, turn)
-            found = other if other.least > found.least else found
-    if found.wedged and settle:
-        small = within(tol.FORCES_ROOM)
-        found = small if small.least >= 0.0 else found
-    return found
+    S, P = _loaded(columns, forces, own, limits)
+    count = kernels.share_forces(S, P, most, False)
+    if not count:
+        return np.inf, []
+    margins = S.least[:count] * S.size[:count]
+    n = int(np.argmin(margins))
+    return float(margins[n]), _active(S, n, limits.every_owner())
 
 
-def _within(
-    part: OpenPart,
-    limits: ForceLimits,
-    forces: Array,
-    bounds: tuple[float, float],
-    turn: float,
-    settle: bool,
-) -> Margin:
-    """The same of margins and forces up to `bounds`, as parts of the force that must be carried,
-    from tangents at pressing forces that are turned by so much.
+def reported(
+    columns: Array, forces: Array, own: Array, limits: ForceLimits
+) -> tuple[Array, list[OpenPart], list[Margin]]:
+    """The forces that are reported, the parts that are free, and their margins; see `free_parts`.
+
+    Three feet of a table whose load is in the middle of two:
+
+    >>> feet = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])
+    >>> lines = Lines(3)
+    >>> for n in range(3):
+    ...     lines.add((n, 0.0), {n: 1.0})
+    >>> forces = np.array([6.0, 0.0, 6.0])
+    >>> found, parts, margins = reported(feet, forces, np.ones(3, dtype=bool), lines.made())
+    >>> found.round(12).tolist(), round(margins[0].least * parts[0].size, 12)
+    ([4.0, 4.0, 4.0], 4.0)
     """
-    (most, room), k, owners = bounds, part.free.shape[1], limits.every_owner()
-    scale, weight = limits.sizes(part)
-    plain = part.free / part.units[:, None]
-    touched = np.linalg.norm(plain, axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
-    there = (forces / part.units + plain @ part.start)[touched] / part.size
-    box, room_left = (
-        np.vstack([-plain[touched], plain[touched]]),
-        np.append(room - there, room + there),
-    )
-    weight = np.append(weight, np.zeros(len(box)))
-    best, z, rows = Margin(-np.inf, np.zeros(k), [], False), np.zeros(k), len(part.limits)
-    here = None if turn else -part.start / part.size
-    for n in range(PASSES):
-        y = part.start + part.size * (z if n or here is None else here)
-        lines, values = limits.at(forces + part.free @ y, 0.0 if n else turn)
-        G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
-        G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
-        g = values[part.limits] / scale - G @ ((y - part.start) / part.size)
-        G, g = np.vstack([G, box]), np.append(g, room_left)
-        found = _greatest(G, g, weight, most)
-        if found is None:
-            break
-        theta, at, loads = found
-        if theta <= best.least + tol.CONTACT_FORCE_SETTLED:
-            break
-        moves = loads > tol.LINEAR_PROGRAM_MULTIPLIER * float(loads.max(initial=0.0))
-        wedged = bool(moves[rows:].any())
-        if settle:
-            at = _settled(G, g, theta * weight, at, moves, np.zeros(k))
-        z = at
-        active = [owners[i] for i, some in zip(part.limits, moves, strict=False) if some]
-        best = Margin(theta, part.start + part.size * z, active, wedged)
-        if not limits.bent:
-            break
-    return best
-
-
-def _settled(G: Array, g: Array, least: Array, y: Array, moves: Array, wanted: Array) -> Array:
-    """Of all places with these margins (limits,) that nearest to `wanted`."""
-    tight = G[moves]
-    if len(y) == 1 and len(tight):
-        return y
-    _, sizes, vt = np.linalg.svd(tight)
-    Q = vt[int((sizes > tol.SINGULAR_VALUE_SHARED_FRICTION).sum()) :].T
-    if not Q.shape[1]:
-        return y
-    other = np.linalg.norm(G @ Q, axis=1) > tol.SINGULAR_VALUE_SHARED_FRICTION
-    slack = g + G @ y - least
-    found = _least(G[other] @ Q, -tol.CONTACT_FORCE_NONE - slack[other], Q.T @ (wanted - y))
-    if found is None:
-        return y
-    at = y + Q @ found
-    kept = float((g + G @ at - least).min(initial=np.inf))
-    return at if kept >= min(0.0, float(slack.min())) - tol.CONTACT_FORCE_SETTLED else y
+    S, P = _loaded(columns, forces, own, limits)
+    count, owners = kernels.share_forces(S, P, tol.FORCES_ROOM_MOST, True), limits.every_owner()
+    parts, margins = _parts(S, count), []
+    for n in range(count):
+        y = S.y[S.first[n] : S.first[n + 1]].copy()
+        margins.append(Margin(float(S.least[n]), y, _active(S, n, owners)))
+    moved = S.free[: S.count[COMBINATIONS]].T @ S.y[: S.count[COMBINATIONS]]
+    return forces + S.unit * moved, parts, margins
 
 
 # -- What is reported, and its ranges ----------------------------------------------------------
@@ -517,7 +322,7 @@ class ForceSet:
         for part, least, own in self._by_part(by):
             if not np.abs(own).max(initial=0.0) > 0.0:
                 continue
-            room = least > tol.FORCES_ADMISSIBLE and self.limits.sizes(part)[1].all()
+            room = least > tol.FORCES_ADMISSIBLE and self.limits.all_count(part)
             if room or least < -tol.FORCES_ADMISSIBLE:
                 return False  # there is room on all sides, or none
             low, high = self._range(part, own)
@@ -565,29 +370,13 @@ def _end_within(part: OpenPart, limits: ForceLimits, forces: Array, aim: Array) 
     """The y within the limits at which aim · y is greatest, by tangents where they bend; None
     without a bound.
     """
-    y, best = np.zeros(part.free.shape[1]), 0.0
-    scale, _ = limits.sizes(part)
-    size = float(np.linalg.norm(aim))
-    for _ in range(PASSES):
-        lines, values = limits.at(forces + part.free @ y)
-        G = lines[part.limits] @ part.free * (part.size / scale)[:, None]
-        G[np.abs(G) <= tol.CONTACT_FORCE_NONE] = 0.0
-        g = np.maximum(values[part.limits] / scale, 0.0) - G @ (y / part.size)
-        if len(y) == 1:
-            at = _far(G[:, 0] * np.sign(aim[0]), g)
-            reached = None if at is None else np.array([at * np.sign(aim[0])])
-        else:
-            found = linear_program(aim / size, -G, np.maximum(g + G @ (y / part.size), 0.0))
-            reached = None if found is None else found[0] + y / part.size
-        if reached is None:
-            return None
-        gained = float(aim @ reached) * part.size
-        if gained <= best + tol.CONTACT_FORCE_SETTLED * size * part.size:
-            break
-        y, best = reached * part.size, gained
-        if not limits.bent:
-            break
-    return y
+    S, P = limits.loaded(0, forces)
+    count = part.free.shape[1]
+    S.first[:2], S.unit[:], S.size[0] = (0, count), part.units, part.size
+    S.free[:count], S.start[:count] = part.free.T / part.units, part.start
+    S.moves[0] = 0
+    S.moves[0, part.limits] = 1
+    return S.y[:count].copy() if kernels.far_end(S, P, 0, np.ascontiguousarray(aim)) else None
 
 
 def moved_within(parts: Sequence[OpenPart], limits: ForceLimits, forces: Array) -> Array:
@@ -608,36 +397,6 @@ def moved_within(parts: Sequence[OpenPart], limits: ForceLimits, forces: Array) 
             ends.append(max(far, key=lambda y: float(np.linalg.norm(y))))
         found.append(0.7 * ends[0] + 0.3 * ends[1])
     return np.concatenate(found) if found else np.zeros(0)
-
-
-def _far(a: Array, g: Array) -> float | None:
-    """The greatest y with g + a y ≥ 0; None without one."""
-    falls = a < 0.0
-    return float((g[falls] / -a[falls]).min()) if falls.any() else None
-
-
-def reported(
-    columns: Array, forces: Array, own: Array, limits: ForceLimits
-) -> tuple[Array, list[OpenPart], list[Margin]]:
-    """The forces that are reported, the parts that are free, and their margins; see `free_parts`.
-
-    Three feet of a table whose load is in the middle of two:
-
-    >>> feet = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]])
-    >>> lines = Lines(3)
-    >>> for n in range(3):
-    ...     lines.add((n, 0.0), {n: 1.0})
-    >>> forces = np.array([6.0, 0.0, 6.0])
-    >>> found, parts, margins = reported(feet, forces, np.ones(3, dtype=bool), lines.made())
-    >>> found.round(12).tolist(), round(margins[0].least * parts[0].size, 12)
-    ([4.0, 4.0, 4.0], 4.0)
-    """
-    parts = free_parts(columns, forces, own, limits)
-    margins = [greatest_margin(one, limits, forces, tol.FORCES_ROOM_MOST) for one in parts]
-    changed = sum(
-        (p.free @ m.y for p, m in zip(parts, margins, strict=True)), np.zeros(len(forces))
-    )
-    return forces + changed, parts, margins
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,21 +15,21 @@ from mbody.analysis.driven.contact_report import rope_factor
 from mbody.core import tolerances as tol
 from mbody.kernels.friction import LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.kernels.shared_forces import PASSES
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
 from mbody.solution.doubts import doubted
 from mbody.solution.histories import Record, with_fields
 from mbody.solution.shared_forces import (
-    PASSES,
     BentLimit,
     ForceLimits,
     ForceSet,
     Lines,
     SharedResult,
     free_parts,
-    greatest_margin,
     inadmissible,
     moved_within,
+    pressing_rows,
     primitive_numbers,
     reported,
 )
@@ -151,8 +151,8 @@ class DrivenForces:
         else:
             turns = self.system.row_kinds[pair.primitive] == "a"
             length = law.first if law.kind == "pin" else self.system.length if turns else 1.0
-            pressing = self._pressing(law, lines.count)
-            lines.bent.append(BentLimit(owner, place, pressing, law.size, length))
+            pressing = pressing_rows(self.system, law.node)
+            lines.bent.append(BentLimit(owner, place, pressing, law.number, law.arm[:6], length))
 
     def multipliers(self, change: Array) -> Array:
         """Changes of the multipliers of all primitives, (primitives, 2, …), by those of forces."""
@@ -180,7 +180,7 @@ class DrivenForces:
             if moved <= tol.CONTACT_FORCE_SETTLED * np.abs(own).max():
                 break
         left = np.abs(columns @ forces[rows] - load).max() / max(np.abs(own).max(), tol.TINY)
-        pressing = self.limits.at(forces)[1][self.pulls]
+        pressing = self._pulling(forces)
         pulls = pressing.min() < -tol.FORCES_ADMISSIBLE * np.abs(pressing).max()
         return None if left > tol.FORCES_ADMISSIBLE or pulls else other
 
@@ -192,12 +192,9 @@ class DrivenForces:
         """The forces that are reported, and all that are admissible; None where they are
         determined.
         """
-        parts = free_parts(self.columns, self.forces, self.own, self.limits)
+        best, parts, margins = reported(self.columns, self.forces, self.own, self.limits)
         if not parts:
             return self.forces, None
-        margins = [
-            greatest_margin(one, self.limits, self.forces, tol.FORCES_ROOM_MOST) for one in parts
-        ]
         found, most = self.forces, max(part.size for part in parts)
         rests = np.arange(len(found)) < self.count
         if self.own[rests].any():
@@ -211,9 +208,6 @@ class DrivenForces:
                 self.columns[:, rests], found[rests], self.own[rests], bare.made()
             )[0]
         if self._least(found) < -tol.FORCES_ADMISSIBLE * most:
-            best = self.forces.copy()
-            for part, margin in zip(parts, margins, strict=True):
-                best += part.free @ margin.y
             found = best if self._least(best) > self._least(found) else found
         free = np.hstack([part.free for part in parts])
         changes = primitive_numbers(self.system.layout, self.work, self.multipliers(free))
@@ -223,9 +217,13 @@ class DrivenForces:
         worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
         return found, ForceSet(found, self.limits, tuple(parts), least, worst, rows, changes[rows])
 
+    def _pulling(self, forces: Array) -> Array:
+        """Forces of contacts and ropes."""
+        return self.limits.at(forces)[self.pulls[: len(self.limits.lines)]]
+
     def _least(self, forces: Array) -> float:
         """The least force of a contact or a rope."""
-        return float((self.limits.at(forces)[1][self.pulls]).min(initial=0.0))
+        return float(self._pulling(forces).min(initial=0.0))
 
 
 def _of(histories: Array, design: int, dimensions: int) -> Array:

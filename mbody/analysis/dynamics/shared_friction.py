@@ -26,7 +26,8 @@ from mbody.solution.shared_forces import (
     ForceSet,
     Lines,
     free_parts,
-    greatest_margin,
+    least_margin,
+    pressing_rows,
     primitive_numbers,
     reported,
 )
@@ -165,8 +166,8 @@ class HeldForces:
             return
         turns = self.uni.angular[pair.tangent]
         length = law.first if law.kind == "pin" else self.system.length if turns else 1.0
-        pressing = self._pressing(law, len(self.forces))
-        lines.bent.append(BentLimit(number, n, pressing, law.size, length))
+        pressing = pressing_rows(self.system, law.node)
+        lines.bent.append(BentLimit(number, n, pressing, law.number, law.arm[:6], length))
 
     # -- records -------------------------------------------------------------------------------
 
@@ -238,13 +239,9 @@ class SharedFriction:
         """The greatest reserve by a record (rows,), with the rows of that position."""
         held = self.held(motion, record, work)
         limits = held.limits_of(motion.groups).made()
-        least, active = np.inf, list[tuple[int, float]]()
-        for part in free_parts(held.columns, held.forces, held.own, limits):
-            found = greatest_margin(
-                part, limits, held.forces, tol.FRICTION_RESERVE_MOST, settle=False
-            )
-            if found.least * part.size < least:
-                least, active = found.least * part.size, found.active
+        least, active = least_margin(
+            held.columns, held.forces, held.own, limits, tol.FRICTION_RESERVE_MOST
+        )
         sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
         opened = {number for number, slip_sign in active if not slip_sign}
         return Reserve(least, sliding, opened)
