@@ -9,12 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import (
-    ClosedContacts,
-    FrictionSolution,
-    impact_impulses,
-    impulses_of_modes,
-)
+from mbody.analysis.contact.friction_problem import ClosedContacts, FrictionSolution
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
@@ -634,7 +629,7 @@ class ImpactDuals:
             hold[:] = False
             hold[rows[kept]] = True
             modes.append((hold, slip_signs))
-            return impulses_of_modes(contacts, before, given, hold, slip_signs)
+            return _impulses_of_modes(contacts, before, given, hold, slip_signs)
 
         plain = self._after(now, closed, -1, first)
         if plain is None:
@@ -646,7 +641,7 @@ class ImpactDuals:
             def again(
                 contacts: ClosedContacts, before: Array, given: Array, left: Any = left
             ) -> Array | None:
-                return impulses_of_modes(contacts, before, given, *next(left))
+                return _impulses_of_modes(contacts, before, given, *next(left))
 
             found = self._after(now, closed, k, again)
             assert found is not None
@@ -675,7 +670,7 @@ class ImpactDuals:
         restitution = _with_all([self.restitution[one] for one in closed], k)
         contacts = ClosedContacts(W @ Y, friction)
         newton = np.array([uni.contact_points[one].law == "newton" for one in closed])
-        impulse = impact_impulses(contacts, rates, restitution, newton, solve=solve)
+        impulse = _impulses(contacts, rates, restitution, newton, solve)
         if impulse is None:
             return None
         v = _with(now.y, k)[n : 2 * n]
@@ -697,6 +692,52 @@ class ImpactDuals:
         whole = np.block([[inertia, G.T], [G, np.zeros((count, count))]])
         right = np.vstack([(W * unit).T / size, np.zeros((count, len(W)))])
         return np.asarray(unit[:, None] * np.linalg.solve(whole, right)[:n])
+
+
+def _impulses(
+    contacts: ClosedContacts, before: Array, restitution: Array, newton: Array, solve: Any
+) -> Array | None:
+    """As `ClosedContacts.impulses`, of any kind of number, stage by stage of `solve`."""
+    m, D = len(contacts), contacts.delassus
+    shifted = before.copy()
+    approach = np.where(before[:m].real < 0.0, before[:m], 0.0)
+    shifted[:m] += np.where(newton, restitution, 0.0) * approach
+    impulse = solve(contacts, shifted, np.zeros(m))
+    if impulse is None:
+        return None
+    given = np.where(newton, 0.0, restitution) * impulse[:m]
+    if not given.any():
+        return np.asarray(impulse)
+    more = solve(contacts, shifted + D @ impulse + D[:, :m] @ given, given)
+    if more is None:
+        return None
+    more[:m] += given
+    return np.asarray(impulse + more)
+
+
+def _impulses_of_modes(
+    contacts: ClosedContacts, before: Array, given: Array, hold: Array, slip_signs: Array
+) -> Array | None:
+    """(Λ_N, Λ_T) (2 m,) by linear equations, of any kind of number: of rows that `hold` (2 m,), of
+    tangents that slide (m,); other impulses are zero. None where rows depend on each other.
+    """
+    m, D, mu = len(contacts), contacts.delassus, contacts.friction
+    size = np.diag(D).real
+    # a power of two: unlike its root, dividing by it changes no digit
+    unit = float(np.ldexp(1.0, np.frexp(size[size > 0.0][:1])[1]).sum()) or 1.0
+    scale = 1.0 / np.sqrt(np.maximum(size / unit, tol.TINY))
+    kind = np.result_type(D, before, given, mu)
+    A, b = np.eye(2 * m, dtype=kind), np.zeros(2 * m, dtype=kind)
+    A[hold] = (scale[:, None] * (D / unit) * scale)[hold]
+    b[hold] = -(scale * before / unit)[hold]
+    for k in np.flatnonzero(slip_signs):
+        if not hold[m + k]:
+            A[m + k, k] += slip_signs[k] * mu[k] * scale[k] / scale[m + k]
+            b[m + k] = -slip_signs[k] * mu[k] * given[k] / scale[m + k]
+    try:
+        return np.asarray(scale * np.linalg.solve(A, b))
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _undecided(one: FrictionSolution) -> bool:

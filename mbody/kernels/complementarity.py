@@ -755,8 +755,8 @@ def mode_of(P, r, most, fastest):
     return 1 if slip > 0.0 else -1 if slip < 0.0 else 0
 
 
-@kernel
-def solve_contacts(P: ContactProblem, every: bool) -> int:
+@njit
+def contact_solutions(P, every):
     """P.f, P.w, P.mode ← solutions with different accelerations, that of Lemke's path first; of
     `every` set of modes where these are few. Returns how many; none without modes that go on.
     """
@@ -782,23 +782,14 @@ def solve_contacts(P: ContactProblem, every: bool) -> int:
 # -- Delassus's matrix by the factor of the joints ---------------------------------------------
 
 
-@kernel
-def row_responses(
-    L: Layout,
-    W: Work,
-    R: Rows,
-    Y: Rows,
-    X: Rows,
-    regularization: float,
-    refinements: int,
-    softer: float,
-) -> None:
-    """Motions Y (n, coordinates) by a unit force along each row R (n, coordinates), as far as
-    joints allow, and how the multipliers of all nodes change, X (n, 2 nodes): those of
+@njit
+def responses_along(L, W, R, n, Y, X, regularization, refinements, softer):
+    """Motions Y (n, coordinates) by a unit force along each of the first n rows R (n, coordinates),
+    as far as joints allow, and how the multipliers of all nodes change, X (n, 2 nodes): those of
     [M Gᵀ; G 0] [y; x] = [rᵀ; 0], with the rows that are on at W.q. What has no mass and is free to
     move is `softer` than its artificial mass.
     """
-    w, n = 0.0, R.shape[0]
+    w = 0.0
     body_rotations(L, W, w)
     rows(L, W, w, True, True)
     for k in range(2 * L.nodes):
@@ -824,6 +815,21 @@ def row_responses(
                 k = 3 * b + i
                 if W.mass[k, 0] * W.weight[3 * L.body_slot[b] + i, 0] < 0.5:
                     Y[r, k] += softer * (W.a[k, 0] - Y[r, k])
+
+
+@kernel
+def row_responses(
+    L: Layout,
+    W: Work,
+    R: Rows,
+    Y: Rows,
+    X: Rows,
+    regularization: float,
+    refinements: int,
+    softer: float,
+) -> None:
+    """See `responses_along`; of all rows R."""
+    responses_along(L, W, R, R.shape[0], Y, X, regularization, refinements, softer)
 
 
 # -- Friction of joints ------------------------------------------------------------------------

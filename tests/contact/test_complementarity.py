@@ -11,8 +11,6 @@ from mbody.analysis.contact.friction_problem import (
     FrictionProblem,
     Tangent,
     cone,
-    decide_modes,
-    impact_impulses,
 )
 from tests.support.lemke import lemke
 
@@ -88,7 +86,7 @@ def decide(D, mu, sliding, normal, tangential):
     m = len(mu)
     tangents = tuple(cone(k, mu[k], sliding[k]) for k in range(m))
     c = np.concatenate([normal, tangential])
-    found, complete = decide_modes(FrictionProblem(m, tangents, c, D, np.zeros(2 * m)))
+    found, complete = FrictionProblem(m, tangents, c, D, np.zeros(2 * m)).solutions()
     assert complete
     if not found:
         return "inconsistent", ()
@@ -170,10 +168,10 @@ def test_what_begins_to_slide_has_its_kinetic_friction(count):
         right = by_modes(D, c[:count], c[count:], mu, static)
         tangents = tuple(Tangent(k, static[k], begun=cone(k, mu[k])) for k in range(count))
         problem = FrictionProblem(count, tangents, c, D, np.zeros(2 * count))
-        solutions, _ = decide_modes(problem)
+        solutions, _ = problem.solutions(begins=True)
         if not right or not solutions:
             continue
-        one = problem.begun(solutions[0])
+        one = solutions[0]
         normals, along = one.modes()
         modes = tuple(t if n == "closed" else n for n, t in zip(normals, along, strict=True))
         found += 1
@@ -297,7 +295,7 @@ def test_impacts_lose_energy_and_obey_their_law(law):
         contacts = ClosedContacts(D, mu)
         before = rng.normal(size=2 * m)
         before[:m] = -np.abs(before[:m])
-        P = impact_impulses(contacts, before, e, np.full(m, law == "newton"))
+        P = contacts.impulses(before, e, np.full(m, law == "newton"))
         assert P is not None
         after = before + D @ P
         size = float(np.abs(before).max())
@@ -316,7 +314,7 @@ def test_impact_without_collision_stops_the_end():
     D, _ = rod(1.0, 0.0)
     contacts = ClosedContacts(D, np.array([1.4]))
     before = np.array([0.0, -3.0])
-    P = impact_impulses(contacts, before, np.zeros(1), without_collision=True)
+    P = contacts.impulses(before, np.zeros(1), np.zeros(1), without_collision=True)
     assert pytest.approx(np.linalg.solve(D, -before), abs=1e-13) == P
     assert P[0] == pytest.approx(1.0229596051788918, abs=1e-12)
 

@@ -18,10 +18,8 @@ from mbody.analysis.contact.friction_problem import (
     FrictionSolution,
     JointFriction,
     Tangent,
+    arresting_impulses,
     cone,
-    decide_modes,
-    diagonal_unit,
-    impact_impulses,
 )
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Overlap, Rows, Unilateral, deepest_overlap
 from mbody.analysis.dynamics.interruptions import works_of_drivers
@@ -111,15 +109,6 @@ def coordinate_weights(uni: Unilateral, work: Work) -> Array:
     return np.asarray(work.weight[places, 0].ravel())
 
 
-def arresting_impulses(D: Array, rates: Array) -> Array:
-    """Impulses −D⁺ rates that stop rows; of least scaled norm where rows depend on each other."""
-    unit = diagonal_unit(D)
-    scale = 1.0 / np.sqrt(np.where(np.diag(D) > 0.0, np.diag(D) / unit, np.inf))
-    scaled = scale[:, None] * (D / unit) * scale
-    found = np.linalg.lstsq(scaled, -scale * rates / unit, rcond=tol.CONTACT_IMPULSES_DEPENDENT)[0]
-    return np.asarray(scale * found)
-
-
 def contact_rows(uni: Unilateral, rows: Rows, closed: list[int]) -> tuple[Array, Array]:
     """Rows (2 m, coordinates) of gaps and of sliding of some contact points, and their rates."""
     n3 = rows.block.shape[1]
@@ -161,9 +150,7 @@ def strike(
     contacts = ClosedContacts(D, friction, noise)
     restitution = np.array([0.0 if still else one.restitution for one in points])
     newton = np.array([one.law == "newton" for one in points])
-    impulse = impact_impulses(
-        contacts, rates, restitution, newton, without_collision=without_collision
-    )
+    impulse = contacts.impulses(rates, restitution, newton, without_collision=without_collision)
     if impulse is None:
         return None
     jump, m = Y @ impulse, len(closed)
@@ -421,9 +408,9 @@ def decide(motion: ModalMotion) -> Verdict:
     """Set the modes that go on from the present state, with its derivative and record."""
     now = _instant(motion)
     model = _model(motion, now)
-    found, complete = decide_modes(model.problem)
+    found, complete = model.problem.solutions(begins=True)
     reached = motion.system.friction_rows.start + REACHED_PART
-    for one in map(model.problem.begun, found):
+    for one in found:
         modes, pairs = _modes(motion, model, one)
         _set(motion, now, modes, pairs, one)
         # what slides may jam though its modes are consistent, or friction that is followed from

@@ -15,13 +15,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import JointFriction
+from mbody.analysis.contact.friction_problem import JointFriction, arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, ContactPoint, Rows, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     MASSLESS,
     Impact,
-    arresting_impulses,
     closed_points,
     contact_rows,
     decide,
