@@ -835,8 +835,8 @@ def row_responses(
 # -- Friction of joints ------------------------------------------------------------------------
 
 
-@kernel
-def joint_arms(L: Layout, W: Work, f: int, rests: bool, arm: Floats) -> None:
+@njit
+def find_arms(L, W, f, rests, arm):
     """arm (7,) ← the numbers of `law_size` of friction pair f at the present position, for the
     static coefficient or that of W.rate, of sliding forwards, then backwards; the coefficient.
     """
@@ -852,6 +852,12 @@ def joint_arms(L: Layout, W: Work, f: int, rests: bool, arm: Floats) -> None:
         for n in range(ARMS):
             arm[ARMS * side + n] = W.arm[ARMS * f + n, 0]
     W.coefficient[f, 0], W.slip_sign[f, 0] = coefficient, slip_sign
+
+
+@kernel
+def joint_arms(L: Layout, W: Work, f: int, rests: bool, arm: Floats) -> None:
+    """See `find_arms`."""
+    find_arms(L, W, f, rests, arm)
 
 
 @kernel

@@ -58,6 +58,8 @@ class ContactDecision(Bundle):
     `own_f`, `own_w`, `own_mode` (MOST_SOLUTIONS + 1, n): Those of every part, each part by itself,
       that of the trial last.
     `order` (MOST_SOLUTIONS,): In which they are taken.
+    `R`, `Y` (n, coordinates), `X` (n, 2 nodes): Rows, and how velocities and multipliers respond to
+      them; `owner`, `pair` (n,): whose they are, −1 of teeth, and friction pairs of joints.
     `f`, `w`, `mode` (n,): The solution that is taken.
     `worst` (1,): The greatest residual of the parts.
     """
@@ -72,6 +74,8 @@ class ContactDecision(Bundle):
     place: Ints
     order: Ints
     mode: Ints
+    owner: Ints
+    pair: Ints
     own_mode: Ints
     mu: Floats
     kinetic_mu: Floats
@@ -104,10 +108,13 @@ class ContactDecision(Bundle):
     restitution: Floats
     newton: Ints
     worst: Floats
+    R: Rows
+    Y: Rows
+    X: Rows
 
 
-def decision_memory(n: int) -> ContactDecision:
-    """A problem of at most n rows."""
+def decision_memory(n: int, coordinates: int = 0, nodes: int = 0) -> ContactDecision:
+    """A problem of at most n rows; of a system with its coordinates and nodes."""
     kept = MOST_SOLUTIONS + 1
     shapes = {
         "arm": (n, 6),
@@ -121,6 +128,9 @@ def decision_memory(n: int) -> ContactDecision:
         "vectors": (n, n),
         "count": (4,),
         "worst": (1,),
+        "R": (n, coordinates),
+        "Y": (n, coordinates),
+        "X": (n, 2 * nodes),
         "order": (MOST_SOLUTIONS,),
         "own_mode": (kept * n,),
     }
@@ -285,6 +295,17 @@ def solve_parts(D, P, every, trial):
             keep_part(D, P, k, D.order[i], i)
         whole += count - 1
     return whole
+
+
+@njit
+def find_solutions(D, P, every):
+    """How many solutions there are, to be taken one after the other; of `every` set of modes."""
+    for r in range(D.count[ALL_ROWS]):
+        D.slip[r] = 0.0
+    D.count[TRIED] = 1
+    find_parts(D)
+    without_forces(D)
+    return solve_parts(D, P, every, False)
 
 
 @njit
@@ -578,12 +599,7 @@ def solve_decision(D: ContactDecision, P: ContactProblem, task: int, number: int
     with normal impulses D.given_law beside, whose modes are taken; whether there are any.
     """
     if task == FIND:
-        for r in range(D.count[ALL_ROWS]):
-            D.slip[r] = 0.0
-        D.count[TRIED] = 1
-        find_parts(D)
-        without_forces(D)
-        return solve_parts(D, P, number != 0, False)
+        return find_solutions(D, P, number != 0)
     found = True
     if task <= BEGIN:
         take_solution(D, number)

@@ -27,13 +27,18 @@ from mbody.kernels.layout import Layout, Work
 class UnilateralLayout(Bundle):
     """Contact points, the same throughout a motion: c of them.
 
-    `normal`, `tangent` (c,): Rows of gap and sliding, −1 without friction.
-    `gap_sign` (c,): Sign of the row of the gap.
+    `normal`, `tangent`, `pair` (c,): Rows of gap and sliding, −1 without friction; friction pair,
+      −1 without.
+    `gap_sign`, `friction`, `static` (c,): Sign of the row of the gap; coefficients.
     `one_way`, `circles` (c,): Whether it is a freewheel; whether two circles touch, so that the row
       along the contact has a phase.
+    `joint_tangent`, `joint_pair` (j,): Rows of sliding and friction pairs of joints that may stick.
     `row_unit` (rows,): By what values of the rows are multiplied: of gaps that are angles the model
       length, else 1.
-    `bodies` (c, 2): Both bodies of each.
+    `speed_unit` (rows,): The model length of rows that are angles, else 1.
+    `bodies` (c + j, 2): Both bodies of each contact point and, after these, of each such joint.
+    `uneven` (bodies,): Ratio of the greatest mass of what is joined to each or may touch it, and
+      the least.
     `edge_point` (e,), `edge_bodies` (e, 2), `edge` (e, 7): Of edges with ends the contact point;
       body of the edge and of what touches; beginning, direction, length and position of what
       touches.
@@ -49,11 +54,18 @@ class UnilateralLayout(Bundle):
 
     normal: Ints
     tangent: Ints
+    pair: Ints
     gap_sign: Floats
+    friction: Floats
+    static: Floats
     one_way: Ints
     circles: Ints
+    joint_tangent: Ints
+    joint_pair: Ints
     row_unit: Floats
+    speed_unit: Floats
     bodies: Tables
+    uneven: Floats
     edge_point: Ints
     edge_bodies: Tables
     edge: Rows
@@ -88,6 +100,25 @@ def row_along(L, W, s, x):
             for n in range(3):
                 total += W.block[o + n, 0] * x[3 * b + n, 0]
     return total
+
+
+@njit
+def fill_row(L, W, U, s, sign, row):
+    """row (coordinates,) ← Φ_q of row s, multiplied by a sign."""
+    e, unit, n3 = L.active_set[s], sign * U.row_unit[s], 3 * L.bodies
+    m, i, j = L.written_node[e], 3 * L.primitive_i[e], 3 * L.primitive_j[e]
+    for n in range(n3):
+        row[n] = 0.0
+    for n in range(3):
+        if i < n3:
+            row[i + n] += unit * W.block[12 * m + n, 0]
+        if j < n3:
+            row[j + n] += unit * W.block[12 * m + 6 + n, 0]
+    for side in range(L.more.shape[0]):
+        b, o = L.slot_body[L.more[side, 1] // 3], further_block(L, side)
+        if L.more[side, 0] == L.primitive_node[e] and b < L.bodies:
+            for n in range(3):
+                row[3 * b + n] += unit * W.block[o + n, 0]
 
 
 @inline
@@ -205,29 +236,11 @@ def read_rows(
     """
     body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, True)
-    n3 = block.shape[1]
     for s in range(block.shape[0]):
-        m, unit = written(L, s), U.row_unit[s]
         numbers[0, s], numbers[1, s] = row_value(L, W, U, s), row_rate(L, W, U, s)
-        numbers[2, s] = unit * W.gamma[2 * m, 0]
-        for n in range(n3):
-            block[s, n] = 0.0
-        e = L.active_set[s]
-        add_part(block, s, 3 * L.primitive_i[e], W, 12 * m, unit)
-        add_part(block, s, 3 * L.primitive_j[e], W, 12 * m + 6, unit)
-        for side in range(L.more.shape[0]):
-            if L.more[side, 0] == L.primitive_node[e]:
-                first = 3 * L.slot_body[L.more[side, 1] // 3]
-                add_part(block, s, first, W, further_block(L, side), unit)
+        numbers[2, s] = U.row_unit[s] * W.gamma[2 * written(L, s), 0]
+        fill_row(L, W, U, s, 1.0, block[s])
     find_ends(L, W, U, ends)
-
-
-@inline
-def add_part(block, s, first, W, o, unit):
-    """Add three coefficients of a row on the coordinates of a body; the ground has none."""
-    if first < block.shape[1]:
-        for n in range(3):
-            block[s, first + n] += unit * W.block[o + n, 0]
 
 
 @kernel
@@ -267,10 +280,3 @@ def points_within(
     """
     for k in range(U.normal.shape[0]):
         within[k] = 1 if is_within(L, W, U, ends, k, closed, slow[k]) else 0
-
-
-@kernel
-def phase_offsets(L: Layout, W: Work, U: UnilateralLayout, found: Floats) -> None:
-    """Offsets of the phases of circles (c,) at the position that was read last, zero of others."""
-    for k in range(U.normal.shape[0]):
-        found[k] = phase_offset(L, W, U, k) if U.circles[k] else 0.0

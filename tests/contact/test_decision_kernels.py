@@ -5,6 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+import mbody
+from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
 from mbody.analysis.contact.friction_problem import (
     ClosedContacts,
     FrictionProblem,
@@ -12,6 +14,9 @@ from mbody.analysis.contact.friction_problem import (
     arresting_impulses,
     cone,
 )
+from mbody.analysis.dynamics import modal_motion
+
+LINE = {"line": {"point": "O"}}
 
 
 def random_part(rng, size, leaning=0.0):
@@ -144,3 +149,32 @@ def test_least_impulses_stop_dependent_rows():
         s = np.diag(1.0 / np.sqrt(np.diag(D)))
         expected = -s @ np.linalg.pinv(s @ D @ s, rcond=1e-12, hermitian=True) @ s @ rates
         assert arresting_impulses(D, rates) == pytest.approx(expected, rel=1e-7, abs=1e-7)
+
+
+def test_memory_of_few_rows_grows(monkeypatch):
+    """A box on two corners has four rows: what is decided is the same with memory for one."""
+
+    def moved():
+        machine = Mechanism("box", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": LINE})
+        corners = {"a": (-0.2, -0.1), "b": (0.2, -0.1), "c": (0.2, 0.1), "d": (-0.2, 0.1)}
+        machine.add(
+            Body(
+                "box",
+                mass=1.0,
+                inertia=0.02,
+                points=corners,
+                shapes={"s": {"polygon": list("abcd")}},
+            ),
+            Contact("foot", "ground.floor", "box.s", friction=0.3),
+            Gravity("g", y=-9.81),
+        )
+        start = {"box": {"x": 0.0, "y": 0.1, "angle": 0.0, "vx": 0.5, "vy": 0.0, "omega": 0.0}}
+        machine.simulation = SimulationSettings(until=0.3, start=start)
+        return mbody.simulate(machine, 0.3)
+
+    usual = moved()
+    monkeypatch.setattr(modal_motion, "FEW_ROWS", 1)
+    grown = moved()
+    assert [event.name for event in usual.events] == ["stick"]
+    assert [event.t for event in grown.events] == [event.t for event in usual.events]
+    assert np.array_equal(grown["box"].x, usual["box"].x)

@@ -86,21 +86,18 @@ class JointFriction:
 
 @dataclass(frozen=True, eq=False)
 class Tangent:
-    """One tangent row with friction.
+    """One tangent row of a contact, with friction.
 
-    `normal`: The row of the normal that presses it; −1 of a joint.
+    `normal`: The row of the normal that presses it.
     `friction`: The coefficient of a contact: the static one of what is at rest.
     `begun`: The tangent once it slides, whose friction is kinetic; None where it is the same.
     `sliding`: Sign of the rate of what slides, zero of what is at rest.
-    `law`: The law of a joint, its multipliers at the present forces (2,), and how these change by
-      each force (2, forces).
     `given`: Normal impulse that counts beside the unknown one.
     """
 
     normal: int
     friction: float = 0.0
     sliding: float = 0.0
-    law: tuple[JointFriction, Array, Array] | None = None
     given: float = 0.0
     begun: Tangent | None = None
 
@@ -179,9 +176,6 @@ class FrictionProblem:
             D.sliding[r], D.kinetic[r], D.given[r] = one.sliding, begun is not one, one.given
             D.normal[r], D.mu[r], D.kinetic_mu[r] = one.normal, one.friction, begun.friction
             D.law[r] = CONE
-            if one.law is not None and begun.law is not None:
-                law, D.at[r], D.by_force[r] = one.law
-                D.law[r], D.arm[r], D.kinetic_arm[r] = law.number, law.arm[:6], begun.law[0].arm[:6]
         return D, P
 
 

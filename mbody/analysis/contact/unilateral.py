@@ -23,7 +23,6 @@ from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
 from mbody.errors import ModelError
 from mbody.kernels.contact_rows import (
     UnilateralLayout,
-    phase_offsets,
     points_within,
     read_rows,
     row_histories,
@@ -290,11 +289,18 @@ class Unilateral:
         return UnilateralLayout(
             normal=ints(one.normal for one in points),
             tangent=ints(one.tangent for one in points),
+            pair=ints(one.pair for one in points),
+            friction=np.array([one.friction for one in points], dtype=float),
+            static=np.array([one.static for one in points], dtype=float),
+            joint_tangent=ints(one.tangent for one in self.friction_joints),
+            joint_pair=ints(one.pair for one in self.friction_joints),
+            speed_unit=np.where(self.angular, self.system.length, 1.0),
+            uneven=self.unevenness,
             gap_sign=np.array([one.candidate.sign for one in points], dtype=float),
             one_way=ints(self.one_way),
             circles=ints(one.tangent >= 0 and one.candidate.solid == "circle" for one in points),
             row_unit=self.units,
-            bodies=np.array(self.bodies, dtype=np.int64).reshape(-1, 2),
+            bodies=self.every_body,
             edge_point=edge_point,
             edge_bodies=edge_bodies,
             edge=edge,
@@ -508,14 +514,6 @@ class Unilateral:
         np.minimum.at(least, self.parts, np.where(mass > 0.0, mass, np.inf))
         return np.asarray((greatest / least)[self.parts])
 
-    def phase_offsets(self, work: Work) -> Array:
-        """The angle between the direction of the line of centres and ψ of the row along each
-        contact point of two circles, (points,); zero of others. See `mbody.model.joints.slipping`.
-        """
-        found = np.empty(len(self.contact_points))
-        phase_offsets(self.layout, work, self.table, found)
-        return found
-
     @functools.cached_property
     def phase_rows(self) -> list[int]:
         """Parameters of the phases of the rows along contact points of two circles."""
@@ -524,11 +522,6 @@ class Unilateral:
             t for t in self.contact_points if t.tangent >= 0 and t.candidate.solid == "circle"
         ]
         return [int(L.primitive_par[int(L.active_set[t.tangent])]) + 6 for t in circles]
-
-    def shift_phase(self, work: Work, n: int, angle: float) -> None:
-        """Add to ψ of the row along contact point n, of two circles."""
-        e = int(self.layout.active_set[self.contact_points[n].tangent])
-        work.par[int(self.layout.primitive_par[e]) + 6, 0] += angle
 
     # -- forces -------------------------------------------------------------------------------
 

@@ -16,10 +16,9 @@ from dataclasses import replace
 import numpy as np
 
 from mbody.analysis.contact.friction_problem import JointFriction, arresting_impulses
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, ContactPoint, Rows, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
 from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
-    MASSLESS,
     Impact,
     closed_points,
     contact_rows,
@@ -41,6 +40,8 @@ from mbody.analysis.dynamics.events import (
     extrema,
 )
 from mbody.analysis.dynamics.modal_motion import (
+    MODES,
+    DecisionMemory,
     ModalMotion,
     ModeTransition,
     SharedForces,
@@ -50,6 +51,7 @@ from mbody.analysis.dynamics.modal_motion import (
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
+from mbody.kernels.contact_modes import MASSLESS
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
@@ -280,6 +282,7 @@ class ModalIntegration(JumpIntegration):
         self.groups: dict[int, list[int]] = {}
         self.shared: SharedForces | None = None
         self.fresh: dict[Guard, float] = {}
+        self.memory = DecisionMemory(self.uni)
         #: By which rows are on.
         self.layouts: dict[bytes, Layout] = {}
         #: Open contact points that have left their edge over its end.
@@ -414,43 +417,17 @@ class ModalIntegration(JumpIntegration):
         """Gaps up to this are none [length]."""
         return tol.CONTACT_GAP_CLOSED * self.system.length
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
-        """Set the modes of contact points and frictional joints; which of their rows are on: `on`
-        (points, 2), and `sticking` (frictional joints,) of those that stick.
-        """
-        uni, work = self.uni, self.work
-        rows = np.zeros(len(uni))
-        slip_signs = np.zeros(len(self.layout.friction_kind))
-        self.modes, self.pairs = list(modes), list(pairs)
-        self.load()
-        found = uni.read(work)
-        off = uni.phase_offsets(work)
-        for n, (point, mode) in enumerate(zip(uni.contact_points, modes, strict=True)):
-            if mode == "open":
-                continue
-            if not on[n, 0]:
-                self.modes[n] = "redundant"
-                continue
-            rows[point.normal] = 1.0
-            if uni.one_way[n] and not self.on[point.normal]:
-                work.anchor[point.normal, 0] = found.value[point.normal] / uni.unit_of(n)
-            if mode in SLIP_SIGNS and point.pair >= 0:
-                slip_signs[point.pair] = SLIP_SIGNS[mode]
-            if on[n, 1]:
-                rows[point.tangent] = 1.0
-                if not self.on[point.tangent]:
-                    self._anchor(n, point, found, off)
-        for pair, mode, holds in zip(uni.friction_joints, pairs, sticking, strict=True):
-            if mode in SLIP_SIGNS:
-                slip_signs[pair.pair] = SLIP_SIGNS[mode]
-            if mode in SLIP_SIGNS or not holds:
-                continue
-            rows[pair.tangent] = 1.0
-            if not self.on[pair.tangent]:
-                work.anchor[pair.tangent, 0] = found.value[pair.tangent]
-        self.on = rows
-        uni.set_rows(work, rows, slip_signs)
+    def take_modes(self) -> None:
+        """The modes and rows that the kernels have set, evaluated."""
+        M, count = self.memory.modes, len(self.uni.contact_points)
+        every = [MODES[one] for one in M.mode.tolist()]
+        self.modes, self.pairs, self.groups = every[:count], every[count:], {}
+        for k, leader in enumerate(M.leader[:count].tolist()):
+            if leader >= 0:
+                self.groups.setdefault(leader, []).append(k)
+        self.on = self.work.on[: len(self.uni), 0].copy()
         self.eliminate_rows_that_are_on()
+        self.evaluate()
 
     def eliminate_rows_that_are_on(self) -> None:
         """Steps leave out the blocks of rows that are off."""
@@ -460,13 +437,6 @@ class ModalIntegration(JumpIntegration):
             off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
             self.layouts[key] = without_nodes(self.layout, off)
         self.motion = replace(self.motion, layout=self.layouts[key])
-
-    def _anchor(self, n: int, point: ContactPoint, rows: Rows, off: Array) -> None:
-        """Sticking begins where the contact point is."""
-        if point.candidate.solid == "circle":
-            self.uni.shift_phase(self.work, n, float(off[n]))
-        else:
-            self.work.anchor[point.tangent, 0] = rows.value[point.tangent]
 
     # -- guards -------------------------------------------------------------------------------
 
@@ -857,7 +827,7 @@ class ContactIntegration(ModalIntegration):
         for _ in range(STRIKES):
             self.load()
             rows = self.uni.read(self.work)
-            closed = closed_points(self, rows)
+            closed = closed_points(self)
             speeds = self.speeds
             hit = [
                 n
@@ -1041,7 +1011,7 @@ class ContactIntegration(ModalIntegration):
         """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
         n, t = self.system.coordinates, float(self.state[TIME])
         self.load()
-        closed = closed_points(self, self.uni.read(self.work))
+        closed = closed_points(self)
         if not closed:
             return self._undecided()
         record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
@@ -1080,9 +1050,7 @@ class ContactIntegration(ModalIntegration):
     def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         t = float(self.state[TIME])
-        who = [n for n in sorted(self.transition.closed)] or closed_points(
-            self, self.uni.read(self.work)
-        )
+        who = [n for n in sorted(self.transition.closed)] or closed_points(self)
         names = [self.uni.contact_points[k].name for k in who] or [
             p.name for p in self.uni.friction_joints
         ]

@@ -12,6 +12,9 @@ from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
+from mbody.kernels.complementarity import ContactProblem, problem_memory
+from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
+from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.system import System
 
@@ -82,6 +85,51 @@ class SharedForces(Protocol):
         """The greatest reserve by a record (rows,), with the rows of that position."""
 
 
+#: Modes by their numbers in the kernels.
+MODES = ("open", "stick", "slip+", "slip-", "redundant")
+#: Rows of the problem for which there is memory at first.
+FEW_ROWS = 16
+
+
+class DecisionMemory:
+    """What the kernels need that decide the modes of a motion.
+
+    `modes`: Modes, and what an event has decided.
+    `problem`: The problem of closed contacts and frictional joints.
+    """
+
+    def __init__(self, uni: Unilateral) -> None:
+        L, self.uni = uni.layout, uni
+        counts = len(uni.contact_points), len(uni.friction_joints), 3 * L.bodies
+        self.modes = modes_memory(*counts, L.nodes, uni.system.state_count)
+        self.problem = self._of(FEW_ROWS)
+
+    def _of(self, n: int) -> tuple[ContactDecision, ContactProblem]:
+        L = self.uni.layout
+        return decision_memory(n, 3 * L.bodies, L.nodes), problem_memory(n)
+
+    def take(self, motion: ModalMotion) -> UnilateralModes:
+        """The modes with what an event has decided."""
+        M, transition = self.modes, motion.transition
+        sets = (transition.closed, transition.opened, motion.beyond, transition.stopped)
+        for into, which in zip((M.closed, M.opened, M.beyond, M.stopped), sets, strict=True):
+            into[:] = 0
+            into[list(which)] = 1
+        M.begun[:] = 0.0
+        for n, slip_sign in transition.sliding.items():
+            M.begun[n] = slip_sign
+        return M
+
+    def decide(self, motion: ModalMotion) -> int:
+        """What `mbody.kernels.contact_modes.decide` finds; memory grows as needed."""
+        uni, m, M = self.uni, motion.motion, self.take(motion)
+        bundles = motion.layout, motion.work, m.stepping, uni.table, M
+        numbers = uni.refinements, m.tolerances.full_refinements
+        while (found := decide_modes(*bundles, *self.problem, *numbers)) == FULL:
+            self.problem = self._of(2 * int(self.problem[0].count[ALL_ROWS]))
+        return int(found)
+
+
 class ModalMotion(Protocol):
     """A motion with rows of the active set.
 
@@ -95,6 +143,7 @@ class ModalMotion(Protocol):
     `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
       coordinates.
     `work`, `probe`: That of the steps, and one to look at other positions.
+    `motion`, `memory`: Bundles of the kernels of steps, and of those that decide modes.
     """
 
     system: System
@@ -114,6 +163,8 @@ class ModalMotion(Protocol):
     scale: Array
     work: Work
     probe: Work
+    motion: Motion
+    memory: DecisionMemory
 
     @property
     def speeds(self) -> Array:
@@ -129,8 +180,8 @@ class ModalMotion(Protocol):
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record."""
 
-    def set_modes(self, modes: list[str], pairs: list[str], on: Array, sticking: Array) -> None:
-        """Set the modes, and which rows of contact points and frictional joints are on."""
+    def take_modes(self) -> None:
+        """The modes and rows that the kernels have set, evaluated."""
 
 
 #: Refinements of accelerations, at most.
@@ -176,10 +227,3 @@ def force_sizes(motion: ModalMotion) -> Array:
     )
     found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * passed))
     return np.asarray(found * uni.arms)
-
-
-def multipliers_at(system: System, record: Array, node: int) -> tuple[float, float]:
-    """Both multipliers of a node by a record (rows,)."""
-    e = int(np.flatnonzero(system.layout.primitive_node == node)[0])
-    first = 3 * system.coordinates + PER_PRIMITIVE * e
-    return float(record[first]), float(record[first + 1])
