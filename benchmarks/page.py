@@ -93,8 +93,10 @@ def wins(rows: Iterable[Row]) -> list[str]:
 
 def table(rows: Sequence[Row]) -> str:
     """The rows of one question, by its form: by errors, by sizes, or one below the other."""
-    if any(LEVEL.match(row.workload) for row in rows):
-        return by_errors(rows)
+    raced = [row for row in rows if LEVEL.match(row.workload) or EXACT.match(row.workload)]
+    if raced:
+        others = [row for row in rows if row not in raced]
+        return "\n\n".join([by_errors(raced), *([table(others)] if others else [])])
     if all(SIZE.match(row.workload) for row in rows):
         return by_sizes(rows)
     lines = [

@@ -30,6 +30,7 @@ PACKAGES = (
     "pymunk",
     "scikit-sundae",
     "drake",
+    "exudyn",
 )
 
 

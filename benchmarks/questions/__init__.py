@@ -11,6 +11,7 @@ QUESTIONS = (
     "long_chain",
     "bodies",
     "piles",
+    "contacts",
     "evaluations",
     "control_loop",
     "many_at_once",

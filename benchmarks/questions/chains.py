@@ -7,7 +7,7 @@ import numpy as np
 import mbody
 from benchmarks import models
 from benchmarks.frame import Engine, Row, Scope, available, race
-from benchmarks.peers import by_hand, mujoco, ours, pinocchio, pymunk
+from benchmarks.peers import by_hand, exudyn, mujoco, ours, pinocchio, pymunk
 from benchmarks.peers.stepping import dop853
 from benchmarks.planar import planar
 
@@ -45,4 +45,6 @@ def chain(count: int, scope: Scope) -> list[Row]:
         engines.append(mujoco.engine(machine, UNTIL, (25, 50, 100, 250, 500, 1000, 2500, 5000)))
     if available("pymunk"):
         engines.append(pymunk.engine(machine, UNTIL, (500, 5000, 50_000)))
+    if available("exudyn"):
+        engines.append(exudyn.engine(machine, UNTIL, (150, 500, 1500, 5000, 15_000)))
     return race("chains", f"chain of {count} to 0.5 s", engines, error, scope)

@@ -6,7 +6,7 @@ import numpy as np
 
 import mbody
 from benchmarks.frame import Engine, Row, Scope, available, race
-from benchmarks.peers import by_hand, mujoco, ours, pinocchio, pymunk
+from benchmarks.peers import by_hand, exudyn, mujoco, ours, pinocchio, pymunk
 from benchmarks.planar import planar
 from validation import free_fourbar
 
@@ -41,4 +41,6 @@ def measure(scope: Scope) -> list[Row]:
         engines.append(mujoco.engine(machine, UNTIL, counts))
     if available("pymunk") and not scope.short:
         engines.append(pymunk.engine(machine, UNTIL, (10_000, 100_000, 1_000_000)))
+    if available("exudyn"):
+        engines.append(exudyn.engine(machine, UNTIL, (5000, 20_000, 100_000, 500_000)))
     return race("fourbar", WORKLOAD, engines, error, scope)

@@ -17,8 +17,8 @@ from benchmarks import models, page, results, studies, targets
 from benchmarks.frame import OURS, Engine, Row, Scope, Trial, in_turn, race, sufficient_trial
 from benchmarks.peers import by_hand, closed_form, kinetostatic
 from benchmarks.peers.dyads import dyad_order, dyad_positions
-from benchmarks.planar import absolute, planar
-from benchmarks.questions import QUESTIONS, andrews, bodies, sweeps
+from benchmarks.planar import Pin, Planar, Rim, absolute, planar
+from benchmarks.questions import QUESTIONS, andrews, bodies, contacts, sweeps
 from tests.support.paths import ROOT
 
 COMMAND = (sys.executable, "-m", "benchmarks")
@@ -158,6 +158,100 @@ def test_accelerations_of_a_peer(peer, shape):
     reference = bodies.accelerations(machine)
     found = getattr(bodies, maker)(machine)[1]
     assert np.abs(found - reference).max() <= allowed[shape] * np.abs(reference).max()
+
+
+# -- contact ----------------------------------------------------------------------------------
+
+
+def test_the_ball_in_closed_form_rises_to_the_square_of_what_it_keeps():
+    first = math.sqrt(2.0 * (contacts.HIGH - contacts.RADIUS) / contacts.G)
+    top = first * (1.0 + contacts.RETURNED)  # of the flight after the first impact
+    high = contacts.RADIUS + contacts.RETURNED**2 * (contacts.HIGH - contacts.RADIUS)
+    assert contacts.ball_at(top) == pytest.approx(high, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("pulls", [False, True])
+@pytest.mark.parametrize("restitution", [0.3, 0.5, 0.8])
+def test_a_spring_and_damper_return_what_is_asked(restitution, pulls):
+    ratio = contacts.damping_ratio(restitution, pulls=pulls)
+    turn, step = math.sqrt(1.0 - ratio**2), 1e-4
+    # at a rate of 1: x = exp(-ratio t) sin(turn t) / turn, until x or its acceleration is zero
+    times = np.arange(step, math.pi / turn, step)
+    gap = np.exp(-ratio * times) * np.sin(turn * times) / turn
+    speed = np.exp(-ratio * times) * np.cos(turn * times) - ratio * gap
+    pushes = gap + 2.0 * ratio * speed > 0.0
+    last = len(times) - 1 if pulls else np.flatnonzero(pushes)[-1]
+    assert -speed[last] == pytest.approx(restitution, abs=2.0 * step)
+
+
+@pytest.mark.parametrize("standing", [False, True])
+def test_the_leg_of_a_peer_falls_and_stands_as_ours(standing):
+    pytest.importorskip("mujoco")
+    skipped = 200 if standing else 0
+    ours = contacts.our_leg(standing, skipped, 5, method="dop853")[1]
+    theirs = contacts.mujoco_leg(standing, skipped, 5, 1, contacts.Soft(12, True))[1]
+    # in flight two integrators, standing a spring in place of the floor
+    assert np.abs(ours - theirs).max() <= (5e-3 if standing else ROUNDING)
+
+
+def test_peers_get_the_numbers_of_the_woodpecker():
+    scene = contacts.woodpecker()
+    plain = scene.plain
+    assert plain.mass == pytest.approx([0.3e-3, 4.5e-3]) and plain.held == [(0, 0)]
+    assert plain.wall[0] == pytest.approx((2.5e-3, 0.0)) and plain.twists == [(0, 1, 5.6e-3)]
+    assert plain.wall[1] == pytest.approx((1.0, 0.0), abs=ROUNDING)
+    assert [(one.body, one.friction, one.restitution) for one in plain.rims] == [
+        (1, 0.3, 0.5),
+        (0, 0.3, 0.0),
+        (0, 0.3, 0.0),
+    ]
+
+
+def test_what_a_push_has_to_move_by_hand():
+    """Of a free body 1/(1/m + d²/I), of one in a pin its inertia about it by the squared arm."""
+    pose, rest, rim = (
+        np.array([[0.0, 0.0, 0.3]]),
+        np.zeros((1, 3)),
+        Rim(0, (0.2, 0.1), 0.0, 0.0, 0.0),
+    )
+    arm = 0.2 * math.cos(0.3) - 0.1 * math.sin(0.3)
+    free = Planar(np.array([2.0]), np.array([0.05]), pose, rest, [])
+    assert free.mass_at(rim) == pytest.approx(1.0 / (1.0 / 2.0 + arm**2 / 0.05), rel=ROUNDING)
+    pin = Pin(-1, 0, (0.0, 0.0), (-0.1, 0.0))
+    pinned = Planar(np.array([2.0]), np.array([0.05]), pose, rest, [pin])
+    about = 0.05 + 2.0 * 0.1**2
+    assert pinned.mass_at(rim) == pytest.approx(about / (arm + 0.1 * math.cos(0.3)) ** 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("peer", ["mujoco", "pymunk", "exudyn"])
+def test_a_peer_falls_bounces_and_is_in_flight_again(peer):
+    pytest.importorskip(peer)
+    scene = contacts.ball()
+    choice = contacts.Rigid(10, False) if peer == "pymunk" else contacts.Soft(12, False)
+    end = getattr(contacts, f"{peer}_motion")(scene, choice, 20_000)()
+    assert abs(end()[0, 1] - contacts.ball_at(scene.until)) < 5e-3
+
+
+def test_what_a_peer_is_not_asked_stands_below_the_errors():
+    rows = [
+        made("contacts", "ball, error 1e-03", OURS, 0.01),
+        contacts.unstated("vehicle", "peer", "one coefficient"),
+    ]
+    text = page.table(rows)
+    assert "10 ms (1.0e-07)" in text and "peer: one coefficient" in text
+
+
+def test_exudyn_makes_the_same_four_bar():
+    exudyn = pytest.importorskip("exudyn")
+    assert exudyn is not None
+    from benchmarks.peers import exudyn as peer
+
+    system = mbody.assemble(mbody.gallery.load("free_fourbar"))
+    engine = peer.engine(planar(system), 0.1, (200,))
+    found = engine.state(engine.prepare(200)())[0]
+    run = mbody.simulate(system, 0.1, rtol=1e-10, instants=2)
+    exact = np.array([run[body.name].angle[-1] for body in system.mechanism.bodies])
+    assert np.abs(found - exact).max() <= 1e-5  # of second order: h^2 is 2.5e-7
 
 
 # -- many designs -----------------------------------------------------------------------------
