@@ -31,16 +31,20 @@ EACH = (
 
 def write(page: Path = PAGE, folder: Path = results.FOLDER) -> None:
     """Everything between the two marks of the page, and the pictures beside the results: of every
-    machine the newest, of the full form if there is one; earlier ones by name.
+    machine the newest of each question, of the full form if there is one; earlier ones by name.
     """
     text = page.read_text("utf-8")
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
-    newest: dict[str, dict[str, Any]] = {}
-    earlier = [one for one in results.kept(folder) if newest.setdefault(one["machine"], one) != one]
-    said = [section(one, folder) for one in newest.values()]
-    if earlier:
-        names = [f"* {one['machine']}: commit {one['commit']}, {one['date']}" for one in earlier]
+    said, names, shown = [], [], set()
+    for one in results.kept(folder):
+        rows = [row for row in one["rows"] if (one["machine"], row["question"]) not in shown]
+        if rows:
+            said.append(section({**one, "rows": rows}, folder))
+            shown |= {(one["machine"], row["question"]) for row in rows}
+        else:
+            names.append(f"* {one['machine']}: commit {one['commit']}, {one['date']}")
+    if names:
         said += ["## Earlier results, as files in `results`", "\n".join(names)]
     page.write_text(f"{head}{BEGIN}\n\n" + "\n\n".join(said) + f"\n\n{END}{tail}", "utf-8")
 
