@@ -817,21 +817,6 @@ def responses_along(L, W, R, n, Y, X, regularization, refinements, softer):
                     Y[r, k] += softer * (W.a[k, 0] - Y[r, k])
 
 
-@kernel
-def row_responses(
-    L: Layout,
-    W: Work,
-    R: Rows,
-    Y: Rows,
-    X: Rows,
-    regularization: float,
-    refinements: int,
-    softer: float,
-) -> None:
-    """See `responses_along`; of all rows R."""
-    responses_along(L, W, R, R.shape[0], Y, X, regularization, refinements, softer)
-
-
 # -- Friction of joints ------------------------------------------------------------------------
 
 

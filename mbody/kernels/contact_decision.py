@@ -558,23 +558,38 @@ def rotate_to_diagonal(A, V, n):
             return
 
 
-@njit
-def arresting_impulses(D, first, n, rates, x):
-    """x ← impulses −D⁺ rates that stop rows first to first + n of Delassus's matrix; of least
-    scaled norm where rows depend on each other.
-    """
-    A, V, unit, greatest = D.dense, D.vectors, 1.0, 0.0
+@inline
+def arrest_unit(D, first, n):
+    """The power of two above the first number on the diagonal of these rows."""
+    unit = 1.0
     for r in range(first + n - 1, first - 1, -1):
         if D.delassus[r, r] > 0.0:
             unit = 2.0 * power_of_two(D.delassus[r, r])
+    return unit
+
+
+@njit
+def prepare_arrest(D, first, n):
+    """D.dense, D.vectors ← eigenvalues and eigenvectors of n rows of Delassus's matrix, of which
+    D.terms are the scales.
+    """
+    unit = arrest_unit(D, first, n)
     for r in range(n):
         own = D.delassus[first + r, first + r]
         D.terms[r] = 1.0 / np.sqrt(own / unit) if own > 0.0 else 0.0
     for r in range(n):
         for c in range(n):
             part = D.delassus[first + r, first + c] / unit
-            A[r, c] = D.terms[r] * part * D.terms[c]
-    rotate_to_diagonal(A, V, n)
+            D.dense[r, c] = D.terms[r] * part * D.terms[c]
+    rotate_to_diagonal(D.dense, D.vectors, n)
+
+
+@njit
+def arrested(D, first, n, rates, x):
+    """x ← impulses −D⁺ rates that stop n rows after `prepare_arrest`; of least scaled norm where
+    rows depend on each other.
+    """
+    A, V, unit, greatest = D.dense, D.vectors, arrest_unit(D, first, n), 0.0
     for k in range(n):
         x[k], greatest = 0.0, max(greatest, abs(A[k, k]))
     for k in range(n):
@@ -586,6 +601,13 @@ def arresting_impulses(D, first, n, rates, x):
         part /= A[k, k]
         for r in range(n):
             x[r] += D.terms[r] * V[r, k] * part
+
+
+@njit
+def arresting_impulses(D, first, n, rates, x):
+    """x ← impulses that stop n rows from the first on; see `arrested`."""
+    prepare_arrest(D, first, n)
+    arrested(D, first, n, rates, x)
 
 
 # -- As Python calls them ----------------------------------------------------------------------

@@ -400,9 +400,9 @@ MOVING_FAULTS = (
     ),
     Fault(
         "impact: restitution 5 % too small",
-        "analysis/dynamics/contact_decision.py",
-        "0.0 if still else one.restitution",
-        "0.0 if still else 0.95 * one.restitution",
+        "kernels/contact_impacts.py",
+        "0.0 if kind == STILL else I.restitution[k]",
+        "0.0 if kind == STILL else 0.95 * I.restitution[k]",
         "bounce",
     ),
     Fault(

@@ -17,18 +17,14 @@ import numpy as np
 
 from mbody.analysis.contact.friction_problem import JointFriction, arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.analysis.dynamics import contact_decision
 from mbody.analysis.dynamics.contact_decision import (
     Impact,
     closed_points,
-    contact_rows,
     decide,
     first_overlap,
     lost_by_masses,
     refuse_driven_impact,
-    responses_to,
     strike,
-    taken_by_artificial_masses,
 )
 from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.analysis.dynamics.events import (
@@ -51,6 +47,7 @@ from mbody.analysis.dynamics.modal_motion import (
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
+from mbody.kernels.contact_impacts import ARREST, BY_LAWS, COLLISIONLESS, STILL
 from mbody.kernels.contact_modes import MASSLESS
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
@@ -687,18 +684,18 @@ class ContactIntegration(ModalIntegration):
         if not slides or self.system.mass[:n, 0].all():
             return False
         self.load()
-        rows = self.uni.read(self.work)
-        block = rows.block[[points[k].tangent for k in slides]]
-        stiff, soft = (responses_to(self.uni, self.work, block, by) for by in (1.0, MASSLESS))
-        light = np.diag(soft.delassus) > 2.0 * np.diag(stiff.delassus)
-        rates = rows.rate[[points[k].tangent for k in slides]]
+        count, which = len(slides), np.array(slides)
+        stiff = self.memory.responses(self, which, 1.0).delassus.diagonal()[:count].copy()
+        soft = self.memory.responses(self, which, MASSLESS)
+        delassus, rates = soft.delassus[:count, :count], soft.before[:count]
+        light = np.diag(delassus) > 2.0 * stiff
         light &= np.abs(rates) > tol.RATE_NONE_FRICTION * self.speeds[slides]
         if not light.any():
             self.evaluate()
             return False
-        stops = arresting_impulses(soft.delassus[np.ix_(light, light)], rates[light])
+        stops = arresting_impulses(delassus[np.ix_(light, light)], rates[light])
         self._switch_off()
-        self.y[n : 2 * n] += soft.motion[:, light] @ stops
+        self.y[n : 2 * n] += stops @ soft.Y[:count][light]
         self.evaluate()
         names = listed([points[k].name for k, some in zip(slides, light, strict=True) if some])
         self.contact_notes.append(
@@ -886,15 +883,14 @@ class ContactIntegration(ModalIntegration):
         """One impact of all closed contacts; a status where it has no solution."""
         n, t = self.system.coordinates, float(self.state[TIME])
         before, record = self.y[n : 2 * n].copy(), self.record.copy()
-        found = strike(self.uni, self.work, closed)
+        found = strike(self, closed, BY_LAWS)
         if found is None:
-            refuse_driven_impact(self.uni, self.work, hit)
+            refuse_driven_impact(self, hit)
             return self._wedged(closed, hit)
         rates = dict(zip(closed, found.before, strict=True))
         first = min(hit, key=rates.__getitem__)
         kind, when = "impact", t
-        sticking = [pair.tangent for pair in self.uni.friction_joints if self.on[pair.tangent]]
-        stuck = self.uni.read(self.work).block[sticking].copy()
+        held = self.on[self.uni.table.joint_tangent] != 0.0
         self._switch_off()
         self.y[n : 2 * n] = before + found.jump
         self.evaluate()
@@ -911,7 +907,7 @@ class ContactIntegration(ModalIntegration):
         short = tol.CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / pulled)
         # what joints that slip and stick again throw back comes sooner each time, too
         again = t - self.struck.get(first, -np.inf) < short
-        soon = again and len(stuck) > 0
+        soon = again and bool(held.any())
         self.struck[first] = t
         # what rocks from one place to another strikes ever sooner without a flight
         slow = -rates[first] <= ROCKING * pulled * short
@@ -923,10 +919,9 @@ class ContactIntegration(ModalIntegration):
             self.y[n : 2 * n] = before
             self.load()
             if rocks:
-                found = contact_decision.arrest(self.uni, self.work, closed)
+                found = strike(self, closed, ARREST)
             else:
-                fixed = stuck if soon else None
-                found = strike(self.uni, self.work, closed, still=True, sticking=fixed)
+                found = strike(self, closed, STILL, held if soon else None)
             if found is None:
                 return self._wedged(closed, hit)
             self.y[n : 2 * n] = before + found.jump
@@ -947,7 +942,7 @@ class ContactIntegration(ModalIntegration):
         names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
         quoted = ", ".join(f"'{name}'" for name in names)
         self.load()
-        if strike(self.uni, self.work, closed, still=True) is not None:
+        if strike(self, closed, STILL) is not None:
             return self._ended(
                 f"an impact at {quoted} has no solution: friction wedges what Newton's law of "
                 'impact would throw back; Poisson\'s law (law = "poisson") or less friction has one'
@@ -975,12 +970,9 @@ class ContactIntegration(ModalIntegration):
         mass, t = self.system.mass[: len(before), 0], float(self.state[TIME])
         gained, rounding = gain_of_jump(mass, before, found.jump)
         given = np.array([*found.moved, *found.driven.values()])
-        self.load()
-        W, after = contact_rows(self.uni, self.uni.read(self.work), closed)
-        rates = 0.5 * (np.abs(after) + np.abs(after - W @ found.jump))
-        exchanged = float(np.abs(found.impulses) @ rates) + float(np.abs(given).sum())
+        exchanged, taken, terms = found.energy.tolist()
+        exchanged += float(np.abs(given).sum())
         gained -= float(given.sum())
-        taken, terms = taken_by_artificial_masses(self.uni, self.work, found, W, before)
         none = rounding + tol.ENERGY_IMPACT * exchanged + tol.ENERGY_IMPACT_ARTIFICIAL * abs(taken)
         off = abs(gained + taken - float(found.gained.sum())) > none
         off |= abs(taken) > none + tol.ENERGY_IMPACT_ARTIFICIAL * terms
@@ -1017,7 +1009,7 @@ class ContactIntegration(ModalIntegration):
         record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
         if lost := lost_by_masses(self.uni, closed):
             return self._ended(lost)
-        found = strike(self.uni, self.work, closed, without_collision=True)
+        found = strike(self, closed, COLLISIONLESS)
         names = ", ".join(dict.fromkeys(f"'{self.uni.contact_points[k].name}'" for k in closed))
         self._record_contact(
             "inconsistent", t, self.uni.contact_points[closed[0]].name, record, record

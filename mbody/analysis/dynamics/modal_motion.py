@@ -12,8 +12,9 @@ from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
-from mbody.kernels.complementarity import ContactProblem, problem_memory
+from mbody.kernels.complementarity import problem_memory
 from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
+from mbody.kernels.contact_impacts import impact_memory, strike_contacts, tangent_responses
 from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.system import System
@@ -96,17 +97,23 @@ class DecisionMemory:
 
     `modes`: Modes, and what an event has decided.
     `problem`: The problem of closed contacts and frictional joints.
+    `impact`: An impact.
     """
 
     def __init__(self, uni: Unilateral) -> None:
         L, self.uni = uni.layout, uni
         counts = len(uni.contact_points), len(uni.friction_joints), 3 * L.bodies
         self.modes = modes_memory(*counts, L.nodes, uni.system.state_count)
-        self.problem = self._of(FEW_ROWS)
+        self.impact = impact_memory(*counts, len(uni))
+        points = uni.contact_points
+        self.impact.restitution[:] = [one.restitution for one in points]
+        self.impact.newton[:] = [one.law == "newton" for one in points]
+        self.grow(FEW_ROWS)
 
-    def _of(self, n: int) -> tuple[ContactDecision, ContactProblem]:
+    def grow(self, n: int) -> None:
+        """Memory for so many rows."""
         L = self.uni.layout
-        return decision_memory(n, 3 * L.bodies, L.nodes), problem_memory(n)
+        self.problem = decision_memory(n, 3 * L.bodies, L.nodes), problem_memory(n)
 
     def take(self, motion: ModalMotion) -> UnilateralModes:
         """The modes with what an event has decided."""
@@ -126,8 +133,35 @@ class DecisionMemory:
         bundles = motion.layout, motion.work, m.stepping, uni.table, M
         numbers = uni.refinements, m.tolerances.full_refinements
         while (found := decide_modes(*bundles, *self.problem, *numbers)) == FULL:
-            self.problem = self._of(2 * int(self.problem[0].count[ALL_ROWS]))
+            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
         return int(found)
+
+    def strike(self, motion: ModalMotion, closed: list[int], kind: int) -> int:
+        """What `mbody.kernels.contact_impacts.strike` finds, likewise."""
+        uni, M = self.uni, self.modes
+        M.touches[:] = 0
+        M.touches[closed] = 1
+        bundles, numbers = (motion.layout, motion.work, uni.table, M), self.of_factor
+        while (
+            found := strike_contacts(*bundles, *self.problem, self.impact, kind, *numbers)
+        ) == FULL:
+            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
+        return int(found)
+
+    @property
+    def of_factor(self) -> tuple[float, int]:
+        """Proximal term and refinements of the factor of the joints."""
+        return self.uni.regularization, self.uni.refinements
+
+    def responses(self, motion: ModalMotion, points: Array, softer: float) -> ContactDecision:
+        """Responses to the tangents of contact points, motions without mass being `softer`."""
+        n = len(points)
+        if n > len(self.problem[0].c):
+            self.grow(n)
+        D, which = self.problem[0], np.ascontiguousarray(points, dtype=np.int64)
+        bundles = motion.layout, motion.work, self.uni.table, D, self.impact
+        tangent_responses(*bundles, which, *self.of_factor, softer)
+        return D
 
 
 class ModalMotion(Protocol):
