@@ -27,7 +27,7 @@ from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.laws.kernels import OPERATIONS
 from mbody.live.file_numbers import CutFile, file_numbers
 from mbody.model.element import Numbers
-from mbody.model.joints import PinSlot, Prismatic
+from mbody.model.joints import PinSlot, Prismatic, Revolute
 from mbody.model.loads import ReciprocatingCylinder
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
@@ -36,6 +36,7 @@ from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording
 from mbody.system.system import System, polar_points
 from mbody.views.body_shapes import guide, travel
+from mbody.views.friction_symbols import friction_radius
 from mbody.views.links import places as link_places
 from mbody.views.page import Viewer, runs_of, view
 from mbody.views.page_data import scene_data
@@ -270,6 +271,8 @@ def _body_fixed(numbers: Numbers, body: str, point: str) -> tuple[Any, Any]:
 SOLID = ("link:", "wheel:", "cam:", "base:", "roller:", "face:", "rail:", "road:", "rack:")
 JOINED = ("pulley:", "belt:", "rope:", "cylinder:", "rod:", "piston:", "stem:", "block:")
 MEASURED = (*SOLID, *JOINED, "cg:", "edge:")
+#: Names of friction circles, before that of their pin.
+FRICTION = "friction:"
 #: The greatest extent of a sign, in points of the paper.
 SMALL = 70.0
 #: Hatching about a wheel leans less where the wheel is larger: this part is not followed.
@@ -485,21 +488,32 @@ class _Follower(Anchors):
         return {"rows": found}
 
     def _radius(self, grown: float) -> int | None:
-        """The number that grows as a radius does."""
-        for name, value in self.system.values.items():
-            if abs(
-                float(self.other_system.values[name]) - float(value) - grown
-            ) < DIFFERENCE_SHAPES_SAME * abs(grown):
+        """The number that grows as a radius does, of the model or of a friction circle."""
+        pins = [one for one in self.system.mechanism.joints if isinstance(one, Revolute)]
+        circles = [one.name for one in pins if None not in (one.friction, one.pin_radius)]
+        for name in (*self.system.values, *(f"{FRICTION}{one}" for one in circles)):
+            value, other = (
+                self._size(name, one.values) for one in (self.system, self.other_system)
+            )
+            if abs(other - value - grown) < DIFFERENCE_SHAPES_SAME * abs(grown):
                 if name not in self.radii:
-                    self.radii[name] = self._target(self.values[name])
+                    self.radii[name] = self._target(self._size(name, self.values))
                 return self.radii[name]
         return None
+
+    def _size(self, name: str, values: Any) -> Any:
+        """A number of the model, or the radius of a pin's friction circle as it is drawn."""
+        joint = name.removeprefix(FRICTION)
+        if joint == name:
+            return values[name]
+        mu, radius = (values[f"{joint}.{key}"] for key in ("friction", "pin_radius"))
+        return self.scene.enlarged * friction_radius(mu, radius)
 
     def _scaled(self, body: str, base: KeptShape, moved: Array, finite: Array) -> Any:
         """A shape whose points lie about an anchor at distances that grow with a radius."""
         for name, target in self.radii.items():
-            value = float(self.system.values[name])
-            grown = float(self.other_system.values[name]) - value
+            value = float(self._size(name, self.system.values))
+            grown = float(self._size(name, self.other_system.values)) - value
             for n in self._anchors_on(body) if value and grown else ():
                 away = base.points[finite] - self.anchors[n].base
                 relative = moved[finite] - self.anchors[n].moved

@@ -304,7 +304,12 @@ def _circle(pose: Pose, joint: Revolute, *, sticking: bool) -> float:
         return 0.0
     static = joint.static is not None and sticking
     mu = pose.number(joint, "static" if static else "friction")
-    return mu * pose.number(joint, "pin_radius") / math.sqrt(1.0 + mu * mu)
+    return float(friction_radius(mu, pose.number(joint, "pin_radius")))
+
+
+def friction_radius(mu: Any, pin_radius: Any) -> Any:
+    """Radius of the circle that the reaction of a sliding pin touches."""
+    return mu * pin_radius / np.sqrt(1.0 + mu * mu)
 
 
 def circle_scale(pose: Pose, unit: float, joints: Sequence[Joint]) -> float:

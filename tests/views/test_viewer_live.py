@@ -88,6 +88,7 @@ def runs():
                 "slider_crank",
                 "peaucellier",
                 "quick_return",
+                "toggle_press",
             )
         },
     }
@@ -256,6 +257,7 @@ LENGTHS = {
     },
     "pump": {"AB": 5.0, "ED": 6.5, "DF": 17.0, "AE": 19.0, "cylinder.clearance": 4.0},
     "slider_crank": {"crank": 0.25, "rod": 1.0},
+    "toggle_press": {"arm": 0.21, "mu": 0.125, "pin": 0.0195},
 }
 
 
@@ -278,9 +280,8 @@ def test_shapes_are_those_that_mbody_draws_for_the_changed_numbers(page, runs, n
         "return [s.n, at, s.r ?? 0]; })"
     )
     drawn = scene(run)
-    changed = mbody.kinetostatics(
-        run.system.with_values(LENGTHS[name]), turn=True, instants=len(run)
-    )
+    whole = {"t": run.t} if name == "toggle_press" else {"turn": True, "instants": len(run)}
+    changed = mbody.kinetostatics(run.system.with_values(LENGTHS[name]), **whole)
     sketch = sketched(Pose(changed, 0), drawn.unit, drawn.small)
     shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
     assert [name for name, _, _ in there] == [s.look.name.removesuffix(".head") for s in shapes]
