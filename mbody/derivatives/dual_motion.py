@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import ClosedContacts, FrictionSolution
+from mbody.analysis.contact.friction_problem import ClosedContacts, StageImpulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
@@ -620,7 +620,7 @@ class ImpactDuals:
 
         def first(contacts: ClosedContacts, before: Array, given: Array) -> Array | None:
             one = contacts.solution(before, given)
-            if one is None or _undecided(one):
+            if one is None or _undecided(contacts, one, before, given):
                 return None
             hold, slip_signs = contacts.modes(one)
             scale = 1.0 / np.sqrt(np.maximum(np.diag(contacts.delassus), tol.TINY))
@@ -697,7 +697,9 @@ class ImpactDuals:
 def _impulses(
     contacts: ClosedContacts, before: Array, restitution: Array, newton: Array, solve: Any
 ) -> Array | None:
-    """As `ClosedContacts.impulses`, of any kind of number, stage by stage of `solve`."""
+    """Impulses (2 m,) of an impact, of any kind of number, stage by stage of `solve`; see
+    `mbody.kernels.contact_decision.impact`.
+    """
     m, D = len(contacts), contacts.delassus
     shifted = before.copy()
     approach = np.where(before[:m].real < 0.0, before[:m], 0.0)
@@ -740,20 +742,19 @@ def _impulses_of_modes(
         return None
 
 
-def _undecided(one: FrictionSolution) -> bool:
+def _undecided(contacts: ClosedContacts, one: StageImpulses, before: Array, given: Array) -> bool:
     """Whether a row is at the limit of its mode: neither force nor velocity, or a full force that
     nothing opposes.
     """
-    problem, m = one.problem, one.problem.normals
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(problem.delassus), tol.TINY))
-    forces, rates = one.forces / scale, one.accelerations * scale
+    m, rows = len(contacts), contacts.rows
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(contacts.delassus)[rows], tol.TINY))
+    forces, rates = one.forces / scale, one.rates * scale
     small = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(forces).max(initial=tol.TINY)
-    slow = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(problem.without * scale).max(initial=tol.TINY)
+    slow = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(before[rows] * scale).max(initial=tol.TINY)
     if ((forces[:m] <= small) & (rates[:m] <= slow)).any():
         return True
-    for r, tangent in enumerate(problem.tangents, start=m):
-        k = tangent.normal
-        limit = tangent.friction * (one.forces[k] + tangent.given) / scale[r]
+    for r, k in enumerate(rows[m:] - m, start=m):
+        limit = contacts.friction[k] * (one.forces[k] + given[k]) / scale[r]
         # friction of what does not press is none, whatever its rate
         if limit > small and limit - abs(forces[r]) <= small and abs(rates[r]) <= slow:
             return True

@@ -7,14 +7,9 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.contact.friction_problem import (
-    ClosedContacts,
-    FrictionProblem,
-    Tangent,
-    arresting_impulses,
-    cone,
-)
+from mbody.analysis.contact.friction_problem import ClosedContacts, arresting_impulses
 from mbody.analysis.dynamics import modal_motion
+from tests.support.contact_problems import FrictionProblem, Tangent, cone, impulses
 
 LINE = {"line": {"point": "O"}}
 
@@ -129,7 +124,7 @@ def test_impulses_are_those_of_both_stages(law):
             given = np.where(newton, 0.0, e * first[:m])
             whole = first + np.append(given, np.zeros(m))
             right += [whole + more for more, _ in every_solution(D, thrown + D @ whole, mu, given)]
-        found = ClosedContacts(D, mu).impulses(before, e, newton)
+        found = impulses(ClosedContacts(D, mu), before, e, newton)
         assert (found is None) == (not right)
         if found is not None:
             size = 1e-8 * np.abs(found).max()
