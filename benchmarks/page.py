@@ -54,10 +54,11 @@ def section(kept: dict[str, Any], folder: Path) -> str:
     rows = [Row(**row) for row in kept["rows"]]
     rows.sort(key=lambda row: QUESTIONS.index(row.question))
     form = ", short form" if kept["short"] else ""
+    load = f", load {kept['load']:g}" if kept.get("load") is not None else ""
     versions = ", ".join(f"{name} {number}" for name, number in kept["versions"].items())
     parts = [
         f"## {kept['machine']}: commit {kept['commit']}, {kept['date']}{form}",
-        f"{kept['system']}, Python {kept['python']}; {versions}.",
+        f"{kept['system']}, Python {kept['python']}{load}; {versions}.",
     ]
     table_of_targets = targets(rows)
     if table_of_targets:

@@ -71,6 +71,8 @@ def about(*, short: bool) -> dict[str, Any]:
         "short": short,
         "python": platform.python_version(),
         "system": platform.system(),
+        # of a quarter of an hour: what else ran beside it
+        "load": round(os.getloadavg()[2], 1) if hasattr(os, "getloadavg") else None,
         "versions": versions,
     }
 
