@@ -441,8 +441,8 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
         return super()._passed(guard)
 
-    def _impact(self, closed: list[int], hit: list[int]) -> str | None:
-        status = super()._impact(closed, hit)
+    def _impact(self, closed: list[int], found: int) -> str | None:
+        status = super()._impact(closed, found)
         kind = self.occurred[-1].name if self.occurred else ""
         self.strikes.append(Strike(tuple(closed), kind))
         if kind != REBOUND:

@@ -3,15 +3,26 @@
 Responses to the rows come from the factor of the joints, without rows of the active set; the
 impulses are a problem of complementarity (`mbody.kernels.contact_decision`). Frictional joints that
 are held take their part of every impulse.
+
+Impacts that follow each other ever faster end in finite time: below the shortest flight that is
+resolved one without restitution follows, and what rocks from one place to another stops.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints
 from mbody.core.decorators import inline, kernel, njit
-from mbody.core.tolerances import CONTACT_ACCELERATION_ROUNDING
+from mbody.core.tolerances import (
+    CONTACT_ACCELERATION_ROUNDING,
+    CONTACT_FLIGHT_SHORTEST,
+    CONTACT_PULL_NONE,
+    RATE_NONE_FRICTION,
+    TINY,
+)
 from mbody.kernels.complementarity import CONE, ContactProblem
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_decision import (
@@ -30,13 +41,18 @@ from mbody.kernels.contact_modes import (
     NONE,
     ONE,
     UnilateralModes,
+    acceleration_along,
+    evaluate_state,
     find_delassus,
+    find_touching,
     most_rows,
     set_row,
     weight_of,
 )
 from mbody.kernels.contact_rows import UnilateralLayout, approach_of, fill_row, row_rate
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.state_derivative import load_state
+from mbody.kernels.step_state import NEXT, TIME, Stepping
 
 #: How contacts are struck: by their laws; without restitution; where nothing approaches (Painlevé);
 #: so that they neither open nor close, nor what stuck begins to slide.
@@ -44,6 +60,13 @@ BY_LAWS, STILL, COLLISIONLESS, ARREST = range(4)
 #: Numbers in `ContactImpact.energy`: what the impulses exchange, what replaced masses take, the
 #: terms of what is exchanged.
 EXCHANGED, TAKEN, TERMS = range(3)
+#: What `resolve` returns: nothing strikes; an impact; one after which what strikes rests; none has
+#: a solution; more rows than there is memory for.
+QUIET, STRUCK, RESTED, WEDGED, SMALL = range(5)
+#: What rocks strikes with at most so many times the rate that its pull gives between two strikes.
+ROCKING = 100.0
+#: The first step after a rebound is this much longer than the flight.
+FLIGHT = 1.2
 
 
 class ContactImpact(Bundle):
@@ -55,8 +78,12 @@ class ContactImpact(Bundle):
     `before` (c,): Rates of gaps before.
     `gained`, `moved` (c,): Kinetic energy by each, below zero where it took; what the motion of
       each gave, of stops that move.
-    `jump`, `momentum` (coordinates,): By which velocities change; momentum that joints gave.
+    `driven` (drivers,): Work of drivers.
+    `jump` (coordinates,): By which velocities change.
     `energy` (3,): See above.
+    `hit` (c,), `struck` (c,): Whether it strikes; when it was struck last.
+    `first`, `rested` (1,): The contact point that strikes fastest; how long it flies yet until it
+      rests.
     `on` (rows,): Memory.
     """
 
@@ -68,16 +95,20 @@ class ContactImpact(Bundle):
     before: Floats
     gained: Floats
     moved: Floats
+    driven: Floats
     jump: Floats
-    momentum: Floats
     energy: Floats
+    hit: Ints
+    struck: Floats
+    first: Ints
+    rested: Floats
     on: Floats
 
 
-def impact_memory(points: int, joints: int, coordinates: int, rows_on: int) -> ContactImpact:
-    """An impact of so many contact points, frictional joints and rows of the active set."""
-    shapes = {"held": joints, "jump": coordinates, "momentum": coordinates}
-    shapes |= {"energy": 3, "on": rows_on}
+def impact_memory(L: Layout, points: int, joints: int) -> ContactImpact:
+    """An impact of so many contact points and frictional joints."""
+    shapes = {"held": joints, "jump": 3 * L.bodies, "driven": len(L.driver_node)}
+    shapes |= {"energy": 3, "on": len(L.active_set), "first": 1, "rested": 1}
     arrays = {
         name: np.zeros(shapes.get(name, points), np.int64 if kind == "Ints" else np.float64)
         for name, kind in ContactImpact.__annotations__.items()
@@ -155,6 +186,8 @@ def hold(L, D, n, held):
         for i in range(held):
             for k in range(3 * L.bodies):
                 D.Y[c, k] += D.Y[n + i, k] * D.impulse[i]
+            for k in range(2 * L.nodes):
+                D.X[c, k] += D.X[n + i, k] * D.impulse[i]
             for r in range(n):
                 D.delassus[r, c] += D.delassus[r, n + i] * D.impulse[i]
 
@@ -183,12 +216,12 @@ def strike(L, W, U, M, D, P, I, kind, regularization, refinements):
     else:
         found = impact(D, P)
     if found:
-        spread_impulses(L, W, D, I, n)
+        spread_impulses(L, W, D, I, n, kind)
     return ONE if found else NONE
 
 
 @njit
-def spread_impulses(L, W, D, I, n):
+def spread_impulses(L, W, D, I, n, kind):
     """I ← the impulses of n rows by contact points, the jump, and its energies."""
     n3 = 3 * L.bodies
     for k in range(I.normal.shape[0]):
@@ -200,7 +233,6 @@ def spread_impulses(L, W, D, I, n):
         for r in range(n):
             I.jump[k] += D.Y[r, k] * D.impulse[r]
         mass, v, jump = W.mass[k, 0], W.v[k, 0], I.jump[k]
-        I.momentum[k] = mass * jump
         weight = W.share[L.body_slot[k // 3], 0] * weight_of(L, W, k)
         if mass * weight < 0.5:
             I.energy[TAKEN] += jump / (MASSLESS * weight) * (v + 0.5 * jump)
@@ -210,7 +242,6 @@ def spread_impulses(L, W, D, I, n):
             row, v, jump = D.R[r, c], W.v[c, 0], I.jump[c]
             along, across = along + row * v, across + row * jump
             terms += abs(row) * abs(v + 0.5 * jump)
-            I.momentum[c] -= row * impulse
         I.gained[k] += impulse * (D.before[r] + 0.5 * across)
         I.energy[EXCHANGED] += 0.5 * abs(impulse) * (abs(D.before[r] + across) + abs(D.before[r]))
         I.energy[TERMS] += abs(impulse) * terms
@@ -218,6 +249,109 @@ def spread_impulses(L, W, D, I, n):
             I.normal[k], I.moved[k] = impulse, impulse * (along - D.before[r])
         else:
             I.tangential[k] = impulse
+    for d in range(L.driver_node.shape[0]):
+        # the impulse of a driver's effort is −λ
+        node, effort = 2 * L.driver_node[d], 0.0
+        for r in range(n):
+            effort -= D.X[r, node] * D.impulse[r]
+        I.driven[d] = effort * W.nu[node, 0]
+    # what stops that move and drivers give to what is arrested is rounding by then
+    for k in range(I.moved.shape[0] if kind == ARREST else 0):
+        I.moved[k] = 0.0
+    for d in range(I.driven.shape[0] if kind == ARREST else 0):
+        I.driven[d] = 0.0
+
+
+# -- Impacts of what approaches, until it flies or rests ---------------------------------------
+
+
+@njit
+def switch_off(L, W, U):
+    """No row of the active set is on: what stuck slips; what slides goes on to, but no contact."""
+    for s in range(L.active_set.shape[0]):
+        set_row(L, W, U, s, 0.0)
+    for k in range(U.pair.shape[0]):
+        if U.pair[k] >= 0:
+            W.slip_sign[U.pair[k], 0] = 0.0
+
+
+@njit
+def set_jump(L, W, S, M, I, full):
+    """The state ← that before the impact with the velocities after it, evaluated."""
+    n3 = 3 * L.bodies
+    for k in range(n3):
+        S.y[n3 + k] = M.y[n3 + k] + I.jump[k]
+    evaluate_state(L, W, S, full)
+
+
+@njit
+def find_hits(L, W, S, U, M, I):
+    """I.hit, I.first ← which contact points strike, and the one that does so fastest."""
+    I.first[0] = -1
+    find_touching(L, W, S, U, M)
+    for k in range(U.normal.shape[0]):
+        rate = approach_of(L, W, U, k)
+        strikes = M.touches[k] == 1 and rate < -RATE_NONE_FRICTION * M.speed[k]
+        I.hit[k] = 1 if strikes else 0
+        if strikes and (I.first[0] < 0 or rate < approach_of(L, W, U, I.first[0])):
+            I.first[0] = k
+
+
+@njit
+def resolve(L, W, S, U, M, D, P, I, regularization, refinements, full):
+    """One impact of what approaches at the state S.y, which becomes that after it; I.rested ← how
+    long it flies yet where it rests then.
+    """
+    n3, t, joints_hold = 3 * L.bodies, S.state[TIME], False
+    for k in range(M.y.shape[0]):
+        M.y[k] = S.y[k]
+    load_state(L, W, 0.0, S.y)
+    W.time[0, 0] = t
+    find_hits(L, W, S, U, M, I)
+    k, I.rested[0] = I.first[0], 0.0
+    if k < 0:
+        return QUIET
+    for j in range(U.joint_tangent.shape[0]):
+        I.held[j] = 1 if W.on[U.joint_tangent[j], 0] != 0.0 else 0
+        joints_hold = joints_hold or I.held[j] == 1
+    found = strike(L, W, U, M, D, P, I, BY_LAWS, regularization, refinements)
+    if found != ONE:
+        return SMALL if found == FULL else WEDGED
+    rate, touching = I.before[k], 0
+    for n in range(M.touches.shape[0]):
+        touching += M.touches[n]
+    switch_off(L, W, U)
+    set_jump(L, W, S, M, I, full)
+    up = approach_of(L, W, U, k)
+    pull, terms = acceleration_along(L, W, U, M, U.normal[k], U.gap_sign[k])
+    flies = up > RATE_NONE_FRICTION * M.speed[k] and pull < 0.0
+    flight = -2.0 * up / pull if flies else 0.0
+    # where both fall alike nothing brings them back, of which rounding says a little
+    pulled = max(abs(pull), CONTACT_PULL_NONE * terms, TINY)
+    short = CONTACT_FLIGHT_SHORTEST * math.sqrt(W.size[0, 0] / pulled)
+    # what joints that slip and stick again throw back comes sooner each time, too
+    again = t - I.struck[k] < short
+    soon = again and joints_hold
+    # what rocks from one place to another strikes ever sooner without a flight
+    rocks = again and -rate <= ROCKING * pulled * short and not (flies or soon) and touching > 1
+    I.struck[k] = t
+    if not (rocks or soon or (flies and flight < short)):
+        if flies:
+            S.state[NEXT] = min(S.state[NEXT], FLIGHT * flight)
+        return STRUCK
+    left = 1.0 - I.restitution[k]
+    if flies and not soon:
+        I.rested[0] = flight / (left if left != 0.0 else 1.0)
+    for n in range(n3):
+        S.y[n3 + n] = M.y[n3 + n]
+    for j in range(I.held.shape[0]):
+        I.held[j] = I.held[j] if soon else 0
+    load_state(L, W, 0.0, S.y)
+    kind = ARREST if rocks else STILL
+    if strike(L, W, U, M, D, P, I, kind, regularization, refinements) != ONE:
+        return WEDGED
+    set_jump(L, W, S, M, I, full)
+    return RESTED
 
 
 # -- As Python calls them ----------------------------------------------------------------------
@@ -238,6 +372,24 @@ def strike_contacts(
 ) -> int:
     """See `strike`."""
     return strike(L, W, U, M, D, P, I, kind, regularization, refinements)
+
+
+@kernel
+def resolve_impact(
+    L: Layout,
+    W: Work,
+    S: Stepping,
+    U: UnilateralLayout,
+    M: UnilateralModes,
+    D: ContactDecision,
+    P: ContactProblem,
+    I: ContactImpact,
+    regularization: float,
+    refinements: int,
+    full: int,
+) -> int:
+    """See `resolve`."""
+    return resolve(L, W, S, U, M, D, P, I, regularization, refinements, full)
 
 
 @kernel

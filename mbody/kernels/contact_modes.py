@@ -177,6 +177,15 @@ def find_closed(L, W, U, M):
         M.touches[k] = 1 if touches and M.opened[k] == 0 and M.beyond[k] == 0 else 0
 
 
+@njit
+def find_touching(L, W, S, U, M):
+    """M.touches, M.speed ← those of the position and velocities in W."""
+    body_rotations(L, W, 0.0)
+    rows(L, W, 0.0, True, True)
+    find_speeds(L, W, U, S, M)
+    find_closed(L, W, U, M)
+
+
 @inline
 def speed_along(L, W, U, k):
     """The rate of sliding of owner k as a velocity; zero without friction."""
@@ -571,14 +580,21 @@ def evaluate_state(L, W, S, refinements):
 
 
 @njit
-def moves_along(L, W, U, M, s, sign):
-    """Whether the acceleration along row s has a sign, or is rounding of its terms."""
+def acceleration_along(L, W, U, M, s, sign):
+    """The acceleration along row s, and the sum of its terms."""
     fill_row(L, W, U, s, sign, M.row)
     gamma = sign * U.row_unit[s] * W.gamma[2 * written(L, s), 0]
     total, terms = -gamma, abs(gamma)
     for k in range(3 * L.bodies):
         part = M.row[k] * W.a[k, 0]
         total, terms = total + part, terms + abs(part)
+    return total, terms
+
+
+@inline
+def moves_along(L, W, U, M, s, sign):
+    """Whether the acceleration along row s has a sign, or is rounding of its terms."""
+    total, terms = acceleration_along(L, W, U, M, s, sign)
     return total >= -FORCE_NONE * terms
 
 
@@ -634,9 +650,8 @@ def decide(L, W, S, U, M, D, P, refinements, full):
     all_off(L, W, U)
     W.time[0, 0] = S.state[TIME]
     signals(L, W, 0.0, L.signal_law.shape[0])
-    read_state(L, W, S.y)
-    find_speeds(L, W, U, S, M)
-    find_closed(L, W, U, M)
+    load_state(L, W, 0.0, S.y)
+    find_touching(L, W, S, U, M)
     for k in range(points):
         rate = approach_of(L, W, U, k)
         if abs(rate) > RATE_NONE_FRICTION * M.speed[k] and M.closed[k] == 0:
@@ -692,7 +707,4 @@ def decide_modes(
 @kernel
 def closed_at(L: Layout, W: Work, S: Stepping, U: UnilateralLayout, M: UnilateralModes) -> None:
     """M.touches ← which contact points are closed at the position and velocities in W."""
-    body_rotations(L, W, 0.0)
-    rows(L, W, 0.0, True, True)
-    find_speeds(L, W, U, S, M)
-    find_closed(L, W, U, M)
+    find_touching(L, W, S, U, M)

@@ -9,9 +9,11 @@ import pytest
 from mbody import (
     Body,
     Contact,
+    CoordinateDriver,
     Gravity,
     Mechanism,
     Prismatic,
+    Revolute,
     Rope,
     SimulationSettings,
     Simulator,
@@ -19,6 +21,7 @@ from mbody import (
     simulate,
 )
 from mbody.analysis.dynamics import contact_motion
+from mbody.laws import ConstantSpeed
 from tests.support.impact_cones import check_impacts
 
 G = 9.81
@@ -173,13 +176,13 @@ def test_a_planted_impulse_beyond_its_cone_is_seen():
 
 @pytest.mark.parametrize("wrong", [1.5, -1e-3])
 def test_an_impact_that_its_impulses_do_not_explain_is_doubted(monkeypatch, wrong):
-    strike = contact_motion.strike
+    impact_of = contact_motion.impact_of
 
-    def planted(*args, **how):
-        found = strike(*args, **how)
+    def planted(motion):
+        found = impact_of(motion)
         return replace(found, jump=found.jump * (1.0 + wrong))
 
-    monkeypatch.setattr(contact_motion, "strike", planted)
+    monkeypatch.setattr(contact_motion, "impact_of", planted)
     run = simulate(kane("poisson"))
     assert (run.doubts[0].kind, run.doubts[0].elements) == ("energy", ("end",))
     assert "do not rely" in run.status
@@ -198,3 +201,34 @@ def test_a_stop_that_moves_gives_what_it_says():
     assert run["mass"].vx[-1] == pytest.approx(4.5, rel=1e-12)
     assert run.energy.by["table.moving"][-1] == pytest.approx(2.0 * 4.5 * 3.0, rel=1e-12)
     assert run.status == "completed"
+
+
+def test_a_driver_gives_what_holds_its_carriage_in_an_impact(monkeypatch):
+    """A bob that hangs from a carriage strikes a wall: by the closed form of the pendulum."""
+    mass, inertia, long, speed, kept = 2.0, 0.1, 0.5, 3.0, 0.4
+    wall = {"wall": {"line": {"point": "W", "angle": math.pi / 2.0}}}
+    made = Mechanism("carried", ground={"W": (1.0, 0.0)}, ground_shapes=wall)
+    made.add(
+        Body("carriage", mass=5.0, inertia=1.0, points={"P": (0.0, 0.5)}),
+        Body("bob", mass=mass, inertia=inertia, points={"P": (0.0, long), "C": (0.0, 0.0)}),
+        Prismatic("guide", "ground", "carriage"),
+        Revolute("pin", "carriage.P", "bob.P"),
+        CoordinateDriver("drive", "ground", "carriage", ConstantSpeed(0.0, speed)),
+        Contact("hit", "ground.wall", "bob.C", restitution=kept),
+    )
+    made.simulation = SimulationSettings(0.35, {"bob": {"angle": 0.0, "omega": 0.0}})
+    impact_of, found = contact_motion.impact_of, []
+
+    def kept_impact(motion):
+        found.append(impact_of(motion))
+        return found[-1]
+
+    monkeypatch.setattr(contact_motion, "impact_of", kept_impact)
+    run = simulate(made)
+    assert ([one.name for one in run.events], run.status) == (["impact"], "completed")
+    # about the pin: (m l² + I) Δω = l Λ, of which the mass centre gets l Δω = (1 + e) v
+    blow = (1.0 + kept) * speed * (mass * long**2 + inertia) / long**2
+    assert abs(run.events[0].impulse("hit")[0]) == pytest.approx(blow, rel=1e-9)
+    # the pin, and so the driver, gives the bob what the wall does beyond its change of momentum
+    driver = blow - mass * (1.0 + kept) * speed
+    assert found[0].driven == {"drive": pytest.approx(driver * speed, rel=1e-9)}

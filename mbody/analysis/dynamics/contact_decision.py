@@ -10,17 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.contact.unilateral import Overlap, Unilateral, deepest_overlap
-from mbody.analysis.dynamics.interruptions import works_of_drivers
 from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.analysis.dynamics.shared_friction import shared_friction
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.contact_decision import TRIED
-from mbody.kernels.contact_impacts import ARREST
 from mbody.kernels.contact_modes import NONE, SEVERAL, closed_at
 from mbody.kernels.layout import Work
 from mbody.model.element import listed
-from mbody.system.rank import dense_rates
 
 Array = np.ndarray
 
@@ -33,7 +30,6 @@ class Impact:
 
     `jump` (coordinates,): By which the velocities change.
     `impulses` (2 points,): Normal ones, then tangential ones.
-    `before` (points,): Rates of the gaps before it, of those that were closed.
     `gained` (points,): Kinetic energy by each, below zero where it took.
     `moved` (points,): What the motion of each gave, of stops that move.
     `driven`: What drivers gave, by name, of those that lead bodies at that instant.
@@ -42,38 +38,34 @@ class Impact:
 
     jump: Array
     impulses: Array
-    before: Array
     gained: Array
     moved: Array
     driven: dict[str, float]
     energy: Array
 
 
-def strike(
-    motion: ModalMotion, closed: list[int], kind: int, held: Array | None = None
-) -> Impact | None:
+def strike(motion: ModalMotion, closed: list[int], kind: int) -> Impact | None:
     """An impact of closed contact points at the state in the workspace, of a kind of
-    `mbody.kernels.contact_impacts`; None where it has no solution. `held` (frictional joints,):
-    which of them do not slide.
+    `mbody.kernels.contact_impacts`; None where it has no solution.
     """
-    uni, work, I = motion.uni, motion.work, motion.memory.impact
-    I.held[:] = 0 if held is None else held
+    motion.memory.impact.held[:] = 0
     if motion.memory.strike(motion, closed, kind) == NONE:
         return None
-    driven = dict[str, float]()
-    # what drivers give to what is arrested is rounding by then
-    if uni.system.drivers and kind != ARREST:
-        sticking = None
-        if held is not None:
-            joints = [uni.friction_joints[m].tangent for m in np.flatnonzero(held)]
-            sticking = uni.read(work).block[joints]
-        nu = dense_rates(uni.system, work)
-        driven = works_of_drivers(uni.system, work, I.momentum, nu, sticking)
-    moved = I.moved[closed] if kind != ARREST else np.zeros(len(closed))
-    impulses = np.concatenate([I.normal[closed], I.tangential[closed]])
-    energy = I.energy.copy()
+    return impact_of(motion)
+
+
+def impact_of(motion: ModalMotion) -> Impact:
+    """The impact that the kernels have just found."""
+    I, drivers = motion.memory.impact, motion.uni.system.drivers
+    closed = np.flatnonzero(motion.memory.modes.touches)
+    driven = {one.name: work for one, work in zip(drivers, I.driven.tolist(), strict=True)}
     return Impact(
-        I.jump.copy(), impulses, I.before[closed], I.gained[closed], moved, driven, energy
+        I.jump.copy(),
+        np.concatenate([I.normal[closed], I.tangential[closed]]),
+        I.gained[closed],
+        I.moved[closed],
+        driven,
+        I.energy.copy(),
     )
 
 

@@ -22,6 +22,7 @@ from mbody.analysis.dynamics.contact_decision import (
     closed_points,
     decide,
     first_overlap,
+    impact_of,
     lost_by_masses,
     refuse_driven_impact,
     strike,
@@ -47,7 +48,7 @@ from mbody.analysis.dynamics.modal_motion import (
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
-from mbody.kernels.contact_impacts import ARREST, BY_LAWS, COLLISIONLESS, STILL
+from mbody.kernels.contact_impacts import COLLISIONLESS, QUIET, RESTED, STILL, WEDGED
 from mbody.kernels.contact_modes import MASSLESS
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
@@ -56,7 +57,6 @@ from mbody.kernels.step_state import (
     JACOBIAN_VALID,
     MORE,
     NEAR_SINGULAR,
-    NEXT,
     NOT_FINITE,
     STEP_VANISHED,
     TIME,
@@ -624,10 +624,6 @@ class ModalIntegration(JumpIntegration):
 
 #: Impacts, and changes of modes, at one instant, at most.
 STRIKES, CHANGES = 500, 200
-#: What rocks strikes with at most so many times the rate that its pull gives between two strikes.
-ROCKING = 100.0
-#: The first step after a rebound is this much longer than the flight.
-FLIGHT = 1.2
 #: A guard begins at zero where it is less than this part of its size; until the modes change
 #: again what is less than rounding of it is taken for a little more.
 ROUNDING = {
@@ -822,21 +818,15 @@ class ContactIntegration(ModalIntegration):
         state_before = self.record.copy()
         self.before = InstantModes(*before, self.on.copy())
         for _ in range(STRIKES):
-            self.load()
-            rows = self.uni.read(self.work)
-            closed = closed_points(self)
-            speeds = self.speeds
-            hit = [
-                n
-                for n in closed
-                if self.uni.approach(rows)[n] < -tol.RATE_NONE_FRICTION * speeds[n]
-            ]
-            if not hit:
+            found = self.memory.resolve(self, self.struck)
+            if found == QUIET:
                 break
-            if (status := self._impact(closed, hit)) is not None:
+            closed = np.flatnonzero(self.memory.modes.touches).tolist()
+            if (status := self._impact(closed, found)) is not None:
                 return status
         else:
-            return self._ended(f"impacts at '{self.uni.contact_points[hit[0]].name}' do not end")
+            name = self.uni.contact_points[int(self.memory.impact.first[0])].name
+            return self._ended(f"impacts at '{name}' do not end")
         if not self._go_on(None if begins else before, state_before):
             return self._without_collision(before)
         return ""
@@ -879,59 +869,25 @@ class ContactIntegration(ModalIntegration):
 
     # -- impacts ------------------------------------------------------------------------------
 
-    def _impact(self, closed: list[int], hit: list[int]) -> str | None:
-        """One impact of all closed contacts; a status where it has no solution."""
-        n, t = self.system.coordinates, float(self.state[TIME])
-        before, record = self.y[n : 2 * n].copy(), self.record.copy()
-        found = strike(self, closed, BY_LAWS)
-        if found is None:
+    def _impact(self, closed: list[int], found: int) -> str | None:
+        """Account for what the kernels have `found` of an impact of all closed contact points; a
+        status where it has no solution.
+        """
+        n, t, I = self.system.coordinates, float(self.state[TIME]), self.memory.impact
+        if found == WEDGED:
+            hit = np.flatnonzero(I.hit).tolist()
             refuse_driven_impact(self, hit)
             return self._wedged(closed, hit)
-        rates = dict(zip(closed, found.before, strict=True))
-        first = min(hit, key=rates.__getitem__)
-        kind, when = "impact", t
-        held = self.on[self.uni.table.joint_tangent] != 0.0
-        self._switch_off()
-        self.y[n : 2 * n] = before + found.jump
-        self.evaluate()
-        self.load()
-        rows = self.uni.read(self.work)
-        point = self.uni.contact_points[first]
-        up = self.uni.approach(rows)[first]
-        parts = self.uni.pulls(rows, first, self.K[0, n : 2 * n])
-        pull = float(parts.sum())
-        flies = up > tol.RATE_NONE_FRICTION * self.speeds[first] and pull < 0.0
-        flight = -2.0 * up / pull if flies else 0.0
-        # where both fall alike nothing brings them back, of which rounding says a little
-        pulled = max(abs(pull), tol.CONTACT_PULL_NONE * float(np.abs(parts).sum()), tol.TINY)
-        short = tol.CONTACT_FLIGHT_SHORTEST * np.sqrt(self.system.length / pulled)
-        # what joints that slip and stick again throw back comes sooner each time, too
-        again = t - self.struck.get(first, -np.inf) < short
-        soon = again and bool(held.any())
+        first, record = int(I.first[0]), self.record.copy()
+        before = self.memory.modes.y[n : 2 * n].copy()
         self.struck[first] = t
-        # what rocks from one place to another strikes ever sooner without a flight
-        slow = -rates[first] <= ROCKING * pulled * short
-        rocks = again and slow and not (flies or soon) and len(closed) > 1
-        if rocks or soon or (flies and flight < short):
-            left = 1.0 - point.restitution
-            last = flight / (left or 1.0) if flies and not soon else 0.0
-            kind, when = "rest", t + last
-            self.y[n : 2 * n] = before
-            self.load()
-            if rocks:
-                found = strike(self, closed, ARREST)
-            else:
-                found = strike(self, closed, STILL, held if soon else None)
-            if found is None:
-                return self._wedged(closed, hit)
-            self.y[n : 2 * n] = before + found.jump
-            self.evaluate()
-        elif flies:
-            self.state[NEXT] = min(self.state[NEXT], FLIGHT * flight)
-        self._add_losses(found, closed, before)
-        self._record_contact(
-            kind, when, point.name, record, self.record, self._impulses(found, closed)
-        )
+        self.on = np.zeros(len(self.on))
+        self.evaluate()
+        impact, name = impact_of(self), self.uni.contact_points[first].name
+        self._add_losses(impact, closed, before)
+        impulses = self._impulses(impact, closed)
+        kind = "rest" if found == RESTED else "impact"
+        self._record_contact(kind, t + float(I.rested[0]), name, record, self.record, impulses)
         self.transition.closed -= set(closed)
         return None
 

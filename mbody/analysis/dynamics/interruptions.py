@@ -120,11 +120,9 @@ def jump_times(system: System, first: float, until: float, located: bool = False
     return np.unique(np.concatenate([np.empty(0), *found]))
 
 
-def works_of_drivers(
-    system: System, work: Work, momentum: Array, nu: Array, sticking: Array | None = None
-) -> dict[str, float]:
+def works_of_drivers(system: System, work: Work, momentum: Array, nu: Array) -> dict[str, float]:
     """Work of the impulses of drivers, by name, where velocities jump at the position in the
-    workspace. `momentum` (coordinates,), `nu` (rows,), `sticking` (rows, coordinates).
+    workspace. `momentum` (coordinates,), `nu` (rows,).
 
     M Δv less the impulses of what else acts, that is Gᵀ μ of the rows that hold.
     """
@@ -132,10 +130,7 @@ def works_of_drivers(
         return {}
     scale = system.coordinate_units
     rows = dense(system, work)[1]
-    count = len(rows)
-    if sticking is not None and len(sticking):
-        rows = np.vstack([rows, sticking * scale])
-    works = np.linalg.lstsq(rows.T, momentum * scale, rcond=None)[0][:count] * nu
+    works = np.linalg.lstsq(rows.T, momentum * scale, rcond=None)[0] * nu
     owners = [system.owners[int(e)][0].name for e in system.row_table[0]]
     found = dict.fromkeys((driver.name for driver in system.drivers), 0.0)
     for name, part in zip(owners, works, strict=True):

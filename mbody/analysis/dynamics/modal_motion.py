@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -14,7 +15,13 @@ from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.complementarity import problem_memory
 from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
-from mbody.kernels.contact_impacts import impact_memory, strike_contacts, tangent_responses
+from mbody.kernels.contact_impacts import (
+    SMALL,
+    impact_memory,
+    resolve_impact,
+    strike_contacts,
+    tangent_responses,
+)
 from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.system.system import System
@@ -104,7 +111,7 @@ class DecisionMemory:
         L, self.uni = uni.layout, uni
         counts = len(uni.contact_points), len(uni.friction_joints), 3 * L.bodies
         self.modes = modes_memory(*counts, L.nodes, uni.system.state_count)
-        self.impact = impact_memory(*counts, len(uni))
+        self.impact = impact_memory(L, *counts[:2])
         points = uni.contact_points
         self.impact.restitution[:] = [one.restitution for one in points]
         self.impact.newton[:] = [one.law == "newton" for one in points]
@@ -145,6 +152,19 @@ class DecisionMemory:
         while (
             found := strike_contacts(*bundles, *self.problem, self.impact, kind, *numbers)
         ) == FULL:
+            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
+        return int(found)
+
+    def resolve(self, motion: ModalMotion, struck: Mapping[int, float]) -> int:
+        """What `mbody.kernels.contact_impacts.resolve` finds, likewise. `struck`: when contact
+        points were struck last.
+        """
+        uni, m, I, M = self.uni, motion.motion, self.impact, self.take(motion)
+        I.struck[:] = -np.inf
+        I.struck[list(struck)] = list(struck.values())
+        bundles = motion.layout, motion.work, m.stepping, uni.table, M
+        full = m.tolerances.full_refinements
+        while (found := resolve_impact(*bundles, *self.problem, I, *self.of_factor, full)) == SMALL:
             self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
         return int(found)
 
