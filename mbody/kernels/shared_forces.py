@@ -43,8 +43,9 @@ from mbody.kernels.linear_program import (
     solve_program,
 )
 
-#: Numbers in `OpenForces.count`: of combinations and of parts.
-COMBINATIONS, PARTS = range(2)
+#: Numbers in `OpenForces.count`: of combinations and parts, which are found, and of coordinates,
+#: forces, linear limits and pairs of limits that bend.
+COMBINATIONS, PARTS, COORDINATES, FORCES, LINES, BENT = range(6)
 #: Linear programs with tangents of limits that bend, at most.
 PASSES = 8
 #: Directions, as parts of a turn, from which pressing forces of bent limits are tried besides.
@@ -52,7 +53,7 @@ TURNS = (0.5, 0.25, 0.75, 0.125, 0.875, 0.375, 0.625)
 
 
 class OpenForces(Bundle):
-    """Memory of f forces on c coordinates with m linear limits and b pairs of limits that bend.
+    """Memory of at most f forces on c coordinates with m linear limits and b pairs that bend.
 
     Limits are numbered: linear ones, then two of each that bends, of sliding forwards and back.
     """
@@ -116,18 +117,24 @@ def open_forces_memory(c: int, f: int, m: int, b: int) -> tuple[OpenForces, Line
         return np.zeros(shape, dtype=np.int64)
 
     memory = OpenForces(
-        count=ints(2), column=zeros(c, f), force=zeros(f), own=ints(f), line=zeros(m, f),
-        given=zeros(m), relative=ints(m), counts=zeros(m), bent=ints(b, 4), arm=zeros(b, 6),
-        length=zeros(b), unit=zeros(f), free=zeros(f, f), first=ints(f + 1), start=zeros(f),
-        size=zeros(f), moves=ints(f, limits), least=zeros(f), y=zeros(f), active=ints(f, limits),
-        label=ints(f), member=ints(f), vector=zeros(f + c, f), base=zeros(f, f),
-        product=zeros(f, f), now=zeros(f), by=zeros(f), value=zeros(limits),
-        gradient=zeros(limits, f), z=zeros(f), best=zeros(f), H=zeros(rows, f), h=zeros(rows),
-        slack=zeros(rows), chosen=ints(rows), picked=ints(rows), stop=ints(limits),
-        A=zeros(rows, rows), q=zeros(rows), multiplier=zeros(rows), table=zeros(rows, 2 * rows + 2),
-        basis=ints(rows),
+        count=np.array([0, 0, c, f, m, b]), column=zeros(c, f), force=zeros(f), own=ints(f),
+        line=zeros(m, f), given=zeros(m), relative=ints(m), counts=zeros(m), bent=ints(b, 4),
+        arm=zeros(b, 6), length=zeros(b), unit=zeros(f), free=zeros(f, f),
+        first=ints(f + 1), start=zeros(f), size=zeros(f), moves=ints(f, limits),
+        least=zeros(f), y=zeros(f), active=ints(f, limits), label=ints(f), member=ints(f),
+        vector=zeros(f + c, f), base=zeros(f, f), product=zeros(f, f), now=zeros(f), by=zeros(f),
+        value=zeros(limits), gradient=zeros(limits, f), z=zeros(f), best=zeros(f),
+        H=zeros(rows, f), h=zeros(rows), slack=zeros(rows), chosen=ints(rows), picked=ints(rows),
+        stop=ints(limits), A=zeros(rows, rows), q=zeros(rows), multiplier=zeros(rows),
+        table=zeros(rows, 2 * rows + 2), basis=ints(rows),
     )  # fmt: skip
     return memory, linear_program_memory(f + 1, rows)
+
+
+@inline
+def limits_of(S):
+    """How many limits there are."""
+    return S.count[LINES] + 2 * S.count[BENT]
 
 
 # -- Forces in balance with themselves ---------------------------------------------------------
@@ -197,12 +204,12 @@ def acts(S, b, k):
 @njit
 def label_by_bodies(S):
     """S.label ← the least number of the forces that hang together with each by bodies."""
-    f, changed = S.force.shape[0], True
+    f, changed = S.count[FORCES], True
     for k in range(f):
         S.label[k] = k
     while changed:
         changed = False
-        for b in range(S.column.shape[0] // 3):
+        for b in range(S.count[COORDINATES] // 3):
             low = f
             for k in range(f):
                 if acts(S, b, k):
@@ -215,7 +222,7 @@ def label_by_bodies(S):
 @njit
 def balanced(S):
     """S.free ← combinations that balance themselves, S.unit; how many there are."""
-    f, c, found = S.force.shape[0], S.column.shape[0], 0
+    f, c, found = S.count[FORCES], S.count[COORDINATES], 0
     label_by_bodies(S)
     for which in range(f):
         count, length = 0, 0.0
@@ -259,7 +266,7 @@ def balanced(S):
 @njit
 def with_own(S, found):
     """Of so many combinations those among which none of `own` is left out; how many there are."""
-    f, count = S.force.shape[0], 0
+    f, count = S.count[FORCES], 0
     for k in range(f):
         if S.own[k]:
             for i in range(found):
@@ -283,7 +290,7 @@ def with_own(S, found):
 @inline
 def depends(S, i, k):
     """Whether limit i depends on force k."""
-    m = S.line.shape[0]
+    m = S.count[LINES]
     if i < m:
         return S.line[i, k] != 0.0
     n = (i - m) // 2
@@ -296,7 +303,7 @@ def label_by_limits(S, found):
     that hang together with each by these and by limits, −1 of what does not move; how many there
     are that hang together.
     """
-    f, limits, changed, parts = S.force.shape[0], S.moves.shape[1], True, 0
+    f, limits, changed, parts = S.count[FORCES], limits_of(S), True, 0
     for k in range(f):
         S.label[k] = -1
         for n in range(f):
@@ -324,7 +331,7 @@ def label_by_limits(S, found):
 @inline
 def joined(S, i, k):
     """Whether force k hangs together with force i or, after the forces, with what limit i holds."""
-    f = S.force.shape[0]
+    f = S.count[FORCES]
     if i >= f:
         return depends(S, i - f, k)
     return abs(S.product[i, k]) > SINGULAR_VALUE_SHARED_FRICTION
@@ -335,7 +342,7 @@ def open_parts(S):
     """S.free, S.unit ← combinations of forces that balance themselves, part by part; of each its
     start, size and limits.
     """
-    f, limits = S.force.shape[0], S.moves.shape[1]
+    f, limits = S.count[FORCES], limits_of(S)
     found = with_own(S, balanced(S))
     parts = label_by_limits(S, found) if found else 0
     place, n = 0, 0
@@ -372,7 +379,7 @@ def open_parts(S):
 @njit
 def carried(S, n, which, limits):
     """S.start, S.moves, S.size of part n, whose forces have this label."""
-    f, size, present = S.force.shape[0], 0.0, 0.0
+    f, size, present = S.count[FORCES], 0.0, 0.0
     for k in range(f):
         S.now[k] = S.force[k] / S.unit[k]
         S.member[k] = 1 if S.label[k] == which else 0
@@ -405,7 +412,7 @@ def carried(S, n, which, limits):
 @njit
 def place_of(S, n, z):
     """S.now ← the forces with those of part n that are z times its size from its start."""
-    for k in range(S.force.shape[0]):
+    for k in range(S.count[FORCES]):
         total, first = 0.0, S.first[n]
         for i in range(first, S.first[n + 1]):
             total += S.free[i, k] * (S.start[i] + S.size[n] * z[i - first])
@@ -417,9 +424,9 @@ def gradients(S, n, turn):
     """S.gradient, S.value ← the limits of part n by their tangents at the forces S.now, at pressing
     forces turned by so much, both as parts of what it carries; by its combinations.
     """
-    m, f, first, last = S.line.shape[0], S.force.shape[0], S.first[n], S.first[n + 1]
+    m, f, first, last = S.count[LINES], S.count[FORCES], S.first[n], S.first[n + 1]
     c, s = math.cos(turn), math.sin(turn)
-    for i in range(S.moves.shape[1]):
+    for i in range(limits_of(S)):
         if not S.moves[n, i]:
             continue
         for k in range(f):
@@ -461,9 +468,9 @@ def program_of(S, P, n, at, most, room):
     from its start, as parts of its size; how many of its limits are no bounds of the forces, and by
     how much its θ is less than the margin.
     """
-    f, m, first = S.force.shape[0], S.line.shape[0], S.first[n]
+    f, m, first = S.count[FORCES], S.count[LINES], S.first[n]
     d, rows, begin = S.first[n + 1] - first, 0, most
-    for i in range(S.moves.shape[1]):
+    for i in range(limits_of(S)):
         if S.moves[n, i]:
             P.A[rows, d] = S.counts[i] if i < m else 1.0
             P.b[rows] = S.value[i]
@@ -518,11 +525,11 @@ def margin(S, P, n, most, room, turn, settle):
     what it carries, from tangents at pressing forces that are turned by so much; with `settle` at
     the least of several such. S.z, S.stop; whether the size of forces stops it.
     """
-    first, best, wedged, bends = S.first[n], -math.inf, False, S.bent.shape[0] > 0
+    first, best, wedged, bends = S.first[n], -math.inf, False, S.count[BENT] > 0
     d = S.first[n + 1] - first
     for a in range(d):
         S.z[a] = 0.0 if turn != 0.0 else -S.start[first + a] / S.size[n]
-    for i in range(S.moves.shape[1]):
+    for i in range(limits_of(S)):
         S.stop[i] = 0
     for step in range(PASSES):
         place_of(S, n, S.z)
@@ -540,7 +547,7 @@ def margin(S, P, n, most, room, turn, settle):
             settled(S, P, d, largest)
         for a in range(d):
             S.z[a] = P.x[a]
-        for i in range(S.moves.shape[1]):
+        for i in range(limits_of(S)):
             if S.moves[n, i]:
                 S.stop[i] = 1 if counted(P, row, largest) else 0
                 row += 1
@@ -659,7 +666,7 @@ def keep(S, n, least):
     S.least[n] = least
     for a in range(first, S.first[n + 1]):
         S.y[a] = S.start[a] + S.size[n] * S.z[a - first]
-    for i in range(S.moves.shape[1]):
+    for i in range(limits_of(S)):
         S.active[n, i] = S.stop[i]
 
 
@@ -668,7 +675,7 @@ def greatest_margin(S, P, n, most, settle):
     """S.least, S.y, S.active of part n: the greatest least margin up to `most`."""
     best, wedged = margin(S, P, n, most, FORCES_ROOM_MOST, 0.0, settle)
     keep(S, n, best)
-    for k in range(len(TURNS) if S.bent.shape[0] > 0 and best < 0.0 else 0):
+    for k in range(len(TURNS) if S.count[BENT] > 0 and best < 0.0 else 0):
         least, by_size = margin(S, P, n, most, FORCES_ROOM_MOST, 2.0 * math.pi * TURNS[k], settle)
         if least > best + CONTACT_FORCE_SETTLED:
             best, wedged = least, by_size
@@ -679,8 +686,8 @@ def greatest_margin(S, P, n, most, settle):
             keep(S, n, least)
 
 
-@kernel
-def share_forces(S: OpenForces, P: LinearProgram, most: float, settle: bool) -> int:
+@njit
+def share(S, P, most, settle):
     """The parts of the forces that no equation decides, how many; of each its greatest least margin
     up to `most` and where, the least forces of several such ones with `settle`.
     """
@@ -688,6 +695,12 @@ def share_forces(S: OpenForces, P: LinearProgram, most: float, settle: bool) -> 
     for n in range(S.count[PARTS]):
         greatest_margin(S, P, n, most, settle)
     return S.count[PARTS]
+
+
+@kernel
+def share_forces(S: OpenForces, P: LinearProgram, most: float, settle: bool) -> int:
+    """See `share`."""
+    return share(S, P, most, settle)
 
 
 @kernel
@@ -716,7 +729,7 @@ def far_end(S: OpenForces, P: LinearProgram, n: int, aim: Floats) -> bool:
         place_of(S, n, S.z)
         gradients(S, n, 0.0)
         rows = 0
-        for i in range(S.moves.shape[1]):
+        for i in range(limits_of(S)):
             if S.moves[n, i]:
                 # what is there counts as within
                 P.b[rows] = max(S.value[i], 0.0)
@@ -739,6 +752,6 @@ def far_end(S: OpenForces, P: LinearProgram, n: int, aim: Floats) -> bool:
         for a in range(d):
             S.z[a] += P.x[a]
             S.y[first + a] = S.start[first + a] + S.size[n] * S.z[a]
-        if S.bent.shape[0] == 0:
+        if S.count[BENT] == 0:
             break
     return True

@@ -25,6 +25,8 @@ from mbody.solution.doubts import Doubt
 from mbody.system.system import System
 
 Array = np.ndarray
+#: Whose limits are, and the sign of the sliding, 0 of normal forces.
+Owners = list[tuple[int, float]]
 
 
 class _Memory(threading.local):
@@ -48,6 +50,15 @@ def greatest(aim: Array, A: Array, b: Array) -> tuple[int, Array]:
     P = linear_program_memory(len(aim), len(b))
     P.aim[:], P.A[:], P.b[:] = aim, A, b
     return linear_program(P), P.x
+
+
+def open_forces(*size: int) -> tuple[OpenForces, LinearProgram]:
+    """Memory of the kernels of this thread for so many coordinates, forces, linear limits and pairs
+    of limits that bend.
+    """
+    if size not in _memory.of:
+        _memory.of[size] = open_forces_memory(*size)
+    return _memory.of[size]
 
 
 # -- Limits ------------------------------------------------------------------------------------
@@ -105,10 +116,7 @@ class ForceLimits:
 
     def loaded(self, coordinates: int, forces: Array) -> tuple[OpenForces, LinearProgram]:
         """Memory of the kernels with these limits and forces."""
-        size = coordinates, len(forces), len(self.lines), len(self.bent)
-        if size not in _memory.of:
-            _memory.of[size] = open_forces_memory(*size)
-        S, P = _memory.of[size]
+        S, P = open_forces(coordinates, len(forces), len(self.lines), len(self.bent))
         S.force[:], S.line[:], S.given[:] = forces, self.lines, self.given
         S.relative[:], S.counts[:] = self.relative, self.weights
         for n, one in enumerate(self.bent):
@@ -215,7 +223,10 @@ def _parts(S: OpenForces, count: int) -> list[OpenPart]:
     return found
 
 
-def _active(S: OpenForces, n: int, owners: list[tuple[int, float]]) -> list[tuple[int, float]]:
+def active_owners(
+    S: OpenForces, n: int, owners: list[tuple[int, float]]
+) -> list[tuple[int, float]]:
+    """Whose limits stop part n, with the sign of the sliding."""
     return [owners[k] for k in np.flatnonzero(S.active[n])]
 
 
@@ -233,21 +244,6 @@ def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -
     """
     S, _ = _loaded(columns, forces, own, limits)
     return _parts(S, kernels.parts_of_forces(S))
-
-
-def least_margin(
-    columns: Array, forces: Array, own: Array, limits: ForceLimits, most: float
-) -> tuple[float, list[tuple[int, float]]]:
-    """The least of the greatest least margins of all parts, in forces, and whose limits stop it;
-    infinite where all forces are determined. See `free_parts`.
-    """
-    S, P = _loaded(columns, forces, own, limits)
-    count = kernels.share_forces(S, P, most, False)
-    if not count:
-        return np.inf, []
-    margins = S.least[:count] * S.size[:count]
-    n = int(np.argmin(margins))
-    return float(margins[n]), _active(S, n, limits.every_owner())
 
 
 def reported(
@@ -271,7 +267,7 @@ def reported(
     parts, margins = _parts(S, count), []
     for n in range(count):
         y = S.y[S.first[n] : S.first[n + 1]].copy()
-        margins.append(Margin(float(S.least[n]), y, _active(S, n, owners)))
+        margins.append(Margin(float(S.least[n]), y, active_owners(S, n, owners)))
     moved = S.free[: S.count[COMBINATIONS]].T @ S.y[: S.count[COMBINATIONS]]
     return forces + S.unit * moved, parts, margins
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, nnls
 
-from mbody.core import tolerances as tol
 from mbody.kernels.friction import PIN
 from mbody.kernels.linear_program import INCONSISTENT, OPTIMAL, UNBOUNDED
-from mbody.solution.shared_forces import BentLimit, Lines, greatest, least_margin, reported
+from mbody.solution.shared_forces import BentLimit, Lines, greatest, reported
 
 STATUS = {0: OPTIMAL, 2: INCONSISTENT, 3: UNBOUNDED, 4: UNBOUNDED}
 
@@ -190,9 +189,10 @@ def test_what_stops_a_table_on_its_feet():
     lines += [((k, s), {k: 0.5, 3 + k: s}) for k in range(3) for s in (1.0, -1.0)]
     limits, own = limits_of(6, lines), np.ones(6, dtype=bool)
     pushed = np.array([2.0, 2.0, 2.0, 1.0, 1.0, 0.7])
-    least, active = least_margin(columns, pushed, own, limits, tol.FRICTION_RESERVE_MOST)
-    assert least == pytest.approx(0.1)  # μ ΣN − ΣT, shared by three
-    assert sorted(active) == [(0, -1.0), (1, -1.0), (2, -1.0)]
+    _, (part,), (margin,) = reported(columns, pushed, own, limits)
+    assert margin.least * part.size == pytest.approx(0.1)  # μ ΣN − ΣT, shared by three
+    assert sorted(margin.active) == [(0, -1.0), (1, -1.0), (2, -1.0)]
     tipped = np.array([-1.0, 3.0, 3.0, 0.0, 0.0, 0.0])  # N₃ − N₁ = 4, ΣN = 5, ½ N ≥ θ
-    least, active = least_margin(columns, tipped, own, limits, tol.FRICTION_RESERVE_MOST)
-    assert least == pytest.approx(1 / 6) and {who for who, _ in active} == {0, 1}
+    _, (part,), (margin,) = reported(columns, tipped, own, limits)
+    assert margin.least * part.size == pytest.approx(1 / 6)
+    assert {who for who, _ in margin.active} == {0, 1}

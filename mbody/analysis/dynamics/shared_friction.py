@@ -10,23 +10,26 @@ stick.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import JointFriction
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
 from mbody.analysis.dynamics.modal_motion import ModalMotion, Reserve
 from mbody.core import tolerances as tol
+from mbody.kernels import held_forces as kernels
+from mbody.kernels.friction import ARMS, FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.solution.shared_forces import (
     BentLimit,
+    ForceLimits,
     ForceSet,
-    Lines,
+    active_owners,
     free_parts,
-    least_margin,
+    open_forces,
     pressing_rows,
     primitive_numbers,
     reported,
@@ -44,139 +47,108 @@ class InstantModes(NamedTuple):
     on: Array
 
 
-class _Sliding(NamedTuple):
-    """Friction of a joint that slides: its law, row of the active set, direction, rows of joints
-    that press it (2, joints' rows).
-    """
-
-    law: JointFriction
-    row: int
-    slip_sign: float
-    pressing: Array
-
-
 class HeldForces:
     """All forces that hold at an instant, with their units: multipliers of joints, then N of closed
     contact points, then friction of those that stick and of the joints that stick.
 
+    `leaders`: Of contact points that stick by the row of another one, this.
+
     `columns` (coordinates, forces): Generalised forces by each, with the friction of what slides.
     `forces` (forces,): Present ones.
+    `limits`: Normal forces and friction; owners are contact points and, after them, frictional
+      joints.
     """
 
     def __init__(
         self,
         uni: Unilateral,
-        work: Work,
-        record: Array,
-        modes: InstantModes,
+        pairs: Sequence[str],
         normals: Sequence[int],
         sticking: Sequence[int],
         joints: Sequence[int],
         slipping: dict[int, float],
-        rows: Rows | None = None,
+        leaders: dict[int, int],
     ) -> None:
-        system, n = uni.system, uni.system.coordinates
-        rows = uni.read(work) if rows is None else rows
-        self.uni, self.work, self.system, self.slipping = uni, work, system, slipping
-        self.normals, self.sticking, self.joints = tuple(normals), tuple(sticking), tuple(joints)
+        system, L, self.uni = uni.system, uni.layout, uni
+        self.slipping, self.normals = slipping, tuple(normals)
+        self.rows = [uni.contact_points[k].tangent for k in sticking]
+        self.rows += [uni.friction_joints[m].tangent for m in joints]
         self.primitive, self.number, _ = system.row_table
-        own = record[3 * n + PER_PRIMITIVE * self.primitive + self.number]
-        count = len(own)
-        self.first = count  # of what is no joint's
-        of_joints = -jacobian(system, work)[1].T
-        self.sliding = self._sliding(modes, rows, count)
-        for one in self.sliding:
-            x, y = one.pressing @ own
-            _, by_x, by_y = one.law.size(x, y, one.slip_sign)
-            change = one.slip_sign * (by_x * one.pressing[0] + by_y * one.pressing[1])
-            of_joints -= np.outer(rows.block[one.row], change)
-        columns, forces = list[Array](), list[float]()
-        for k in self.normals:
-            point = uni.contact_points[k]
-            row = point.candidate.sign * rows.block[point.normal] / uni.units[point.normal]
-            if k in slipping:
-                row = row - point.friction * slipping[k] * rows.block[point.tangent]
-            columns.append(row)
-            forces.append(float(uni.pressing(record, point)))
-        tangents = [uni.contact_points[k].tangent for k in self.sticking]
-        for row_number in (*tangents, *(uni.friction_joints[m].tangent for m in self.joints)):
-            columns.append(rows.block[row_number])
-            forces.append(-float(uni.multiplier(record, row_number)))
-        self.columns = np.column_stack([of_joints, *columns])
-        self.forces = np.concatenate([own, forces])
-        self.own = np.arange(len(self.forces)) >= count
-
-    def _sliding(self, modes: InstantModes, rows: Rows, count: int) -> list[_Sliding]:
-        uni, found = self.uni, list[_Sliding]()
-        pairs = [
-            (one.tangent, one.pair, SLIP_SIGNS.get(mode, 0.0))
-            for one, mode in zip(uni.friction_joints, modes.pairs, strict=True)
-        ]
-        L = uni.layout
-        for f in range(len(L.friction_kind)):
+        self.first = len(self.primitive)  # of what is no joint's
+        pair_slip = np.zeros(len(L.friction_kind))
+        for one, mode in zip(uni.friction_joints, pairs, strict=True):
+            pair_slip[one.pair] = SLIP_SIGNS.get(mode, 0.0)
+        for f in range(len(pair_slip)):
             if uni.separates_wheels(f):
-                sign = float(self.system.par[int(L.friction_par[f]) + 4, 0])
-                pairs.append((int(L.friction_tangent[f]), f, sign))
-        for row, f, slip_sign in pairs:
-            law = JointFriction(self.system, self.work, f, float(rows.rate[row]))
-            if slip_sign and not law.by_law:
-                found.append(_Sliding(law, row, slip_sign, self._pressing(law, count)))
-        return found
+                pair_slip[f] = float(system.par[int(L.friction_par[f]) + 4, 0])
+        pressed = [uni.friction_joints[m].pair for m in joints]
+        by_law = [FRICTION_KINDS[int(L.friction_kind[f])] in ("torque", "force") for f in pressed]
+        lines, bent = len(normals) + 2 * len(sticking) + 2 * sum(by_law), len(joints) - sum(by_law)
+        forces = self.first + len(normals) + len(self.rows)
+        self.size = 3 * L.bodies, forces, lines, bent
+        whole = np.int64
+        self.held = kernels.HeldForces(
+            row=np.column_stack([self.primitive, self.number]),
+            normal=np.array(self.normals, whole),
+            slip=np.array([slipping.get(k, 0.0) for k in normals], float),
+            leader=np.array([leaders.get(k, -1) for k in normals], whole),
+            stick=np.array(sticking, whole),
+            joint=np.array(joints, whole),
+            pair_slip=pair_slip,
+            owner=np.zeros(lines + 2 * bent, whole),
+            change=np.zeros((len(pair_slip), 2)),
+            along=np.zeros(3 * L.bodies),
+            arm=np.zeros(2 * ARMS + 1),
+        )
+        signs = [0.0] * len(normals) + [1.0, -1.0] * ((lines - len(normals)) // 2 + bent)
+        self.signs = np.array(signs)
+        self.own = np.arange(forces) >= self.first
+        self.columns, self.forces = np.zeros((3 * L.bodies, forces)), np.zeros(forces)
 
-    def _pressing(self, law: JointFriction, count: int) -> Array:
-        """Both multipliers that press a joint, by the forces (2, count)."""
-        at = np.flatnonzero(self.system.layout.primitive_node[self.primitive] == law.node)
-        found = np.zeros((2, count))
-        found[self.number[at], at] = 1.0
-        return found
-
-    # -- limits --------------------------------------------------------------------------------
-
-    def place(self, k: int) -> int:
-        """Number of the normal force of contact point k."""
-        return self.first + self.normals.index(k)
-
-    def limits_of(self, groups: dict[int, list[int]]) -> Lines:
-        """Normal forces and friction of all; `groups` stick by the friction of the first of them.
-
-        Owners are contact points and, after them, frictional joints.
+    def read(self, work: Work, record: Array) -> ForceLimits:
+        """The forces by a record (rows,) at the position and velocities in a workspace; their
+        limits.
         """
-        uni, lines = self.uni, Lines(len(self.forces))
-        for n, k in enumerate(self.normals, start=self.first):
-            lines.add((k, 0.0), {n: 1.0})
-        first = self.first + len(self.normals)
-        for n, k in enumerate(self.sticking, start=first):
-            by = {self.place(j): uni.contact_points[j].static for j in groups.get(k, [k])}
-            for slip_sign in (1.0, -1.0):
-                # low + T of what would slide forwards, high − T of what would backwards
-                lines.add((k, slip_sign), by | {n: slip_sign})
-        for n, m in enumerate(self.joints, start=first + len(self.sticking)):
-            self._limit_joint(lines, n, m)
-        return lines
+        S, _ = open_forces(*self.size)
+        kernels.hold_forces(self.uni.layout, work, self.uni.table, self.held, S, record)
+        self.columns, self.forces = S.column.copy(), S.force.copy()
+        bent = tuple(
+            BentLimit(int(owner), int(one[0]), (int(one[1]), int(one[2])), int(one[3]), arm, size)
+            for owner, one, arm, size in zip(
+                self.held.owner[len(S.line) :: 2],
+                S.bent,
+                S.arm.copy(),
+                S.length.tolist(),
+                strict=True,
+            )
+        )
+        own, relative = self.owners()[: len(S.line)], S.relative > 0
+        return ForceLimits(own, S.line.copy(), S.given.copy(), relative, S.counts.copy(), bent)
 
-    def _limit_joint(self, lines: Lines, n: int, m: int) -> None:
-        pair, number = self.uni.friction_joints[m], len(self.uni.contact_points) + m
-        law = JointFriction(self.system, self.work, pair.pair)
-        if law.by_law:
-            values = [float(law.size(0.0, 0.0, sign)[0]) for sign in (1.0, -1.0)]
-            whole = max(values)
-            for sign, value in zip((1.0, -1.0), values, strict=True):
-                parts = {n: sign / (whole or 1.0)}
-                lines.add((number, sign), parts, value / (whole or 1.0), float(whole > 0.0))
-            return
-        turns = self.uni.angular[pair.tangent]
-        length = law.first if law.kind == "pin" else self.system.length if turns else 1.0
-        pressing = pressing_rows(self.system, law.node)
-        lines.bent.append(BentLimit(number, n, pressing, law.number, law.arm[:6], length))
+    def owners(self) -> list[tuple[int, float]]:
+        """Whose the limits are, and the sign of the sliding, 0 of normal forces."""
+        return list(zip(self.held.owner.tolist(), self.signs.tolist(), strict=True))
 
-    # -- records -------------------------------------------------------------------------------
+    def least_margin(self, work: Work, record: Array) -> tuple[float, list[tuple[int, float]]]:
+        """The least of the greatest least margins of all parts, in forces, by a record (rows,) at
+        the position and velocities in a workspace, and whose limits stop it; infinite where all
+        forces are determined.
+        """
+        S, P = open_forces(*self.size)
+        bundles = self.uni.layout, work, self.uni.table, self.held, S, P
+        count = kernels.share_record(*bundles, record, tol.FRICTION_RESERVE_MOST)
+        if not count:
+            return np.inf, []
+        margins = S.least[:count] * S.size[:count]
+        n = int(np.argmin(margins))
+        return float(margins[n]), active_owners(S, n, self.owners())
 
     def multipliers(self, change: Array) -> Array:
         """Changes of the multipliers of all primitives, (primitives, 2, …), by changes of the
         forces (forces, …), to first order in friction of joints that slides.
         """
         uni, L = self.uni, self.uni.layout
-        found = np.zeros((len(self.system.owners), 2, *change.shape[1:]))
+        found = np.zeros((len(uni.system.owners), 2, *change.shape[1:]))
         found[self.primitive, self.number] = change[: self.first]
         for n, k in enumerate(self.normals, start=self.first):
             point = uni.contact_points[k]
@@ -184,17 +156,15 @@ class HeldForces:
             if k in self.slipping:
                 friction = point.friction * self.slipping[k] * change[n]
                 found[int(L.active_set[point.tangent]), 0] = friction
-        rows = [uni.contact_points[k].tangent for k in self.sticking]
-        rows += [uni.friction_joints[m].tangent for m in self.joints]
-        for n, row in enumerate(rows, start=self.first + len(self.normals)):
+        for n, row in enumerate(self.rows, start=self.first + len(self.normals)):
             found[int(L.active_set[row]), 0] = -change[n]
-        for one in self.sliding:
-            x, y = one.pressing @ self.forces[: self.first]
-            _, by_x, by_y = one.law.size(x, y, one.slip_sign)
-            moved = np.tensordot(one.pressing, change[: self.first], 1)
-            found[int(L.active_set[one.row]), 0] = one.slip_sign * (
-                by_x * moved[0] + by_y * moved[1]
-            )
+        for f in np.flatnonzero(self.held.change.any(axis=1)):
+            e, by = int(L.active_set[L.friction_tangent[f]]), self.held.change[f]
+            for part, row in zip(
+                by, pressing_rows(uni.system, int(L.friction_node[f])), strict=True
+            ):
+                if row >= 0:
+                    found[e, 0] += part * change[row]
         return found
 
 
@@ -216,6 +186,7 @@ class SharedFriction:
     joints: tuple[int, ...]
     members: frozenset[int] = frozenset()
     pressing: frozenset[int] = frozenset()
+    _held: dict[int, HeldForces] = field(default_factory=dict, repr=False)
 
     @property
     def parts(self) -> tuple[tuple[int, ...], ...]:
@@ -223,25 +194,23 @@ class SharedFriction:
         every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
         return tuple(tuple(sorted(part)) for part in every)
 
-    def held(self, motion: ModalMotion, record: Array, work: Work) -> HeldForces:
-        """The forces of an instant, by the rows that are on."""
-        slipping = {
-            k: SLIP_SIGNS[motion.modes[k]]
-            for k in self.normals
-            if motion.modes[k] in SLIP_SIGNS and motion.uni.contact_points[k].tangent >= 0
-        }
-        modes = InstantModes(motion.modes, motion.pairs, np.zeros(0))
-        return HeldForces(
-            motion.uni, work, record, modes, self.normals, self.sticking, self.joints, slipping
-        )
+    def held(self, motion: ModalMotion) -> HeldForces:
+        """The forces that hold, by the rows that are on; those of each thread."""
+        thread = threading.get_ident()
+        if thread not in self._held:
+            slipping = {
+                k: SLIP_SIGNS[motion.modes[k]]
+                for k in self.normals
+                if motion.modes[k] in SLIP_SIGNS and motion.uni.contact_points[k].tangent >= 0
+            }
+            leaders = {k: first for first, group in motion.groups.items() for k in group}
+            own = self.normals, self.sticking, self.joints
+            self._held[thread] = HeldForces(motion.uni, motion.pairs, *own, slipping, leaders)
+        return self._held[thread]
 
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
-        held = self.held(motion, record, work)
-        limits = held.limits_of(motion.groups).made()
-        least, active = least_margin(
-            held.columns, held.forces, held.own, limits, tol.FRICTION_RESERVE_MOST
-        )
+        least, active = self.held(motion).least_margin(work, record)
         sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
         opened = {number for number, slip_sign in active if not slip_sign}
         return Reserve(least, sliding, opened)
@@ -263,10 +232,9 @@ def shared_friction(motion: ModalMotion) -> SharedFriction | None:
     # what joints guide may be held twice by one contact that sticks
     if not joints and len(sticking) < (1 if motion.system.rows else 2):
         return None
-    every = SharedFriction(normals, sticking, joints)
     motion.load()
-    held = every.held(motion, motion.record[:, 0], motion.work)
-    limits = held.limits_of(motion.groups).made()
+    held = SharedFriction(normals, sticking, joints).held(motion)
+    limits = held.read(motion.work, motion.record[:, 0])
     parts = free_parts(held.columns, held.forces, held.own, limits)
     owners = limits.every_owner()
     moved = {owners[n] for part in parts for n in part.limits}
@@ -296,7 +264,7 @@ def reported_instant(
     held = _all_held(uni, work, rows, record, modes)
     if held is None:
         return Reported(record, None)
-    limits = held.limits_of({}).made()
+    limits = held.read(work, record)
     forces, parts, margins = reported(held.columns, held.forces, held.own, limits)
     if not parts:
         return Reported(record, None)
@@ -350,7 +318,7 @@ def _all_held(
             speed = np.abs(rows.block[points[k].tangent] * record[n : 2 * n]).max()
             slides = abs(rate) > tol.RATE_NONE_STOPPED * speed
             slipping[k] = float(np.sign(rate if slides else ahead)) or 1.0
-    return HeldForces(uni, work, record, modes, normals, sorted(sticking), joints, slipping, rows)
+    return HeldForces(uni, modes.pairs, normals, sorted(sticking), joints, slipping, {})
 
 
 def _row_space(uni: Unilateral, work: Work, rows: Rows, on: Array) -> Array:
