@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -194,10 +194,16 @@ class SharedFriction:
         every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
         return tuple(tuple(sorted(part)) for part in every)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # what the kernels need belongs to one motion
+        own = self.normals, self.sticking, self.joints, self.members, self.pressing
+        return SharedFriction, own
+
     def held(self, motion: ModalMotion) -> HeldForces:
         """The forces that hold, by the rows that are on; those of each thread."""
         thread = threading.get_ident()
-        if thread not in self._held:
+        found = self._held.get(thread)
+        if found is None or found.uni is not motion.uni:
             slipping = {
                 k: SLIP_SIGNS[motion.modes[k]]
                 for k in self.normals
@@ -205,8 +211,9 @@ class SharedFriction:
             }
             leaders = {k: first for first, group in motion.groups.items() for k in group}
             own = self.normals, self.sticking, self.joints
-            self._held[thread] = HeldForces(motion.uni, motion.pairs, *own, slipping, leaders)
-        return self._held[thread]
+            found = HeldForces(motion.uni, motion.pairs, *own, slipping, leaders)
+            self._held[thread] = found
+        return found
 
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
