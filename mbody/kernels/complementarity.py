@@ -51,11 +51,8 @@ from mbody.core.tolerances import (
     ROWS_DEPENDENT,
     TINY,
 )
-from mbody.kernels.accelerations import balanced_motion
-from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.friction import ARMS, FORCE, PULL, TORQUE, at_rate, law_size, store_arms
 from mbody.kernels.layout import Layout, Work
-from mbody.kernels.schur_ldl import factor
 
 #: `ContactProblem.law` of what a normal force presses; of joints the number of their kind.
 CONE = -1
@@ -777,44 +774,6 @@ def contact_solutions(P, every):
             P.f[k, r] *= P.number[FORCES] * P.scale[r]
             P.w[k, r] *= kappa / P.scale[r]
     return P.count[SOLUTIONS]
-
-
-# -- Delassus's matrix by the factor of the joints ---------------------------------------------
-
-
-@njit
-def responses_along(L, W, R, n, Y, X, regularization, refinements, softer):
-    """Motions Y (n, coordinates) by a unit force along each of the first n rows R (n, coordinates),
-    as far as joints allow, and how the multipliers of all nodes change, X (n, 2 nodes): those of
-    [M Gᵀ; G 0] [y; x] = [rᵀ; 0], with the rows that are on at W.q. What has no mass and is free to
-    move is `softer` than its artificial mass.
-    """
-    w = 0.0
-    body_rotations(L, W, w)
-    rows(L, W, w, True, True)
-    for k in range(2 * L.nodes):
-        W.gamma[k, 0] = 0.0
-    factor(L, W, w, regularization, COMPLEMENTARITY_PIVOT)
-    coordinates = 3 * L.bodies
-    for r in range(n):
-        for k in range(coordinates):
-            W.force[k, 0] = R[r, k]
-        for k in range(coordinates, W.force.shape[0]):
-            W.force[k, 0] = 0.0
-        balanced_motion(L, W, w, refinements)
-        for k in range(coordinates):
-            Y[r, k] = W.a[k, 0]
-        for k in range(2 * L.nodes):
-            X[r, k] = W.lam[k, 0]
-        if refinements == 0 or softer <= 1.0:
-            continue
-        # one refinement more moves it by as much again
-        balanced_motion(L, W, w, refinements + 1)
-        for b in range(L.bodies):
-            for i in range(3):
-                k = 3 * b + i
-                if W.mass[k, 0] * W.weight[3 * L.body_slot[b] + i, 0] < 0.5:
-                    Y[r, k] += softer * (W.a[k, 0] - Y[r, k])
 
 
 # -- Friction of joints ------------------------------------------------------------------------

@@ -36,6 +36,8 @@ from mbody.kernels.complementarity import (
 
 #: Numbers in `ContactDecision.count`: rows, normals, parts, whether all sets of modes were tried.
 ALL_ROWS, ALL_NORMALS, PARTS, TRIED = range(4)
+#: Numbers in `ContactDecision.refinements`: of responses, and of states that are evaluated.
+OF_RESPONSES, EVALUATED = range(2)
 #: What `solve_decision` does: find modes; take one, or one with the kinetic friction of what begins
 #: to slide; impulses of an impact, of one without collision, of one of its stages.
 FIND, TAKE, BEGIN, IMPACT, WITHOUT_COLLISION, STAGE = range(6)
@@ -62,6 +64,7 @@ class ContactDecision(Bundle):
       them; `owner`, `pair` (n,): whose they are, −1 of teeth, and friction pairs of joints.
     `f`, `w`, `mode` (n,): The solution that is taken.
     `worst` (1,): The greatest residual of the parts.
+    `regularization` (1,), `refinements` (2,): Of the factor of the joints, and of what it solves.
     """
 
     count: Ints
@@ -108,6 +111,8 @@ class ContactDecision(Bundle):
     restitution: Floats
     newton: Ints
     worst: Floats
+    regularization: Floats
+    refinements: Ints
     R: Rows
     Y: Rows
     X: Rows
@@ -128,6 +133,8 @@ def decision_memory(n: int, coordinates: int = 0, nodes: int = 0) -> ContactDeci
         "vectors": (n, n),
         "count": (4,),
         "worst": (1,),
+        "regularization": (1,),
+        "refinements": (2,),
         "R": (n, coordinates),
         "Y": (n, coordinates),
         "X": (n, 2 * nodes),

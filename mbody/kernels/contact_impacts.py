@@ -130,13 +130,13 @@ def add_struck(L, W, U, D, s, sign, owner):
 
 
 @njit
-def responses_without_rows(L, W, U, D, I, regularization, refinements, softer):
+def responses_without_rows(L, W, U, D, I, softer):
     """Responses to the rows D.R, with no row of the active set on."""
     count = L.active_set.shape[0]
     for s in range(count):
         I.on[s] = W.on[s, 0]
         set_row(L, W, U, s, 0.0)
-    find_delassus(L, W, D, D.count[ALL_ROWS], regularization, refinements, softer)
+    find_delassus(L, W, D, D.count[ALL_ROWS], softer)
     for s in range(count):
         set_row(L, W, U, s, I.on[s])
 
@@ -193,7 +193,7 @@ def hold(L, D, n, held):
 
 
 @njit
-def strike(L, W, U, M, D, P, I, kind, regularization, refinements):
+def strike(L, W, U, M, D, P, I, kind):
     """I ← an impact of the contact points M.touches at the position and velocities in W; whether
     there is one, or memory for more rows is needed.
     """
@@ -204,7 +204,7 @@ def strike(L, W, U, M, D, P, I, kind, regularization, refinements):
     rows(L, W, 0.0, True, True)
     n = struck_rows(L, W, U, M, D, I, kind)
     held = D.count[ALL_ROWS] - n
-    responses_without_rows(L, W, U, D, I, regularization, refinements, MASSLESS)
+    responses_without_rows(L, W, U, D, I, MASSLESS)
     D.count[ALL_ROWS] = n
     if held > 0:
         hold(L, D, n, held)
@@ -276,12 +276,12 @@ def switch_off(L, W, U):
 
 
 @njit
-def set_jump(L, W, S, M, I, full):
+def set_jump(L, W, S, M, D, I):
     """The state ← that before the impact with the velocities after it, evaluated."""
     n3 = 3 * L.bodies
     for k in range(n3):
         S.y[n3 + k] = M.y[n3 + k] + I.jump[k]
-    evaluate_state(L, W, S, full)
+    evaluate_state(L, W, S, D)
 
 
 @njit
@@ -298,7 +298,7 @@ def find_hits(L, W, S, U, M, I):
 
 
 @njit
-def resolve(L, W, S, U, M, D, P, I, regularization, refinements, full):
+def resolve(L, W, S, U, M, D, P, I):
     """One impact of what approaches at the state S.y, which becomes that after it; I.rested ← how
     long it flies yet where it rests then.
     """
@@ -314,14 +314,14 @@ def resolve(L, W, S, U, M, D, P, I, regularization, refinements, full):
     for j in range(U.joint_tangent.shape[0]):
         I.held[j] = 1 if W.on[U.joint_tangent[j], 0] != 0.0 else 0
         joints_hold = joints_hold or I.held[j] == 1
-    found = strike(L, W, U, M, D, P, I, BY_LAWS, regularization, refinements)
+    found = strike(L, W, U, M, D, P, I, BY_LAWS)
     if found != ONE:
         return SMALL if found == FULL else WEDGED
     rate, touching = I.before[k], 0
     for n in range(M.touches.shape[0]):
         touching += M.touches[n]
     switch_off(L, W, U)
-    set_jump(L, W, S, M, I, full)
+    set_jump(L, W, S, M, D, I)
     up = approach_of(L, W, U, k)
     pull, terms = acceleration_along(L, W, U, M, U.normal[k], U.gap_sign[k])
     flies = up > RATE_NONE_FRICTION * M.speed[k] and pull < 0.0
@@ -348,9 +348,9 @@ def resolve(L, W, S, U, M, D, P, I, regularization, refinements, full):
         I.held[j] = I.held[j] if soon else 0
     load_state(L, W, 0.0, S.y)
     kind = ARREST if rocks else STILL
-    if strike(L, W, U, M, D, P, I, kind, regularization, refinements) != ONE:
+    if strike(L, W, U, M, D, P, I, kind) != ONE:
         return WEDGED
-    set_jump(L, W, S, M, I, full)
+    set_jump(L, W, S, M, D, I)
     return RESTED
 
 
@@ -367,11 +367,9 @@ def strike_contacts(
     P: ContactProblem,
     I: ContactImpact,
     kind: int,
-    regularization: float,
-    refinements: int,
 ) -> int:
     """See `strike`."""
-    return strike(L, W, U, M, D, P, I, kind, regularization, refinements)
+    return strike(L, W, U, M, D, P, I, kind)
 
 
 @kernel
@@ -384,12 +382,9 @@ def resolve_impact(
     D: ContactDecision,
     P: ContactProblem,
     I: ContactImpact,
-    regularization: float,
-    refinements: int,
-    full: int,
 ) -> int:
     """See `resolve`."""
-    return resolve(L, W, S, U, M, D, P, I, regularization, refinements, full)
+    return resolve(L, W, S, U, M, D, P, I)
 
 
 @kernel
@@ -400,8 +395,6 @@ def tangent_responses(
     D: ContactDecision,
     I: ContactImpact,
     which: Ints,
-    regularization: float,
-    refinements: int,
     softer: float,
 ) -> None:
     """Rates along the tangents of some contact points, D.before, and responses to them, which have
@@ -412,4 +405,4 @@ def tangent_responses(
     D.count[ALL_ROWS] = 0
     for n in range(which.shape[0]):
         add_struck(L, W, U, D, U.tangent[which[n]], 1.0, which[n])
-    responses_without_rows(L, W, U, D, I, regularization, refinements, softer)
+    responses_without_rows(L, W, U, D, I, softer)

@@ -20,6 +20,7 @@ from mbody.core.bundle import Bundle, Floats, Ints, Rows
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
     ARTIFICIAL_MASS,
+    COMPLEMENTARITY_PIVOT,
     CONTACT_ACCELERATION_ROUNDING,
     CONTACT_FORCE_NONE,
     CONTACT_GAP_CLOSED,
@@ -30,11 +31,14 @@ from mbody.core.tolerances import (
     RATE_NONE_STOPPED,
     ROWS_DEPENDENT,
 )
-from mbody.kernels.complementarity import CONE, ContactProblem, find_arms, responses_along
+from mbody.kernels.accelerations import balanced_motion
+from mbody.kernels.complementarity import CONE, ContactProblem, find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_decision import (
     ALL_NORMALS,
     ALL_ROWS,
+    EVALUATED,
+    OF_RESPONSES,
     ContactDecision,
     arresting_impulses,
     begin_sliding,
@@ -56,6 +60,7 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import APART, ARMS, REACHED_PART
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, state_derivative
 from mbody.kernels.step_state import TIME, Stepping
 
@@ -201,7 +206,7 @@ def sticks(L, W, U, M, k):
 
 
 @njit
-def find_slip(L, W, U, S, M, D, refinements):
+def find_slip(L, W, U, M, D):
     """M.slip ← signs of the rates of what slides. What was located as stopped moves by rounding,
     and others with it: what rests where these are stopped, too.
     """
@@ -215,7 +220,7 @@ def find_slip(L, W, U, S, M, D, refinements):
             D.before[n] = row_rate(L, W, U, s)
             n += 1
     if n > 0:
-        find_delassus(L, W, D, n, S.regularization, refinements, MASSLESS)
+        find_delassus(L, W, D, n, MASSLESS)
         arresting_impulses(D, 0, n, D.before, D.impulse)
     for k in range(3 * L.bodies):
         M.row[k] = 0.0
@@ -265,11 +270,46 @@ def weight_of(L, W, k):
 
 
 @njit
-def find_delassus(L, W, D, n, regularization, refinements, softer):
+def responses_along(L, W, D, n, softer):
+    """D.Y, D.X ← motions by a unit force along each of the first n rows D.R, as far as joints
+    allow, and how the multipliers of all nodes change: those of [M Gᵀ; G 0] [y; x] = [rᵀ; 0], with
+    the rows that are on at W.q. What has no mass and is free to move is `softer` than its
+    artificial mass.
+    """
+    w, refinements = 0.0, D.refinements[OF_RESPONSES]
+    body_rotations(L, W, w)
+    rows(L, W, w, True, True)
+    for k in range(2 * L.nodes):
+        W.gamma[k, 0] = 0.0
+    factor(L, W, w, D.regularization[0], COMPLEMENTARITY_PIVOT)
+    coordinates = 3 * L.bodies
+    for r in range(n):
+        for k in range(coordinates):
+            W.force[k, 0] = D.R[r, k]
+        for k in range(coordinates, W.force.shape[0]):
+            W.force[k, 0] = 0.0
+        balanced_motion(L, W, w, refinements)
+        for k in range(coordinates):
+            D.Y[r, k] = W.a[k, 0]
+        for k in range(2 * L.nodes):
+            D.X[r, k] = W.lam[k, 0]
+        if refinements == 0 or softer <= 1.0:
+            continue
+        # one refinement more moves it by as much again
+        balanced_motion(L, W, w, refinements + 1)
+        for b in range(L.bodies):
+            for i in range(3):
+                k = 3 * b + i
+                if W.mass[k, 0] * W.weight[3 * L.body_slot[b] + i, 0] < 0.5:
+                    D.Y[r, k] += softer * (W.a[k, 0] - D.Y[r, k])
+
+
+@njit
+def find_delassus(L, W, D, n, softer):
     """D.Y, D.X, D.delassus, D.soft ← how velocities and joints respond to a unit impulse along each
     of the first n rows D.R, by the factor of the joints; zero of what joints and drivers lead.
     """
-    responses_along(L, W, D.R, n, D.Y, D.X, regularization, refinements, softer)
+    responses_along(L, W, D, n, softer)
     n3 = 3 * L.bodies
     for r in range(n):
         D.soft[r] = 0.0
@@ -354,7 +394,7 @@ def add_joint(L, W, U, M, D, f, slip, owner):
 
 
 @njit
-def state_problem(L, W, S, U, M, D, refinements):
+def state_problem(L, W, U, M, D):
     """The problem ← all that is closed or frictional, at the state that was just evaluated without
     contacts.
     """
@@ -379,7 +419,7 @@ def state_problem(L, W, S, U, M, D, refinements):
         if L.friction_kind[f] == APART:
             add_joint(L, W, U, M, D, f, W.par[L.friction_par[f] + 4, 0], -1)
     n = D.count[ALL_ROWS]
-    find_delassus(L, W, D, n, S.regularization, refinements, 1.0)
+    find_delassus(L, W, D, n, 1.0)
     for r in range(D.count[ALL_NORMALS], n):
         if D.law[r] != CONE:
             node = 2 * L.friction_node[D.pair[r]]
@@ -573,10 +613,10 @@ def set_modes(L, W, U, M):
 
 
 @njit
-def evaluate_state(L, W, S, refinements):
+def evaluate_state(L, W, S, D):
     """Project the state and evaluate its derivative."""
     signals(L, W, 0.0, L.signal_law.shape[0])
-    state_derivative(L, W, S, S.state[TIME], S.y, 0, refinements, True)
+    state_derivative(L, W, S, S.state[TIME], S.y, 0, D.refinements[EVALUATED], True)
 
 
 @njit
@@ -638,9 +678,9 @@ def most_rows(L, U, M):
 
 
 @njit
-def decide(L, W, S, U, M, D, P, refinements, full):
+def decide(L, W, S, U, M, D, P):
     """M.mode, M.leader, rows and directions of sliding ← modes that go on from the state S.y, which
-    stays as it is; `full` refinements of what is evaluated.
+    stays as it is.
     """
     points = U.normal.shape[0]
     for k in range(M.y.shape[0]):
@@ -659,9 +699,9 @@ def decide(L, W, S, U, M, D, P, refinements, full):
     D.count[ALL_ROWS] = most_rows(L, U, M)
     if D.count[ALL_ROWS] > D.c.shape[0]:
         return FULL
-    find_slip(L, W, U, S, M, D, refinements)
-    evaluate_state(L, W, S, full)
-    state_problem(L, W, S, U, M, D, refinements)
+    find_slip(L, W, U, M, D)
+    evaluate_state(L, W, S, D)
+    state_problem(L, W, U, M, D)
     restore_state(S, M)
     found, number = find_solutions(D, P, True), 0
     while number < found:
@@ -670,7 +710,7 @@ def decide(L, W, S, U, M, D, P, refinements, full):
         modes_of_solution(U, M, D)
         read_state(L, W, S.y)
         set_modes(L, W, U, M)
-        evaluate_state(L, W, S, full)
+        evaluate_state(L, W, S, D)
         restore_state(S, M)
         number += 1
         if goes_on(L, W, U, M):
@@ -697,11 +737,9 @@ def decide_modes(
     M: UnilateralModes,
     D: ContactDecision,
     P: ContactProblem,
-    refinements: int,
-    full: int,
 ) -> int:
     """See `decide`."""
-    return decide(L, W, S, U, M, D, P, refinements, full)
+    return decide(L, W, S, U, M, D, P)
 
 
 @kernel

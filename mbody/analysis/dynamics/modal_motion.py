@@ -13,7 +13,7 @@ from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
-from mbody.kernels.complementarity import problem_memory
+from mbody.kernels.complementarity import ContactProblem, problem_memory
 from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
 from mbody.kernels.contact_impacts import (
     SMALL,
@@ -134,53 +134,58 @@ class DecisionMemory:
             M.begun[n] = slip_sign
         return M
 
+    def ready(self, motion: ModalMotion, rows: int = 0) -> tuple[ContactDecision, ContactProblem]:
+        """The problem, for so many rows, with the numbers of the factor of the joints."""
+        if rows > len(self.problem[0].c):
+            self.grow(2 * rows)
+        D, full = self.problem[0], motion.motion.tolerances.full_refinements
+        D.regularization[0], D.refinements[:] = (
+            self.uni.regularization,
+            (self.uni.refinements, full),
+        )
+        return self.problem
+
+    @property
+    def rows_needed(self) -> int:
+        """How many rows the problem has, at most, that there was no memory for."""
+        return int(self.problem[0].count[ALL_ROWS])
+
     def decide(self, motion: ModalMotion) -> int:
         """What `mbody.kernels.contact_modes.decide` finds; memory grows as needed."""
-        uni, m, M = self.uni, motion.motion, self.take(motion)
-        bundles = motion.layout, motion.work, m.stepping, uni.table, M
-        numbers = uni.refinements, m.tolerances.full_refinements
-        while (found := decide_modes(*bundles, *self.problem, *numbers)) == FULL:
-            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
+        M, rows = self.take(motion), 0
+        bundles = motion.layout, motion.work, motion.motion.stepping, self.uni.table, M
+        while (found := decide_modes(*bundles, *self.ready(motion, rows))) == FULL:
+            rows = self.rows_needed
         return int(found)
 
     def strike(self, motion: ModalMotion, closed: list[int], kind: int) -> int:
         """What `mbody.kernels.contact_impacts.strike` finds, likewise."""
-        uni, M = self.uni, self.modes
+        M, I, rows = self.modes, self.impact, 0
         M.touches[:] = 0
         M.touches[closed] = 1
-        bundles, numbers = (motion.layout, motion.work, uni.table, M), self.of_factor
-        while (
-            found := strike_contacts(*bundles, *self.problem, self.impact, kind, *numbers)
-        ) == FULL:
-            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
+        bundles = motion.layout, motion.work, self.uni.table, M
+        while (found := strike_contacts(*bundles, *self.ready(motion, rows), I, kind)) == FULL:
+            rows = self.rows_needed
         return int(found)
 
     def resolve(self, motion: ModalMotion, struck: Mapping[int, float]) -> int:
         """What `mbody.kernels.contact_impacts.resolve` finds, likewise. `struck`: when contact
         points were struck last.
         """
-        uni, m, I, M = self.uni, motion.motion, self.impact, self.take(motion)
+        M, I, rows = self.take(motion), self.impact, 0
         I.struck[:] = -np.inf
         I.struck[list(struck)] = list(struck.values())
-        bundles = motion.layout, motion.work, m.stepping, uni.table, M
-        full = m.tolerances.full_refinements
-        while (found := resolve_impact(*bundles, *self.problem, I, *self.of_factor, full)) == SMALL:
-            self.grow(2 * int(self.problem[0].count[ALL_ROWS]))
+        bundles = motion.layout, motion.work, motion.motion.stepping, self.uni.table, M
+        while (found := resolve_impact(*bundles, *self.ready(motion, rows), I)) == SMALL:
+            rows = self.rows_needed
         return int(found)
-
-    @property
-    def of_factor(self) -> tuple[float, int]:
-        """Proximal term and refinements of the factor of the joints."""
-        return self.uni.regularization, self.uni.refinements
 
     def responses(self, motion: ModalMotion, points: Array, softer: float) -> ContactDecision:
         """Responses to the tangents of contact points, motions without mass being `softer`."""
-        n = len(points)
-        if n > len(self.problem[0].c):
-            self.grow(n)
-        D, which = self.problem[0], np.ascontiguousarray(points, dtype=np.int64)
+        D, _ = self.ready(motion, len(points))
+        which = np.ascontiguousarray(points, dtype=np.int64)
         bundles = motion.layout, motion.work, self.uni.table, D, self.impact
-        tangent_responses(*bundles, which, *self.of_factor, softer)
+        tangent_responses(*bundles, which, softer)
         return D
 
 
