@@ -685,16 +685,17 @@ RESTART_STEPS_BEFORE = 10.0
 STEPS_VANISHED_BEYOND = 1e-3
 #: A guard, or an argument of a jump, is zero where it is less than this part of its size.
 GUARD_ZERO = 1e-9
-#: A guard that is a gap begins at zero where it is less than this part of its size.
-GUARD_ROUNDING_GAP = 1e-14
+GUARD_ROUNDING_GAP = 1e-14  # A gap begins at zero if it is less than this part of its size.
 GUARD_ROUNDING_STOP = 1e-13  # The same of one that is a stop.
 GUARD_ROUNDING_FORCE = 1e-12  # The same of one that is a force.
 #: What begins below zero may be so many times as far below it until it counts as falling.
 GUARD_FALLING = 1.5
-#: How far beyond zero a guard may be where another motion has found it to be zero.
-GUARD_BEYOND_ZERO = 1e-5
-#: A rate with which a guard becomes zero below this part of its usual one: it grazes zero.
-GUARD_GRAZING = 1e-6
+GUARD_BEYOND_ZERO = 1e-5  # How far beyond zero it may be where another motion finds it zero.
+GUARD_GRAZING = 1e-6  # A guard grazes zero with a rate below this part of its usual one.
+GUARD_CUBIC_CLEAR = 0.2  # A cubic is clear of zero above this part of the lesser end;
+GUARD_FORCE_VARIES = 0.7  # forces are if they vary by less than this part of the least,
+GUARD_PARADOX_FAR = 0.1  # and det(I − φ′ B) is if it is more than this.
+GUARD_SMOOTH, GUARD_NEARLY_ZERO = 0.3, 0.02  # Parts of a guard: fourth difference, least between.
 EVENT_LOCATED = 1e-12  # A crossing is located to this part of its step.
 #: Instants of what is zero together, as a rate and the sliding that it reverses, differ by no more
 #: than this part.

@@ -635,6 +635,8 @@ class ImpactDuals:
         if plain is None:
             return None
         tangents = np.zeros((n, now.y.tangents.shape[1]))
+        # what an impact stops is rounding of the velocities before it
+        size = max(np.abs(plain).max(), np.abs(now.y.value[n : 2 * n]).max())
         for k in range(tangents.shape[1]):
             left = iter(modes)
 
@@ -646,7 +648,7 @@ class ImpactDuals:
             found = self._after(now, closed, k, again)
             assert found is not None
             if not np.allclose(
-                found.real, plain.real, rtol=0.0, atol=tol.TANGENT_IMPACT_SAME * np.abs(plain).max()
+                found.real, plain.real, rtol=0.0, atol=tol.TANGENT_IMPACT_SAME * size
             ):
                 return None
             tangents[:, k] = found.imag / tol.COMPLEX_STEP

@@ -50,6 +50,7 @@ class UnilateralLayout(Bundle):
       edge with the corners that are joined to that one.
     `meet_start` (2 c + 1,), `meet`: Contact points whose edges run through the same two corners as
       end 0 or 1 of contact point k: from meet_start[2 k + end] on.
+    `has_ends` (c,): Whether what touches may go past an end of an edge or an arc.
     """
 
     normal: Ints
@@ -77,6 +78,7 @@ class UnilateralLayout(Bundle):
     adjacent: Ints
     meet_start: Ints
     meet: Ints
+    has_ends: Ints
 
 
 @inline
@@ -134,6 +136,12 @@ def row_rate(L, W, U, s):
 
 
 @inline
+def row_acceleration(L, W, U, s):
+    """Φ_q a − γ of row s."""
+    return U.row_unit[s] * (row_along(L, W, s, W.a) - W.gamma[2 * written(L, s), 0])
+
+
+@inline
 def gap_of(L, W, U, k):
     """The gap of contact point k as a length; none of a freewheel."""
     return 0.0 if U.one_way[k] else U.gap_sign[k] * row_value(L, W, U, U.normal[k])
@@ -180,6 +188,29 @@ def find_ends(L, W, U, ends):
         off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi)) + math.pi
         ends[k, 0] = min(ends[k, 0], radius * (half + off))
         ends[k, 1] = min(ends[k, 1], radius * (half - off))
+
+
+@njit
+def find_end_rates(L, W, U, ends, rates):
+    """rates (c, 2) ← those of the ways `ends` of `find_ends` along edges; of arcs not a number."""
+    for k in range(U.normal.shape[0]):
+        rates[k, 0] = rates[k, 1] = math.nan
+    for n in range(U.edge_point.shape[0]):
+        k, i, j, g = U.edge_point[n], U.edge_bodies[n, 0], U.edge_bodies[n, 1], U.edge[n]
+        px, py = placed(W, j, g[5], g[6])
+        vx = W.v[3 * j, 0] - W.v[3 * j + 2, 0] * (py - W.q[3 * j + 1, 0])
+        vy = W.v[3 * j + 1, 0] + W.v[3 * j + 2, 0] * (px - W.q[3 * j, 0])
+        # as the edge's body sees it, in whose axes it is
+        vx += W.v[3 * i + 2, 0] * (py - W.q[3 * i + 1, 0]) - W.v[3 * i, 0]
+        vy -= W.v[3 * i + 2, 0] * (px - W.q[3 * i, 0]) + W.v[3 * i + 1, 0]
+        c, s = W.turn[2 * i, 0], W.turn[2 * i + 1, 0]
+        rate = g[2] * (c * vx + s * vy) + g[3] * (c * vy - s * vx)
+        px, py = px - W.q[3 * i, 0], py - W.q[3 * i + 1, 0]
+        along = g[2] * (c * px + s * py - g[0]) + g[3] * (c * py - s * px - g[1])
+        if ends[k, 0] == along:
+            rates[k, 0] = rate
+        if ends[k, 1] == g[4] - along:
+            rates[k, 1] = -rate
 
 
 @njit

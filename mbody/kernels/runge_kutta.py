@@ -123,13 +123,13 @@ def length_to_target(h, until, state):
 
 @njit
 def dense_output(L, W, method, S, h, refinements):
-    """S.F and S.G of the polynomials of state and work over a step from S.last to S.y, by the
+    """S.F and S.G of the polynomials of state and work over a step from S.last to S.end, by the
     further derivatives that the method takes for them.
 
     The first three rows are Hermite's cubic (`mbody.kernels.dense_output`), the others h Σ D K.
     """
     A, B, C, D = method.A, method.B, method.C, method.D
-    y, last, K, P, F, G = S.y, S.last, S.K, S.P, S.F, S.G
+    y, last, K, P, F, G = S.end, S.last, S.K, S.P, S.F, S.G
     end = B.shape[0]
     for s in range(end + 1, A.shape[0]):
         stage_state(A[s], s, K, last, h, S.stage, 0.0)
@@ -320,9 +320,9 @@ def attempt(L, W, method, S, T, until):
 
 
 @njit
-def accept(L, W, method, S, T, O, until):
+def accept(L, W, method, S, T, O, until, dense):
     """Accept the step that was tried, keeping every output instant that it meets: MORE to go on,
-    or STIFF.
+    or STIFF. `dense`: whether its polynomials are known.
     """
     y, K, P, state, end = S.y, S.K, S.P, S.state, S.end
     end_row, size, causes = method.B.shape[0], y.shape[0], P.shape[1]
@@ -348,7 +348,7 @@ def accept(L, W, method, S, T, O, until):
     for c in range(causes):
         S.G[0, c] = h * mean_power(method.B, P, c)
         state[THROUGHPUT] += abs(S.G[0, c])
-    if has_instant(S, O, now):
+    if not dense and has_instant(S, O, now):
         dense_output(L, W, method, S, h, regular)
     for n in range(size):
         K[0, n] = K[end_row, n]
@@ -391,7 +391,7 @@ def runge_kutta(
     for _ in range(steps):
         code = attempt(L, W, method, S, T, until)
         if code == TRIED:
-            code = accept(L, W, method, S, T, O, until)
+            code = accept(L, W, method, S, T, O, until, False)
             if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
                 return MORE
         if code != MORE:

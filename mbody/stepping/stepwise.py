@@ -24,7 +24,7 @@ from mbody.analysis.driven.law_doubts import (
     open_tables,
 )
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import ContactIntegration, guards_of
 from mbody.analysis.dynamics.events import EventIntegration, Guard
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, integrator, stepping
@@ -91,8 +91,6 @@ class ContactModes:
         Open contact points that have left their edge.
     closed : frozenset
         Contact points that are closed.
-    guards : tuple of Guard
-        What is watched.
     fresh : dict
         Guards that begin at zero, and what is taken for a little more.
     changes : pair
@@ -111,7 +109,6 @@ class ContactModes:
     struck: dict[int, float]
     beyond: frozenset[int]
     closed: frozenset[int]
-    guards: tuple[Guard, ...]
     fresh: dict[Guard, float]
     changes: tuple[float, int]
     notes: tuple[str, ...]
@@ -661,8 +658,18 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         return self.ending or super().advance_to(until)
 
     def _quiet(self, until: float) -> bool:
-        """Never: guards are looked at in every step."""
-        return False
+        """Go on by one step, if it reaches the end and is quiet."""
+        state = self.state
+        busy = self.guarded or self.closely or self.watched or not self.watches
+        if busy or state.item(TIME) + state.item(NEXT) < until:
+            return False
+        done, state[LAST_STEP_ALLOWED] = self.outputs.work[-1], 1.0
+        done[:] = self.total
+        code = self._quietly(until, 1, self.outputs, False)
+        self.passage.record_crossings(self.y)
+        self.passage.check_inertia(self.y)
+        self.total[:], self.late = done, True
+        return code in (MORE, DONE) and state.item(TIME) == until
 
     def refresh(self) -> None:
         """Evaluates the present state after changed inputs; changed forces may end sticking."""
@@ -690,7 +697,6 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             struck=dict(self.struck),
             beyond=frozenset(self.beyond),
             closed=frozenset(self.transition.closed),
-            guards=tuple(self.guards),
             fresh=dict(self.fresh),
             changes=(self.last_change, self.changes),
             notes=tuple(self.contact_notes),
@@ -715,7 +721,8 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.shared = given.shared
         self.struck, self.beyond = dict(given.struck), set(given.beyond)
         self.transition = ModeTransition(set(given.closed))
-        self.guards, self.fresh = list(given.guards), dict(given.fresh)
+        self.fresh = dict(given.fresh)
+        self.guards = guards_of(self)
         self.last_change, self.changes = given.changes
         self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""

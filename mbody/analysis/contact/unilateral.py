@@ -19,7 +19,10 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import may_stick
-from mbody.core.tolerances import DIRECTION_SAME, DISTANCE_TIE
+from mbody.core.tolerances import (
+    DIRECTION_SAME,
+    DISTANCE_TIE,
+)
 from mbody.errors import ModelError
 from mbody.kernels.contact_rows import (
     UnilateralLayout,
@@ -312,6 +315,7 @@ class Unilateral:
             adjacent=ints(n for one in adjacent for n in one),
             meet_start=ints(np.cumsum([0, *map(len, meet)])),
             meet=ints(n for one in meet for n in one),
+            has_ends=ints(one.candidate.ends for one in points),
         )
 
     # -- active set ----------------------------------------------------------------------------

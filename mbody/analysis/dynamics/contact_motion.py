@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import JointFriction, arresting_impulses
+from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
 from mbody.analysis.dynamics.contact_decision import (
     Impact,
@@ -36,6 +36,8 @@ from mbody.analysis.dynamics.events import (
     StepStart,
     extrema,
 )
+from mbody.analysis.dynamics.integration import AT_ONCE
+from mbody.analysis.dynamics.integrators import ExplicitSteps
 from mbody.analysis.dynamics.modal_motion import (
     MODES,
     DecisionMemory,
@@ -48,19 +50,32 @@ from mbody.analysis.dynamics.modal_motion import (
 from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
+from mbody.kernels.contact_guards import (
+    LOOKS,
+    Guards,
+    find_guards,
+    guard_history,
+    present_guards,
+)
 from mbody.kernels.contact_impacts import COLLISIONLESS, QUIET, RESTED, STILL, WEDGED
 from mbody.kernels.contact_modes import MASSLESS
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import (
+    DELIVERED,
+    DONE,
     JACOBIAN_VALID,
     MORE,
     NEAR_SINGULAR,
     NOT_FINITE,
+    NOT_QUIET,
     STEP_VANISHED,
     TIME,
+    ZERO,
+    Outputs,
 )
+from mbody.kernels.watched_steps import watched_steps
 from mbody.model.element import listed
 from mbody.model.simulation import Event
 from mbody.solution.doubts import Doubt, doubted
@@ -75,155 +90,74 @@ from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Guards that follow from positions and rates.
-PLACES = ("close", "lock", "edge", "enter", "stop")
-#: Guards that follow from where a contact point is along its edge.
-ALONG = ("edge", "enter")
+#: Kinds of guards in the order of the kernels.
+GUARD_KINDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
+
+
+def blank_guards(motion: ModalMotion) -> Guards:
+    """Memory for the guards of a motion."""
+    points, owners = len(motion.uni.contact_points), len(motion.uni.every_body)
+    most = 3 * points + owners + 2
+    return Guards(
+        count=np.zeros(1, dtype=np.int64),
+        kind=np.zeros(most, dtype=np.int64),
+        owner=np.zeros(most, dtype=np.int64),
+        **{name: np.zeros((LOOKS, most)) for name in ("value", "rate", "gap", "past", "past_rate")},
+        fresh=np.zeros(most),
+        slow=tol.RATE_NONE_FRICTION * motion.speeds,
+        ends=np.zeros((points, 2)),
+        end_rates=np.zeros((points, 2)),
+        arm=np.zeros(7),
+        stage=np.zeros(len(motion.y)),
+        known=np.zeros(1, dtype=np.int64),
+        passed=np.zeros(1, dtype=np.int64),
+        part=np.zeros(1),
+        asked=np.zeros(4),
+        page=np.zeros((motion.system.record_rows, 1)),
+        sense=np.zeros(most),
+        leader=np.zeros(owners, dtype=np.int64),
+        open_normal=np.zeros(owners, dtype=np.int64),
+        open_tangent=np.zeros(owners, dtype=np.int64),
+    )
 
 
 def guards_of(motion: ModalMotion) -> list[Guard]:
     """Guards of the present modes: gaps, normal forces, friction reserves, sliding velocities."""
-    found, points = list[Guard](), motion.uni.contact_points
-    shared = motion.shared.members if motion.shared is not None else frozenset[int]()
-    pressing = motion.shared.pressing if motion.shared is not None else frozenset[int]()
-    sharing = {n for group in motion.groups.values() for n in group[1:]}
-    for n, (point, mode) in enumerate(zip(points, motion.modes, strict=True)):
-        if mode == "open":
-            kind = "lock" if motion.uni.one_way[n] else "enter" if n in motion.beyond else "close"
-            found.append(Guard(kind, n))
-            continue
-        if point.candidate.ends:
-            found.append(Guard("edge", n))
-        if mode == "redundant":
-            continue
-        if n not in pressing:
-            found.append(Guard("open", n))
-        if point.static == 0.0:
-            continue
-        if mode == "stick":
-            if n not in sharing and n not in shared:
-                found.append(Guard("slip", n))
-        elif mode in SLIP_SIGNS:
-            found.append(Guard("stop", n))
-    for m, mode in enumerate(motion.pairs, start=len(points)):
-        if mode in SLIP_SIGNS or m not in shared:
-            found.append(Guard("stop" if mode in SLIP_SIGNS else "slip", m))
-    if shared or pressing:
-        found.append(Guard("share", min(shared | pressing)))
-    if motion.work.slip_sign[: len(motion.layout.friction_kind), 0].any():
-        found.append(Guard("paradox"))
+    points, M, G = len(motion.uni.contact_points), motion.memory.modes, motion.guard_table
+    shared = motion.shared
+    M.mode[:] = [MODES.index(one) for one in (*motion.modes, *motion.pairs)]
+    for table in (G.open_normal, G.open_tangent, M.beyond):
+        table[:] = 0
+    M.leader[:] = -1
+    for owner, group in motion.groups.items():
+        M.leader[group] = owner
+    M.leader[points:] = np.arange(points, len(M.leader))
+    M.beyond[list(motion.beyond)] = 1
+    if shared is not None:
+        G.open_normal[list(shared.pressing)] = 1
+        G.open_tangent[list(shared.members)] = 1
+    open_ones = shared.members | shared.pressing if shared is not None else frozenset[int]()
+    G.slow[:] = tol.RATE_NONE_FRICTION * motion.speeds
+    find_guards(motion.layout, motion.work, motion.uni.table, M, G, min(open_ones, default=-1))
+    numbers = zip(G.kind[: G.count[0]].tolist(), G.owner.tolist(), strict=False)
+    found = [Guard(GUARD_KINDS[kind], owner) for kind, owner in numbers]
+    G.fresh[: len(found)] = [motion.fresh.get(guard, 0.0) for guard in found]
     return found
 
 
-def guard_values(motion: ModalMotion, t: Array, records: Array, guards: list[Guard]) -> Array:
+def guard_values(motion: ModalMotion, t: Array, records: Array) -> Array:
     """Values (guards, instants) by times and records (instants, rows, 1)."""
-    found, flat = np.empty((len(guards), len(records))), records[:, :, 0]
-    by_position, one_by_one = list[int](), list[int]()
-    for k, guard in enumerate(guards):
-        if _follows_from_record(motion, guard):
-            found[k] = _by_records(motion, flat, guard)
-        elif guard.kind in PLACES:
-            by_position.append(k)
-        else:
-            one_by_one.append(k)
-    if by_position:
-        chosen = [guards[k] for k in by_position]
-        new = np.ones(len(flat), dtype=bool)
-        if not (motion.system.drivers or len(motion.layout.moving)):
-            # while nothing moves what follows from the position alone is as it was
-            places = flat[:, : 2 * motion.system.coordinates]
-            new[1:] = (places[1:] != places[:-1]).any(axis=1)
-        values = _by_positions(motion, t[new], flat[new], chosen)
-        found[by_position] = values[:, np.cumsum(new) - 1]
-    for m, record in enumerate(flat if one_by_one else ()):
-        motion.uni.read_at(motion.probe, t[m : m + 1], record[None])
-        for k in one_by_one:
-            if guards[k].kind == "slip":
-                found[k, m] = _reserve(motion, record, guards[k].number)
-            elif motion.shared is not None:
-                found[k, m] = motion.shared.reserve(motion, record, motion.probe).least
-    return found
-
-
-def _by_positions(motion: ModalMotion, t: Array, records: Array, guards: list[Guard]) -> Array:
-    """Values (guards, instants) of what follows from positions and rates: times, records (instants,
-    rows).
-    """
-    uni, probe, found = motion.uni, motion.probe, np.empty((len(guards), len(t)))
-    flush, velocity_tolerance = (
-        tol.CONTACT_EDGES_FLUSH * motion.system.length,
-        tol.RATE_NONE_FRICTION * motion.speeds,
-    )
-    rows = uni.read_at(probe, t, records)
-    gaps, approaches, along = uni.gaps(rows), uni.approach(rows), rows.ends.min(axis=-1)
-    for k, (kind, number) in enumerate((guard.kind, guard.number) for guard in guards):
-        if kind == "close":
-            gap, along_edge = gaps[:, number], along[:, number]
-            # past its ends it is as far from there as it is from them
-            found[k] = np.maximum(gap, -along_edge - motion.gap_tolerance)
-            if (least := motion.fresh.get(guards[k])) is not None:
-                # what opens from there closes later, whatever rounding says
-                found[k, (np.abs(found[k]) <= least) & (approaches[:, number] > 0.0)] = least
-            else:
-                # what leaves its edge does so first
-                on_one_line = (np.abs(gap) <= flush) & (
-                    np.abs(approaches[:, number]) <= velocity_tolerance[number]
-                )
-                found[k, on_one_line] = np.maximum(motion.gap_tolerance - along_edge, -flush)[
-                    on_one_line
-                ]
-        elif kind == "lock":
-            found[k] = approaches[:, number]
-        elif kind in ALONG:
-            found[k] = along[:, number] if kind == "edge" else -along[:, number]
-        else:
-            tangent, slip_sign = _sliding_row(motion, number)
-            found[k] = slip_sign * rows.rate[:, tangent]
-    return found
-
-
-def _follows_from_record(motion: ModalMotion, guard: Guard) -> bool:
-    """Whether the value needs nothing but what is kept of an instant."""
-    if guard.kind != "slip" or guard.number < len(motion.uni.contact_points):
-        return guard.kind in ("open", "slip", "paradox")
-    f = motion.uni.friction_joints[guard.number - len(motion.uni.contact_points)].pair
-    kind = FRICTION_KINDS[int(motion.layout.friction_kind[f])]
-    return kind not in ("torque", "force", "follower")
-
-
-def _by_records(motion: ModalMotion, records: Array, guard: Guard) -> Array:
-    """Values by records (instants, rows)."""
-    if guard.kind == "paradox":
-        return np.asarray(records[:, motion.system.friction_rows.start + DETERMINANT])
-    if guard.kind == "open":
-        return np.asarray(motion.uni.pressing(records, motion.uni.contact_points[guard.number]))
-    return np.asarray(_reserve(motion, records, guard.number))
-
-
-def _sliding_row(motion: ModalMotion, number: int) -> tuple[int, float]:
-    """The tangent row of what slides, and its direction."""
-    points = motion.uni.contact_points
-    if number < len(points):
-        return points[number].tangent, SLIP_SIGNS[motion.modes[number]]
-    m = number - len(points)
-    return motion.uni.friction_joints[m].tangent, SLIP_SIGNS[motion.pairs[m]]
-
-
-def _reserve(motion: ModalMotion, records: Array, number: int) -> Array:
-    """How much more friction what sticks could have, by records (…, rows)."""
-    uni, points = motion.uni, motion.uni.contact_points
-    if number >= len(points):
-        pair = uni.friction_joints[number - len(points)]
-        force = uni.multiplier(records, pair.tangent)
-        law = JointFriction(motion.system, motion.probe, pair.pair)
-        x, y = uni.pressing_pair(records, pair)
-        # limits differ with the direction, as of band brakes: the nearer one, without a jump at
-        # zero
-        ahead, back = law.size(x, y, 1.0)[0] - force, law.size(x, y, -1.0)[0] + force
-        return np.asarray(np.minimum(ahead, back))
-    group = motion.groups.get(number, [number])
-    most = np.sum([points[k].static * uni.pressing(records, points[k]) for k in group], axis=0)
-    return np.asarray(most - np.abs(uni.multiplier(records, points[number].tangent)))
+    G, probe = motion.guard_table, motion.probe
+    found, flat = np.empty((len(G.kind), len(records))), np.ascontiguousarray(records[:, :, 0])
+    probe.signal[:] = motion.work.signal
+    table = motion.layout, probe, motion.uni.table, G
+    guard_history(*table, np.ascontiguousarray(t), flat, found)
+    if motion.shared is not None and (share := [one.kind for one in motion.guards]).count("share"):
+        for m, record in enumerate(flat):
+            motion.uni.read_at(probe, t[m : m + 1], record[None])
+            reserve = motion.shared.reserve(motion, record, probe)
+            found[share.index("share"), m] = reserve.least
+    return found[: len(motion.guards)]
 
 
 def guard_sizes(motion: ModalMotion) -> list[float]:
@@ -280,6 +214,11 @@ class ModalIntegration(JumpIntegration):
         self.shared: SharedForces | None = None
         self.fresh: dict[Guard, float] = {}
         self.memory = DecisionMemory(self.uni)
+        self.guard_table = blank_guards(self)
+        #: The least value of them where the derivative was just evaluated, else not a number.
+        self.least_guard = np.inf
+        #: Whether loads follow laws of time, of which the length of steps says nothing.
+        self.swings = self.layout.varying > 0 or system.has_user_code
         #: By which rows are on.
         self.layouts: dict[bytes, Layout] = {}
         #: Open contact points that have left their edge over its end.
@@ -305,6 +244,12 @@ class ModalIntegration(JumpIntegration):
         self.resumed: ModalState | None = None
         #: The record with which a step begins, as it is kept for who goes on from there.
         self.initial_states = np.empty((0, 1))
+
+    @property
+    def watches(self) -> bool:
+        """Whether the kernel watches steps: it knows no events of users, nor implicit methods."""
+        explicit = isinstance(self.steps, ExplicitSteps)
+        return explicit and not (self.events or self.sided)
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -448,8 +393,8 @@ class ModalIntegration(JumpIntegration):
                 read = np.array([self.shown(float(at), one).record[:, None] for at, one in each])
             found[: len(own)] = super()._values(own, t, read)
         if len(own) < len(which):
-            chosen = [self.guards[n - count] for n in which if n >= count]
-            found[len(own) :] = guard_values(self, t, records, chosen)
+            chosen = [n - count for n in which if n >= count]
+            found[len(own) :] = guard_values(self, t, records)[chosen]
         return found
 
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
@@ -598,12 +543,13 @@ class ModalIntegration(JumpIntegration):
         self.on = set_active_set(self.uni, self.work, found)
         self.eliminate_rows_that_are_on()
         self.groups = {group[0]: list(group) for group in found.groups}
-        self.shared, self.fresh = shared_of(found), fresh_guards(found)
-        self.transition, self.beyond = ModeTransition(set(found.closed)), set(found.beyond)
+        self.shared, self.beyond = shared_of(found), set(found.beyond)
+        self.transition = ModeTransition(set(found.closed))
         self.struck = dict(found.struck)
         # the first instant, with what is on
         self.evaluate()
         super()._resume(restart)
+        self.fresh = fresh_guards(found)
         self.guards = guards_of(self)
         self.resumed = found
 
@@ -700,10 +646,19 @@ class ContactIntegration(ModalIntegration):
         return True
 
     def _guarded(self) -> tuple[Array, list[float]]:
-        found = guard_values(self, self.state[[TIME]], self.record[None], self.guards)[:, 0]
+        found = guard_values(self, self.state[[TIME]], self.record[None])[:, 0]
         return found, guard_sizes(self)
 
+    def evaluate(self) -> bool:
+        """With a look at the guards."""
+        closes = super().evaluate()
+        table = self.uni.table, self.guard_table
+        self.least_guard = present_guards(self.motion.layout, self.work, *table)
+        return closes
+
     def _broken(self) -> bool:
+        if self.guard_table.known[0] and self.least_guard >= 0.0:
+            return False
         return any(
             value < -tol.GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True)
         )
@@ -733,9 +688,55 @@ class ContactIntegration(ModalIntegration):
         self.jerked = True
         self.ending = self._settle()
 
+    def _restore(self, saved: StepStart) -> None:
+        super()._restore(saved)
+        self.guard_table.known[0] = 0
+
+    def _if_quiet(self, until: float, count: int, outputs: Outputs) -> int:
+        """At most so many steps towards a time, if they are quiet, and the record of where they
+        end.
+        """
+        code = self._quietly(until, count, outputs, True)
+        self.record = self.initial_states = self.guard_table.page.copy()
+        return code
+
+    def _quietly(self, until: float, count: int, outputs: Outputs, locates: bool) -> int:
+        m, method = self.motion, self.steps.method
+        bundles = m.layout, m.work, method, m.stepping, m.tolerances, outputs
+        G, self.least_guard = self.guard_table, np.nan
+        G.asked[:] = until, count, self.swings, locates
+        return int(watched_steps(*bundles, self.uni.table, G))
+
+    def _quiet_steps(self) -> int:
+        """Steps towards the next set time as long as they are quiet, keeping the instants that they
+        meet: a code of the kernel.
+        """
+        t = float(self.state[TIME])
+        first, last = np.searchsorted(self.wanted, [t, self.target], side="right")
+        marks = self.wanted[first:last]
+        records, work = (
+            np.empty((len(marks), self.rows, 1)),
+            np.zeros((len(marks) + 1, self.causes)),
+        )
+        work[-1], self.state[DELIVERED] = self.total, 0.0
+        outputs = Outputs(times=marks, pages=records, work=work)
+        code = self._advance(self.target, AT_ONCE, outputs, self._if_quiet)
+        self.total = work[-1].copy()
+        for n in range(int(self.state[DELIVERED])):
+            self._keep(float(marks[n]), records[n], work[n])
+        return code
+
     def _step(self) -> tuple[int, str]:
         """Steps come up to where forces of what slides grow without bound, or vanish before."""
-        code, status = super()._step()
+        t, code, status = float(self.state[TIME]), NOT_QUIET, ""
+        if self.watches and not self.ending and t < min(self.target, self.until):
+            code = self._quiet_steps()
+            if code == ZERO:
+                return MORE, self._passed(self.guards[self.guard_table.passed[0]])
+            code = MORE if code == DONE and self.target < self.until else code
+        if code == NOT_QUIET:
+            self.guard_table.known[0] = 0
+            code, status = super()._step()
         if status or Guard("paradox") not in self.guards:
             return code, status
         found = abs(self.record[self.system.friction_rows.start + DETERMINANT, 0])
@@ -866,6 +867,9 @@ class ContactIntegration(ModalIntegration):
             for guard, value, size in zip(self.guards, found, sizes, strict=True)
             if abs(value) <= tol.GUARD_ZERO * size
         }
+        self.guard_table.fresh[: len(self.guards)] = [
+            self.fresh.get(one, 0.0) for one in self.guards
+        ]
 
     # -- impacts ------------------------------------------------------------------------------
 

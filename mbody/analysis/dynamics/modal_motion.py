@@ -15,6 +15,7 @@ from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.complementarity import ContactProblem, problem_memory
 from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
+from mbody.kernels.contact_guards import Guards
 from mbody.kernels.contact_impacts import (
     SMALL,
     impact_memory,
@@ -198,6 +199,7 @@ class ModalMotion(Protocol):
     `shared`: What sticks with forces that no equation decides.
     `beyond`: Open contact points that have left their edge over its end.
     `guards`: What is watched.
+    `guard_table`: Guards as the kernels take them.
     `fresh`: What is rounding of guards that began at zero.
     `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
       coordinates.
@@ -215,6 +217,7 @@ class ModalMotion(Protocol):
     shared: SharedForces | None
     beyond: set[int]
     guards: list[Guard]
+    guard_table: Guards
     fresh: dict[Guard, float]
     y: Array
     K: Array

@@ -1,0 +1,415 @@
+"""Guards of the modes of contacts and frictional joints: what is positive as long as they hold.
+
+A guard is a gap, a normal force, a reserve of friction, a rate of sliding, the greatest margin of
+forces that are shared or det(I − φ′ B) of what slides. Contact points come first, then frictional
+joints; both are called owners of modes.
+
+A step is quiet if no guard can have been zero within it. Of places and rates the rate is at hand,
+so that a cubic (its four control points) bounds them between two looks; forces count as quiet where
+both looks are alike beside their distance from zero, and a fourth difference that is small beside
+it says that five looks show how they vary.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mbody.core.bundle import Bundle, Floats, Ints, Rows
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.tolerances import (
+    CONTACT_EDGES_FLUSH,
+    CONTACT_GAP_CLOSED,
+    GUARD_CUBIC_CLEAR,
+    GUARD_FORCE_VARIES,
+    GUARD_PARADOX_FAR,
+)
+from mbody.kernels.complementarity import find_arms
+from mbody.kernels.constraints import body_rotations, rows
+from mbody.kernels.contact_modes import (
+    FORWARD,
+    OPEN,
+    REDUNDANT,
+    STICK,
+    UnilateralModes,
+    tangent_of,
+)
+from mbody.kernels.contact_rows import (
+    UnilateralLayout,
+    approach_of,
+    find_end_rates,
+    find_ends,
+    gap_of,
+    row_acceleration,
+    row_rate,
+)
+from mbody.kernels.forces import signals
+from mbody.kernels.friction import ARMS, DETERMINANT, law_size
+from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
+
+#: Kinds of guards.
+CLOSE, LOCK, LIFT, EDGE, ENTER, SLIP, SHARE, STOP, PARADOX = range(9)
+
+#: Looks at a step: at its beginning, its end, and in three places between, so unevenly that what
+#: swings does not look as if it did not.
+BEGIN, END, INSIDE, LOOKS = 0, 1, 2, 5
+PLACES = (0.2, 0.528, 0.72)
+
+
+class Guards(Bundle):
+    """What is watched: g guards at most, and their values.
+
+    `count` (1,): How many there are.
+    `kind`, `owner` (g,): See above; contact point, or c and the number of a joint.
+    `value`, `rate` (LOOKS, g): At the looks of a step; rates are not a number if unknown.
+    `gap`, `past`, `past_rate` (LOOKS, g): Of a gap that closes itself, of which `rate` is, and how
+      far its contact point is past the ends of its edge; the value is the greater of both. Of
+      others the value, and minus infinity.
+    `fresh` (g,): What began at zero counts as this much as long as it is less; else zero.
+    `sense` (g,): Of what slides its direction.
+    `leader` (c + j,): By whose row what sticks is held, often its own.
+    `open_normal`, `open_tangent` (c + j,): Whether no equation decides its normal force, or that of
+      its friction.
+    `slow` (c + j,): Rates up to this are none.
+    `ends`, `end_rates` (c, 2): Workspace for the ways from the ends of edges.
+    `arm` (7,): Workspace for the limits of joint friction.
+    `stage` (states,): Workspace for a state of a stage.
+    `known` (1,): Whether the look at the beginning is of the present state.
+    `passed` (1,), `part` (1,): Which of them is zero first in a step, −1 if none; and at which part
+      of the step.
+    `asked` (4,): What is asked of the steps: see below.
+    `page` (rows, 1): The record of the instant at which they end.
+    """
+
+    count: Ints
+    kind: Ints
+    owner: Ints
+    value: Rows
+    rate: Rows
+    gap: Rows
+    past: Rows
+    past_rate: Rows
+    fresh: Floats
+    sense: Floats
+    leader: Ints
+    open_normal: Ints
+    open_tangent: Ints
+    slow: Floats
+    ends: Rows
+    end_rates: Rows
+    arm: Floats
+    stage: Floats
+    known: Ints
+    passed: Ints
+    part: Floats
+    asked: Floats
+    page: Rows
+
+
+#: Numbers of `Guards.asked`: until when steps go on, and how many they are at most; whether loads
+#: follow laws of time, of which the length of steps says nothing; whether zeros are located, and
+#: the record kept.
+UNTIL, COUNT, SWINGS, LOCATES = range(4)
+
+
+@inline
+def add_guard(G, kind, owner, sense):
+    """One guard more."""
+    n = G.count[0]
+    G.kind[n], G.owner[n], G.sense[n] = kind, owner, sense
+    G.count[0] = n + 1
+
+
+@kernel
+def find_guards(
+    L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: Guards, shared: int
+) -> None:
+    """The guards of the present modes; `shared`: the first owner whose forces no equation decides,
+    −1 where there is none.
+    """
+    points, slides = U.normal.shape[0], False
+    G.count[0] = 0
+    for k in range(M.leader.shape[0]):
+        G.leader[k] = M.leader[k]
+    for k in range(points):
+        mode = M.mode[k]
+        if mode == OPEN:
+            add_guard(G, LOCK if U.one_way[k] else ENTER if M.beyond[k] else CLOSE, k, 0.0)
+            continue
+        if U.has_ends[k]:
+            add_guard(G, EDGE, k, 0.0)
+        if mode == REDUNDANT:
+            continue
+        if not G.open_normal[k]:
+            add_guard(G, LIFT, k, 0.0)
+        if U.static[k] == 0.0:
+            continue
+        if mode != STICK:
+            add_guard(G, STOP, k, 1.0 if mode == FORWARD else -1.0)
+        elif not G.open_tangent[k] and (M.leader[k] == k or M.leader[k] < 0):
+            add_guard(G, SLIP, k, 0.0)
+    for j in range(U.joint_tangent.shape[0]):
+        k = points + j
+        if M.mode[k] != STICK:
+            add_guard(G, STOP, k, 1.0 if M.mode[k] == FORWARD else -1.0)
+        elif not G.open_tangent[k]:
+            add_guard(G, SLIP, k, 0.0)
+    if shared >= 0:
+        add_guard(G, SHARE, shared, 0.0)
+    for f in range(L.friction_kind.shape[0]):
+        slides = slides or W.slip_sign[f, 0] != 0.0
+    if slides:
+        add_guard(G, PARADOX, 0, 0.0)
+    G.known[0] = 0
+
+
+@inline
+def row_multiplier(L, W, s):
+    """λ of row s."""
+    return W.lam[2 * L.primitive_node[L.active_set[s]], 0]
+
+
+@inline
+def pressing(L, W, U, k):
+    """N of contact point k, positive where it presses."""
+    return -U.gap_sign[k] * row_multiplier(L, W, U.normal[k])
+
+
+@njit
+def reserve(L, W, U, G, k):
+    """How much more friction what sticks could have, with all that sticks by its row."""
+    points = U.normal.shape[0]
+    own = row_multiplier(L, W, tangent_of(U, k))
+    if k < points:
+        most = 0.0
+        for n in range(points):
+            if n == k or G.leader[n] == k:
+                most += U.static[n] * pressing(L, W, U, n)
+        return most - abs(own)
+    # limits differ with the direction, as of band brakes: the nearer one, without a jump at zero
+    f, arm = U.joint_pair[k - points], G.arm
+    kind, node = L.friction_kind[f], 2 * L.friction_node[f]
+    x, y = W.lam[node, 0], W.lam[node + 1, 0]
+    find_arms(L, W, f, True, arm)
+    ahead, _, _ = law_size(kind, arm[0], arm[1], arm[2], x, y)
+    back, _, _ = law_size(kind, arm[ARMS], arm[ARMS + 1], arm[ARMS + 2], x, y)
+    return min(ahead - own, back + own)
+
+
+@njit
+def look(L, W, U, G, at, shifts):
+    """Row `at` of G.value and G.rate ← the guards at the state that was just evaluated; `shifts`:
+    whether what began at zero counts as a little more while it is rounding. Of shared forces,
+    which it does not know, no number.
+    """
+    find_ends(L, W, U, G.ends)
+    find_end_rates(L, W, U, G.ends, G.end_rates)
+    closed, flush = CONTACT_GAP_CLOSED * W.size[0, 0], CONTACT_EDGES_FLUSH * W.size[0, 0]
+    for n in range(G.count[0]):
+        kind, k, rate, least = G.kind[n], G.owner[n], math.nan, G.fresh[n]
+        past, past_rate = -math.inf, 0.0
+        if kind == CLOSE:
+            gap, rate = gap_of(L, W, U, k), approach_of(L, W, U, k)
+            side = 0 if G.ends[k, 0] < G.ends[k, 1] else 1
+            along, opens, slow = G.ends[k, side], rate > 0.0, abs(rate) <= G.slow[k]
+            value = gap
+            if along < math.inf:
+                # past its ends it is as far from there as it is from them
+                past, past_rate = -along - closed, -G.end_rates[k, side]
+                value = max(gap, past)
+            if least > 0.0:
+                # what opens from there closes later, whatever rounding says
+                if abs(value) <= least and opens:
+                    value = gap = least
+            elif abs(gap) <= flush and slow:
+                # what leaves its edge does so first
+                value = gap = max(closed - along, -flush)
+                rate, past = math.nan, -math.inf
+        elif kind == LOCK:
+            value = approach_of(L, W, U, k)
+        elif kind in (EDGE, ENTER):
+            side = 0 if G.ends[k, 0] < G.ends[k, 1] else 1
+            sense = 1.0 if kind == EDGE else -1.0
+            value, rate = sense * G.ends[k, side], sense * G.end_rates[k, side]
+        elif kind == STOP:
+            sense, s = G.sense[n], tangent_of(U, k)
+            value, rate = sense * row_rate(L, W, U, s), sense * row_acceleration(L, W, U, s)
+        elif kind == LIFT:
+            value = pressing(L, W, U, k)
+        elif kind == SLIP:
+            value = reserve(L, W, U, G, k)
+        elif kind == SHARE:
+            value = math.nan
+        else:
+            value = W.friction[DETERMINANT, 0]
+        if kind != CLOSE:
+            gap = value
+        if shifts and abs(value) <= least:
+            value = gap = least
+            if rate == rate:
+                rate = 0.0
+        G.value[at, n], G.rate[at, n], G.gap[at, n] = value, rate, gap
+        G.past[at, n], G.past_rate[at, n] = past, past_rate
+
+
+@njit
+def between(G, n, before, after, h):
+    """Whether guard n may have been zero between two looks, a time h apart."""
+    p, q, past_p, past_q = (
+        G.rate[before, n],
+        G.rate[after, n],
+        G.past_rate[before, n],
+        G.past_rate[after, n],
+    )
+    return not (
+        is_clear(G.gap[before, n], G.gap[after, n], p, q, h)
+        or is_clear(G.past[before, n], G.past[after, n], past_p, past_q, h)
+    )
+
+
+@inline
+def is_clear(a, b, p, q, h):
+    """Whether what has the values a and b, with the rates p and q, a time h apart is above zero
+    between.
+    """
+    low = min(a, b)
+    if not low > 0.0:
+        return False
+    if p == p and q == q:
+        return min(a + h * p / 3.0, b - h * q / 3.0) >= GUARD_CUBIC_CLEAR * low
+    return abs(a - b) <= GUARD_FORCE_VARIES * low
+
+
+@njit
+def quiet_by_ends(G, h):
+    """Whether no guard can have been zero within a short step, by its ends."""
+    quiet = True
+    for n in range(G.count[0]):
+        quiet = quiet and not (between(G, n, BEGIN, END, h) or not_far(G, n))
+    return quiet
+
+
+@inline
+def not_far(G, n):
+    """Whether guard n is det(I − φ′ B) and so near to zero that steps are shortened for it."""
+    return G.kind[n] == PARADOX and G.value[END, n] < GUARD_PARADOX_FAR
+
+
+@inline
+def place(at):
+    """The part of a step at which a look is."""
+    return PLACES[0] if at == INSIDE else PLACES[1] if at == INSIDE + 1 else PLACES[2]
+
+
+@njit
+def quiet_by_looks(G, h):
+    """Whether no guard can have been zero within a step, by looks at its ends and inside."""
+    for n in range(G.count[0]):
+        before, x, low, bend = BEGIN, 0.0, math.inf, 0.0
+        for m in range(LOOKS - 1):
+            after = INSIDE + m if m < LOOKS - 2 else END
+            there = place(after) if m < LOOKS - 2 else 1.0
+            if between(G, n, before, after, (there - x) * h):
+                return False
+            low = min(low, min(G.value[before, n], G.value[after, n]))
+            before, x = after, there
+        if not_far(G, n):
+            return False
+        if not has_rates(G, n):
+            bend = fourth_difference(G.value, n)
+        if abs(bend) > GUARD_FORCE_VARIES * low:
+            return False
+    return True
+
+
+@njit
+def has_rates(G, n):
+    """Whether all rates of guard n are known."""
+    known = True
+    for m in range(LOOKS):
+        p, q = G.rate[m, n], G.past_rate[m, n]
+        known = known and p == p and q == q
+    return known
+
+
+@njit
+def fourth_difference(value, n):
+    """The fourth divided difference of guard n over a step, times 4!/4⁴: as it is of looks a
+    quarter apart.
+    """
+    total = 0.0
+    for a in range(LOOKS):
+        x, product = node(a), 1.0
+        for b in range(LOOKS):
+            if b != a:
+                product *= x - node(b)
+        total += value[a, n] / product
+    return (24.0 / 256.0) * total
+
+
+@inline
+def node(at):
+    """The part of a step at which a look is, its ends included."""
+    return 0.0 if at == BEGIN else 1.0 if at == END else place(at)
+
+
+@inline
+def look_again(G, at, source):
+    """Row `at` ← row `source`."""
+    for n in range(G.count[0]):
+        G.value[at, n], G.rate[at, n] = G.value[source, n], G.rate[source, n]
+        G.gap[at, n] = G.gap[source, n]
+        G.past[at, n], G.past_rate[at, n] = G.past[source, n], G.past_rate[source, n]
+
+
+# -- As Python reads them ----------------------------------------------------------------------
+
+
+@kernel
+def present_guards(L: Layout, W: Work, U: UnilateralLayout, G: Guards) -> float:
+    """Look at the state that was just evaluated as the beginning of a step; the least value, not a
+    number where one is none.
+    """
+    least = math.inf
+    look(L, W, U, G, BEGIN, True)
+    for n in range(G.count[0]):
+        value = G.value[BEGIN, n]
+        least = value if value != value or value < least else least
+    G.known[0] = 1
+    return least
+
+
+@kernel
+def guard_history(
+    L: Layout,
+    W: Work,
+    U: UnilateralLayout,
+    G: Guards,
+    times: Floats,
+    records: Rows,
+    found: Rows,
+) -> None:
+    """found (g, instants) ← the guards by times and records (instants, rows), as `keep` makes them.
+    Leaves the workspace at the last of them.
+    """
+    n3 = 3 * L.bodies
+    numbers = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
+    for m in range(times.shape[0]):
+        W.time[0, 0] = times[m]
+        for n in range(n3):
+            W.q[n, 0], W.v[n, 0], W.a[n, 0] = (
+                records[m, n],
+                records[m, n3 + n],
+                records[m, 2 * n3 + n],
+            )
+        for e in range(L.primitive_node.shape[0]):
+            k, row = 2 * L.primitive_node[e], 3 * n3 + PER_PRIMITIVE * e
+            W.lam[k, 0], W.lam[k + 1, 0] = records[m, row], records[m, row + 1]
+        if L.friction_kind.shape[0] > 0:
+            for n in range(FRICTION_NUMBERS):
+                W.friction[n, 0] = records[m, numbers + n]
+        signals(L, W, 0.0, L.signal_law.shape[0])
+        body_rotations(L, W, 0.0)
+        rows(L, W, 0.0, True, True)
+        look(L, W, U, G, END, False)
+        for n in range(G.count[0]):
+            found[n, m] = G.value[END, n]

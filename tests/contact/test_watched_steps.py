@@ -1,0 +1,125 @@
+"""Steps that are watched in one kernel, against the same motion looked at step by step, and the
+guards and their first zeros against plain formulas.
+"""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.kernels.contact_guards import (
+    LOOKS,
+    PARADOX,
+    SLIP,
+    STOP,
+    fourth_difference,
+    node,
+    quiet_by_ends,
+    quiet_by_looks,
+)
+from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, first_zero, slope
+
+
+def looked_at(kind, value, rate=None, past=None, past_rate=None):
+    """Looks at one guard by functions of the part of a step of length 1."""
+    at = [node(m) for m in range(LOOKS)]
+
+    def table(of, otherwise):
+        return np.array([[otherwise if of is None else of(x)] for x in at])
+
+    gap, beyond = table(value, 0.0), table(past, -math.inf)
+    return SimpleNamespace(
+        count=[1],
+        kind=[kind],
+        value=np.maximum(gap, beyond),
+        gap=gap,
+        rate=table(rate, math.nan),
+        past=beyond,
+        past_rate=table(past_rate, 0.0),
+    )
+
+
+def test_what_stays_clear_of_zero_is_quiet():
+    still = looked_at(STOP, lambda x: 2.0 + 0.1 * x, lambda x: 0.1)
+    assert quiet_by_ends(still, 1.0)
+    assert quiet_by_looks(still, 1.0)
+    assert first_zero(still, 0, 1.0) == NO_ZERO
+
+
+@pytest.mark.parametrize("depth", [0.9, 1.1, 3.0])
+def test_a_dip_between_the_ends_is_never_quiet(depth):
+    """Both ends are alike, a parabola between them comes near to zero or passes it."""
+    dips = looked_at(
+        STOP, lambda x: 1.0 - 4.0 * depth * x * (1.0 - x), lambda x: 4.0 * depth * (2.0 * x - 1.0)
+    )
+    assert not quiet_by_ends(dips, 1.0)
+    x = first_zero(dips, 0, 1.0)
+    if depth < 1.0:
+        assert x == NO_ZERO
+    else:
+        exact = 0.5 * (1.0 - math.sqrt(1.0 - 1.0 / depth))
+        # the cubics are the parabola itself
+        assert math.isclose(x, exact, abs_tol=1e-15)
+        assert math.isclose(slope(dips, 0, 1.0, x), 4.0 * depth * (2.0 * x - 1.0), rel_tol=1e-8)
+
+
+def test_forces_whose_rates_are_not_known():
+    """Without rates: what five looks show, and what swings too fast for them."""
+    falls = looked_at(SLIP, lambda x: 1.0 - 1.25 * x)
+    assert math.isclose(first_zero(falls, 0, 1.0), 0.8, abs_tol=1e-14)
+    assert first_guard(falls, 1.0)[0] == 0
+    for turns in range(1, 60):
+        swings = looked_at(
+            SLIP, lambda x, turns=turns: 1.0 + 1.5 * math.cos(2 * math.pi * turns * x)
+        )
+        assert not quiet_by_looks(swings, 1.0), turns
+        assert turns < 2 or first_zero(swings, 0, 1.0) == UNCLEAR or swings.value.min() < 0.0
+
+
+def test_what_is_past_an_edge_closes_nothing():
+    """A gap closes where what touches has come back over its edge, not where it is none before."""
+    gap = {"value": lambda x: 0.3 - x, "rate": lambda x: -1.0}
+    comes = looked_at(0, **gap, past=lambda x: 0.5 - x, past_rate=lambda x: -1.0)
+    assert math.isclose(first_zero(comes, 0, 1.0), 0.5, abs_tol=1e-14)
+    stays = looked_at(0, **gap, past=lambda x: 1.5 - x, past_rate=lambda x: -1.0)
+    assert first_zero(stays, 0, 1.0) == NO_ZERO
+    assert quiet_by_looks(stays, 1.0)
+
+
+def test_a_determinant_may_jump_far_from_zero():
+    jumps = looked_at(PARADOX, lambda x: 0.7 if x < 0.6 else 1.3)
+    assert first_zero(jumps, 0, 1.0) == NO_ZERO
+    near = looked_at(PARADOX, lambda x: 0.05 + x)
+    assert first_zero(near, 0, 1.0) == UNCLEAR
+
+
+def test_the_fourth_difference_is_that_of_even_looks():
+    quartic = looked_at(SLIP, lambda x: 5.0 * x**4 - x**3 + 2.0 * x - 7.0)
+    assert math.isclose(fourth_difference(quartic.value, 0), 5.0 * 24.0 / 256.0, rel_tol=1e-12)
+
+
+def scenes():
+    """Motions with impacts, sliding, sticking and ends of edges, by name."""
+    names = {"woodpecker": 0.3, "sliding_ladder": 1.0, "geneva_drive": 0.3, "stick_slip": 2.0}
+    return [pytest.param(name, until, id=name) for name, until in names.items()]
+
+
+@pytest.mark.parametrize(("name", "until"), scenes())
+def test_watched_in_the_kernel_or_step_by_step(name, until, monkeypatch):
+    """The same events and the same end whichever way steps are watched."""
+    model = mbody.gallery.load(name)
+    runs = [mbody.simulate(model, until, instants=20, rtol=1e-10)]
+    monkeypatch.setattr(ContactIntegration, "watches", False)
+    runs.append(mbody.simulate(model, until, instants=20, rtol=1e-10))
+    fast, slow = runs
+    assert [(one.name, one.contact) for one in fast.events] == [
+        (one.name, one.contact) for one in slow.events
+    ]
+    # zeros are located to 1e-12 of a step, which chains of impacts enlarge
+    times = np.array([[one.t for one in run.events] for run in runs])
+    assert np.abs(times[0] - times[1]).max(initial=0.0) <= 1e-8 * until
+    ends = [run.record.table(slice(0, 2 * run.system.coordinates))[-1] for run in runs]
+    assert np.abs(ends[0] - ends[1]).max() <= 1e-7 * np.abs(ends[1]).max()
