@@ -19,6 +19,7 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
+    ACCELERATION_NONE,
     ARTIFICIAL_MASS,
     COMPLEMENTARITY_PIVOT,
     CONTACT_ACCELERATION_ROUNDING,
@@ -300,8 +301,11 @@ def responses_along(L, W, D, n, softer):
         for b in range(L.bodies):
             for i in range(3):
                 k = 3 * b + i
-                if W.mass[k, 0] * W.weight[3 * L.body_slot[b] + i, 0] < 0.5:
-                    D.Y[r, k] += softer * (W.a[k, 0] - D.Y[r, k])
+                more = W.a[k, 0] - D.Y[r, k]
+                # of what joints hold it is rounding
+                free = abs(more) > ACCELERATION_NONE * abs(D.Y[r, k])
+                if free and W.mass[k, 0] * W.weight[3 * L.body_slot[b] + i, 0] < 0.5:
+                    D.Y[r, k] += softer * more
 
 
 @njit
