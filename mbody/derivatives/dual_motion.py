@@ -700,7 +700,7 @@ def _impulses(
     contacts: ClosedContacts, before: Array, restitution: Array, newton: Array, solve: Any
 ) -> Array | None:
     """Impulses (2 m,) of an impact, of any kind of number, stage by stage of `solve`; see
-    `mbody.kernels.contact_decision.impact`.
+    `mbody.kernels.mode_problem.impact`.
     """
     m, D = len(contacts), contacts.delassus
     shifted = before.copy()

@@ -1,7 +1,7 @@
 """Impacts of closed contact points: velocities jump by impulses along their rows.
 
 Responses to the rows come from the factor of the joints, without rows of the active set; the
-impulses are a problem of complementarity (`mbody.kernels.contact_decision`). Frictional joints that
+impulses are a problem of complementarity (`mbody.kernels.mode_problem`). Frictional joints that
 are held take their part of every impulse.
 
 Impacts that follow each other ever faster end in finite time: below the shortest flight that is
@@ -25,16 +25,6 @@ from mbody.core.tolerances import (
 )
 from mbody.kernels.complementarity import CONE, ContactProblem
 from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.contact_decision import (
-    ALL_NORMALS,
-    ALL_ROWS,
-    ContactDecision,
-    arrested,
-    arresting_impulses,
-    impact,
-    impact_without_collision,
-    prepare_arrest,
-)
 from mbody.kernels.contact_modes import (
     FULL,
     MASSLESS,
@@ -51,6 +41,16 @@ from mbody.kernels.contact_modes import (
 )
 from mbody.kernels.contact_rows import UnilateralLayout, approach_of, fill_row, row_rate
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.mode_problem import (
+    ALL_NORMALS,
+    ALL_ROWS,
+    ContactDecision,
+    arrested,
+    arresting_impulses,
+    impact,
+    impact_without_collision,
+    prepare_arrest,
+)
 from mbody.kernels.state_derivative import load_state
 from mbody.kernels.step_state import NEXT, TIME, Stepping
 

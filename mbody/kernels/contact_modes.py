@@ -3,7 +3,7 @@
 What is closed and what is at rest follow from gaps and rates. With all rows of the active set off
 the motion has accelerations without contacts; how these change by forces along the rows of what is
 closed or frictional follows from the factor of the joints. That is one problem of complementarity
-(`mbody.kernels.contact_decision`), whose solutions are modes. Rows of the modes that go on are set
+(`mbody.kernels.mode_problem`), whose solutions are modes. Rows of the modes that go on are set
 as far as they do not depend on others, and what begins to slide, or opens, has to do so by the
 accelerations with these rows, too.
 
@@ -35,17 +35,6 @@ from mbody.core.tolerances import (
 from mbody.kernels.accelerations import balanced_motion
 from mbody.kernels.complementarity import CONE, ContactProblem, find_arms
 from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.contact_decision import (
-    ALL_NORMALS,
-    ALL_ROWS,
-    EVALUATED,
-    OF_RESPONSES,
-    ContactDecision,
-    arresting_impulses,
-    begin_sliding,
-    find_solutions,
-    take_solution,
-)
 from mbody.kernels.contact_rows import (
     UnilateralLayout,
     approach_of,
@@ -61,6 +50,17 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import APART, ARMS, REACHED_PART
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.mode_problem import (
+    ALL_NORMALS,
+    ALL_ROWS,
+    EVALUATED,
+    OF_RESPONSES,
+    ContactDecision,
+    arresting_impulses,
+    begin_sliding,
+    find_solutions,
+    take_solution,
+)
 from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, state_derivative
 from mbody.kernels.step_state import TIME, Stepping

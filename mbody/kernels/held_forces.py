@@ -12,13 +12,13 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.kernels.complementarity import find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_rows import UnilateralLayout, fill_row, row_rate
+from mbody.kernels.force_programs import BENT, COORDINATES, FORCES, LINES, OpenForces, share
 from mbody.kernels.friction import ARMS, FORCE, PIN, TORQUE, law_size
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
-from mbody.kernels.shared_forces import BENT, COORDINATES, FORCES, LINES, OpenForces, share
 
 
-class HeldForces(Bundle):
+class HeldForceTable(Bundle):
     """Which forces hold: r rows of joints and drivers, n closed contact points, t of them and j
     frictional joints that stick.
 
@@ -212,7 +212,7 @@ def hold_record(L, W, U, H, S, record):
 
 @kernel
 def hold_forces(
-    L: Layout, W: Work, U: UnilateralLayout, H: HeldForces, S: OpenForces, record: Floats
+    L: Layout, W: Work, U: UnilateralLayout, H: HeldForceTable, S: OpenForces, record: Floats
 ) -> None:
     """All forces that hold and their limits by a record (numbers,)."""
     hold_record(L, W, U, H, S, record)
@@ -223,7 +223,7 @@ def share_record(
     L: Layout,
     W: Work,
     U: UnilateralLayout,
-    H: HeldForces,
+    H: HeldForceTable,
     S: OpenForces,
     P: LinearProgram,
     record: Floats,

@@ -2,7 +2,7 @@
 
 Where rows of contacts, ropes, joints and friction depend on each other, forces are open. Reported
 are those whose least limit is kept by most, of several such ones the least, which
-`mbody.kernels.shared_forces` finds by linear programs. Ends of ranges where limits bend, those of
+`mbody.kernels.force_programs` finds by linear programs. Ends of ranges where limits bend, those of
 pins and guides, are attained; the range may be wider.
 """
 
@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.kernels import shared_forces as kernels
+from mbody.kernels import force_programs as kernels
+from mbody.kernels.force_programs import COMBINATIONS, OpenForces, open_forces_memory
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.linear_program import LinearProgram, linear_program, linear_program_memory
-from mbody.kernels.shared_forces import COMBINATIONS, OpenForces, open_forces_memory
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
 from mbody.system.system import System
@@ -29,14 +29,14 @@ Array = np.ndarray
 Owners = list[tuple[int, float]]
 
 
-class _Memory(threading.local):
+class _ProgramMemory(threading.local):
     """Memory of the kernels of every size, for each thread."""
 
     def __init__(self) -> None:
         self.of = dict[tuple[int, ...], tuple[OpenForces, LinearProgram]]()
 
 
-_memory = _Memory()
+_memory = _ProgramMemory()
 
 
 def greatest(aim: Array, A: Array, b: Array) -> tuple[int, Array]:

@@ -407,7 +407,7 @@ MOVING_FAULTS = (
     ),
     Fault(
         "impact: impulse of expansion 5 % too small",
-        "kernels/contact_decision.py",
+        "kernels/mode_problem.py",
         "else D.restitution[r] * D.impulse[r]",
         "else 0.95 * D.restitution[r] * D.impulse[r]",
         "bounce",

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbody.kernels import contact_decision as kernels
+from mbody.kernels import mode_problem as kernels
 from mbody.kernels.complementarity import CONE, ContactProblem, problem_memory
-from mbody.kernels.contact_decision import ContactDecision, solve_decision
+from mbody.kernels.mode_problem import ContactDecision, solve_decision
 
 Array = np.ndarray
 

@@ -1,5 +1,5 @@
 """Friction of joints by what presses them, and impulses of closed contacts by their matrix, which
-`mbody.kernels.contact_decision` finds.
+`mbody.kernels.mode_problem` finds.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.kernels import contact_decision as kernels
+from mbody.kernels import mode_problem as kernels
 from mbody.kernels.complementarity import (
     CONE,
     ContactProblem,
@@ -18,16 +18,16 @@ from mbody.kernels.complementarity import (
     law_sizes,
     problem_memory,
 )
-from mbody.kernels.contact_decision import ContactDecision, solve_decision
 from mbody.kernels.contact_geometry import FOUND, ContactWork
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import Work
+from mbody.kernels.mode_problem import ContactDecision, solve_decision
 from mbody.system.system import System
 
 Array = np.ndarray
 
 
-class _Memory(threading.local):
+class _ProblemMemory(threading.local):
     """Memory of the kernel of every size, one for each thread."""
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class _Memory(threading.local):
         return self.problems[n]
 
 
-_memory = _Memory()
+_memory = _ProblemMemory()
 
 
 # -- Friction of a joint for the multipliers that press it, with its derivatives ----------------

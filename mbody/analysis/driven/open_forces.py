@@ -13,9 +13,9 @@ import numpy as np
 from mbody.analysis.contact.friction_problem import JointFriction
 from mbody.analysis.driven.contact_report import rope_factor
 from mbody.core import tolerances as tol
+from mbody.kernels.force_programs import PASSES
 from mbody.kernels.friction import LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.kernels.shared_forces import PASSES
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import FrictionPair, friction_pairs, pressing_forces
 from mbody.solution.doubts import doubted

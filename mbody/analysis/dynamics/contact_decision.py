@@ -14,9 +14,9 @@ from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.analysis.dynamics.shared_friction import shared_friction
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
-from mbody.kernels.contact_decision import TRIED
 from mbody.kernels.contact_modes import NONE, SEVERAL, closed_at
 from mbody.kernels.layout import Work
+from mbody.kernels.mode_problem import TRIED
 from mbody.model.element import listed
 
 Array = np.ndarray

@@ -14,7 +14,6 @@ from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.complementarity import ContactProblem, problem_memory
-from mbody.kernels.contact_decision import ALL_ROWS, ContactDecision, decision_memory
 from mbody.kernels.contact_guards import Guards
 from mbody.kernels.contact_impacts import (
     SMALL,
@@ -25,6 +24,7 @@ from mbody.kernels.contact_impacts import (
 )
 from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
+from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
 from mbody.system.system import System
 
 Array = np.ndarray

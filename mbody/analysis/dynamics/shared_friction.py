@@ -87,7 +87,7 @@ class HeldForces:
         forces = self.first + len(normals) + len(self.rows)
         self.size = 3 * L.bodies, forces, lines, bent
         whole = np.int64
-        self.held = kernels.HeldForces(
+        self.held = kernels.HeldForceTable(
             row=np.column_stack([self.primitive, self.number]),
             normal=np.array(self.normals, whole),
             slip=np.array([slipping.get(k, 0.0) for k in normals], float),
