@@ -94,7 +94,7 @@ class UnilateralModes(Bundle):
       `find_ends`.
     `y` (states,), `lam` (2 nodes,): The state; multipliers without contacts.
     `terms` (n + 3,): Sums of the terms of accelerations.
-    `row`, `trial` (n + 3,), `basis` (n, n): Memory; rows that do not depend on each other.
+    `row`, `trial` (n + 3 or 7,), `basis` (n, n): Memory; rows that do not depend on each other.
     `count` (1,): How many these are.
     """
 
@@ -130,7 +130,10 @@ def modes_memory(
     owners = ("mode", "leader", "stopped", "begun", "slip", "speed", "solved")
     shapes: dict[str, tuple[int, ...]] = {name: (points + joints,) for name in owners}
     shapes |= {"ends": (points, 2), "y": (states,), "lam": (2 * nodes,), "count": (1,)}
-    shapes |= {"basis": (n, n), **dict.fromkeys(("terms", "row", "trial"), (n + 3,))}
+    shapes |= {
+        "basis": (n, n),
+        **dict.fromkeys(("terms", "row", "trial"), (max(n + 3, 7),)),
+    }
     arrays = {
         name: np.zeros(shapes.get(name, (points,)), np.int64 if kind == "Ints" else np.float64)
         for name, kind in UnilateralModes.__annotations__.items()
