@@ -47,7 +47,7 @@ from mbody.analysis.dynamics.modal_motion import (
     force_sizes,
     refined_where_uneven,
 )
-from mbody.analysis.dynamics.restart import fresh_guards, set_active_set, shared_of
+from mbody.analysis.dynamics.restart import GUARDS, fresh_guards, set_active_set, shared_of
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
 from mbody.kernels.contact_guards import (
@@ -89,9 +89,6 @@ from mbody.system.system import System
 # -- Guards of the modes of contacts and frictional joints, and their values -------------------
 
 Array = np.ndarray
-
-#: Kinds of guards in the order of the kernels.
-GUARD_KINDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
 def blank_guards(motion: ModalMotion) -> Guards:
@@ -140,7 +137,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
     G.slow[:] = tol.RATE_NONE_FRICTION * motion.speeds
     find_guards(motion.layout, motion.work, motion.uni.table, M, G, min(open_ones, default=-1))
     numbers = zip(G.kind[: G.count[0]].tolist(), G.owner.tolist(), strict=False)
-    found = [Guard(GUARD_KINDS[kind], owner) for kind, owner in numbers]
+    found = [Guard(GUARDS[kind], owner) for kind, owner in numbers]
     G.fresh[: len(found)] = [motion.fresh.get(guard, 0.0) for guard in found]
     return found
 
@@ -714,14 +711,7 @@ class ContactIntegration(ModalIntegration):
         t = float(self.state[TIME])
         first, last = np.searchsorted(self.wanted, [t, self.target], side="right")
         marks = self.wanted[first:last]
-        records, work = (
-            np.empty((len(marks), self.rows, 1)),
-            np.zeros((len(marks) + 1, self.causes)),
-        )
-        work[-1], self.state[DELIVERED] = self.total, 0.0
-        outputs = Outputs(times=marks, pages=records, work=work)
-        code = self._advance(self.target, AT_ONCE, outputs, self._if_quiet)
-        self.total = work[-1].copy()
+        code, records, work = self._run(self.target, AT_ONCE, marks, self._if_quiet)
         for n in range(int(self.state[DELIVERED])):
             self._keep(float(marks[n]), records[n], work[n])
         return code

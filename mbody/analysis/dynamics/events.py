@@ -17,7 +17,7 @@ import numpy as np
 
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.integration import AT_ONCE, Integration
+from mbody.analysis.dynamics.integration import AT_ONCE, Integration, StepTaker
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.core import tolerances as tol
 from mbody.kernels.step_state import DELIVERED, DONE, EVALUATIONS, MORE, NEXT, TIME, Outputs
@@ -380,13 +380,15 @@ class EventIntegration(Integration):
             part[:] = was
         self.state[EVALUATIONS] = evaluations
 
-    def _run(self, until: float, steps: int, times: Array) -> tuple[int, Array, Array]:
-        """Steps of the kernel: its code, records and work at the times."""
+    def _run(
+        self, until: float, steps: int, times: Array, take: StepTaker | None = None
+    ) -> tuple[int, Array, Array]:
+        """Steps of the kernel: its code, records and work at the times; `take` as of `_advance`."""
         output = np.empty((len(times), self.rows, 1))
         work_done = np.zeros((len(times) + 1, self.causes))
         work_done[-1], self.state[DELIVERED] = self.total, 0.0
         outputs = Outputs(times=times, pages=output, work=work_done)
-        code = self._advance(until, steps, outputs)
+        code = self._advance(until, steps, outputs, take)
         self.total = work_done[-1].copy()
         return code, output, work_done
 

@@ -20,7 +20,7 @@ from mbody.solution.energy import causes
 from mbody.solution.solution import ModalState, Restart
 from mbody.system.system import System
 
-#: Words for modes; and of guards that may begin at zero.
+#: Words for modes; and for guards, in the order of the kernels.
 WORDS = ("open", "redundant", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
