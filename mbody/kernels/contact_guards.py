@@ -19,9 +19,12 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
     CONTACT_EDGES_FLUSH,
     CONTACT_GAP_CLOSED,
+    FORCE_PASSED_ON,
     GUARD_CUBIC_CLEAR,
     GUARD_FORCE_VARIES,
     GUARD_PARADOX_FAR,
+    RATE_NONE_FRICTION,
+    TINY,
 )
 from mbody.kernels.complementarity import find_arms
 from mbody.kernels.constraints import body_rotations, rows
@@ -45,6 +48,7 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import ARMS, DETERMINANT, law_size
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
+from mbody.kernels.step_state import Stepping
 
 #: Kinds of guards.
 CLOSE, LOCK, LIFT, EDGE, ENTER, SLIP, SHARE, STOP, PARADOX = range(9)
@@ -70,6 +74,9 @@ class Guards(Bundle):
     `open_normal`, `open_tangent` (c + j,): Whether no equation decides its normal force, or that of
       its friction.
     `slow` (c + j,): Rates up to this are none.
+    `size` (g,): With what the values are compared.
+    `force` (c + j,), `body_force` (bodies + 1,), `part_force` (bodies, 2): The greatest force on
+      that body of each on which it is less; on each body; of each part, and acceleration.
     `ends`, `end_rates` (c, 2): Workspace for the ways from the ends of edges.
     `arm` (7,): Workspace for the limits of joint friction.
     `stage` (states,): Workspace for a state of a stage.
@@ -94,6 +101,10 @@ class Guards(Bundle):
     open_normal: Ints
     open_tangent: Ints
     slow: Floats
+    size: Floats
+    force: Floats
+    body_force: Floats
+    part_force: Rows
     ends: Rows
     end_rates: Rows
     arm: Floats
@@ -359,6 +370,77 @@ def look_again(G, at, source):
         G.value[at, n], G.rate[at, n] = G.value[source, n], G.rate[source, n]
         G.gap[at, n] = G.gap[source, n]
         G.past[at, n], G.past_rate[at, n] = G.past[source, n], G.past_rate[source, n]
+
+
+# -- Sizes of guards ---------------------------------------------------------------------------
+
+
+@njit
+def find_body_forces(L, W, S, U, G, record):
+    """G.body_force ← the greatest force on every body, by its inertia and the reactions that a
+    record has; torques by their lengths.
+    """
+    n3, own = 3 * L.bodies, G.body_force
+    for b in range(L.bodies + 1):
+        own[b] = 0.0
+    for k in range(n3):
+        arm = 1.0 / U.length[k // 3] if k % 3 == 2 else 1.0
+        own[k // 3] = max(own[k // 3], abs(W.mass[k, 0] * S.K[0, n3 + k]) * arm)
+    for e in range(L.primitive_node.shape[0]):
+        row = 3 * n3 + PER_PRIMITIVE * e
+        force = max(abs(record[row + 2, 0]), abs(record[row + 3, 0]))
+        force = max(force, abs(record[row + 4, 0]) / W.size[0, 0])
+        i, j = L.primitive_i[e], L.primitive_j[e]
+        own[i], own[j] = max(own[i], force), max(own[j], force)
+
+
+@njit
+def find_owner_forces(L, W, U, G):
+    """G.force ← the greatest force on that body of every owner on which it is less; not less than
+    what rounding passes on of the accelerations that forces give to what may touch or is joined.
+    """
+    own, part = G.body_force, G.part_force
+    for b in range(L.bodies):
+        part[b, 0] = part[b, 1] = 0.0
+    for b in range(L.bodies):
+        p = U.part[b]
+        part[p, 0] = max(part[p, 0], own[b])
+        part[p, 1] = max(part[p, 1], own[b] / max(W.mass[3 * b, 0], TINY))
+    for k in range(G.force.shape[0]):
+        least = math.inf
+        for side in range(2):
+            b = U.bodies[k, side]
+            if b < L.bodies:
+                mass, passed = W.mass[3 * b, 0], part[U.part[b], 0]
+                if mass > 0.0:
+                    passed = min(passed, mass * part[U.part[b], 1])
+                least = min(least, max(own[b], FORCE_PASSED_ON * passed))
+        G.force[k] = least * U.arm[k]
+
+
+@kernel
+def guard_sizes(
+    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, G: Guards, record: Rows
+) -> None:
+    """G.size ← scales of the guards' values at the instant of a record (rows, 1), whose derivative
+    is in row 0 of K: length, velocity, force or torque, or 1.
+    """
+    find_body_forces(L, W, S, U, G, record)
+    find_owner_forces(L, W, U, G)
+    for n in range(G.count[0]):
+        kind, k = G.kind[n], G.owner[n]
+        if kind in (CLOSE, EDGE, ENTER):
+            G.size[n] = W.size[0, 0]
+        elif kind in (STOP, LOCK):
+            G.size[n] = G.slow[k] / RATE_NONE_FRICTION
+        elif kind == PARADOX:
+            G.size[n] = 1.0
+        else:
+            G.size[n] = G.force[k]
+        if kind == SHARE:
+            for m in range(G.force.shape[0]):
+                if G.open_normal[m] or G.open_tangent[m]:
+                    G.size[n] = max(G.size[n], G.force[m])
 
 
 # -- As Python reads them ----------------------------------------------------------------------

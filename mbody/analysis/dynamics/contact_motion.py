@@ -44,7 +44,6 @@ from mbody.analysis.dynamics.modal_motion import (
     ModalMotion,
     ModeTransition,
     SharedForces,
-    force_sizes,
     refined_where_uneven,
 )
 from mbody.analysis.dynamics.restart import GUARDS, fresh_guards, set_active_set, shared_of
@@ -55,6 +54,7 @@ from mbody.kernels.contact_guards import (
     Guards,
     find_guards,
     guard_history,
+    guard_sizes,
     present_guards,
 )
 from mbody.kernels.contact_impacts import COLLISIONLESS, QUIET, RESTED, STILL, WEDGED
@@ -112,6 +112,10 @@ def blank_guards(motion: ModalMotion) -> Guards:
         asked=np.zeros(4),
         page=np.zeros((motion.system.record_rows, 1)),
         sense=np.zeros(most),
+        size=np.zeros(most),
+        force=np.zeros(owners),
+        body_force=np.zeros(motion.layout.bodies + 1),
+        part_force=np.zeros((motion.layout.bodies, 2)),
         leader=np.zeros(owners, dtype=np.int64),
         open_normal=np.zeros(owners, dtype=np.int64),
         open_tangent=np.zeros(owners, dtype=np.int64),
@@ -155,22 +159,6 @@ def guard_values(motion: ModalMotion, t: Array, records: Array) -> Array:
             reserve = motion.shared.reserve(motion, record, probe)
             found[share.index("share"), m] = reserve.least
     return found[: len(motion.guards)]
-
-
-def guard_sizes(motion: ModalMotion) -> list[float]:
-    """Scales of the guards' values: length, velocity, force or torque, or 1."""
-    forces, speeds, shared = force_sizes(motion), motion.speeds, motion.shared
-    found = list[float]()
-    for guard in motion.guards:
-        if guard.kind in ("close", "edge", "enter"):
-            found.append(motion.system.length)
-        elif guard.kind in ("stop", "lock"):
-            found.append(float(speeds[guard.number]))
-        elif guard.kind == "share" and shared is not None:
-            found.append(float(forces[list(shared.members | shared.pressing)].max()))
-        else:
-            found.append(1.0 if guard.kind == "paradox" else float(forces[guard.number]))
-    return found
 
 
 # -- Integration between two changes of modes: active constraints, guards, restarts ------------
@@ -644,7 +632,9 @@ class ContactIntegration(ModalIntegration):
 
     def _guarded(self) -> tuple[Array, list[float]]:
         found = guard_values(self, self.state[[TIME]], self.record[None])[:, 0]
-        return found, guard_sizes(self)
+        m, G = self.motion, self.guard_table
+        guard_sizes(m.layout, m.work, m.stepping, self.uni.table, G, self.record)
+        return found, G.size[: len(found)].tolist()
 
     def evaluate(self) -> bool:
         """With a look at the guards."""

@@ -23,7 +23,7 @@ from mbody.kernels.contact_impacts import (
     tangent_responses,
 )
 from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
-from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
 from mbody.system.system import System
 
@@ -264,28 +264,3 @@ def refined_where_uneven(motion: Motion, uni: Unilateral) -> Motion:
     uni.refinements = most = max(tolerances.full_refinements, count)
     exact = tolerances.replaced(refinements=most, full_refinements=most)
     return replace(motion, tolerances=exact)
-
-
-def force_sizes(motion: ModalMotion) -> Array:
-    """The greatest force on that body of every contact point and, after these, of every frictional
-    joint, on which it is less, torques of pins by their radius, (points + joints,); not less than
-    what rounding passes on of the accelerations that forces give to what may touch or is joined.
-    """
-    system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
-    own = np.zeros(L.bodies + 1)
-    arms = system.coordinate_units / np.repeat(system.lengths, 3)  # 1, of angles 1/length
-    inertia = system.mass[:n, 0] * motion.K[0, n : 2 * n] * arms
-    own[:-1] = np.abs(inertia).reshape(-1, 3).max(axis=1)
-    record = motion.record[3 * n : system.friction_rows.start, 0].reshape(-1, PER_PRIMITIVE)
-    forces = np.abs(record[:, 2:]).max(axis=1, initial=0.0, where=[True, True, False])
-    forces = np.maximum(forces, np.abs(record[:, 4]) / system.length)
-    for side in (L.primitive_i, L.primitive_j):
-        np.maximum.at(own, side, forces)
-    mass, whole, fastest = system.mass[:n:3, 0], np.zeros(L.bodies), np.zeros(L.bodies)
-    np.maximum.at(whole, uni.parts, own[:-1])
-    np.maximum.at(fastest, uni.parts, own[:-1] / np.maximum(mass, tol.TINY))
-    passed = np.where(
-        mass > 0.0, np.minimum(mass * fastest[uni.parts], whole[uni.parts]), whole[uni.parts]
-    )
-    found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * passed))
-    return np.asarray(found * uni.arms)
