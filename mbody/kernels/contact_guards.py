@@ -75,8 +75,12 @@ class Guards(Bundle):
       its friction.
     `slow` (c + j,): Rates up to this are none.
     `size` (g,): With what the values are compared.
+    `body_part`, `length` (bodies,): The first body of what is joined to each or may touch it; the
+      length by which its angle is compared with lengths.
+    `force_arm` (c + j,): By what forces are multiplied to be of the kind of each: of pins their
+      radius, of other angles the model length, else 1.
     `force` (c + j,), `body_force` (bodies + 1,), `part_force` (bodies, 2): The greatest force on
-      that body of each on which it is less; on each body; of each part, and acceleration.
+      that body of each on which it is less; on every body; of every part, and acceleration.
     `ends`, `end_rates` (c, 2): Workspace for the ways from the ends of edges.
     `arm` (7,): Workspace for the limits of joint friction.
     `stage` (states,): Workspace for a state of a stage.
@@ -102,6 +106,9 @@ class Guards(Bundle):
     open_tangent: Ints
     slow: Floats
     size: Floats
+    body_part: Ints
+    length: Floats
+    force_arm: Floats
     force: Floats
     body_force: Floats
     part_force: Rows
@@ -384,7 +391,7 @@ def find_body_forces(L, W, S, U, G, record):
     for b in range(L.bodies + 1):
         own[b] = 0.0
     for k in range(n3):
-        arm = 1.0 / U.length[k // 3] if k % 3 == 2 else 1.0
+        arm = 1.0 / G.length[k // 3] if k % 3 == 2 else 1.0
         own[k // 3] = max(own[k // 3], abs(W.mass[k, 0] * S.K[0, n3 + k]) * arm)
     for e in range(L.primitive_node.shape[0]):
         row = 3 * n3 + PER_PRIMITIVE * e
@@ -403,7 +410,7 @@ def find_owner_forces(L, W, U, G):
     for b in range(L.bodies):
         part[b, 0] = part[b, 1] = 0.0
     for b in range(L.bodies):
-        p = U.part[b]
+        p = G.body_part[b]
         part[p, 0] = max(part[p, 0], own[b])
         part[p, 1] = max(part[p, 1], own[b] / max(W.mass[3 * b, 0], TINY))
     for k in range(G.force.shape[0]):
@@ -411,11 +418,11 @@ def find_owner_forces(L, W, U, G):
         for side in range(2):
             b = U.bodies[k, side]
             if b < L.bodies:
-                mass, passed = W.mass[3 * b, 0], part[U.part[b], 0]
+                mass, passed = W.mass[3 * b, 0], part[G.body_part[b], 0]
                 if mass > 0.0:
-                    passed = min(passed, mass * part[U.part[b], 1])
+                    passed = min(passed, mass * part[G.body_part[b], 1])
                 least = min(least, max(own[b], FORCE_PASSED_ON * passed))
-        G.force[k] = least * U.arm[k]
+        G.force[k] = least * G.force_arm[k]
 
 
 @kernel

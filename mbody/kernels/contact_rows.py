@@ -39,10 +39,6 @@ class UnilateralLayout(Bundle):
     `bodies` (c + j, 2): Both bodies of each contact point and, after these, of each such joint.
     `uneven` (bodies,): Ratio of the greatest mass of what is joined to each or may touch it, and
       the least.
-    `part`, `length` (bodies,): The first body of what is joined to each or may touch it; the length
-      by which its angle is compared with lengths.
-    `arm` (c + j,): By what forces are multiplied to be of the kind of each: of pins their radius,
-      of other angles the model length, else 1.
     `edge_point` (e,), `edge_bodies` (e, 2), `edge` (e, 7): Of edges with ends the contact point;
       body of the edge and of what touches; beginning, direction, length and position of what
       touches.
@@ -71,9 +67,6 @@ class UnilateralLayout(Bundle):
     speed_unit: Floats
     bodies: Tables
     uneven: Floats
-    part: Ints
-    length: Floats
-    arm: Floats
     edge_point: Ints
     edge_bodies: Tables
     edge: Rows
