@@ -49,7 +49,10 @@ def number_type(number: str, axes: int) -> Any:
 
 def bundle_type(bundle: type[Bundle]) -> Address:
     """Numba's type of the bundles of a class."""
-    kinds = [number_type(*KINDS[kind]) for kind in bundle.__annotations__.values()]
+    kinds = []
+    for name, kind in bundle.__annotations__.items():
+        inner = bundle.bundle_of(name)
+        kinds.append(number_type(*KINDS[kind]) if inner is None else inner._numba_type_)
     return Address(bundle, kinds)
 
 

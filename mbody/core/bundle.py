@@ -11,6 +11,7 @@ from __future__ import annotations
 import functools
 import math
 import struct
+import sys
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -44,8 +45,8 @@ _FLOAT, _FLOAT_WORD = struct.Struct("d"), struct.Struct("q")
 
 
 class Bundle:
-    """Named numbers and arrays; subclasses annotate them as `int`, `float` or one of the kinds
-    above.
+    """Named numbers, arrays and bundles; subclasses annotate them as `int`, `float`, one of the
+    kinds above, or a class of bundles.
 
     The fields are set once and never change; the numbers within the arrays may change.
     """
@@ -53,18 +54,17 @@ class Bundle:
     fields: ClassVar[tuple[str, ...]]
     address: int
     _numba_type_: ClassVar[Any]
-    #: Name, type of number and number of axes of each field.
-    _plan: ClassVar[tuple[tuple[str, np.dtype[Any], int], ...]]
+    #: Name, type of number and number of axes of each field; of a bundle no type.
+    _plan: ClassVar[tuple[tuple[str, np.dtype[Any] | None, int], ...]]
     _words: np.ndarray
 
     def __init_subclass__(cls) -> None:
         cls.fields = tuple(cls.__annotations__)
-        cls._plan = tuple(
-            (name, np.dtype(number), axes)
-            for name, (number, axes) in zip(
-                cls.fields, (KINDS[kind] for kind in cls.__annotations__.values()), strict=True
-            )
-        )
+        plan: list[tuple[str, np.dtype[Any] | None, int]] = []
+        for name, kind in cls.__annotations__.items():
+            number, axes = KINDS.get(kind, (None, 0))
+            plan.append((name, None if number is None else np.dtype(number), axes))
+        cls._plan = tuple(plan)
         compiler = selection.compiler()
         if compiler is not None:
             cls._numba_type_ = compiler.bundle_type(cls)
@@ -75,7 +75,9 @@ class Bundle:
             raise TypeError(f"{type(self).__name__}: missing or unknown: {wrong}")
         words: list[int] = []
         for name, dtype, axes in self._plan:
-            if axes:
+            if dtype is None:
+                words.append(values[name].address)
+            elif axes:
                 array = np.ascontiguousarray(values[name], dtype)
                 if array.ndim != axes:
                     raise TypeError(f"{type(self).__name__}.{name} has {axes} axes")
@@ -122,6 +124,25 @@ class Bundle:
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"the fields of a {type(self).__name__} cannot change: make a new one")
 
+    @classmethod
+    def bundle_of(cls, name: str) -> type[Bundle] | None:
+        """The class of a field that is a bundle itself; None of others."""
+        kind = cls.__annotations__[name]
+        return None if kind in KINDS else getattr(sys.modules[cls.__module__], kind)
+
+    def attach(self, name: str, bundle: Bundle) -> None:
+        """Another bundle in the place of one, between two calls of kernels: what contains this
+        bundle has it, too.
+        """
+        at = 0
+        for one, dtype, axes in self._plan:
+            if one == name:
+                assert dtype is None and type(bundle) is type(getattr(self, name))
+                self.__dict__[name], self._words[at] = bundle, bundle.address
+                return
+            at += len(array_words(0, (0,) * axes)) if axes else 1
+        raise AttributeError(f"a {type(self).__name__} has no {name!r}")
+
     def replaced(self, **values: Any) -> Self:
         """A copy with other values of some fields."""
         return type(self)(**(self.as_dict() | values))
@@ -151,7 +172,7 @@ def _zeros(
     rest = iter(shapes)
     for name, dtype, axes in kind._plan:
         if not axes:
-            assert dtype.kind == "f", f"{kind.__name__}.{name} is a whole number"
+            assert dtype is not None and dtype.kind == "f", f"{kind.__name__}.{name} is no float"
             places[name] = (len(words),)
             words.append(0)
             continue

@@ -166,6 +166,9 @@ class Arena:
                 # the pointer is the fifth word of numba's record of an array
                 pointers.append(len(words) + 4)
                 words += array_words(place, value.shape, value.itemsize)
+            elif isinstance(value, Bundle):
+                pointers.append(len(words))
+                words.append(self.bundle(value))
             else:
                 numbers[name] = len(words)
                 words.append(self._word(value))

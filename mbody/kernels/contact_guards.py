@@ -45,9 +45,12 @@ from mbody.kernels.contact_rows import (
     row_acceleration,
     row_rate,
 )
+from mbody.kernels.force_programs import OpenForces
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import ARMS, DETERMINANT, law_size
+from mbody.kernels.held_forces import HeldForceTable, least_margin
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
+from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.step_state import Stepping
 
 #: Kinds of guards.
@@ -89,6 +92,8 @@ class Guards(Bundle):
       of the step.
     `asked` (4,): What is asked of the steps: see below.
     `page` (rows, 1): The record of the instant at which they end.
+    `held`, `open`, `program`: Forces that no equation decides, those that hold beside them, and the
+      program of their greatest margin: of the present modes.
     """
 
     count: Ints
@@ -121,6 +126,9 @@ class Guards(Bundle):
     part: Floats
     asked: Floats
     page: Rows
+    held: HeldForceTable
+    open: OpenForces
+    program: LinearProgram
 
 
 #: Numbers of `Guards.asked`: until when steps go on, and how many they are at most; whether loads
@@ -216,8 +224,7 @@ def reserve(L, W, U, G, k):
 @njit
 def look(L, W, U, G, at, shifts):
     """Row `at` of G.value and G.rate ← the guards at the state that was just evaluated; `shifts`:
-    whether what began at zero counts as a little more while it is rounding. Of shared forces,
-    which it does not know, no number.
+    whether what began at zero counts as a little more while it is rounding.
     """
     find_ends(L, W, U, G.ends)
     find_end_rates(L, W, U, G.ends, G.end_rates)
@@ -256,7 +263,7 @@ def look(L, W, U, G, at, shifts):
         elif kind == SLIP:
             value = reserve(L, W, U, G, k)
         elif kind == SHARE:
-            value = math.nan
+            value = least_margin(L, W, U, G.held, G.open, G.program)
         else:
             value = W.friction[DETERMINANT, 0]
         if kind != CLOSE:

@@ -7,8 +7,13 @@ point it goes with the normal force, of a joint to first order in both multiplie
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
 from mbody.core.decorators import inline, kernel, njit
+from mbody.core.tolerances import FRICTION_RESERVE_MOST
 from mbody.kernels.complementarity import find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_rows import UnilateralLayout, fill_row, row_rate
@@ -47,6 +52,15 @@ class HeldForceTable(Bundle):
     change: Rows
     along: Floats
     arm: Floats
+
+
+def no_held_forces() -> HeldForceTable:
+    """The table of a motion whose forces are all determined."""
+    none, pairs = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+    return HeldForceTable(
+        row=pairs, normal=none, slip=none, leader=none, stick=none, joint=none, pair_slip=none,
+        owner=none, change=pairs, along=none, arm=none,
+    )  # fmt: skip
 
 
 @inline
@@ -193,6 +207,18 @@ def hold(L, W, U, H, S):
     """S ← all forces that hold, by W.lam, and their limits, at the position that was read."""
     find_columns(L, W, U, H, S)
     find_limits(L, W, U, H, S)
+
+
+@njit
+def least_margin(L, W, U, H, S, P):
+    """The least of the greatest least margins of all parts of the forces that hold, in forces, by
+    W.lam, at the position that was read; infinite where all are determined.
+    """
+    least = math.inf
+    hold(L, W, U, H, S)
+    for n in range(share(S, P, FRICTION_RESERVE_MOST, False)):
+        least = min(least, S.least[n] * S.size[n])
+    return least
 
 
 # -- As Python calls them ----------------------------------------------------------------------

@@ -60,6 +60,7 @@ from mbody.kernels.contact_guards import (
 from mbody.kernels.contact_impacts import COLLISIONLESS, QUIET, RESTED, STILL, WEDGED
 from mbody.kernels.contact_modes import MASSLESS
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
+from mbody.kernels.held_forces import no_held_forces
 from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import (
@@ -122,6 +123,8 @@ def blank_guards(motion: ModalMotion) -> Guards:
         leader=np.zeros(owners, dtype=np.int64),
         open_normal=np.zeros(owners, dtype=np.int64),
         open_tangent=np.zeros(owners, dtype=np.int64),
+        held=no_held_forces(),
+        **dict(zip(("open", "program"), motion.memory.open_forces(0, 0, 0, 0), strict=True)),
     )
 
 
@@ -140,6 +143,7 @@ def guards_of(motion: ModalMotion) -> list[Guard]:
     if shared is not None:
         G.open_normal[list(shared.pressing)] = 1
         G.open_tangent[list(shared.members)] = 1
+        shared.watch(motion)
     open_ones = shared.members | shared.pressing if shared is not None else frozenset[int]()
     G.slow[:] = tol.RATE_NONE_FRICTION * motion.speeds
     find_guards(motion.layout, motion.work, motion.uni.table, M, G, min(open_ones, default=-1))
@@ -156,11 +160,6 @@ def guard_values(motion: ModalMotion, t: Array, records: Array) -> Array:
     probe.signal[:] = motion.work.signal
     table = motion.layout, probe, motion.uni.table, G
     guard_history(*table, np.ascontiguousarray(t), flat, found)
-    if motion.shared is not None and (share := [one.kind for one in motion.guards]).count("share"):
-        for m, record in enumerate(flat):
-            motion.uni.read_at(probe, t[m : m + 1], record[None])
-            reserve = motion.shared.reserve(motion, record, probe)
-            found[share.index("share"), m] = reserve.least
     return found[: len(motion.guards)]
 
 

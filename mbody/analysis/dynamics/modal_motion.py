@@ -23,7 +23,9 @@ from mbody.kernels.contact_impacts import (
     tangent_responses,
 )
 from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
+from mbody.kernels.force_programs import OpenForces, open_forces_memory
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
 from mbody.system.system import System
 
@@ -90,6 +92,9 @@ class SharedForces(Protocol):
     def members(self) -> frozenset[int]:
         """Sticking contacts and frictional joints whose forces are undetermined."""
 
+    def watch(self, motion: ModalMotion) -> None:
+        """Give its forces to the guards of a motion."""
+
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
 
@@ -106,6 +111,7 @@ class DecisionMemory:
     `modes`: Modes, and what an event has decided.
     `problem`: The problem of closed contacts and frictional joints.
     `impact`: An impact.
+    `open`: Forces that no equation decides, and the program of their margin, by their numbers.
     """
 
     def __init__(self, uni: Unilateral) -> None:
@@ -116,7 +122,14 @@ class DecisionMemory:
         points = uni.contact_points
         self.impact.restitution[:] = [one.restitution for one in points]
         self.impact.newton[:] = [one.law == "newton" for one in points]
+        self.open: dict[tuple[int, ...], tuple[OpenForces, LinearProgram]] = {}
         self.grow(FEW_ROWS)
+
+    def open_forces(self, *size: int) -> tuple[OpenForces, LinearProgram]:
+        """Memory for so many coordinates, forces, linear limits and pairs of limits that bend."""
+        if size not in self.open:
+            self.open[size] = open_forces_memory(*size)
+        return self.open[size]
 
     def grow(self, n: int) -> None:
         """Memory for so many rows."""

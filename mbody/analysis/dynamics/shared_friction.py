@@ -215,6 +215,14 @@ class SharedFriction:
             self._held[thread] = found
         return found
 
+    def watch(self, motion: ModalMotion) -> None:
+        """Give its forces to the guards of a motion."""
+        held, G = self.held(motion), motion.guard_table
+        S, P = motion.memory.open_forces(*held.size)
+        G.attach("held", held.held)
+        G.attach("open", S)
+        G.attach("program", P)
+
     def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
         """The greatest reserve by a record (rows,), with the rows of that position."""
         least, active = self.held(motion).least_margin(work, record)
