@@ -1,46 +1,53 @@
 """The guard of forces that no equation decides, in the kernel that makes the steps."""
 
+import math
+
 import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, Contact, Force, Gravity, Mechanism, SimulationSettings
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
 from mbody.kernels.contact_guards import BEGIN, SHARE
 from mbody.kernels.step_state import NOT_QUIET, TIME, ZERO
+from tests.contact.test_shared_forces import Held
+from tests.support import contact_models as models
+
+WEIGHT, FIRST, GROWTH, TILT = 200.0, 60.0, 40.0, 1.0
 
 
-def test_what_is_shared_slips_where_no_forces_hold_it(monkeypatch):
-    """A growing force pulls a block on two feet along the floor: each carries m g / 2, the greatest
-    least margin of their friction is half of μ m g - F, and both slip where that is zero.
+def test_the_margin_of_a_ladder_is_that_of_a_program(monkeypatch):
+    """A ladder that sticks at both ends while a force pushes its foot to the wall more and more:
+    its greatest least margin is that of a linear program over the laws of contact alone, and the
+    kernel finds by itself where it is zero.
     """
-    mass, friction, growth = 2.0, 0.4, 3.0
-    shapes = {"floor": {"line": {"point": "O"}}}
-    machine = Mechanism("block", ground={"O": (0.0, 0.0)}, ground_shapes=shapes)
-    triangle = {"s": {"polygon": ["a", "b", "c"]}}
-    corners = {"a": (-0.3, 0.0), "b": (0.3, 0.0), "c": (0.0, 0.3)}
-    machine.add(
-        Body("b", mass=mass, inertia=0.1, cg=(0.0, 0.1), points=corners, shapes=triangle),
-        Contact("feet", "ground.floor", "b.s", friction=friction),
-        Force("pull", "b.a", f"{growth} N/s*t", angle=0.0),
-        Gravity("g", y=-9.81),
-    )
-    codes, margins, own = set(), [], ContactIntegration._quiet_steps
+    text = models.LADDER[: models.LADDER.index("[simulate]")]
+    text = text.replace("mass = 1", f"mass = {WEIGHT / 9.81!r}")
+    machine = mbody.from_toml(text.replace('"1/3"', repr(WEIGHT / 9.81 / 3.0)))
+    force = f"{FIRST} N + {GROWTH} N/s*t"
+    machine.add(mbody.Force("hold", "ladder.A", force, angle=math.pi))
+    c, s = math.cos(TILT), math.sin(TILT)
+    start = {"ladder": {"x": c, "y": s, "angle": math.pi - TILT}}
+    machine.simulation = mbody.SimulationSettings(until=2.0, rtol=1e-13, start=start)
+    codes, margins, own = [], {}, ContactIntegration._quiet_steps
 
     def steps(motion):
-        code, G = own(motion), motion.guard_table
-        codes.add(int(code))
+        codes.append(int(own(motion)))
+        G = motion.guard_table
         for n in np.flatnonzero(G.kind[: G.count[0]] == SHARE):
-            margins.append((motion.state[TIME], G.value[BEGIN, n]))
-        return code
+            margins[float(motion.state[TIME])] = float(G.value[BEGIN, n])
+        return codes[-1]
 
     monkeypatch.setattr(ContactIntegration, "_quiet_steps", steps)
-    start = {"b": dict(x=0.0, y=0.1, angle=0.0, vx=0.0, vy=0.0, omega=0.0)}
-    machine.simulation = SimulationSettings(until=4.0, start=start, rtol=1e-10)
-    run = mbody.simulate(machine, 4.0)
-    slips = [one.t for one in run.events if one.name == "slip"]
-    assert slips == pytest.approx([friction * mass * 9.81 / growth], rel=1e-12)
-    t, found = np.array(margins).T
-    load = friction * mass * 9.81
-    assert found == pytest.approx(0.5 * (load - growth * t), abs=1e-10 * load)
+    for until in (0.1, 0.7, 1.5, 2.0):
+        run = mbody.simulate(machine, until, instants=2)
     assert ZERO in codes and NOT_QUIET not in codes
+    slips = next(one.t for one in run.events if one.name == "slip")
+    assert sorted(margins) == pytest.approx([0.1, 0.7, 1.5, slips])
+    friction = [one.friction for one in machine.contacts]
+    places, normals = [(2.0 * c, 0.0), (0.0, 2.0 * s)], [(0.0, 1.0), (1.0, 0.0)]
+    for t, found in margins.items():
+        push = FIRST + GROWTH * t
+        held = Held(places, normals, friction, (c, s), (-push, -WEIGHT), -push * s)
+        least = -held.program(None, margin=True).fun * held.size
+        assert found == pytest.approx(least, abs=1e-8 * WEIGHT)
+        assert t == slips or found > 1.0

@@ -22,6 +22,12 @@ class Plain(Bundle):
     results: "Rows"
 
 
+class Whole(Bundle):
+    scale: "float"
+    part: "Plain"
+    last: "Rows"
+
+
 @kernel
 def doubled(M, w):
     for row in range(M.rows.shape[0]):
@@ -52,3 +58,23 @@ def test_a_bundle_may_hold_complex_numbers():
     waves = np.array([[1.0 + 2.0j, -3.0j]])
     conjugated(Mixed(scale=1.0, rows=np.zeros((1, 1)), results=np.zeros((1, 1)), waves=waves))
     np.testing.assert_array_equal(waves, [[1.0 - 2.0j, 3.0j]])
+
+
+@kernel
+def doubled_within(M):
+    for row in range(M.part.rows.shape[0]):
+        M.part.results[row, 0] = M.scale * M.part.scale * M.part.rows[row, 0] + M.last[0, 0]
+
+
+def test_a_bundle_may_contain_bundles():
+    """One of them is exchanged in its place, so that what contains it has the other."""
+    parts = [Plain.zeros(((3, 1), (3, 1)), scale=scale) for scale in (2.5, -1.0)]
+    whole = Whole(scale=2.0, part=parts[0], last=np.array([[0.25]]))
+    for part in parts:
+        part.rows[:, 0] = [1.0, -2.0, 0.5]
+        whole.attach("part", part)
+        doubled_within(whole)
+        np.testing.assert_array_equal(part.results, 2.0 * part.scale * part.rows + 0.25)
+    assert whole.part is parts[1]
+    with pytest.raises(AttributeError, match="a Whole has no 'other'"):
+        whole.attach("other", parts[0])
