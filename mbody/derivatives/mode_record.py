@@ -395,8 +395,8 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         #: Whether the next stretch begins at a set time.
         self.set_time = True
 
-    def _begin_anew(self) -> None:
-        super()._begin_anew()
+    def _begun(self) -> None:
+        super()._begun()
         self._begin_stretch()
 
     def _interrupt(self, t: float) -> None:
@@ -406,7 +406,7 @@ class ModeRecorder(JumpWatch, ContactIntegration):
             self._begin_stretch()
 
     def _begin_stretch(self) -> None:
-        t, count = float(self.state[TIME]), len(self.on)
+        t, count = float(self.state[TIME]), len(self.uni)
         if self.stretches:
             self.stretches[-1].end = t
         self.stretches.append(
@@ -415,7 +415,7 @@ class ModeRecorder(JumpWatch, ContactIntegration):
                 strikes=tuple(self.strikes),
                 y=self.y.copy(),
                 derivative=self.K[0].copy(),
-                on=self.on.copy(),
+                on=self.on,
                 anchor=self.work.anchor[:count, 0].copy(),
                 phases=self.work.par[self.uni.phase_rows, 0].copy(),
                 slip_sign=self.work.slip_sign[: len(self.layout.friction_kind), 0].copy(),
@@ -441,17 +441,17 @@ class ModeRecorder(JumpWatch, ContactIntegration):
         one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
         return super()._passed(guard)
 
-    def _impact(self, closed: list[int], found: int) -> str | None:
-        status = super()._impact(closed, found)
+    def _impact(self, record: Array) -> None:
+        super()._impact(record)
         kind = self.occurred[-1].name if self.occurred else ""
+        closed = np.flatnonzero(self.memory.modes.touches).tolist()
         self.strikes.append(Strike(tuple(closed), kind))
         if kind != REBOUND:
             self.why = "impacts come to rest there, of which there are infinitely many"
-        return status
 
-    def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
+    def _collided(self, record: Array) -> None:
+        super()._collided(record)
         self.why = "an impact without collision follows there (Painlevé's paradox)"
-        return super()._without_collision(before)
 
     def _note_several(self, record: Array) -> None:
         self.why = "several accelerations are consistent with the friction there"

@@ -145,17 +145,15 @@ def add_guard(G, kind, owner, sense):
     G.count[0] = n + 1
 
 
-@kernel
-def find_guards(
-    L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: Guards, shared: int
-) -> None:
-    """The guards of the present modes; `shared`: the first owner whose forces no equation decides,
-    −1 where there is none.
-    """
-    points, slides = U.normal.shape[0], False
+@njit
+def collect_guards(L, W, U, M, G):
+    """The guards of the present modes."""
+    points, slides, shared = U.normal.shape[0], False, -1
     G.count[0] = 0
     for k in range(M.leader.shape[0]):
         G.leader[k] = M.leader[k]
+        if shared < 0 and (G.open_normal[k] or G.open_tangent[k]):
+            shared = k
     for k in range(points):
         mode = M.mode[k]
         if mode == OPEN:
@@ -386,6 +384,20 @@ def look_again(G, at, source):
         G.past[at, n], G.past_rate[at, n] = G.past[source, n], G.past_rate[source, n]
 
 
+@njit
+def look_at_guards(L, W, U, G):
+    """Look at the state that was just evaluated as the beginning of a step; the least value, not a
+    number where one is none.
+    """
+    least = math.inf
+    look(L, W, U, G, BEGIN, True)
+    for n in range(G.count[0]):
+        value = G.value[BEGIN, n]
+        least = value if value != value or value < least else least
+    G.known[0] = 1
+    return least
+
+
 # -- Sizes of guards ---------------------------------------------------------------------------
 
 
@@ -432,10 +444,8 @@ def find_owner_forces(L, W, U, G):
         G.force[k] = least * G.force_arm[k]
 
 
-@kernel
-def guard_sizes(
-    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, G: Guards, record: Rows
-) -> None:
+@njit
+def find_sizes(L, W, S, U, G, record):
     """G.size ← scales of the guards' values at the instant of a record (rows, 1), whose derivative
     is in row 0 of K: length, velocity, force or torque, or 1.
     """
@@ -461,17 +471,23 @@ def guard_sizes(
 
 
 @kernel
+def find_guards(L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: Guards) -> None:
+    """See `collect_guards`."""
+    collect_guards(L, W, U, M, G)
+
+
+@kernel
+def guard_sizes(
+    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, G: Guards, record: Rows
+) -> None:
+    """See `find_sizes`."""
+    find_sizes(L, W, S, U, G, record)
+
+
+@kernel
 def present_guards(L: Layout, W: Work, U: UnilateralLayout, G: Guards) -> float:
-    """Look at the state that was just evaluated as the beginning of a step; the least value, not a
-    number where one is none.
-    """
-    least = math.inf
-    look(L, W, U, G, BEGIN, True)
-    for n in range(G.count[0]):
-        value = G.value[BEGIN, n]
-        least = value if value != value or value < least else least
-    G.known[0] = 1
-    return least
+    """See `look_at_guards`."""
+    return look_at_guards(L, W, U, G)
 
 
 @kernel

@@ -52,7 +52,7 @@ from mbody.kernels.mode_problem import (
     prepare_arrest,
 )
 from mbody.kernels.state_derivative import load_state
-from mbody.kernels.step_state import NEXT, TIME, Stepping
+from mbody.kernels.step_state import NEXT, TIME
 
 #: How contacts are struck: by their laws; without restitution; where nothing approaches (Painlevé);
 #: so that they neither open nor close, nor what stuck begins to slide.
@@ -370,21 +370,6 @@ def strike_contacts(
 ) -> int:
     """See `strike`."""
     return strike(L, W, U, M, D, P, I, kind)
-
-
-@kernel
-def resolve_impact(
-    L: Layout,
-    W: Work,
-    S: Stepping,
-    U: UnilateralLayout,
-    M: UnilateralModes,
-    D: ContactDecision,
-    P: ContactProblem,
-    I: ContactImpact,
-) -> int:
-    """See `resolve`."""
-    return resolve(L, W, S, U, M, D, P, I)
 
 
 @kernel

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
-from mbody.core.decorators import inline, kernel, njit
+from mbody.core.decorators import inline, njit
 from mbody.core.tolerances import (
     ACCELERATION_NONE,
     ARTIFICIAL_MASS,
@@ -33,10 +33,9 @@ from mbody.core.tolerances import (
     ROWS_DEPENDENT,
 )
 from mbody.kernels.accelerations import balanced_motion
-from mbody.kernels.complementarity import CONE, ContactProblem, find_arms
+from mbody.kernels.complementarity import CONE, find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_rows import (
-    UnilateralLayout,
     approach_of,
     fill_row,
     find_ends,
@@ -49,13 +48,11 @@ from mbody.kernels.contact_rows import (
 )
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import APART, ARMS, REACHED_PART
-from mbody.kernels.layout import Layout, Work
 from mbody.kernels.mode_problem import (
     ALL_NORMALS,
     ALL_ROWS,
     EVALUATED,
     OF_RESPONSES,
-    ContactDecision,
     arresting_impulses,
     begin_sliding,
     find_solutions,
@@ -63,12 +60,12 @@ from mbody.kernels.mode_problem import (
 )
 from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, state_derivative
-from mbody.kernels.step_state import TIME, Stepping
+from mbody.kernels.step_state import TIME
 
 #: Modes. A contact point is redundant where it is closed without force of its own, as other rows
 #: hold it already; what slides does so along or against its tangent.
 OPEN, STICK, FORWARD, BACKWARD, REDUNDANT = range(5)
-#: What `decide_modes` returns: no modes go on, one set does, one of several does; more rows than
+#: What `decide` returns: no modes go on, one set does, one of several does; more rows than
 #: there is memory for, whose number is in `ContactDecision.count`.
 NONE, ONE, SEVERAL, FULL = range(4)
 #: How much softer motions without mass are to impulses than their artificial mass says.
@@ -730,26 +727,3 @@ def restore_state(S, M):
     """The state as it was before it was projected."""
     for k in range(M.y.shape[0]):
         S.y[k] = M.y[k]
-
-
-# -- As Python calls them ----------------------------------------------------------------------
-
-
-@kernel
-def decide_modes(
-    L: Layout,
-    W: Work,
-    S: Stepping,
-    U: UnilateralLayout,
-    M: UnilateralModes,
-    D: ContactDecision,
-    P: ContactProblem,
-) -> int:
-    """See `decide`."""
-    return decide(L, W, S, U, M, D, P)
-
-
-@kernel
-def closed_at(L: Layout, W: Work, S: Stepping, U: UnilateralLayout, M: UnilateralModes) -> None:
-    """M.touches ← which contact points are closed at the position and velocities in W."""
-    find_touching(L, W, S, U, M)

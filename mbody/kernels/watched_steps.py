@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from mbody.core.decorators import kernel, njit
+from mbody.core.decorators import njit
 from mbody.core.tolerances import (
     CONTACT_GAP_CLOSED,
     EVENT_LOCATED,
@@ -32,7 +32,6 @@ from mbody.kernels.contact_guards import (
     PARADOX,
     SWINGS,
     UNTIL,
-    Guards,
     look,
     look_again,
     place,
@@ -40,7 +39,6 @@ from mbody.kernels.contact_guards import (
     quiet_by_looks,
 )
 from mbody.kernels.contact_rows import (
-    UnilateralLayout,
     approach_of,
     gap_of,
     is_within,
@@ -48,7 +46,7 @@ from mbody.kernels.contact_rows import (
 )
 from mbody.kernels.dense_output import along
 from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, slope
-from mbody.kernels.layout import Layout, Work, keep
+from mbody.kernels.layout import keep
 from mbody.kernels.runge_kutta import accept, attempt, dense_output
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
@@ -65,11 +63,7 @@ from mbody.kernels.step_state import (
     TRIED_GROWTH,
     TRIED_LENGTH,
     ZERO,
-    Outputs,
-    Stepping,
-    Tolerances,
 )
-from mbody.kernels.tableaus import Explicit
 
 #: Steps by which a zero is located, at most.
 LOCATIONS = 8
@@ -192,17 +186,8 @@ def shorten_before_pole(G, S, h):
             S.state[NEXT] = min(S.state[NEXT], 0.5 * until)
 
 
-@kernel
-def watched_steps(
-    L: Layout,
-    W: Work,
-    method: Explicit,
-    S: Stepping,
-    T: Tolerances,
-    O: Outputs,
-    U: UnilateralLayout,
-    G: Guards,
-) -> int:
+@njit
+def watched_steps(L, W, method, S, T, O, U, G):
     """Steps as `runge_kutta` makes them, as G.asked says, up to the first zero of a guard.
 
     Returns what `runge_kutta` does; ZERO at a zero of guard G.passed; or NOT_QUIET: the next step,

@@ -24,8 +24,8 @@ from mbody.analysis.driven.law_doubts import (
     open_tables,
 )
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.contact_motion import ContactIntegration, guards_of
-from mbody.analysis.dynamics.events import EventIntegration, Guard
+from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.integration import AT_ONCE, Integration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, integrator, stepping
 from mbody.analysis.dynamics.interruptions import (
@@ -34,7 +34,7 @@ from mbody.analysis.dynamics.interruptions import (
     input_value,
     without_hold,
 )
-from mbody.analysis.dynamics.modal_motion import ModeTransition, SharedForces
+from mbody.analysis.dynamics.modal_motion import SharedForces
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -74,43 +74,25 @@ class ContactModes:
 
     Attributes
     ----------
-    modes, pairs : tuples of str
-        Of the contact points and of the frictional joints.
     first : dict
         Mode of every contact and frictional joint when the motion began, by name.
     rows : tuple of arrays
         Which rows are on, with what depends on it, their anchors, slip signs of sliding, and the
         numbers of the rows, among which are the phases of circles that stick.
-    groups : dict
-        Contact points that stick by one row.
+    tables : tuple of arrays
+        Modes, who leads what sticks, what is closed and what has left its edge, when contact points
+        were struck last, what is rounding of guards, when modes changed last and how often then.
     shared : SharedForces or None
         What sticks with forces that no equation decides.
-    struck : dict
-        When contact points were struck last.
-    beyond : frozenset
-        Open contact points that have left their edge.
-    closed : frozenset
-        Contact points that are closed.
-    fresh : dict
-        Guards that begin at zero, and what is taken for a little more.
-    changes : pair
-        When modes changed last, and how often at that instant.
     notes : tuple of str
     lost : array (contacts,)
         Energy that impacts of each took.
     """
 
-    modes: tuple[str, ...]
-    pairs: tuple[str, ...]
     first: dict[str, str]
     rows: tuple[Array, ...]
-    groups: dict[int, list[int]]
+    tables: tuple[Array, ...]
     shared: SharedForces | None
-    struck: dict[int, float]
-    beyond: frozenset[int]
-    closed: frozenset[int]
-    fresh: dict[Guard, float]
-    changes: tuple[float, int]
     notes: tuple[str, ...]
     lost: Array
     #: Admissible forces of the first instant.
@@ -637,16 +619,15 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self.first_modes = self.named_modes()
 
     def _open_all(self) -> None:
-        """Nothing contact points, and no joint sticks."""
-        self.modes, self.pairs = ["open"] * len(self.modes), ["slip+"] * len(self.pairs)
-        self.groups, self.struck, self.fresh, self.beyond = {}, {}, {}, set()
-        self.shared = None
-        self.guards, self.transition, self.contact_notes = [], ModeTransition(), []
-        self.last_change, self.changes, self.ending = -np.inf, 0, ""
+        """Nothing touches, and no joint sticks."""
+        self.memory.forget()
+        self.set_shared(None)
+        self.guard_table.count[0], self.contact_notes, self.ending = 0, [], ""
+        self.changed[0], self.counts[:] = -np.inf, 0
         self.work.anchor[:] = 0.0
         self.work.par[:] = self.probe.par
-        self.on = np.zeros(len(self.on))
-        self.uni.set_rows(self.work, self.on, np.zeros(len(self.layout.friction_kind)))
+        none = np.zeros(len(self.uni)), np.zeros(len(self.layout.friction_kind))
+        self.uni.set_rows(self.work, *none)
         self.eliminate_rows_that_are_on()
 
     def _forget(self) -> None:
@@ -688,21 +669,20 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
     def _contact_modes(self) -> ContactModes:
         return ContactModes(
-            modes=tuple(self.modes),
-            pairs=tuple(self.pairs),
             first=dict(self.first_modes),
             rows=tuple(part.copy() for part in self._rows_of(self.work)),
-            groups={key: list(one) for key, one in self.groups.items()},
+            tables=tuple(part.copy() for part in self._tables),
             shared=self.shared,
-            struck=dict(self.struck),
-            beyond=frozenset(self.beyond),
-            closed=frozenset(self.transition.closed),
-            fresh=dict(self.fresh),
-            changes=(self.last_change, self.changes),
             notes=tuple(self.contact_notes),
             lost=self.lost.copy(),
             forces=self.first_forces,
         )
+
+    @property
+    def _tables(self) -> tuple[Array, ...]:
+        M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
+        every = M.mode, M.leader, M.closed, M.beyond, struck, G.fresh, self.changed, self.counts
+        return every
 
     def go_on_from(self, given: Checkpoint) -> None:
         """Continues from a checkpoint with its contact modes."""
@@ -711,27 +691,23 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         self._take_modes(given.modes)
 
     def _take_modes(self, given: ContactModes) -> None:
-        self.modes, self.pairs = list(given.modes), list(given.pairs)
         self.first_modes, self.first_forces = dict(given.first), given.forces
         for part, was in zip(self._rows_of(self.work), given.rows, strict=True):
             part[:] = was
-        self.on = self.work.on[: len(self.on), 0].copy()
+        for part, was in zip(self._tables, given.tables, strict=True):
+            part[:] = was
         self.eliminate_rows_that_are_on()
-        self.groups = {key: list(one) for key, one in given.groups.items()}
-        self.shared = given.shared
-        self.struck, self.beyond = dict(given.struck), set(given.beyond)
-        self.transition = ModeTransition(set(given.closed))
-        self.fresh = dict(given.fresh)
-        self.guards = guards_of(self)
-        self.last_change, self.changes = given.changes
+        self.set_shared(given.shared)
+        self.guards_again(self.guard_table.fresh)
         self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""
 
     def unfit(self, given: Checkpoint, inputs: Array) -> str:
         """Reason why a checkpoint does not fit this motion; "" where it fits."""
         modes = given.modes
-        if modes is None or [part.shape for part in modes.rows] != [
-            part.shape for part in self._rows_of(self.work)
+        mine = (*self._rows_of(self.work), *self._tables)
+        if modes is None or [part.shape for part in (*modes.rows, *modes.tables)] != [
+            part.shape for part in mine
         ]:
             return "is of another mechanism, with other contacts"
         before = self._contact_modes(), self.ending

@@ -5,29 +5,20 @@ is a constraint, what slides has friction from its real force. Guards are positi
 holds: the gap of an open contact, the force of a closed one, the reserve of friction of one that
 sticks, the rate of one that slides, det(I − φ′ B) of sliding friction. Where one of them falls to
 zero the step is run again up to there; impacts are resolved while a closed contact is approached,
-then complementarity of accelerations decides how all go on (`contact_decision`).
+then complementarity of accelerations decides how all go on (`mbody.kernels.advance`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.analysis.dynamics.contact_decision import (
-    Impact,
-    closed_points,
-    decide,
-    first_overlap,
-    impact_of,
-    lost_by_masses,
-    refuse_driven_impact,
-    strike,
-)
-from mbody.analysis.dynamics.contact_start import fit_contacts
+from mbody.analysis.dynamics.contact_start import first_overlap, fit_contacts
 from mbody.analysis.dynamics.events import (
     OF_A_STEP,
     Guard,
@@ -37,38 +28,66 @@ from mbody.analysis.dynamics.events import (
     extrema,
 )
 from mbody.analysis.dynamics.integration import AT_ONCE
-from mbody.analysis.dynamics.integrators import ExplicitSteps
+from mbody.analysis.dynamics.integrators import ExplicitSteps, Motion
 from mbody.analysis.dynamics.modal_motion import (
     MODES,
     DecisionMemory,
     ModalMotion,
-    ModeTransition,
     SharedForces,
     refined_where_uneven,
 )
-from mbody.analysis.dynamics.restart import GUARDS, fresh_guards, set_active_set, shared_of
-from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
+from mbody.analysis.dynamics.restart import GUARDS, set_active_set, shared_of
+from mbody.analysis.dynamics.shared_friction import (
+    InstantModes,
+    Reported,
+    reported_instant,
+    shared_friction,
+)
+from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
+from mbody.errors import SolveError
+from mbody.kernels.advance import (
+    CHANGES_WITHOUT_END,
+    COLLISION,
+    DECIDED,
+    FOUND,
+    IMPACT,
+    IMPACTS_WITHOUT_END,
+    LOST,
+    MEMORY,
+    NO_COLLISION,
+    NO_IMPACT,
+    NO_MODES,
+    PASSED,
+    POLE,
+    SETTLING,
+    SHARED,
+    STEPPING,
+    STRIKES,
+    TRIED_COLLISION,
+    UnilateralMotion,
+    advance_motion,
+    slide_together,
+)
 from mbody.kernels.contact_guards import (
     LOOKS,
+    PARADOX,
     Guards,
     find_guards,
     guard_history,
     guard_sizes,
     present_guards,
 )
-from mbody.kernels.contact_impacts import COLLISIONLESS, QUIET, RESTED, STILL, WEDGED
-from mbody.kernels.contact_modes import MASSLESS
+from mbody.kernels.contact_impacts import RESTED
+from mbody.kernels.contact_modes import MASSLESS, OPEN, SEVERAL
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
 from mbody.kernels.held_forces import no_held_forces
-from mbody.kernels.layout import Layout
 from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.mode_problem import TRIED
 from mbody.kernels.step_state import (
     DELIVERED,
     DONE,
-    JACOBIAN_VALID,
     MORE,
-    NEAR_SINGULAR,
     NOT_FINITE,
     NOT_QUIET,
     STEP_VANISHED,
@@ -76,7 +95,6 @@ from mbody.kernels.step_state import (
     ZERO,
     Outputs,
 )
-from mbody.kernels.watched_steps import watched_steps
 from mbody.model.element import listed
 from mbody.model.simulation import Event
 from mbody.solution.doubts import Doubt, doubted
@@ -128,41 +146,6 @@ def blank_guards(motion: ModalMotion) -> Guards:
     )
 
 
-def guards_of(motion: ModalMotion) -> list[Guard]:
-    """Guards of the present modes: gaps, normal forces, friction reserves, sliding velocities."""
-    points, M, G = len(motion.uni.contact_points), motion.memory.modes, motion.guard_table
-    shared = motion.shared
-    M.mode[:] = [MODES.index(one) for one in (*motion.modes, *motion.pairs)]
-    for table in (G.open_normal, G.open_tangent, M.beyond):
-        table[:] = 0
-    M.leader[:] = -1
-    for owner, group in motion.groups.items():
-        M.leader[group] = owner
-    M.leader[points:] = np.arange(points, len(M.leader))
-    M.beyond[list(motion.beyond)] = 1
-    if shared is not None:
-        G.open_normal[list(shared.pressing)] = 1
-        G.open_tangent[list(shared.members)] = 1
-        shared.watch(motion)
-    open_ones = shared.members | shared.pressing if shared is not None else frozenset[int]()
-    G.slow[:] = tol.RATE_NONE_FRICTION * motion.speeds
-    find_guards(motion.layout, motion.work, motion.uni.table, M, G, min(open_ones, default=-1))
-    numbers = zip(G.kind[: G.count[0]].tolist(), G.owner.tolist(), strict=False)
-    found = [Guard(GUARDS[kind], owner) for kind, owner in numbers]
-    G.fresh[: len(found)] = [motion.fresh.get(guard, 0.0) for guard in found]
-    return found
-
-
-def guard_values(motion: ModalMotion, t: Array, records: Array) -> Array:
-    """Values (guards, instants) by times and records (instants, rows, 1)."""
-    G, probe = motion.guard_table, motion.probe
-    found, flat = np.empty((len(G.kind), len(records))), np.ascontiguousarray(records[:, :, 0])
-    probe.signal[:] = motion.work.signal
-    table = motion.layout, probe, motion.uni.table, G
-    guard_history(*table, np.ascontiguousarray(t), flat, found)
-    return found[: len(motion.guards)]
-
-
 # -- Integration between two changes of modes: active constraints, guards, restarts ------------
 
 
@@ -178,10 +161,8 @@ class ModalIntegration(JumpIntegration):
         settings: IntegrationSettings,
         events: tuple[Event, ...],
     ) -> None:
-        super().__init__(system, start, settings, events)
         self.uni = Unilateral(system)
-        self.uni.regularization = self.regularization
-        self.motion = refined_where_uneven(self.motion, self.uni)
+        super().__init__(system, start, settings, events)
         self.probe = self.work.copied()
         self.stops = [one.name for one in system.mechanism.contacts]
         self.lost = np.zeros(len(self.stops))
@@ -191,31 +172,20 @@ class ModalIntegration(JumpIntegration):
             one.removesuffix(".moving"): self.work_names.index(one)
             for one in works_of_moving(system)
         }
-        #: Modes of the contact points and of the frictional joints, and which rows are on.
-        self.modes = ["open"] * len(self.uni.contact_points)
-        self.pairs = ["slip+"] * len(self.uni.friction_joints)
-        self.on = np.zeros(len(self.uni))
-        #: When contacts were struck last, by the number of the contact point.
-        self.struck: dict[int, float] = {}
-        self.groups: dict[int, list[int]] = {}
-        self.shared: SharedForces | None = None
-        self.fresh: dict[Guard, float] = {}
         self.memory = DecisionMemory(self.uni)
+        self.shared: SharedForces | None = None
         self.guard_table = blank_guards(self)
+        #: What comes next, what is counted at one instant, and when modes changed last.
+        self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
+        self.changed = np.array([-np.inf])
         #: The least value of them where the derivative was just evaluated, else not a number.
         self.least_guard = np.inf
         #: Whether loads follow laws of time, of which the length of steps says nothing.
         self.swings = self.layout.varying > 0 or system.has_user_code
-        #: By which rows are on.
-        self.layouts: dict[bytes, Layout] = {}
-        #: Open contact points that have left their edge over its end.
-        self.beyond: set[int] = set()
-        self.last_change, self.changes = -np.inf, 0
         #: When det(I − φ′ B) of what slides would vanish, as the last step has it.
         self.pole = np.inf
         #: Whether rates of drivers have jumped.
         self.jerked = False
-        self.transition = ModeTransition()
         self.kept_modes: list[dict[str, str]] = []
         #: All admissible forces of the kept instants, where they are not determined.
         self.kept_forces: list[ForceSet | None] = []
@@ -231,6 +201,70 @@ class ModalIntegration(JumpIntegration):
         self.resumed: ModalState | None = None
         #: The record with which a step begins, as it is kept for who goes on from there.
         self.initial_states = np.empty((0, 1))
+
+    def _motion(self) -> Motion:
+        #: What the kernels work on: by which rows are on, and at present.
+        self.motions: dict[bytes, UnilateralMotion] = {}
+        self.present: UnilateralMotion | None = None
+        self.uni.regularization = self.regularization
+        return refined_where_uneven(super()._motion(), self.uni)
+
+    # -- modes, as the kernels have them -------------------------------------------------------
+
+    @property
+    def modes(self) -> list[str]:
+        """Modes of the contact points."""
+        return [MODES[one] for one in self.memory.modes.mode[: len(self.uni.contact_points)]]
+
+    @property
+    def pairs(self) -> list[str]:
+        """Modes of the frictional joints."""
+        return [MODES[one] for one in self.memory.modes.mode[len(self.uni.contact_points) :]]
+
+    @property
+    def groups(self) -> dict[int, list[int]]:
+        """Contact points that stick by the row of one of them, by its number."""
+        found: dict[int, list[int]] = {}
+        for k, leader in enumerate(
+            self.memory.modes.leader[: len(self.uni.contact_points)].tolist()
+        ):
+            if leader >= 0:
+                found.setdefault(leader, []).append(k)
+        return found
+
+    @property
+    def on(self) -> Array:
+        """Which rows are on."""
+        return self.work.on[: len(self.uni), 0].copy()
+
+    @property
+    def guards(self) -> list[Guard]:
+        """What is watched."""
+        G = self.guard_table
+        numbers = zip(G.kind[: G.count[0]].tolist(), G.owner.tolist(), strict=False)
+        return [Guard(GUARDS[kind], owner) for kind, owner in numbers]
+
+    @property
+    def fresh(self) -> dict[Guard, float]:
+        """What is rounding of guards that began at zero."""
+        found = zip(self.guards, self.guard_table.fresh.tolist(), strict=False)
+        return {guard: least for guard, least in found if least > 0.0}
+
+    def set_shared(self, shared: SharedForces | None) -> None:
+        """Set what sticks with forces that no equation decides."""
+        G, self.shared = self.guard_table, shared
+        G.open_normal[:] = G.open_tangent[:] = 0
+        if shared is not None:
+            G.open_normal[list(shared.pressing)] = 1
+            G.open_tangent[list(shared.members)] = 1
+            shared.watch(self)
+
+    def guards_again(self, fresh: Array) -> None:
+        """Guards of modes that were set, with what is rounding of them."""
+        G = self.guard_table
+        G.slow[:] = tol.RATE_NONE_FRICTION * self.speeds
+        find_guards(self.layout, self.work, self.uni.table, self.memory.modes, G)
+        G.fresh[: len(fresh)], self.stage[0] = fresh, STEPPING
 
     @property
     def watches(self) -> bool:
@@ -262,7 +296,7 @@ class ModalIntegration(JumpIntegration):
     def shown(self, t: float, record: Array, modes: InstantModes | None = None) -> Reported:
         """A record (rows, 1) with admissible forces, of the present modes or of others."""
         modes, plain = modes or self.modes_now, Reported(record[:, 0], None)
-        key = repr((modes.modes, modes.pairs)).encode() + modes.on.tobytes()
+        key = " ".join((*modes.modes, *modes.pairs)).encode() + modes.on.tobytes()
         if not modes.on.any() or key == self.determined:
             return plain
         n, numbers = self.system.coordinates, self.system.friction_rows.start
@@ -346,26 +380,34 @@ class ModalIntegration(JumpIntegration):
         """Gaps up to this are none [length]."""
         return tol.CONTACT_GAP_CLOSED * self.system.length
 
-    def take_modes(self) -> None:
-        """The modes and rows that the kernels have set, evaluated."""
-        M, count = self.memory.modes, len(self.uni.contact_points)
-        every = [MODES[one] for one in M.mode.tolist()]
-        self.modes, self.pairs, self.groups = every[:count], every[count:], {}
-        for k, leader in enumerate(M.leader[:count].tolist()):
-            if leader >= 0:
-                self.groups.setdefault(leader, []).append(k)
-        self.on = self.work.on[: len(self.uni), 0].copy()
-        self.eliminate_rows_that_are_on()
-        self.evaluate()
-
-    def eliminate_rows_that_are_on(self) -> None:
-        """Steps leave out the blocks of rows that are off."""
-        key = self.on.tobytes()
-        if key not in self.layouts:
-            off = np.zeros(self.layout.nodes, dtype=bool)
+    def eliminate_rows_that_are_on(self) -> UnilateralMotion:
+        """Steps leave out the blocks of rows that are off: what the kernels work on then."""
+        key = self.work.on.tobytes()
+        if key not in self.motions:
+            off, m, steps = np.zeros(self.layout.nodes, dtype=bool), self.motion, self.steps
             off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
-            self.layouts[key] = without_nodes(self.layout, off)
-        self.motion = replace(self.motion, layout=self.layouts[key])
+            D, P = self.memory.ready(self, 0)
+            self.motions[key] = UnilateralMotion(
+                whole=self.layout,
+                layout=without_nodes(self.layout, off),
+                work=self.work,
+                # implicit methods pass singular positions by an explicit one
+                method=steps.method if isinstance(steps, ExplicitSteps) else steps.explicit.method,
+                stepping=self.stepping,
+                tolerances=m.tolerances,
+                unilateral=self.uni.table,
+                guards=self.guard_table,
+                modes=self.memory.modes,
+                decision=D,
+                problem=P,
+                impact=self.memory.impact,
+                stage=self.stage,
+                count=self.counts,
+                changed=self.changed,
+            )
+        self.present = found = self.motions[key]
+        self.motion = replace(self.motion, layout=found.layout)
+        return found
 
     # -- guards -------------------------------------------------------------------------------
 
@@ -381,8 +423,17 @@ class ModalIntegration(JumpIntegration):
             found[: len(own)] = super()._values(own, t, read)
         if len(own) < len(which):
             chosen = [n - count for n in which if n >= count]
-            found[len(own) :] = guard_values(self, t, records)[chosen]
+            found[len(own) :] = self._guard_values(t, records)[chosen]
         return found
+
+    def _guard_values(self, t: Array, records: Array) -> Array:
+        """Values (guards, instants) by times and records (instants, rows, 1)."""
+        G, probe = self.guard_table, self.probe
+        found, flat = np.empty((len(G.kind), len(records))), np.ascontiguousarray(records[:, :, 0])
+        probe.signal[:] = self.work.signal
+        table = self.layout, probe, self.uni.table, G
+        guard_history(*table, np.ascontiguousarray(t), flat, found)
+        return found[: G.count[0]]
 
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
         found, rising = super()._sampled(times, marks, records)
@@ -406,7 +457,7 @@ class ModalIntegration(JumpIntegration):
         """Half the time to where det(I − φ′ B) would vanish: forces have a pole there, beyond which
         a step would see them with the other sign.
         """
-        if Guard("paradox") not in self.guards:
+        if not self.has_pole:
             return np.inf
         k = len(self.events) + self.guards.index(Guard("paradox"))
         here, there = found[k, :2]
@@ -416,6 +467,12 @@ class ModalIntegration(JumpIntegration):
         until = -float(here / rate) if here > 0.0 > rate else np.inf
         self.pole = float(times[0]) + until
         return 0.5 * until
+
+    @property
+    def has_pole(self) -> bool:
+        """Whether what slides may have forces that grow without bound."""
+        G = self.guard_table
+        return bool((G.kind[: G.count[0]] == PARADOX).any())
 
     def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
         """Whether cubics over two samples show the forces at the one between: loads may swing while
@@ -505,7 +562,7 @@ class ModalIntegration(JumpIntegration):
         return self.before_end
 
     def _modal_state(self) -> ModalState:
-        shared = self.shared
+        shared, M, struck = self.shared, self.memory.modes, self.memory.impact.struck
         parts = shared.parts if shared is not None else ()
         return ModalState(
             modes=tuple(self.modes),
@@ -515,10 +572,10 @@ class ModalIntegration(JumpIntegration):
             phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
             groups=tuple(map(tuple, self.groups.values())),
             shared=parts,
-            closed=tuple(sorted(self.transition.closed)),
-            beyond=tuple(sorted(self.beyond)),
+            closed=tuple(np.flatnonzero(M.closed).tolist()),
+            beyond=tuple(np.flatnonzero(M.beyond).tolist()),
             fresh=tuple((one.kind, one.number, least) for one, least in self.fresh.items()),
-            struck=tuple(self.struck.items()),
+            struck=tuple((k, when) for k, when in enumerate(struck.tolist()) if when > -np.inf),
             page=tuple(self.initial_states[:, 0].tolist()),
             lost=tuple(self.lost.tolist()),
         )
@@ -526,18 +583,23 @@ class ModalIntegration(JumpIntegration):
     def _resume(self, restart: Restart) -> None:
         found = restart.modal
         assert found is not None
-        self.modes, self.pairs = list(found.modes), list(found.pairs)
-        self.on = set_active_set(self.uni, self.work, found)
+        M = self.memory.modes
+        self.memory.forget()
+        M.mode[:] = [MODES.index(one) for one in (*found.modes, *found.pairs)]
+        for group in found.groups:
+            M.leader[list(group)] = group[0]
+        M.closed[list(found.closed)] = M.beyond[list(found.beyond)] = 1
+        for k, when in found.struck:
+            self.memory.impact.struck[k] = when
+        set_active_set(self.uni, self.work, found)
         self.eliminate_rows_that_are_on()
-        self.groups = {group[0]: list(group) for group in found.groups}
-        self.shared, self.beyond = shared_of(found), set(found.beyond)
-        self.transition = ModeTransition(set(found.closed))
-        self.struck = dict(found.struck)
+        self.set_shared(shared_of(found))
         # the first instant, with what is on
         self.evaluate()
         super()._resume(restart)
-        self.fresh = fresh_guards(found)
-        self.guards = guards_of(self)
+        self.guards_again(np.zeros(0))
+        fresh = {Guard(kind, number): least for kind, number, least in found.fresh}
+        self.guards_again(np.array([fresh.get(one, 0.0) for one in self.guards]))
         self.resumed = found
 
     def _restart(self, work_done: Array) -> Restart | None:
@@ -553,19 +615,6 @@ class ModalIntegration(JumpIntegration):
         if self.resumed is not None:
             self.lost = np.array(self.resumed.lost)
             self.record = np.array(self.resumed.page)[:, None]
-
-
-#: Impacts, and changes of modes, at one instant, at most.
-STRIKES, CHANGES = 500, 200
-#: A guard begins at zero where it is less than this part of its size; until the modes change
-#: again what is less than rounding of it is taken for a little more.
-ROUNDING = {
-    "close": tol.GUARD_ROUNDING_GAP,
-    "edge": tol.GUARD_ROUNDING_GAP,
-    "enter": tol.GUARD_ROUNDING_GAP,
-    "stop": tol.GUARD_ROUNDING_STOP,
-    "lock": tol.GUARD_ROUNDING_STOP,
-}
 
 
 class ContactIntegration(ModalIntegration):
@@ -596,9 +645,8 @@ class ContactIntegration(ModalIntegration):
         )
         approach = self.uni.approach(self.uni.read(self.work))
         # what moves apart is closed no longer
-        self.transition = ModeTransition(
-            {n for n in touching if approach[n] <= tol.RATE_NONE_FRICTION * self.speeds[n]}
-        )
+        slow = tol.RATE_NONE_FRICTION * self.speeds
+        self.set_closed([n for n in touching if approach[n] <= slow[n]])
         status = self._settle(begins=True)
         return status or (self._settle(begins=True) if self._rolls_at_once() else "")
 
@@ -633,7 +681,7 @@ class ContactIntegration(ModalIntegration):
         return True
 
     def _guarded(self) -> tuple[Array, list[float]]:
-        found = guard_values(self, self.state[[TIME]], self.record[None])[:, 0]
+        found = self._guard_values(self.state[[TIME]], self.record[None])[:, 0]
         m, G = self.motion, self.guard_table
         guard_sizes(m.layout, m.work, m.stepping, self.uni.table, G, self.record)
         return found, G.size[: len(found)].tolist()
@@ -652,8 +700,20 @@ class ContactIntegration(ModalIntegration):
             value < -tol.GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True)
         )
 
+    def set_closed(self, closed: Any) -> None:
+        """What is closed though its gap is rounding, where modes are to be decided."""
+        M = self.memory.modes
+        for table in (M.closed, M.opened, M.stopped, M.begun):
+            table[:] = 0
+        M.closed[closed] = 1
+
+    @property
+    def _closed_now(self) -> Array:
+        """Whether contact points are closed in the present modes, (points,)."""
+        return self.memory.modes.mode[: len(self.uni.contact_points)] != OPEN
+
     def _settle_anew(self) -> str:
-        self.transition = ModeTransition({n for n, mode in enumerate(self.modes) if mode != "open"})
+        self.set_closed(self._closed_now)
         return self._settle()
 
     def _loosen(self) -> None:
@@ -663,17 +723,9 @@ class ContactIntegration(ModalIntegration):
     def _settle_jump(self) -> None:
         """Impacts of what the driver moves towards each other; what it moves apart opens."""
         self.load()
-        approach, velocity_tolerance = (
-            self.uni.approach(self.uni.read(self.work)),
-            tol.RATE_NONE_FRICTION * self.speeds,
-        )
-        self.transition = ModeTransition(
-            {
-                n
-                for n, mode in enumerate(self.modes)
-                if mode != "open" and approach[n] <= velocity_tolerance[n]
-            }
-        )
+        approach, count = self.uni.approach(self.uni.read(self.work)), len(self.uni.contact_points)
+        slow = tol.RATE_NONE_FRICTION * self.speeds[:count]
+        self.set_closed(self._closed_now & (approach <= slow))
         self.jerked = True
         self.ending = self._settle()
 
@@ -690,11 +742,17 @@ class ContactIntegration(ModalIntegration):
         return code
 
     def _quietly(self, until: float, count: int, outputs: Outputs, locates: bool) -> int:
-        m, method = self.motion, self.steps.method
-        bundles = m.layout, m.work, method, m.stepping, m.tolerances, outputs
-        G, self.least_guard = self.guard_table, np.nan
-        G.asked[:] = until, count, self.swings, locates
-        return int(watched_steps(*bundles, self.uni.table, G))
+        self.guard_table.asked[:], self.least_guard = (until, count, self.swings, locates), np.nan
+        return self._next(outputs)
+
+    def _next(self, outputs: Outputs) -> int:
+        """What happens next: see `mbody.kernels.advance`; memory grows as needed."""
+        found = self.present or self.eliminate_rows_that_are_on()
+        while (code := advance_motion(found, outputs)) == MEMORY:
+            self.memory.grow(2 * self.memory.rows_needed)
+            self.motions.clear()
+            found = self.eliminate_rows_that_are_on()
+        return int(code)
 
     def _quiet_steps(self) -> int:
         """Steps towards the next set time as long as they are quiet, keeping the instants that they
@@ -719,7 +777,7 @@ class ContactIntegration(ModalIntegration):
         if code == NOT_QUIET:
             self.guard_table.known[0] = 0
             code, status = super()._step()
-        if status or Guard("paradox") not in self.guards:
+        if status or not self.has_pole:
             return code, status
         found = abs(self.record[self.system.friction_rows.start + DETERMINANT, 0])
         vanished = code in (STEP_VANISHED, NOT_FINITE) and found < tol.FRICTION_SINGULAR
@@ -733,158 +791,153 @@ class ContactIntegration(ModalIntegration):
 
     def _passed(self, guard: Guard) -> str:
         """Go on from where a guard is zero."""
-        t = float(self.state[TIME])
-        self.changes = (
-            self.changes + 1 if t - self.last_change <= tol.TIMES_SAME_MODES * abs(t) else 0
-        )
-        self.last_change = t
-        if self.changes > CHANGES:
-            return self._ended(
-                f"contacts and friction change their modes without end, last {self._who(guard)}"
-            )
-        if guard.kind == "paradox":
-            return self._paradox(t)
-        transition, n = self.transition, guard.number
-        if guard.kind in ("close", "lock"):
-            transition.closed.add(n)
-        elif guard.kind in ("open", "edge"):
-            transition.opened = {n}
-            if guard.kind == "edge":
-                self.beyond.add(n)
-        elif guard.kind == "enter":
-            self.beyond.discard(n)
-        elif guard.kind == "slip":
-            transition.sliding = self._together(n, self._impending(n))
-        elif guard.kind == "share" and self.shared is not None:
-            self.load()
-            reserve = self.shared.reserve(self, self.record[:, 0], self.work)
-            for one, slip_sign in reserve.sliding.items():
-                transition.sliding |= self._together(one, slip_sign)
-            transition.opened = reserve.opened
-        elif guard.kind == "stop":
-            transition.stopped = {n}
-        return self._settle()
-
-    def _impending(self, n: int) -> float:
-        """The direction in which what sticks would slide: that of its multiplier."""
-        points = len(self.uni.contact_points)
-        row = (
-            self.uni.contact_points[n].tangent
-            if n < points
-            else self.uni.friction_joints[n - points].tangent
-        )
-        return float(np.sign(self.uni.multiplier(self.record[:, 0], row))) or 1.0
-
-    def _together(self, n: int, slip_sign: float) -> dict[int, float]:
-        """The directions in which all slides that sticks by the row of contact point or frictional
-        joint n.
-        """
-        group = self.groups.get(n, [n])
-        if len(group) == 1:
-            return {n: slip_sign}
-        self.load()
-        rows, units = self.uni.read(self.work), self.system.coordinate_units**2
-        own = rows.block[self.uni.contact_points[n].tangent] * units
-        along = {k: own @ rows.block[self.uni.contact_points[k].tangent] for k in group}
-        return {k: slip_sign * float(np.sign(part)) for k, part in along.items()}
-
-    def _who(self, guard: Guard) -> str:
-        points = self.uni.contact_points
-        one = points[guard.number] if guard.number < len(points) else None
-        return f"'{one.name if one else self.uni.friction_joints[guard.number - len(points)].name}'"
+        G = self.guard_table
+        if self.stage[0] != PASSED:
+            self.stage[0], G.passed[0] = PASSED, self.guards.index(guard)
+            G.page[:] = self.record
+        return self._go_on()
 
     def _settle(self, *, begins: bool = False) -> str:
         """Impacts while a closed contact is approached, then the modes that go on; a status where
         the motion ends.
         """
-        before = list(self.modes), list(self.pairs)
-        state_before = self.record.copy()
-        self.before = InstantModes(*before, self.on.copy())
-        for _ in range(STRIKES):
-            found = self.memory.resolve(self, self.struck)
-            if found == QUIET:
-                break
-            closed = np.flatnonzero(self.memory.modes.touches).tolist()
-            if (status := self._impact(closed, found)) is not None:
-                return status
-        else:
-            name = self.uni.contact_points[int(self.memory.impact.first[0])].name
-            return self._ended(f"impacts at '{name}' do not end")
-        if not self._go_on(None if begins else before, state_before):
-            return self._without_collision(before)
-        return ""
+        self.stage[0] = SETTLING
+        self.counts[[STRIKES, TRIED_COLLISION]] = 0
+        return self._go_on(begins=begins)
 
-    def _go_on(self, before: tuple[list[str], list[str]] | None, record: Array) -> bool:
-        """Set the modes that go on and record what changes; whether there are consistent ones.
-        `before` and `record`: the modes, None at the beginning, and the record before.
+    def _go_on(self, *, begins: bool = False) -> str:
+        """What happens at this instant, up to steps in modes that go on; a status where the motion
+        ends.
         """
-        verdict = decide(self)
-        self.none = "no accelerations are consistent"
-        if not verdict.complete:  # of so many contacts not every set of modes was tried
-            self.none = "no consistent accelerations were found"
-        if not verdict.consistent:
-            return False
-        if verdict.several:
-            self._note_several(record)
-        self._begin_anew()
-        if before is not None:
-            self._record_changes(before, record)
-        return True
+        self.before, first = self.modes_now, self.record
+        G, nothing = self.guard_table, self._no_outputs()
+        while True:
+            code, before = self._next(nothing), self.record
+            raise_user_error(self.system)
+            status = self._why_it_ends(code, first)
+            if status:
+                return status
+            if code == SHARED:
+                self._pass_shared()
+                continue
+            self.record = G.page.copy()
+            if code == IMPACT:
+                self._impact(before)
+            elif code == COLLISION:
+                self._collided(before)
+            elif code == DECIDED:
+                self.eliminate_rows_that_are_on()
+                self.set_shared(shared_friction(self))
+                if self.counts[FOUND] == SEVERAL:
+                    self._note_several(first)
+            else:
+                self._begun()
+                if not begins:
+                    self._record_changes(first)
+                return ""
 
-    def _begin_anew(self) -> None:
-        """Steps begin at the modes that were decided."""
-        state = self.state
-        state[NEAR_SINGULAR] = state[JACOBIAN_VALID] = 0.0
+    def _no_outputs(self) -> Outputs:
+        """None."""
+        records, work = np.empty((0, self.rows, 1)), np.zeros((1, self.causes))
+        return Outputs(times=np.empty(0), pages=records, work=work)
+
+    def _begun(self) -> None:
+        """Steps begin in the modes that were decided."""
+        self.least_guard = np.nan
         self.steps.jumped(self.motion)
-        self.transition = ModeTransition({n for n, mode in enumerate(self.modes) if mode != "open"})
-        self.guards = guards_of(self)
-        self._check_finite(self.K, float(state[TIME]))
-        found, sizes = self._guarded()
-        # what begins below zero is zero from there on: it falls where it falls further
-        self.fresh = {
-            guard: max(
-                ROUNDING.get(guard.kind, tol.GUARD_ROUNDING_FORCE) * size,
-                -tol.GUARD_FALLING * float(value),
-            )
-            for guard, value, size in zip(self.guards, found, sizes, strict=True)
-            if abs(value) <= tol.GUARD_ZERO * size
-        }
-        self.guard_table.fresh[: len(self.guards)] = [
-            self.fresh.get(one, 0.0) for one in self.guards
-        ]
+        self._check_finite(self.K, float(self.state[TIME]))
+
+    def _pass_shared(self) -> None:
+        """What begins to slide and opens where forces that are shared come to their limits."""
+        assert self.shared is not None
+        self.load()
+        M = self.memory.modes
+        reserve = self.shared.reserve(self, self.record[:, 0], self.work)
+        bundles = self.layout, self.work, self.stepping, self.uni.table, M
+        for k, slip_sign in reserve.sliding.items():
+            slide_together(*bundles, k, slip_sign)
+        M.opened[list(reserve.opened)] = 1
+
+    def _why_it_ends(self, code: int, record: Array) -> str:
+        """The status of a motion that ends, by what has happened; `record`: before all of it."""
+        G, M, t = self.guard_table, self.memory.modes, float(self.state[TIME])
+        if code == POLE:
+            return self._paradox(t)
+        if code == CHANGES_WITHOUT_END:
+            who = self._who(int(G.owner[G.passed[0]]))
+            return self._ended(f"contacts and friction change their modes without end, last {who}")
+        if code == IMPACTS_WITHOUT_END:
+            who = self._who(int(self.memory.impact.first[0]))
+            return self._ended(f"impacts at {who} do not end")
+        touching = np.flatnonzero(M.touches).tolist()
+        if code == NO_IMPACT:
+            hit = np.flatnonzero(self.memory.impact.hit).tolist()
+            refuse_driven_impact(self, hit)
+            return self._wedged(touching, hit)
+        if code == LOST:
+            return self._ended(lost_by_masses(self.uni, touching))
+        if code not in (NO_MODES, NO_COLLISION):
+            return ""
+        points, joints = self.uni.contact_points, self.uni.friction_joints
+        names = dict.fromkeys(points[k].name for k in touching)
+        if self.counts[TRIED_COLLISION] and code == NO_MODES:
+            return self._ended(f"{self._none} at {self._quoted(names)}")
+        name = next(iter(names), None) or joints[0].name
+        self._record_contact("inconsistent", t, name, record, record)
+        if code == NO_COLLISION:
+            why = f"no accelerations and no impact are consistent at {self._quoted(names)}"
+            return self._ended(why)
+        friction = self._quoted(one.name for one in joints)
+        return self._ended(f"{self._none} with the friction at {friction}")
+
+    @property
+    def _none(self) -> str:
+        """What is said where no modes go on: of so many contacts not every set may be tried."""
+        if self.memory.problem[0].count[TRIED]:
+            return "no accelerations are consistent"
+        return "no consistent accelerations were found"
+
+    @staticmethod
+    def _quoted(names: Iterable[str]) -> str:
+        return ", ".join(f"'{name}'" for name in dict.fromkeys(names))
+
+    def _who(self, owner: int) -> str:
+        names = [one.name for one in self.uni.contact_points]
+        names += [one.name for one in self.uni.friction_joints]
+        return f"'{names[owner]}'"
 
     # -- impacts ------------------------------------------------------------------------------
 
-    def _impact(self, closed: list[int], found: int) -> str | None:
-        """Account for what the kernels have `found` of an impact of all closed contact points; a
-        status where it has no solution.
-        """
-        n, t, I = self.system.coordinates, float(self.state[TIME]), self.memory.impact
-        if found == WEDGED:
-            hit = np.flatnonzero(I.hit).tolist()
-            refuse_driven_impact(self, hit)
-            return self._wedged(closed, hit)
-        first, record = int(I.first[0]), self.record.copy()
-        before = self.memory.modes.y[n : 2 * n].copy()
-        self.struck[first] = t
-        self.on = np.zeros(len(self.on))
-        self.evaluate()
-        impact, name = impact_of(self), self.uni.contact_points[first].name
-        self._add_losses(impact, closed, before)
-        impulses = self._impulses(impact, closed)
-        kind = "rest" if found == RESTED else "impact"
-        self._record_contact(kind, t + float(I.rested[0]), name, record, self.record, impulses)
-        self.transition.closed -= set(closed)
-        return None
+    def _impact(self, record: Array) -> None:
+        """Account for the impact that has happened; `record`: that before it."""
+        I = self.memory.impact
+        first = int(I.first[0])
+        self._add_losses()
+        kind = "rest" if self.counts[FOUND] == RESTED else "impact"
+        t, name = float(self.state[TIME]), self.uni.contact_points[first].name
+        self._record_contact(
+            kind, t + float(I.rested[0]), name, record, self.record, self._impulses()
+        )
+
+    def _collided(self, record: Array) -> None:
+        """Account for an impact without collision; `record`: that before it."""
+        t, M = float(self.state[TIME]), self.memory.modes
+        names = [self.uni.contact_points[k].name for k in np.flatnonzero(M.touches)]
+        self._record_contact("inconsistent", t, names[0], record, record)
+        self._add_losses()
+        self._record_contact("impact", t, names[0], record, self.record, self._impulses())
+        self.contact_notes.append(
+            f"at t = {t:.6g} {self.system.mechanism.units.time} {self._none} with the friction at "
+            f"{self._quoted(names)} (Painlevé's paradox): an impact without collision followed"
+        )
 
     def _wedged(self, closed: list[int], hit: list[int]) -> str:
         """No velocities keep all that strikes apart: friction wedges what Newton's law throws back,
         or drivers lead it from two sides.
         """
-        names = dict.fromkeys(self.uni.contact_points[k].name for k in hit)
-        quoted = ", ".join(f"'{name}'" for name in names)
+        quoted = self._quoted(self.uni.contact_points[k].name for k in hit)
         self.load()
-        if strike(self, closed, STILL) is not None:
+        if self.memory.rests(self, closed):
             return self._ended(
                 f"an impact at {quoted} has no solution: friction wedges what Newton's law of "
                 'impact would throw back; Poisson\'s law (law = "poisson") or less friction has one'
@@ -894,29 +947,30 @@ class ContactIntegration(ModalIntegration):
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
         )
 
-    def _add_losses(self, found: Impact, closed: list[int], before: Array) -> None:
-        """The energy that an impact took of the contacts; what stops that move gave. `before`
-        (coordinates,): velocities.
-        """
-        self._check_impact(found, closed, before)
-        for k, gained, moved in zip(closed, found.gained, found.moved, strict=True):
+    def _add_losses(self) -> None:
+        """Energy that an impact took of contacts; what stops that move, and drivers, gave."""
+        I = self.memory.impact
+        self._check_impact()
+        for k in np.flatnonzero(self.memory.modes.touches).tolist():
             name = self.uni.contact_points[k].name
-            self.lost[self.stops.index(name)] += gained
+            self.lost[self.stops.index(name)] += I.gained[k]
             if name in self.moving:
-                self.total[self.moving[name]] += moved
-        for name, given in found.driven.items():
-            self.total[self.work_names.index(name)] += given
+                self.total[self.moving[name]] += I.moved[k]
+        for one, given in zip(self.system.drivers, I.driven.tolist(), strict=True):
+            self.total[self.work_names.index(one.name)] += given
 
-    def _check_impact(self, found: Impact, closed: list[int], before: Array) -> None:
+    def _check_impact(self) -> None:
         """A doubt where an impact gives energy, or more or less than its impulses do."""
-        mass, t = self.system.mass[: len(before), 0], float(self.state[TIME])
-        gained, rounding = gain_of_jump(mass, before, found.jump)
-        given = np.array([*found.moved, *found.driven.values()])
-        exchanged, taken, terms = found.energy.tolist()
+        I, n, t = self.memory.impact, self.system.coordinates, float(self.state[TIME])
+        closed = np.flatnonzero(self.memory.modes.touches)
+        velocities, taken_away = self.memory.modes.y[n : 2 * n], float(I.gained[closed].sum())
+        gained, rounding = gain_of_jump(self.system.mass[:n, 0], velocities, I.jump)
+        given = np.append(I.moved[closed], I.driven)
+        exchanged, taken, terms = I.energy.tolist()
         exchanged += float(np.abs(given).sum())
         gained -= float(given.sum())
         none = rounding + tol.ENERGY_IMPACT * exchanged + tol.ENERGY_IMPACT_ARTIFICIAL * abs(taken)
-        off = abs(gained + taken - float(found.gained.sum())) > none
+        off = abs(gained + taken - taken_away) > none
         off |= abs(taken) > none + tol.ENERGY_IMPACT_ARTIFICIAL * terms
         if not (off or gained > rounding + tol.ENERGY_IMPACT_GAIN * exchanged):
             return
@@ -927,7 +981,7 @@ class ContactIntegration(ModalIntegration):
         if off:
             message = (
                 f"{where} changes the energy by {gained:.3g} {energy}, its impulses by "
-                f"{found.gained.sum():.3g} {energy}: do not rely on the motion from there on, and "
+                f"{taken_away:.3g} {energy}: do not rely on the motion from there on, and "
                 "look at bodies without mass or inertia"
             )
         else:
@@ -941,58 +995,18 @@ class ContactIntegration(ModalIntegration):
             )
         self.passage.doubts += (Doubt("energy", message, t, names),)
 
-    def _without_collision(self, before: tuple[list[str], list[str]]) -> str:
-        """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
-        n, t = self.system.coordinates, float(self.state[TIME])
-        self.load()
-        closed = closed_points(self)
-        if not closed:
-            return self._undecided()
-        record, velocities = self.record.copy(), self.y[n : 2 * n].copy()
-        if lost := lost_by_masses(self.uni, closed):
-            return self._ended(lost)
-        found = strike(self, closed, COLLISIONLESS)
-        names = ", ".join(dict.fromkeys(f"'{self.uni.contact_points[k].name}'" for k in closed))
-        self._record_contact(
-            "inconsistent", t, self.uni.contact_points[closed[0]].name, record, record
-        )
-        if found is None:
-            return self._ended(f"no accelerations and no impact are consistent at {names}")
-        self._switch_off()
-        self.y[n : 2 * n] = velocities + found.jump
-        self.evaluate()
-        self._add_losses(found, closed, velocities)
-        name, impulses = self.uni.contact_points[closed[0]].name, self._impulses(found, closed)
-        self._record_contact("impact", t, name, record, self.record, impulses)
-        self.contact_notes.append(
-            f"at t = {t:.6g} {self.system.mechanism.units.time} {self.none} with the friction at "
-            f"{names} (Painlevé's paradox): an impact without collision followed"
-        )
-        self.transition = ModeTransition()
-        self.load()
-        if not self._go_on(before, record):
-            return self._ended(f"{self.none} at {names}")
-        return ""
-
-    def _undecided(self) -> str:
-        """No modes of frictional joints are consistent, and no contact can be struck."""
-        names = ", ".join(f"'{one.name}'" for one in self.uni.friction_joints)
-        name, record = self.uni.friction_joints[0].name, self.record
-        self._record_contact("inconsistent", float(self.state[TIME]), name, record, record)
-        return self._ended(f"{self.none} with the friction at {names}")
-
     def _note_several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
-        t = float(self.state[TIME])
-        who = [n for n in sorted(self.transition.closed)] or closed_points(self)
-        names = [self.uni.contact_points[k].name for k in who] or [
+        t, M = float(self.state[TIME]), self.memory.modes
+        which = np.flatnonzero(M.closed if M.closed.any() else M.touches)
+        names = [self.uni.contact_points[k].name for k in which] or [
             p.name for p in self.uni.friction_joints
         ]
-        quoted = ", ".join(dict.fromkeys(f"'{name}'" for name in names))
+        quoted = self._quoted(names)
         self._record_contact("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
         redundant = "redundant" in self.modes or any(
-            mode == "stick" and not self.on[pair.tangent]
+            mode == "stick" and not self.work.on[pair.tangent, 0]
             for pair, mode in zip(self.uni.friction_joints, self.pairs, strict=True)
         )
         if redundant:
@@ -1027,17 +1041,16 @@ class ContactIntegration(ModalIntegration):
         for point in self.uni.contact_points:
             if point.pair >= 0:
                 slip_signs[point.pair] = 0.0
-        self.on = np.zeros(len(self.on))
-        self.uni.set_rows(self.work, self.on, slip_signs)
+        self.uni.set_rows(self.work, np.zeros(len(self.uni)), slip_signs)
 
     # -- records -------------------------------------------------------------------------------
 
-    def _impulses(self, found: Impact, closed: list[int]) -> dict[str, tuple[float, float]]:
+    def _impulses(self) -> dict[str, tuple[float, float]]:
         """Normal and tangential impulse of every contact that took part in an impact."""
-        sums: dict[str, tuple[float, float]] = {}
-        for k, normal, tangent in zip(closed, *found.impulses.reshape(2, -1), strict=True):
+        I, sums = self.memory.impact, dict[str, tuple[float, float]]()
+        for k in np.flatnonzero(self.memory.modes.touches).tolist():
             before = sums.get(name := self.uni.contact_points[k].name, (0.0, 0.0))
-            sums[name] = before[0] + float(normal), before[1] + float(tangent)
+            sums[name] = before[0] + float(I.normal[k]), before[1] + float(I.tangential[k])
         return sums
 
     def _record_contact(
@@ -1056,14 +1069,15 @@ class ContactIntegration(ModalIntegration):
         states = [self._instant(now, *one) for one in every]
         self.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
 
-    def _record_changes(self, before: tuple[list[str], list[str]], record: Array) -> None:
-        """Records mode changes of contacts that were closed before, and contacts that close without
-        an impact.
+    def _record_changes(self, record: Array) -> None:
+        """Record mode changes of contacts that were closed before, and contacts that close without
+        an impact; `record`: before these.
         """
+        assert self.before is not None
         points = self.uni.contact_points
         free = {points[n].name for n in np.flatnonzero(self.uni.one_way)}
         t, now = float(self.state[TIME]), self.named_modes()
-        for name, old in self.named_modes(*before).items():
+        for name, old in self.named_modes(self.before.modes, self.before.pairs).items():
             new = now[name]
             if old == new or (old == "open" and name not in free):
                 continue
@@ -1093,3 +1107,38 @@ class ContactIntegration(ModalIntegration):
         if not names:
             return ()
         return (f"friction in {listed(names)} has no impulse of its own at impacts",)
+
+
+# -- Refusals ----------------------------------------------------------------------------------
+
+
+def ratio_of_masses(uni: Unilateral, closed: list[int]) -> float:
+    """The greatest ratio of masses that are joined to what touches at some contact points."""
+    bodies = {int(b) for k in closed for b in uni.bodies[k] if b < uni.layout.bodies}
+    return float(uni.unevenness[sorted(bodies)].max(initial=0.0))
+
+
+def lost_by_masses(uni: Unilateral, closed: list[int]) -> str:
+    """Why rounding decides what goes on at closed contact points; empty where it does not."""
+    ratio = ratio_of_masses(uni, closed)
+    if ratio <= tol.MASSES_LOST:
+        return ""
+    names = listed(list(dict.fromkeys(uni.contact_points[k].name for k in closed)))
+    return (
+        f"the accelerations at {names} are lost in rounding: masses that touch differ by a factor "
+        f"of {ratio:.2g}, more than numbers carry; take masses that differ by less than "
+        f"{tol.MASSES_LOST:.0e}"
+    )
+
+
+def refuse_driven_impact(motion: ModalMotion, hit: list[int]) -> None:
+    """Refuse an impact of what drivers lead, that has just been found to have no solution."""
+    D, place = motion.memory.problem[0].delassus, motion.memory.modes.place
+    for number in hit:
+        if not D[place[number], place[number]] > 0.0:
+            name = motion.uni.contact_points[number].name
+            raise SolveError(
+                f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
+                "them off, or record when it is reached by an Event",
+                name,
+            )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
+from mbody.analysis.contact.unilateral import Overlap, Unilateral, deepest_overlap
 from mbody.core import tolerances as tol
+from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.system.rank import dense, shortest
 from mbody.system.system import too_large
@@ -58,3 +59,27 @@ def fit_contacts(uni: Unilateral, work: Work) -> str | None:
     if not overlaps:
         return ""
     return f"the places of the start were fitted to contacts: {', '.join(overlaps.values())}"
+
+
+def first_overlap(uni: Unilateral, work: Work, gap_tolerance: float) -> list[int]:
+    """The contact points that are closed at the beginning; refuses shapes that overlap."""
+    rows = uni.read(work)
+    found = deepest_overlap(uni, rows, work, gap_tolerance)
+    if found is not None:
+        raise _overlap(uni, work, found)
+    within = uni.within_edges(rows, work, gap_tolerance, 0.0)
+    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= gap_tolerance and within[n]]
+
+
+def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:
+    machine = uni.system.mechanism
+    j = uni.bodies[found.contact_point][1]
+    x, y, angle = work.q[3 * j : 3 * j + 3, 0]
+    ax, ay = (float(part) for part in uni.contact_points[found.contact_point].candidate.position)
+    place = (
+        float(x + np.cos(angle) * ax - np.sin(angle) * ay),
+        float(y + np.sin(angle) * ax + np.cos(angle) * ay),
+    )
+    (one,) = (one for one in machine.contacts if one.name == found.contact)
+    sentence = one.overlapping(found.depth, place, uni.system.values, machine.units)
+    return ModelError(sentence, one.described_as)

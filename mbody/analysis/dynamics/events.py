@@ -315,12 +315,15 @@ class EventIntegration(Integration):
         self.total = np.zeros(self.causes)
         carried = [has_exact_rates(measure) for measure in self.measures]
         self.carried = np.array(carried, dtype=bool)
-        #: What is located besides, as guards of contacts are: see `_watched`.
-        self.guards: list[Guard] = []
         self.sided = one_sided(system)
         self.forces: dict[str, list[OneSidedForce]] = {one.name: [] for one in self.sided}
         #: Events that vary faster than they were looked at, and how far apart that was.
         self.missed: dict[str, float] = {}
+
+    @property
+    def guards(self) -> list[Guard]:
+        """What is located besides, as guards of contacts are."""
+        return []
 
     # -- the motion ---------------------------------------------------------------------------
 

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import Unilateral
-from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.complementarity import ContactProblem, problem_memory
 from mbody.kernels.contact_guards import Guards
 from mbody.kernels.contact_impacts import (
-    SMALL,
+    STILL,
     impact_memory,
-    resolve_impact,
     strike_contacts,
     tangent_responses,
 )
-from mbody.kernels.contact_modes import FULL, UnilateralModes, decide_modes, modes_memory
+from mbody.kernels.contact_modes import FORWARD, NONE, OPEN, modes_memory
 from mbody.kernels.force_programs import OpenForces, open_forces_memory
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.linear_program import LinearProgram
@@ -30,23 +27,6 @@ from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memor
 from mbody.system.system import System
 
 Array = np.ndarray
-
-
-@dataclass
-class ModeTransition:
-    """Mode changes that an event has just decided, at the limit of complementarity.
-
-    `closed`: Contact points that are closed, though their gap is rounding.
-    `opened`: Contact points that open.
-    `sliding`: Directions of what begins to slide, by the number of the contact point or, after
-      these, of the frictional joint.
-    `stopped`: What ceases to slide, likewise.
-    """
-
-    closed: set[int] = field(default_factory=set)
-    opened: set[int] = field(default_factory=set)
-    sliding: dict[int, float] = field(default_factory=dict)
-    stopped: set[int] = field(default_factory=set)
 
 
 @dataclass(frozen=True)
@@ -124,6 +104,7 @@ class DecisionMemory:
         self.impact.newton[:] = [one.law == "newton" for one in points]
         self.open: dict[tuple[int, ...], tuple[OpenForces, LinearProgram]] = {}
         self.grow(FEW_ROWS)
+        self.forget()
 
     def open_forces(self, *size: int) -> tuple[OpenForces, LinearProgram]:
         """Memory for so many coordinates, forces, linear limits and pairs of limits that bend."""
@@ -136,19 +117,7 @@ class DecisionMemory:
         L = self.uni.layout
         self.problem = decision_memory(n, 3 * L.bodies, L.nodes), problem_memory(n)
 
-    def take(self, motion: ModalMotion) -> UnilateralModes:
-        """The modes with what an event has decided."""
-        M, transition = self.modes, motion.transition
-        sets = (transition.closed, transition.opened, motion.beyond, transition.stopped)
-        for into, which in zip((M.closed, M.opened, M.beyond, M.stopped), sets, strict=True):
-            into[:] = 0
-            into[list(which)] = 1
-        M.begun[:] = 0.0
-        for n, slip_sign in transition.sliding.items():
-            M.begun[n] = slip_sign
-        return M
-
-    def ready(self, motion: ModalMotion, rows: int = 0) -> tuple[ContactDecision, ContactProblem]:
+    def ready(self, motion: ModalMotion, rows: int) -> tuple[ContactDecision, ContactProblem]:
         """The problem, for so many rows, with the numbers of the factor of the joints."""
         if rows > len(self.problem[0].c):
             self.grow(2 * rows)
@@ -164,35 +133,22 @@ class DecisionMemory:
         """How many rows the problem has, at most, that there was no memory for."""
         return int(self.problem[0].count[ALL_ROWS])
 
-    def decide(self, motion: ModalMotion) -> int:
-        """What `mbody.kernels.contact_modes.decide` finds; memory grows as needed."""
-        M, rows = self.take(motion), 0
-        bundles = motion.layout, motion.work, motion.motion.stepping, self.uni.table, M
-        while (found := decide_modes(*bundles, *self.ready(motion, rows))) == FULL:
-            rows = self.rows_needed
-        return int(found)
+    def forget(self) -> None:
+        """All contact points are open, and all frictional joints slip; nothing was struck."""
+        points, M = len(self.uni.contact_points), self.modes
+        M.mode[:points], M.mode[points:], M.leader[:] = OPEN, FORWARD, -1
+        M.leader[points:] = np.arange(points, len(M.leader))
+        for table in (M.closed, M.opened, M.beyond, M.stopped, M.begun):
+            table[:] = 0
+        self.impact.struck[:] = -np.inf
 
-    def strike(self, motion: ModalMotion, closed: list[int], kind: int) -> int:
-        """What `mbody.kernels.contact_impacts.strike` finds, likewise."""
-        M, I, rows = self.modes, self.impact, 0
-        M.touches[:] = 0
+    def rests(self, motion: ModalMotion, closed: list[int]) -> bool:
+        """Whether closed contact points can be struck without restitution."""
+        M, I = self.modes, self.impact
+        M.touches[:], I.held[:] = 0, 0
         M.touches[closed] = 1
         bundles = motion.layout, motion.work, self.uni.table, M
-        while (found := strike_contacts(*bundles, *self.ready(motion, rows), I, kind)) == FULL:
-            rows = self.rows_needed
-        return int(found)
-
-    def resolve(self, motion: ModalMotion, struck: Mapping[int, float]) -> int:
-        """What `mbody.kernels.contact_impacts.resolve` finds, likewise. `struck`: when contact
-        points were struck last.
-        """
-        M, I, rows = self.take(motion), self.impact, 0
-        I.struck[:] = -np.inf
-        I.struck[list(struck)] = list(struck.values())
-        bundles = motion.layout, motion.work, motion.motion.stepping, self.uni.table, M
-        while (found := resolve_impact(*bundles, *self.ready(motion, rows), I)) == SMALL:
-            rows = self.rows_needed
-        return int(found)
+        return int(strike_contacts(*bundles, *self.ready(motion, 0), I, STILL)) != NONE
 
     def responses(self, motion: ModalMotion, points: Array, softer: float) -> ContactDecision:
         """Responses to the tangents of contact points, motions without mass being `softer`."""
@@ -210,10 +166,7 @@ class ModalMotion(Protocol):
     `modes`, `pairs`: Their modes.
     `groups`: Contact points that stick by the row of one of them, by its number.
     `shared`: What sticks with forces that no equation decides.
-    `beyond`: Open contact points that have left their edge over its end.
-    `guards`: What is watched.
-    `guard_table`: Guards as the kernels take them.
-    `fresh`: What is rounding of guards that began at zero.
+    `guard_table`: What is watched.
     `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
       coordinates.
     `work`, `probe`: That of the steps, and one to look at other positions.
@@ -223,15 +176,8 @@ class ModalMotion(Protocol):
     system: System
     layout: Layout
     uni: Unilateral
-    modes: list[str]
-    pairs: list[str]
-    transition: ModeTransition
-    groups: dict[int, list[int]]
     shared: SharedForces | None
-    beyond: set[int]
-    guards: list[Guard]
     guard_table: Guards
-    fresh: dict[Guard, float]
     y: Array
     K: Array
     record: Array
@@ -240,6 +186,18 @@ class ModalMotion(Protocol):
     probe: Work
     motion: Motion
     memory: DecisionMemory
+
+    @property
+    def modes(self) -> list[str]:
+        """Modes of the contact points."""
+
+    @property
+    def pairs(self) -> list[str]:
+        """Modes of the frictional joints."""
+
+    @property
+    def groups(self) -> dict[int, list[int]]:
+        """Contact points that stick by the row of one of them, by its number."""
 
     @property
     def speeds(self) -> Array:
@@ -254,9 +212,6 @@ class ModalMotion(Protocol):
 
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record."""
-
-    def take_modes(self) -> None:
-        """The modes and rows that the kernels have set, evaluated."""
 
 
 #: Refinements of accelerations, at most.

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
-from mbody.analysis.dynamics.events import Guard
 from mbody.analysis.dynamics.integrators import integrator
 from mbody.analysis.dynamics.shared_friction import SharedFriction
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
@@ -25,8 +24,8 @@ WORDS = ("open", "redundant", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
-def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray:
-    """Set rows, anchors, phases and slip signs of a workspace; returns which rows are on."""
+def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> None:
+    """Set rows, anchors, phases and slip signs of a workspace."""
     on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
     pairs = [one.pair for one in uni.contact_points] + [one.pair for one in uni.friction_joints]
     for pair, mode in zip(pairs, (*found.modes, *found.pairs), strict=True):
@@ -36,7 +35,6 @@ def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> np.ndarray
     for row, phase in zip(uni.phase_rows, found.phases, strict=True):
         work.par[row, 0] = phase
     uni.set_rows(work, on, slip_signs)
-    return on
 
 
 def shared_of(found: ModalState) -> SharedFriction | None:
@@ -45,11 +43,6 @@ def shared_of(found: ModalState) -> SharedFriction | None:
         return None
     normals, sticking, joints, members, pressing = found.shared
     return SharedFriction(normals, sticking, joints, frozenset(members), frozenset(pressing))
-
-
-def fresh_guards(found: ModalState) -> dict[Guard, float]:
-    """Guards that begin at zero, with what is rounding of theirs."""
-    return {Guard(kind, number): least for kind, number, least in found.fresh}
 
 
 def unfit_modes(system: System, found: ModalState) -> str | None:

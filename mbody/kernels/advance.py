@@ -1,0 +1,332 @@
+"""A motion with contacts, ropes and frictional joints, from one change of modes to the next.
+
+Steps go on as long as all guards of the present modes are positive (`mbody.kernels.watched_steps`).
+What a guard means that is zero, impacts of what approaches, the modes that go on and their guards
+follow, stage by stage. `advance_motion` returns after each of them, so that whoever leads the
+motion reads what has happened, and goes on from there when it is called again: all that the motion
+is lies in the arrays of one `UnilateralMotion`.
+"""
+
+from __future__ import annotations
+
+from mbody.core.bundle import Bundle, Floats, Ints
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.tolerances import (
+    GUARD_FALLING,
+    GUARD_ROUNDING_FORCE,
+    GUARD_ROUNDING_GAP,
+    GUARD_ROUNDING_STOP,
+    GUARD_ZERO,
+    MASSES_LOST,
+    RATE_NONE_FRICTION,
+    TIMES_SAME_MODES,
+)
+from mbody.kernels.complementarity import ContactProblem
+from mbody.kernels.contact_guards import (
+    BEGIN,
+    CLOSE,
+    EDGE,
+    ENTER,
+    LIFT,
+    LOCK,
+    PARADOX,
+    SHARE,
+    SLIP,
+    STOP,
+    Guards,
+    collect_guards,
+    find_sizes,
+    look,
+    look_at_guards,
+)
+from mbody.kernels.contact_impacts import (
+    COLLISIONLESS,
+    QUIET,
+    SMALL,
+    WEDGED,
+    ContactImpact,
+    resolve,
+    set_jump,
+    strike,
+    switch_off,
+)
+from mbody.kernels.contact_modes import (
+    FULL,
+    NONE,
+    ONE,
+    OPEN,
+    UnilateralModes,
+    coordinate_unit,
+    decide,
+    find_speeds,
+    find_touching,
+    read_state,
+    tangent_of,
+)
+from mbody.kernels.contact_rows import UnilateralLayout, fill_row
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
+from mbody.kernels.mode_problem import ContactDecision
+from mbody.kernels.state_derivative import first_derivative, load_state
+from mbody.kernels.step_state import (
+    JACOBIAN_VALID,
+    NEAR_SINGULAR,
+    TIME,
+    ZERO,
+    Outputs,
+    Stepping,
+    Tolerances,
+)
+from mbody.kernels.tableaus import Explicit
+from mbody.kernels.watched_steps import watched_steps
+
+#: What comes next: steps; what the guard decides that is zero; impacts, and the modes that go on;
+#: an impact without collision, where none do; guards of the modes that were decided.
+STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING = range(5)
+#: What `advance_motion` returns beside what `mbody.kernels.step_state` names: an impact has
+#: happened; one without collision; modes were decided; steps begin in these. An impact has no
+#: solution; no modes go on, nor an impact without collision; masses that touch differ by more than
+#: numbers carry. Forces of what slides have a pole; impacts, or changes of modes, do not end at one
+#: instant. There is memory for fewer rows. What shares its forces is at its limit, of which the
+#: caller says what it means.
+(
+    IMPACT,
+    COLLISION,
+    DECIDED,
+    BEGUN,
+    NO_IMPACT,
+    NO_MODES,
+    NO_COLLISION,
+    LOST,
+    POLE,
+    IMPACTS_WITHOUT_END,
+    CHANGES_WITHOUT_END,
+    MEMORY,
+    SHARED,
+) = range(11, 24)
+#: Impacts, and changes of modes, at one instant, at most.
+MOST_STRIKES, MOST_CHANGES = 500, 200
+#: Numbers in `UnilateralMotion.count`: impacts, and changes of modes, at this instant; what
+#: `resolve` and `decide` have found; whether an impact without collision was tried.
+STRIKES, CHANGES, FOUND, TRIED_COLLISION = range(4)
+
+
+class UnilateralMotion(Bundle):
+    """A motion with contacts, ropes and frictional joints.
+
+    `whole`, `layout`: With the rows of all that may act; as steps take it, without those of what is
+      off.
+    `stage` (1,): What comes next: see above.
+    `count` (4,): See above.
+    `changed` (1,): When modes have changed last.
+    """
+
+    whole: Layout
+    layout: Layout
+    work: Work
+    method: Explicit
+    stepping: Stepping
+    tolerances: Tolerances
+    unilateral: UnilateralLayout
+    guards: Guards
+    modes: UnilateralModes
+    decision: ContactDecision
+    problem: ContactProblem
+    impact: ContactImpact
+    stage: Ints
+    count: Ints
+    changed: Floats
+
+
+# -- What a guard decides that is zero ---------------------------------------------------------
+
+
+@njit
+def forget_transition(M):
+    """Nothing was just decided."""
+    for k in range(M.closed.shape[0]):
+        M.closed[k] = M.opened[k] = 0
+    for k in range(M.stopped.shape[0]):
+        M.stopped[k], M.begun[k] = 0, 0.0
+
+
+@inline
+def impending(L, U, G, k):
+    """The direction in which owner k would slide that sticks: that of its multiplier."""
+    e = L.active_set[tangent_of(U, k)]
+    return -1.0 if G.page[9 * L.bodies + PER_PRIMITIVE * e, 0] < 0.0 else 1.0
+
+
+@njit
+def begin_together(L, W, S, U, M, k, sign):
+    """All slides that sticks by the row of owner k, in this direction of k."""
+    M.begun[k] = sign
+    if k >= U.normal.shape[0] or M.leader[k] != k:
+        return
+    read_state(L, W, S.y)
+    fill_row(L, W, U, U.tangent[k], 1.0, M.row)
+    for other in range(U.normal.shape[0]):
+        if other == k or M.leader[other] != k:
+            continue
+        fill_row(L, W, U, U.tangent[other], 1.0, M.trial)
+        along = 0.0
+        for n in range(3 * L.bodies):
+            unit = coordinate_unit(W, n)
+            along += M.row[n] * M.trial[n] * unit * unit
+        M.begun[other] = sign if along > 0.0 else -sign if along < 0.0 else 0.0
+
+
+@njit
+def pass_guard(L, W, S, U, G, M):
+    """What the guard decides that is zero at the state S.y, whose record is in G.page."""
+    kind, k = G.kind[G.passed[0]], G.owner[G.passed[0]]
+    if kind in (CLOSE, LOCK):
+        M.closed[k] = 1
+    elif kind in (LIFT, EDGE):
+        M.opened[k] = 1
+        M.beyond[k] = 1 if kind == EDGE else M.beyond[k]
+    elif kind == ENTER:
+        M.beyond[k] = 0
+    elif kind == SLIP:
+        begin_together(L, W, S, U, M, k, impending(L, U, G, k))
+    elif kind == STOP:
+        M.stopped[k] = 1
+
+
+@inline
+def is_stuck(A):
+    """Whether modes change without end at this instant; counts them."""
+    t, before = A.stepping.state[TIME], A.changed[0]
+    again = t - before <= TIMES_SAME_MODES * abs(t)
+    A.count[CHANGES], A.changed[0] = A.count[CHANGES] + 1 if again else 0, t
+    return A.count[CHANGES] > MOST_CHANGES
+
+
+# -- Impacts, and the modes that go on ---------------------------------------------------------
+
+
+@njit
+def collide(A):
+    """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
+    L, W, S, U, M, I = A.whole, A.work, A.stepping, A.unilateral, A.modes, A.impact
+    touching, uneven = 0, 0.0
+    load_state(L, W, 0.0, S.y)
+    find_touching(L, W, S, U, M)
+    for k in range(M.touches.shape[0]):
+        touching += M.touches[k]
+        for side in range(2 if M.touches[k] == 1 else 0):
+            if U.bodies[k, side] < L.bodies:
+                uneven = max(uneven, U.uneven[U.bodies[k, side]])
+    if touching == 0 or A.count[TRIED_COLLISION] == 1:
+        return NO_MODES
+    if uneven > MASSES_LOST:
+        return LOST
+    A.count[TRIED_COLLISION] = 1
+    for j in range(I.held.shape[0]):
+        I.held[j] = 0
+    for k in range(M.y.shape[0]):
+        M.y[k] = S.y[k]
+    found = strike(L, W, U, M, A.decision, A.problem, I, COLLISIONLESS)
+    if found != ONE:
+        return MEMORY if found == FULL else NO_COLLISION
+    switch_off(L, W, U)
+    set_jump(L, W, S, M, A.decision, I)
+    forget_transition(M)
+    return COLLISION
+
+
+# -- Steps begin -------------------------------------------------------------------------------
+
+
+@inline
+def rounding_of(kind):
+    """Up to what part of its size what begins at zero is rounding."""
+    if kind in (CLOSE, EDGE, ENTER):
+        return GUARD_ROUNDING_GAP
+    return GUARD_ROUNDING_STOP if kind in (STOP, LOCK) else GUARD_ROUNDING_FORCE
+
+
+@njit
+def begin_steps(A):
+    """Steps begin in the present modes: derivative and record of the state, and the guards. What
+    begins at zero is rounding, and a little more than zero until it leaves that; what begins below
+    it falls where it falls further.
+    """
+    L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    S.state[NEAR_SINGULAR] = S.state[JACOBIAN_VALID] = 0.0
+    first_derivative(L, W, S, A.tolerances.full_refinements, G.page)
+    forget_transition(M)
+    for k in range(M.closed.shape[0]):
+        M.closed[k] = 0 if M.mode[k] == OPEN else 1
+    find_speeds(L, W, U, S, M)
+    for k in range(M.speed.shape[0]):
+        G.slow[k] = RATE_NONE_FRICTION * M.speed[k]
+    collect_guards(L, W, U, M, G)
+    look(L, W, U, G, BEGIN, False)
+    find_sizes(L, W, S, U, G, G.page)
+    for n in range(G.count[0]):
+        value, size = G.value[BEGIN, n], G.size[n]
+        zero = abs(value) <= GUARD_ZERO * size
+        G.fresh[n] = max(rounding_of(G.kind[n]) * size, -GUARD_FALLING * value) if zero else 0.0
+    look_at_guards(L, W, U, G)
+
+
+@kernel
+def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
+    """Go on to the next happening, or as far as A.guards.asked says."""
+    L, W, S, U, G, M = A.whole, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    if A.stage[0] == STEPPING:
+        code = watched_steps(A.layout, W, A.method, S, A.tolerances, O, U, G)
+        if code == ZERO:
+            A.stage[0] = PASSED
+        return code
+    if A.stage[0] == PASSED:
+        if is_stuck(A):
+            return CHANGES_WITHOUT_END
+        kind = G.kind[G.passed[0]]
+        pass_guard(L, W, S, U, G, M)
+        A.stage[0] = SETTLING
+        A.count[STRIKES] = A.count[TRIED_COLLISION] = 0
+        if kind == PARADOX:
+            return POLE
+        if kind == SHARE:
+            return SHARED
+    if A.stage[0] == SETTLING:
+        found = resolve(L, W, S, U, M, A.decision, A.problem, A.impact)
+        if found in (SMALL, WEDGED):
+            return MEMORY if found == SMALL else NO_IMPACT
+        A.count[FOUND] = found
+        if found != QUIET:
+            A.count[STRIKES] += 1
+            if A.count[STRIKES] > MOST_STRIKES:
+                return IMPACTS_WITHOUT_END
+            for k in range(M.touches.shape[0]):
+                M.closed[k] = 0 if M.touches[k] == 1 else M.closed[k]
+            keep(L, W, 0.0, G.page)
+            return IMPACT
+        found = decide(L, W, S, U, M, A.decision, A.problem)
+        if found == FULL:
+            return MEMORY
+        A.count[FOUND] = found
+        if found == NONE:
+            A.stage[0] = COLLIDING
+        else:
+            keep(L, W, 0.0, G.page)
+            A.stage[0] = BEGINNING
+            return DECIDED
+    if A.stage[0] == COLLIDING:
+        code = collide(A)
+        if code == COLLISION:
+            keep(L, W, 0.0, G.page)
+            A.stage[0] = SETTLING
+        return code
+    begin_steps(A)
+    A.stage[0] = STEPPING
+    return BEGUN
+
+
+@kernel
+def slide_together(
+    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, M: UnilateralModes, k: int, sign: float
+) -> None:
+    """See `begin_together`."""
+    begin_together(L, W, S, U, M, k, sign)
