@@ -10,6 +10,7 @@ then complementarity of accelerations decides how all go on (`mbody.kernels.adva
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
@@ -204,7 +205,7 @@ class ModalIntegration(JumpIntegration):
 
     def _motion(self) -> Motion:
         #: What the kernels work on: by which rows are on, and at present.
-        self.motions: dict[bytes, UnilateralMotion] = {}
+        self.motions: dict[bytes, tuple[Motion, UnilateralMotion]] = {}
         self.present: UnilateralMotion | None = None
         self.uni.regularization = self.regularization
         return refined_where_uneven(super()._motion(), self.uni)
@@ -387,9 +388,10 @@ class ModalIntegration(JumpIntegration):
             off, m, steps = np.zeros(self.layout.nodes, dtype=bool), self.motion, self.steps
             off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
             D, P = self.memory.ready(self, 0)
-            self.motions[key] = UnilateralMotion(
+            m = replace(m, layout=without_nodes(self.layout, off))
+            found = UnilateralMotion(
                 whole=self.layout,
-                layout=without_nodes(self.layout, off),
+                layout=m.layout,
                 work=self.work,
                 # implicit methods pass singular positions by an explicit one
                 method=steps.method if isinstance(steps, ExplicitSteps) else steps.explicit.method,
@@ -405,9 +407,9 @@ class ModalIntegration(JumpIntegration):
                 count=self.counts,
                 changed=self.changed,
             )
-        self.present = found = self.motions[key]
-        self.motion = replace(self.motion, layout=found.layout)
-        return found
+            self.motions[key] = m, found
+        self.motion, self.present = self.motions[key]
+        return self.present
 
     # -- guards -------------------------------------------------------------------------------
 
@@ -437,11 +439,11 @@ class ModalIntegration(JumpIntegration):
 
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
         found, rising = super()._sampled(times, marks, records)
-        for k, guard in enumerate(self.guards, start=len(self.events)):
-            if (least := self.fresh.get(guard)) is not None:
-                rounding = np.abs(found[k]) <= least
-                found[k] = np.where(rounding, least, found[k])
-                rising[k] = np.where(rounding, 0.0, rising[k])
+        first, G = len(self.events), self.guard_table
+        least = G.fresh[: G.count[0], None]
+        own, rates = found[first:], rising[first:]
+        rounding = np.abs(own) <= least
+        own[:], rates[:] = np.where(rounding, least, own), np.where(rounding, 0.0, rates)
         return found, rising
 
     def _sample_count(self, h: float) -> int:
@@ -495,8 +497,8 @@ class ModalIntegration(JumpIntegration):
             tol.CONTACT_RESERVE_UNSEEN * distance, tol.CONTACT_RESERVE_RESOLVED * size
         )
         # what is taken for a little more than zero jumps where it falls below that
-        rounding = [self.fresh.get(self.guards[k - len(self.events)], np.nan) for k in which]
-        shifted = g == np.array(rounding).reshape(-1, 1)
+        rounding = self.guard_table.fresh[np.array(which, dtype=int) - len(self.events), None]
+        shifted = (g == rounding) & (rounding > 0.0)
         shifted = shifted[:, :-2] | shifted[:, 1:-1] | shifted[:, 2:]
         return bool((shifted | (error <= allowed)).all())
 
@@ -810,9 +812,9 @@ class ContactIntegration(ModalIntegration):
         ends.
         """
         self.before, first = self.modes_now, self.record
-        G, nothing = self.guard_table, self._no_outputs()
+        G = self.guard_table
         while True:
-            code, before = self._next(nothing), self.record
+            code, before = self._next(self._nothing), self.record
             raise_user_error(self.system)
             status = self._why_it_ends(code, first)
             if status:
@@ -836,8 +838,9 @@ class ContactIntegration(ModalIntegration):
                     self._record_changes(first)
                 return ""
 
-    def _no_outputs(self) -> Outputs:
-        """None."""
+    @functools.cached_property
+    def _nothing(self) -> Outputs:
+        """No instants to be kept."""
         records, work = np.empty((0, self.rows, 1)), np.zeros((1, self.causes))
         return Outputs(times=np.empty(0), pages=records, work=work)
 
