@@ -442,7 +442,7 @@ class ModalIntegration(JumpIntegration):
         first, G = len(self.events), self.guard_table
         least = G.fresh[: G.count[0], None]
         own, rates = found[first:], rising[first:]
-        rounding = np.abs(own) <= least
+        rounding = (np.abs(own) <= least) & (least > 0.0)
         own[:], rates[:] = np.where(rounding, least, own), np.where(rounding, 0.0, rates)
         return found, rising
 
