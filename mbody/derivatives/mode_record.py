@@ -18,6 +18,7 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.core.dual_number import DualNumber
 from mbody.core.tolerances import GUARD_ZERO
 from mbody.kernels.accelerations import free_motion
+from mbody.kernels.contact_guards import guard_sizes
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
@@ -436,8 +437,11 @@ class ModeRecorder(JumpWatch, ContactIntegration):
     def _passed(self, guard: Guard) -> str:
         one = self.stretches[-1]
         one.guard = guard
-        found = zip(self.guards, *self._guarded(), strict=True)
-        zero = [each for each, value, size in found if abs(value) <= GUARD_ZERO * size]
+        m, G = self.motion, self.guard_table
+        found = self._guard_values(self.state[[TIME]], self.record[None])[:, 0]
+        guard_sizes(m.layout, m.work, m.stepping, self.uni.table, G, self.record)
+        sizes = zip(self.guards, found, G.size, strict=False)
+        zero = [each for each, value, size in sizes if abs(value) <= GUARD_ZERO * size]
         one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
         return super()._passed(guard)
 

@@ -9,9 +9,12 @@ is lies in the arrays of one `UnilateralMotion`.
 
 from __future__ import annotations
 
+import math
+
 from mbody.core.bundle import Bundle, Floats, Ints
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
+    CONTACT_GAP_BEGINNING,
     GUARD_FALLING,
     GUARD_ROUNDING_FORCE,
     GUARD_ROUNDING_GAP,
@@ -51,19 +54,28 @@ from mbody.kernels.contact_impacts import (
     switch_off,
 )
 from mbody.kernels.contact_modes import (
+    FORWARD,
     FULL,
     NONE,
     ONE,
     OPEN,
     UnilateralModes,
+    all_off,
     coordinate_unit,
     decide,
+    evaluate_state,
     find_speeds,
     find_touching,
     read_state,
     tangent_of,
 )
-from mbody.kernels.contact_rows import UnilateralLayout, fill_row
+from mbody.kernels.contact_rows import (
+    UnilateralLayout,
+    approach_of,
+    fill_row,
+    gap_of,
+    is_within,
+)
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
 from mbody.kernels.mode_problem import ContactDecision
 from mbody.kernels.state_derivative import first_derivative, load_state
@@ -80,14 +92,16 @@ from mbody.kernels.tableaus import Explicit
 from mbody.kernels.watched_steps import watched_steps
 
 #: What comes next: steps; what the guard decides that is zero; impacts, and the modes that go on;
-#: an impact without collision, where none do; guards of the modes that were decided.
-STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING = range(5)
+#: an impact without collision, where none do; guards of the modes that were decided. Or first
+#: modes, at a state that was set; others, where forces have jumped beyond what the present ones
+#: allow.
+STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED = range(7)
 #: What `advance_motion` returns beside what `mbody.kernels.step_state` names: an impact has
 #: happened; one without collision; modes were decided; steps begin in these. An impact has no
 #: solution; no modes go on, nor an impact without collision; masses that touch differ by more than
 #: numbers carry. Forces of what slides have a pole; impacts, or changes of modes, do not end at one
 #: instant. There is memory for fewer rows. What shares its forces is at its limit, of which the
-#: caller says what it means.
+#: caller says what it means. Forces that have jumped are within what the modes allow.
 (
     IMPACT,
     COLLISION,
@@ -102,7 +116,8 @@ STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING = range(5)
     CHANGES_WITHOUT_END,
     MEMORY,
     SHARED,
-) = range(11, 24)
+    UNBROKEN,
+) = range(11, 25)
 #: Impacts, and changes of modes, at one instant, at most.
 MOST_STRIKES, MOST_CHANGES = 500, 200
 #: Numbers in `UnilateralMotion.count`: impacts, and changes of modes, at this instant; what
@@ -234,6 +249,57 @@ def collide(A):
     return COLLISION
 
 
+# -- Motions begin, and forces jump ------------------------------------------------------------
+
+
+@njit
+def start_modes(A):
+    """Nothing acts yet, and what touches at the state S.y is closed, but for what moves apart."""
+    L, W, S, U, M = A.whole, A.work, A.stepping, A.unilateral, A.modes
+    points, none = U.normal.shape[0], CONTACT_GAP_BEGINNING * W.size[0, 0]
+    forget_transition(M)
+    all_off(L, W, U)
+    A.changed[0] = -math.inf
+    for k in range(M.mode.shape[0]):
+        M.mode[k], M.leader[k] = OPEN if k < points else FORWARD, -1
+    for k in range(points):
+        M.beyond[k], A.impact.struck[k] = 0, -math.inf
+    load_state(L, W, 0.0, S.y)
+    find_touching(L, W, S, U, M)
+    for k in range(points):
+        apart = approach_of(L, W, U, k) > RATE_NONE_FRICTION * M.speed[k]
+        if not apart and abs(gap_of(L, W, U, k)) <= none:
+            M.closed[k] = 1 if is_within(L, W, U, M.ends, k, none, 0.0) else 0
+
+
+@njit
+def is_broken(A):
+    """Whether a guard is below zero at the present state, where forces have jumped; what is closed
+    in the present modes is then to be decided anew.
+    """
+    L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    broken = False
+    evaluate_state(L, W, S, A.decision)
+    keep(L, W, 0.0, G.page)
+    look(L, W, U, G, BEGIN, False)
+    find_sizes(L, W, S, U, G, G.page)
+    for n in range(G.count[0]):
+        broken = broken or G.value[BEGIN, n] < -GUARD_ZERO * G.size[n]
+    if broken:
+        close_present(M)
+    else:
+        look_at_guards(L, W, U, G)
+    return broken
+
+
+@njit
+def close_present(M):
+    """What is closed in the present modes is closed, though its gap is rounding."""
+    forget_transition(M)
+    for k in range(M.closed.shape[0]):
+        M.closed[k] = 0 if M.mode[k] == OPEN else 1
+
+
 # -- Steps begin -------------------------------------------------------------------------------
 
 
@@ -254,9 +320,7 @@ def begin_steps(A):
     L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
     S.state[NEAR_SINGULAR] = S.state[JACOBIAN_VALID] = 0.0
     first_derivative(L, W, S, A.tolerances.full_refinements, G.page)
-    forget_transition(M)
-    for k in range(M.closed.shape[0]):
-        M.closed[k] = 0 if M.mode[k] == OPEN else 1
+    close_present(M)
     find_speeds(L, W, U, S, M)
     for k in range(M.speed.shape[0]):
         G.slow[k] = RATE_NONE_FRICTION * M.speed[k]
@@ -270,6 +334,13 @@ def begin_steps(A):
     look_at_guards(L, W, U, G)
 
 
+@inline
+def settle(A):
+    """Impacts and modes are decided next."""
+    A.stage[0] = SETTLING
+    A.count[STRIKES] = A.count[TRIED_COLLISION] = 0
+
+
 @kernel
 def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
     """Go on to the next happening, or as far as A.guards.asked says."""
@@ -279,13 +350,20 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
         if code == ZERO:
             A.stage[0] = PASSED
         return code
+    if A.stage[0] == STARTING:
+        start_modes(A)
+        settle(A)
+    if A.stage[0] == JUMPED:
+        if not is_broken(A):
+            A.stage[0] = STEPPING
+            return UNBROKEN
+        settle(A)
     if A.stage[0] == PASSED:
         if is_stuck(A):
             return CHANGES_WITHOUT_END
         kind = G.kind[G.passed[0]]
         pass_guard(L, W, S, U, G, M)
-        A.stage[0] = SETTLING
-        A.count[STRIKES] = A.count[TRIED_COLLISION] = 0
+        settle(A)
         if kind == PARADOX:
             return POLE
         if kind == SHARE:

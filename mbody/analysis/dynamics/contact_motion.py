@@ -13,13 +13,12 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.analysis.dynamics.contact_start import first_overlap, fit_contacts
+from mbody.analysis.dynamics.contact_start import fit_contacts, refuse_overlap
 from mbody.analysis.dynamics.events import (
     OF_A_STEP,
     Guard,
@@ -54,6 +53,7 @@ from mbody.kernels.advance import (
     FOUND,
     IMPACT,
     IMPACTS_WITHOUT_END,
+    JUMPED,
     LOST,
     MEMORY,
     NO_COLLISION,
@@ -63,9 +63,11 @@ from mbody.kernels.advance import (
     POLE,
     SETTLING,
     SHARED,
+    STARTING,
     STEPPING,
     STRIKES,
     TRIED_COLLISION,
+    UNBROKEN,
     UnilateralMotion,
     advance_motion,
     slide_together,
@@ -76,7 +78,6 @@ from mbody.kernels.contact_guards import (
     Guards,
     find_guards,
     guard_history,
-    guard_sizes,
     present_guards,
 )
 from mbody.kernels.contact_impacts import RESTED
@@ -642,14 +643,8 @@ class ContactIntegration(ModalIntegration):
             self.y[: self.system.coordinates] = self.work.q[: self.system.coordinates, 0]
             self.evaluate()
             self.load()
-        touching = first_overlap(
-            self.uni, self.work, tol.CONTACT_GAP_BEGINNING * self.system.length
-        )
-        approach = self.uni.approach(self.uni.read(self.work))
-        # what moves apart is closed no longer
-        slow = tol.RATE_NONE_FRICTION * self.speeds
-        self.set_closed([n for n in touching if approach[n] <= slow[n]])
-        status = self._settle(begins=True)
+        refuse_overlap(self.uni, self.work)
+        status = self._settle(STARTING, begins=True)
         return status or (self._settle(begins=True) if self._rolls_at_once() else "")
 
     def _rolls_at_once(self) -> bool:
@@ -682,12 +677,6 @@ class ContactIntegration(ModalIntegration):
         )
         return True
 
-    def _guarded(self) -> tuple[Array, list[float]]:
-        found = self._guard_values(self.state[[TIME]], self.record[None])[:, 0]
-        m, G = self.motion, self.guard_table
-        guard_sizes(m.layout, m.work, m.stepping, self.uni.table, G, self.record)
-        return found, G.size[: len(found)].tolist()
-
     def evaluate(self) -> bool:
         """With a look at the guards."""
         closes = super().evaluate()
@@ -695,28 +684,13 @@ class ContactIntegration(ModalIntegration):
         self.least_guard = present_guards(self.motion.layout, self.work, *table)
         return closes
 
-    def _broken(self) -> bool:
+    def settle_jump(self) -> str:
+        """Decide the modes anew where forces have jumped, as those of inputs do, beyond what the
+        present modes allow; a status where the motion ends there.
+        """
         if self.guard_table.known[0] and self.least_guard >= 0.0:
-            return False
-        return any(
-            value < -tol.GUARD_ZERO * size for value, size in zip(*self._guarded(), strict=True)
-        )
-
-    def set_closed(self, closed: Any) -> None:
-        """What is closed though its gap is rounding, where modes are to be decided."""
-        M = self.memory.modes
-        for table in (M.closed, M.opened, M.stopped, M.begun):
-            table[:] = 0
-        M.closed[closed] = 1
-
-    @property
-    def _closed_now(self) -> Array:
-        """Whether contact points are closed in the present modes, (points,)."""
-        return self.memory.modes.mode[: len(self.uni.contact_points)] != OPEN
-
-    def _settle_anew(self) -> str:
-        self.set_closed(self._closed_now)
-        return self._settle()
+            return ""
+        return self._settle(JUMPED)
 
     def _loosen(self) -> None:
         """A driver that jerks moves what touches by impacts, not by rows that hold."""
@@ -725,9 +699,10 @@ class ContactIntegration(ModalIntegration):
     def _settle_jump(self) -> None:
         """Impacts of what the driver moves towards each other; what it moves apart opens."""
         self.load()
-        approach, count = self.uni.approach(self.uni.read(self.work)), len(self.uni.contact_points)
-        slow = tol.RATE_NONE_FRICTION * self.speeds[:count]
-        self.set_closed(self._closed_now & (approach <= slow))
+        M, count = self.memory.modes, len(self.uni.contact_points)
+        apart = self.uni.approach(self.uni.read(self.work))
+        apart = apart > tol.RATE_NONE_FRICTION * self.speeds[:count]
+        M.closed[:] = (M.mode[:count] != OPEN) & ~apart
         self.jerked = True
         self.ending = self._settle()
 
@@ -799,11 +774,11 @@ class ContactIntegration(ModalIntegration):
             G.page[:] = self.record
         return self._go_on()
 
-    def _settle(self, *, begins: bool = False) -> str:
+    def _settle(self, stage: int = SETTLING, *, begins: bool = False) -> str:
         """Impacts while a closed contact is approached, then the modes that go on; a status where
         the motion ends.
         """
-        self.stage[0] = SETTLING
+        self.stage[0] = stage
         self.counts[[STRIKES, TRIED_COLLISION]] = 0
         return self._go_on(begins=begins)
 
@@ -832,6 +807,8 @@ class ContactIntegration(ModalIntegration):
                 self.set_shared(shared_friction(self))
                 if self.counts[FOUND] == SEVERAL:
                     self._note_several(first)
+            elif code == UNBROKEN:
+                return ""
             else:
                 self._begun()
                 if not begins:

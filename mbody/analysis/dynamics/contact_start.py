@@ -61,14 +61,12 @@ def fit_contacts(uni: Unilateral, work: Work) -> str | None:
     return f"the places of the start were fitted to contacts: {', '.join(overlaps.values())}"
 
 
-def first_overlap(uni: Unilateral, work: Work, gap_tolerance: float) -> list[int]:
-    """The contact points that are closed at the beginning; refuses shapes that overlap."""
-    rows = uni.read(work)
-    found = deepest_overlap(uni, rows, work, gap_tolerance)
+def refuse_overlap(uni: Unilateral, work: Work) -> None:
+    """Refuse shapes that overlap at the beginning."""
+    gap_tolerance = tol.CONTACT_GAP_BEGINNING * uni.system.length
+    found = deepest_overlap(uni, uni.read(work), work, gap_tolerance)
     if found is not None:
         raise _overlap(uni, work, found)
-    within = uni.within_edges(rows, work, gap_tolerance, 0.0)
-    return [n for n, gap in enumerate(uni.gaps(rows)) if abs(gap) <= gap_tolerance and within[n]]
 
 
 def _overlap(uni: Unilateral, work: Work, found: Overlap) -> ModelError:

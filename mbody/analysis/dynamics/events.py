@@ -705,21 +705,11 @@ class JumpIntegration(EventIntegration):
     #: The status of a motion that ended where forces jumped.
     ending = ""
 
-    def _broken(self) -> bool:
-        """Whether a guard is below zero."""
-        raise NotImplementedError
-
-    def _settle_anew(self) -> str:
-        """Decide the modes; a status where the motion ends."""
-        raise NotImplementedError
-
     def settle_jump(self) -> str:
-        """Decide the modes anew where forces have jumped, as those of inputs do, beyond what the
-        present modes allow; a status where the motion ends there.
+        """Decide the modes anew where forces have jumped beyond what the present ones allow; a
+        status where the motion ends.
         """
-        if not self._broken():
-            return ""
-        return self._settle_anew()
+        raise NotImplementedError
 
     def _interrupt(self, t: float) -> None:
         super()._interrupt(t)
