@@ -501,8 +501,7 @@ CONTACT_EDGES_FLUSH = 1e-14
 CONTACT_EDGE_BEHIND = 0.5
 #: How far a corner may be behind a segment, in parts of it, before it is on its other side.
 CONTACT_CORNER_BEHIND = 0.1
-#: The other polygon's edge is taken where it separates more by this part of both sizes.
-CONTACT_EDGE_PREFERRED = 1e-7
+CONTACT_EDGE_PREFERRED = 1e-7  # The other's edge is taken that separates by such a part more.
 #: Overlap, as a part of the smaller shape, that is refused at the beginning and leaves a doubt
 #: later.
 CONTACT_OVERLAP_DEEP = 0.05
@@ -549,11 +548,12 @@ CONTACT_ROW_LED = 1e-13
 CONTACT_IMPULSES_DEPENDENT = 1e-12
 #: A last change of impulses that is a greater part of the greatest leaves a doubt.
 CONTACT_IMPULSES_UNCERTAIN = 1e-3
-#: A last change of impulses above which those of few contacts are found elsewhere.
-CONTACT_IMPULSES_RESCUED = 1e-4
+CONTACT_IMPULSES_RESCUED = 1e-4  # Above, impulses of few contacts are found elsewhere.
+CONTACT_RATE_ROUNDING = 1e-14  # Changes below this part of rates without impulses are rounding.
+CONTACT_RATES_LOOSER = 32.0  # By so much more rates may change than impulses, as parts.
+CONTACT_GAIN_NONE = 1e-9  # Work of contacts below this part of the energies is no gain.
 CONTACT_STEP_SHORTEST = 1e-9  # A last step that were as short a part of the others is no step.
-#: Part of the velocities without contacts below which a contact sticks at the beginning of a step.
-CONTACT_STICKS_BEGINNING = 1e-6
+CONTACT_STICKS_BEGINNING = 1e-6  # Slower, in parts of rates without impulses, a contact sticks.
 #: What arrives slower than so often what the loads of one step give stays closed: steps do not
 #: resolve its rebounds.
 CONTACT_REBOUND = 2.0

@@ -83,16 +83,13 @@ class ContactWork(Bundle):
     `who` (most, 6): Bodies i and j, law, shapes i and j, feature (which corner on which edge).
     `geometry` (most, 8): Normal from i to j, arms of the contact on i and on j, gap, size of the
       smaller shape.
-    `effect` (most, 7): D_NN, D_NT, D_TT of the contact itself; coefficient of friction; what γ_N⁺
-      must be at least, negative, of velocities and of the correction of positions; s of its cone.
+    `effect` (most, 6): D_NN and D_TT of the contact itself; coefficient of friction; what γ_N⁺ must
+      be at least, negative, of velocities and of the correction of positions; s of its cone.
     `impulse`, `kept`, `ahead` (most, 2): (P_N, P_T), those before a sweep, and the direction in
       which the solver goes on.
     `rate` (most, 2): (γ_N, γ_T) at the beginning of the step.
-    `shift` (most,): Impulses of the correction of positions.
-    `column` (most,): Which pair of `response` it has, −1 where joints tie neither body.
-    `response` (columns, coupled coordinates): Velocities by unit impulses.
-    `coupled` (coupled coordinates,): Which coordinates of bodies these are.
-    `is_coupled` (bodies + 1,): Whether joints or drivers act on a body.
+    `shift` (most,): Changes of s; impulses of the correction of positions.
+    `is_tied` (bodies + 1,): Whether joints or drivers act on a body.
     `inverse` (coordinates + 3,): Inverse masses, zero of the ground.
     `velocity`, `free`, `start`, `moved` (coordinates + 3,): As impulses change it; without
       contacts; at the beginning of a step; what a correction of positions moves.
@@ -107,7 +104,8 @@ class ContactWork(Bundle):
     `cell` (shapes, 2): Its cell of the grid.
     `following` (shapes,): The next shape in the same bucket.
     `bucket` (buckets,): The first shape of each.
-    `progress` (2,): The last change of impulses as a part of the greatest, and the greatest.
+    `progress` (4,): The last change of impulses; the greatest change of rates that is asked for;
+      the greatest rate without contacts; how much of the way s went at last.
     `counts` (3,): See `mbody.kernels.contact_geometry`.
     """
 
@@ -119,10 +117,7 @@ class ContactWork(Bundle):
     ahead: Rows
     rate: Rows
     shift: Floats
-    column: Ints
-    response: Rows
-    coupled: Ints
-    is_coupled: Ints
+    is_tied: Ints
     inverse: Floats
     velocity: Floats
     free: Floats
@@ -197,10 +192,7 @@ class ImpulseSteps(Bundle):
     """Steps of one motion by impulses.
 
     `length`: Of a step.
-    `tolerance`: Change of impulses, as a part of the greatest one, at which sweeps end.
-    `sweeps`: At most, of one step of few contacts.
-    `few`: Contacts up to which sweeps follow the sliding; a step in which these do not converge is
-      solved elsewhere.
+    `tolerance`: Change of impulses, as a part of the greatest one, at which they are found.
     `regularization`: Of redundant rows.
     `refinements`: Corrections by the residual of the rows of joints.
     `y`, `last` (2·coordinates + auxiliary states,): State, and that before the step.
@@ -215,8 +207,6 @@ class ImpulseSteps(Bundle):
 
     length: float
     tolerance: float
-    sweeps: int
-    few: int
     regularization: float
     refinements: int
     y: Floats
@@ -231,6 +221,9 @@ class ImpulseSteps(Bundle):
 
 #: Counts of a step: contacts found; contacts for which there was no memory; pairs looked at.
 FOUND, LACKING, TESTED = range(3)
+#: Columns of `effect`, and what is in `progress`.
+NN, TT, MU, BOUND, APART, OPENING = range(6)
+CHANGE, RATE, SPEED, PART = range(4)
 #: Numbers of edges and corners, of those of the other shape, and of corners that circles touch.
 OTHER, CORNER = 4096, 8192
 

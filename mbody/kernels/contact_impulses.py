@@ -18,8 +18,12 @@ Sweeps of Gauss and Seidel go over the contacts to and fro, one after the other,
 velocities that the others have changed, and put its impulse onto its cone; they begin with the
 impulses of the step before. Between sweeps the change is extrapolated by the nonlinear conjugate
 gradients of Silcowitz, Niebe, Erleben (2010), begun anew where it grows. In piles that friction
-holds they do not converge; then, and of many contacts of bodies that joints tie, the interior-point
-method solves the step (`mbody.kernels.contact_interior`).
+holds, and where heavy bodies lie on light ones, they do not converge; then, and where joints tie
+bodies of contacts, the interior-point method solves the step.
+
+Impulses are found where a change is small beside the greatest of them, and what it changes in rates
+of contacts beside what loads and impacts ask for: of heavy bodies on light ones the first alone
+would say little.
 
 Positions are corrected by a problem of the same kind in the normals alone, which changes no
 velocity. Jean: The non-smooth contact dynamics method (1999).
@@ -34,6 +38,8 @@ from mbody.core.tolerances import (
     CONTACT_OVERLAP_CORRECTED,
     CONTACT_OVERLAP_ENOUGH,
     CONTACT_OVERLAP_LEFT,
+    CONTACT_RATE_ROUNDING,
+    CONTACT_RATES_LOOSER,
     CONTACT_REBOUND,
     CONTACT_ROW_FLEXIBLE,
     CONTACT_SLIDING_SLACK,
@@ -44,16 +50,24 @@ from mbody.core.tolerances import (
     INTERIOR_POINT_VIOLATED,
     PIVOT_VANISHED,
 )
-from mbody.kernels.contact_geometry import FOUND
-from mbody.kernels.position_velocity import clear, weigh
-from mbody.kernels.schur_ldl import apply_g, apply_gt, solve
+from mbody.kernels.contact_geometry import (
+    APART,
+    BOUND,
+    CHANGE,
+    FOUND,
+    MU,
+    NN,
+    OPENING,
+    PART,
+    RATE,
+    SPEED,
+    TT,
+)
 
 # -- Contacts of a step as rows: γ = W v, and the bounds of impulses ---------------------------
 #
-# Of free bodies an impulse changes velocities by Y = M⁻¹ Wᵀ; of bodies that joints tie, by M⁻¹ Wᵀ
-# less what the joints take of it, M⁻¹ Gᵀ S⁻¹ G M⁻¹ Wᵀ, one solve a column by the factor of the
-# step. These columns are made of few contacts; of many, which an interior-point method solves with
-# the rows of joints, the own masses serve as a measure (`mbody.kernels.contact_interior`).
+# An impulse changes the velocities of its bodies by Y = M⁻¹ Wᵀ. What joints take of it is a matter
+# of the interior-point method, to which own masses serve as a measure.
 
 
 @inline
@@ -82,15 +96,15 @@ def row(B, c, side, n, tangent):
 @inline
 def takes_part(B, c):
     """Whether a contact may press at all."""
-    return B.effect[c, 4] < math.inf and B.effect[c, 0] > 0.0
+    return B.effect[c, BOUND] < math.inf and B.effect[c, NN] > 0.0
 
 
 @inline
 def onto_cone(B, c, p, t, u):
     """(P_N, P_T) of contact c by its own effect and the velocities u, on its cone."""
-    nn, tt, mu = B.effect[c, 0], B.effect[c, 2], B.effect[c, 3]
+    nn, tt, mu = B.effect[c, NN], B.effect[c, TT], B.effect[c, MU]
     normal, along = rates(B, c, u)
-    x = p - (normal + B.effect[c, 4] + B.effect[c, 6]) / nn
+    x = p - (normal + B.effect[c, BOUND] + B.effect[c, OPENING]) / nn
     if tt > 0.0:
         # in the measure in which both directions have the same effect
         scale = math.sqrt(tt / nn)
@@ -118,21 +132,17 @@ def press(B, c, p, t, f):
     f[j + 2] += g[c, 4] * fy - g[c, 5] * fx
 
 
-@njit
+@inline
 def apply(B, c, p, t, u):
     """u ← u + Y (p, t) of contact c."""
-    k = B.column[c]
-    for side in range(2):
-        b = B.who[c, side]
-        if k >= 0 and B.is_coupled[b]:
-            continue
-        for n in range(3):
-            change = row(B, c, side, n, False) * p + row(B, c, side, n, True) * t
-            u[3 * b + n] += B.inverse[3 * b + n] * change
-    if k >= 0:
-        Y = B.response
-        for m in range(B.coupled.shape[0]):
-            u[B.coupled[m]] += Y[2 * k, m] * p + Y[2 * k + 1, m] * t
+    g, i, j, m = B.geometry, 3 * B.who[c, 0], 3 * B.who[c, 1], B.inverse
+    fx, fy = p * g[c, 0] + t * g[c, 1], p * g[c, 1] - t * g[c, 0]
+    u[i] -= m[i] * fx
+    u[i + 1] -= m[i + 1] * fy
+    u[i + 2] -= m[i + 2] * (g[c, 2] * fy - g[c, 3] * fx)
+    u[j] += m[j] * fx
+    u[j + 1] += m[j + 1] * fy
+    u[j + 2] += m[j + 2] * (g[c, 4] * fy - g[c, 5] * fx)
 
 
 @njit
@@ -145,107 +155,60 @@ def apply_all(B):
             apply(B, c, B.impulse[c, 0], B.impulse[c, 1], B.velocity)
 
 
-@inline
-def is_tied(B, c):
-    """Whether joints tie a body of a contact."""
-    return B.is_coupled[B.who[c, 0]] or B.is_coupled[B.who[c, 1]]
-
-
 @njit
 def any_tied(B):
     """Whether joints tie a body of any contact."""
     found = False
     for c in range(B.counts[FOUND]):
-        found = found or is_tied(B, c)
+        found = found or B.is_tied[B.who[c, 0]] or B.is_tied[B.who[c, 1]]
     return found
 
 
 @njit
-def contact_rows(L, W, C, B, h, refinements):
-    """Effects and bounds of all contacts, and columns unless `refinements` is negative; returns
-    False where columns have no room.
-
-    B.start holds the velocities at the beginning, B.free those without contacts.
+def contact_rows(C, B, h):
+    """Effects and bounds of all contacts; B.start holds the velocities at the beginning, B.free
+    those without contacts.
     """
-    count, columns = B.counts[FOUND], 0
-    for c in range(count):
-        B.column[c] = -1
-        if refinements >= 0 and is_tied(B, c):
-            if 2 * columns + 2 > B.response.shape[0]:
-                return False
-            B.column[c] = columns
-            for tangent in range(2):
-                respond(L, W, B, c, tangent == 1, refinements)
-            columns += 1
-        effects(B, c)
+    B.progress[RATE] = B.progress[SPEED] = 0.0
+    for c in range(B.counts[FOUND]):
+        nn, tt = 0.0, 0.0
+        for side in range(2):
+            for n in range(3):
+                x, y = row(B, c, side, n, False), row(B, c, side, n, True)
+                inverse = B.inverse[3 * B.who[c, side] + n]
+                nn += inverse * x * x
+                tt += inverse * y * y
+        B.effect[c, NN], B.effect[c, TT] = nn, tt
         gap, law = B.geometry[c, 6], B.who[c, 2]
         normal, along = rates(B, c, B.start)
-        B.rate[c, 0], B.rate[c, 1] = normal, along
         free_normal, free_along = rates(B, c, B.free)
+        B.rate[c, 0], B.rate[c, 1] = normal, along
         e = C.law[law, 2]
         if e > 0.0 and -normal > CONTACT_REBOUND * abs(free_normal - normal):
             # it rebounds as it arrives, and is open before
-            B.effect[c, 4] = e * normal if gap <= 0.0 else math.inf
+            B.effect[c, BOUND] = e * normal if gap <= 0.0 else math.inf
         else:
-            B.effect[c, 4] = max(gap, 0.0) / h
+            B.effect[c, BOUND] = max(gap, 0.0) / h
+        asked = max(abs(free_normal - normal), abs(free_along - along))
+        asked = max(asked, -free_normal - B.effect[c, BOUND])
+        B.progress[RATE] = max(B.progress[RATE], asked)
+        B.progress[SPEED] = max(B.progress[SPEED], abs(free_normal), abs(free_along))
         still = abs(along) <= CONTACT_STICKS_BEGINNING * (abs(free_normal) + abs(free_along))
-        B.effect[c, 6] = 0.0 if still else C.law[law, 0] * abs(along)
-        B.effect[c, 3] = C.law[law, 1] if still else C.law[law, 0]
-    return True
+        B.effect[c, OPENING] = 0.0 if still else C.law[law, 0] * abs(along)
+        B.effect[c, MU] = C.law[law, 1] if still else C.law[law, 0]
 
 
-@njit
-def respond(L, W, B, c, tangent, refinements):
-    """One column of the response: velocities of what joints tie by a unit impulse of contact c."""
-    w = 0.0
-    clear(W.u, w)
-    for side in range(2):
-        b = B.who[c, side]
-        if B.is_coupled[b]:
-            for s in range(L.slots):
-                if L.slot_body[s] == b:
-                    for n in range(3):
-                        x = B.inverse[3 * b + n] * row(B, c, side, n, tangent)
-                        W.u[3 * s + n, 0] += x
-    for _ in range(1 + refinements):
-        apply_g(L, W, w, W.u, W.x)
-        solve(L, W, w)
-        clear(W.r, w)
-        apply_gt(L, W, w, W.x, W.r)
-        weigh(L, W, w, W.r)
-        for n in range(W.u.shape[0]):
-            W.u[n, 0] -= W.r[n, 0]
-    k = 2 * B.column[c] + (1 if tangent else 0)
-    for m in range(B.coupled.shape[0]):
-        b, n = B.coupled[m] // 3, B.coupled[m] % 3
-        B.response[k, m] = W.u[3 * L.body_slot[b] + n, 0]
-
-
-@njit
-def effects(B, c):
-    """D_NN, D_NT and D_TT of a contact by itself: W Y."""
-    nn, nt, tt = 0.0, 0.0, 0.0
-    k = B.column[c]
-    for side in range(2):
-        b = B.who[c, side]
-        if k >= 0 and B.is_coupled[b]:
-            continue
-        for n in range(3):
-            x, y = row(B, c, side, n, False), row(B, c, side, n, True)
-            inverse = B.inverse[3 * b + n]
-            nn += inverse * x * x
-            nt += inverse * x * y
-            tt += inverse * y * y
-    if k >= 0:
-        for m in range(B.coupled.shape[0]):
-            b, n = B.coupled[m] // 3, B.coupled[m] % 3
-            for side in range(2):
-                if B.who[c, side] == b:
-                    x, y = row(B, c, side, n, False), row(B, c, side, n, True)
-                    nn += x * B.response[2 * k, m]
-                    nt += y * B.response[2 * k, m]
-                    tt += y * B.response[2 * k + 1, m]
-    B.effect[c, 0], B.effect[c, 1], B.effect[c, 2] = nn, nt, tt
+@inline
+def part_of(B, rate, impulse, greatest):
+    """A change of rates of contacts as a part of the greatest that loads and impacts ask for; of
+    impulses as a part of the greatest one where that is larger, but for a limit.
+    """
+    if rate <= CONTACT_RATE_ROUNDING * B.progress[SPEED]:
+        return 0.0
+    part = rate / B.progress[RATE] if B.progress[RATE] > 0.0 else 1.0
+    if greatest > 0.0:
+        part = min(part, max(impulse / greatest, part / CONTACT_RATES_LOOSER))
+    return part
 
 
 # -- Symmetric positive matrices in blocks of 3×3, one a pair of bodies that touch or are tied -
@@ -489,7 +452,7 @@ def solve_blocks(N, x):
 #
 # in the plane with two straight sides of each cone, whose multipliers z± give P_N = z₊ + z₋ and P_T
 # = μ (z₊ − z₋). The predictor–corrector method of Mehrotra needs 5 to 25 factorisations of M + Wᵀ Θ
-# W + Gᵀ Δ⁻¹ G (`mbody.kernels.body_blocks`), whatever the friction, and however undetermined the
+# W + Gᵀ Δ⁻¹ G (above), whatever the friction, and however undetermined the
 # impulses are. Rows of joints are as stiff as Δ⁻¹, with multipliers that take what is left.
 #
 # It begins with the impulses of the step before, moved inside the cones. Nocedal, Wright: Numerical
@@ -504,7 +467,7 @@ MOST, IDLE = 80, 10
 @njit
 def interior(W, B, N, tolerance):
     """B.impulse and B.velocity ← the impulses of the step; from the impulses in B.impulse. Returns
-    iterations and the residual, as a part of the greatest impulse; −1 where the matrix needs more
+    iterations and the residual (`part_of`); −1 where the matrix needs more
     memory, N.count[NEEDED] numbers.
     """
     count = B.counts[FOUND]
@@ -566,7 +529,7 @@ def start_inside(W, B, N, count):
         f[n] = 0.0
     for c in range(count):
         if takes_part(B, c):
-            p, t, mu = B.impulse[c, 0], B.impulse[c, 1], B.effect[c, 3]
+            p, t, mu = B.impulse[c, 0], B.impulse[c, 1], B.effect[c, MU]
             half = 0.5 * t / mu if mu > 0.0 else 0.0
             N.dual[c, 0], N.dual[c, 1] = max(0.5 * p + half, 0.0), max(0.5 * p - half, 0.0)
             press(B, c, p, t, f)
@@ -587,32 +550,34 @@ def start_inside(W, B, N, count):
     for c in range(count):
         if takes_part(B, c):
             normal, along = rates(B, c, u)
-            bound, aside = normal + B.effect[c, 4] + B.effect[c, 6], B.effect[c, 3] * along
+            bound = normal + B.effect[c, BOUND] + B.effect[c, OPENING]
+            aside = B.effect[c, MU] * along
             N.slack[c, 0], N.slack[c, 1] = bound + aside, bound - aside
-            lacking = -min(N.slack[c, 0], N.slack[c, 1]) / B.effect[c, 0]
+            lacking = -min(N.slack[c, 0], N.slack[c, 1]) / B.effect[c, NN]
             most = max(N.dual[c, 0], N.dual[c, 1])
             greatest = max(greatest, INTERIOR_POINT_START * most, INTERIOR_POINT_VIOLATED * lacking)
     for c in range(count):
         for k in range(2):
             N.dual[c, k] = max(N.dual[c, k], greatest)
-            N.slack[c, k] = max(N.slack[c, k], greatest * B.effect[c, 0])
+            N.slack[c, k] = max(N.slack[c, k], greatest * B.effect[c, NN])
 
 
 @njit
 def residuals(W, B, N, count):
     """B.impulse ← the multipliers put onto their cones by the present velocities, N.rest what is
-    left of the equation of motion. Returns the greatest change that this was, and of forces, rates
-    of joints, as a part of the greatest impulse.
+    left of the equation of motion. Returns the greatest change that this was, or that of velocities
+    (`part_of`), or of joints as a part of the greatest impulse.
     """
     u, f = B.velocity, N.rest
     bodies = N.place.shape[0]
     for n in range(3 * bodies):
         f[n] = -(u[n] - B.free[n]) / B.inverse[n]
-    furthest, greatest = 0.0, 0.0
+    fastest, furthest, greatest, joints = 0.0, 0.0, 0.0, 0.0
     for c in range(count):
         if takes_part(B, c):
-            p, t = N.dual[c, 0] + N.dual[c, 1], B.effect[c, 3] * (N.dual[c, 0] - N.dual[c, 1])
+            p, t = N.dual[c, 0] + N.dual[c, 1], B.effect[c, MU] * (N.dual[c, 0] - N.dual[c, 1])
             x, y = onto_cone(B, c, p, t, u)
+            fastest = max(fastest, B.effect[c, NN] * abs(x - p), B.effect[c, TT] * abs(y - t))
             furthest = max(furthest, abs(x - p), abs(y - t))
             greatest = max(greatest, p)
             B.impulse[c, 0], B.impulse[c, 1] = x, y
@@ -620,11 +585,13 @@ def residuals(W, B, N, count):
     for r in range(N.row_start.shape[0] - 1):
         press_row(W, N, r, -N.pull[r], f)
         N.rate[r] = row_rate(W, N, r, u) - row_rate(W, N, r, B.free)
-        furthest = max(furthest, CONTACT_ROW_FLEXIBLE * N.stiffness[r] * abs(N.rate[r]))
+        joints = max(joints, CONTACT_ROW_FLEXIBLE * N.stiffness[r] * abs(N.rate[r]))
     for n in range(3 * bodies):
-        unit = 1.0 / W.size[0, 0] if n % 3 == 2 else 1.0
-        furthest = max(furthest, unit * abs(f[n]))
-    return furthest / greatest if greatest > 0.0 else 0.0
+        unit = W.size[0, 0] if n % 3 == 2 else 1.0
+        fastest = max(fastest, unit * B.inverse[n] * abs(f[n]))
+        furthest = max(furthest, abs(f[n]) / unit)
+    part = part_of(B, fastest, furthest, greatest)
+    return max(part, joints / greatest if greatest > 0.0 else 0.0)
 
 
 @njit
@@ -635,7 +602,7 @@ def form(W, B, N, count):
     for c in range(count):
         if not takes_part(B, c):
             continue
-        i, j, mu = B.who[c, 0], B.who[c, 1], B.effect[c, 3]
+        i, j, mu = B.who[c, 0], B.who[c, 1], B.effect[c, MU]
         up, down = N.dual[c, 0] / N.slack[c, 0], N.dual[c, 1] / N.slack[c, 1]
         nn, nt, tt = up + down, mu * (up - down), mu * mu * (up + down)
         a = row(B, c, 0, 0, False), row(B, c, 0, 1, False), row(B, c, 0, 2, False)
@@ -680,9 +647,9 @@ def direction(W, B, N, count, aim, corrected):
     for c in range(count):
         if not takes_part(B, c):
             continue
-        mu = B.effect[c, 3]
+        mu = B.effect[c, MU]
         normal, along = rates(B, c, u)
-        bound = normal + B.effect[c, 4] + B.effect[c, 6]
+        bound = normal + B.effect[c, BOUND] + B.effect[c, OPENING]
         for k in range(2):
             z, a = N.dual[c, k], N.slack[c, k]
             N.target[c, k] = aim - z * a
@@ -702,7 +669,7 @@ def direction(W, B, N, count, aim, corrected):
             continue
         normal, along = rates(B, c, f)
         for k in range(2):
-            aside = B.effect[c, 3] * along if k == 0 else -B.effect[c, 3] * along
+            aside = B.effect[c, MU] * along if k == 0 else -B.effect[c, MU] * along
             N.slack_step[c, k] = normal + aside + N.lack[c, k]
             change = N.target[c, k] - N.dual[c, k] * N.slack_step[c, k]
             N.dual_step[c, k] = change / N.slack[c, k]
@@ -761,10 +728,11 @@ def keep_pull(N, part):
 SWEEPS = 30
 #: Sweeps after which velocities are computed anew from the impulses.
 RENEWED = 50
-#: Of few contacts, the part of the change of s to which sweeps go at first.
-PART = 0.1
-#: After so many times s goes half the way, then a third, and so on: it may jump to and fro.
-DAMPED = 6
+#: Contacts up to which s follows the sliding until it stays; how often at most; the part of the
+#: change of s to which impulses are found before.
+FEW, FOLLOWED_EXACTLY, AHEAD = 30, 30, 0.01
+#: How much of the way to the present sliding s goes at once.
+LEAST_PART, MOST_PART = 0.05, 50.0
 #: Of many contacts: how often s follows the sliding.
 FOLLOWED = 3
 #: Sweeps before the interior-point method, and for how many steps it is taken alone after them.
@@ -775,68 +743,53 @@ TRIED, ALONE = 160, 8
 def within_cones(B):
     """Impulses within the cones, which the coefficient may have made narrower."""
     for c in range(B.counts[FOUND]):
-        bound = B.effect[c, 3] * B.impulse[c, 0]
+        bound = B.effect[c, MU] * B.impulse[c, 0]
         B.impulse[c, 1] = min(max(B.impulse[c, 1], -bound), bound)
         if not takes_part(B, c):
             B.impulse[c, 0] = B.impulse[c, 1] = 0.0
 
 
 @njit
-def solve_few(B, tolerance, most):
-    """B.impulse and B.velocity ← the impulses of the step, s of the sliding itself. Returns the
-    sweeps that it took, and what is left: the last change, and what the present sliding would
-    change, as a part of the greatest impulse.
+def solve_impulses(W, B, N, tolerance, h):
+    """B.impulse and B.velocity ← the impulses of a step of length h. Returns sweeps, iterations of
+    the interior-point method, what is left (`part_of`), and how much nearer, in parts of its size,
+    a contact comes because s has not followed. −1 iterations where there is no memory.
     """
-    count = B.counts[FOUND]
+    count, tied, waiting = B.counts[FOUND], any_tied(B), N.count[WAITING]
+    exact, wanted, sweeps, iterations, again = count <= FEW, tolerance, 0, 0, 0
     within_cones(B)
-    apply_all(B)
-    if count == 0:
-        return 0, 0.0
-    wanted, again = tolerance, 0
-    done = relax(B, count, tolerance, most - most // 4)
-    while True:
-        change, opened = B.progress[0], follow_sliding(B, count, 1.0 / (1 + again // DAMPED))
-        exact = max(change, opened)
-        # what is not solved for these cones says nothing of the next ones
-        if exact <= tolerance or change > wanted or done >= most:
-            return done, exact
-        wanted, again = max(tolerance, PART * opened), again + 1
-        done += relax(B, count, wanted, most - done)
-
-
-@njit
-def solve_many(W, B, N, tolerance, tied, h):
-    """Impulses of many contacts, `tied` where joints tie bodies of them; h the length of the step.
-    Returns sweeps, iterations of the interior-point method, what is left as a part of the greatest
-    impulse, and how much nearer, in parts of its size, a contact comes because s has not followed.
-    −1 iterations where there is no memory.
-    """
-    count, sweeps, iterations, waiting = B.counts[FOUND], 0, 0, N.count[WAITING]
-    within_cones(B)
-    again = 0
+    if exact:
+        apply_all(B)
+        follow_sliding(B, count, 0)
     while True:
         change = math.inf
         if waiting > 0:
             waiting -= 1 if again == 0 else 0
         elif not tied:
             apply_all(B)
-            sweeps += relax(B, count, tolerance, TRIED)
-            change = B.progress[0]
-            waiting = ALONE if change > tolerance else 0
-        if change > tolerance:
-            more, change = interior(W, B, N, tolerance)
+            sweeps += relax(B, count, wanted, TRIED)
+            change = B.progress[CHANGE]
+            waiting = ALONE if change > wanted else 0
+        if change > wanted:
+            more, change = interior(W, B, N, wanted)
             if more < 0:
                 return sweeps, -1, change, 0.0
             iterations += more
-            if change > tolerance:
-                change = from_afar(W, B, N, tolerance, change)
+            if change > wanted:
+                change = from_afar(W, B, N, wanted, change)
             if not tied:
                 apply_all(B)
+        N.count[WAITING] = waiting
         nearer = h * unfollowed(W, B, count)
-        if nearer <= CONTACT_SLIDING_SLACK or again == FOLLOWED:
-            N.count[WAITING] = waiting
+        if not exact and (nearer <= CONTACT_SLIDING_SLACK or again == FOLLOWED):
             return sweeps, iterations, change, nearer
-        follow_sliding(B, count, 1.0)
+        opened = follow_sliding(B, count, again if exact else 0)
+        if exact:
+            left = max(change, opened)
+            # what is not solved for these cones says nothing of the next ones
+            if left <= tolerance or change > wanted or again == FOLLOWED_EXACTLY:
+                return sweeps, iterations, left, 0.0
+            wanted = max(tolerance, AHEAD * opened)
         again += 1
 
 
@@ -859,8 +812,8 @@ def from_afar(W, B, N, tolerance, before):
 
 @njit
 def relax(B, count, tolerance, most):
-    """Sweeps to and fro, at most so many, until impulses change by no more than that part of the
-    greatest one, which B.progress becomes; the cones stay as they are opened. Returns how many.
+    """Sweeps to and fro, at most so many, until impulses change by no more than that (`part_of`),
+    which B.progress becomes; the cones stay as they are opened. Returns how many.
     """
     for c in range(count):
         B.ahead[c, 0] = B.ahead[c, 1] = 0.0
@@ -871,14 +824,15 @@ def relax(B, count, tolerance, most):
         sweep(B, count, False)
         sweep(B, count, True)
         done += 2
-        greatest, furthest, square = 0.0, 0.0, 0.0
+        fastest, furthest, greatest, square = 0.0, 0.0, 0.0, 0.0
         for c in range(count):
             x, y = B.impulse[c, 0] - B.kept[c, 0], B.impulse[c, 1] - B.kept[c, 1]
             square += x * x + y * y
+            fastest = max(fastest, B.effect[c, NN] * abs(x), B.effect[c, TT] * abs(y))
             furthest = max(furthest, abs(x), abs(y))
             greatest = max(greatest, B.impulse[c, 0])
-        change = furthest / greatest if greatest > 0.0 else 0.0
-        B.progress[0], B.progress[1] = change, greatest
+        change = part_of(B, fastest, furthest, greatest)
+        B.progress[CHANGE] = change
         if change <= tolerance or done >= most:
             return done
         if done % RENEWED == 0:
@@ -891,26 +845,37 @@ def relax(B, count, tolerance, most):
 @inline
 def opening_of(B, c, along):
     """s of a contact by its sliding."""
-    opening = B.effect[c, 3] * abs(along)
-    if abs(B.impulse[c, 1]) < FRICTION_STICKS * B.effect[c, 3] * B.impulse[c, 0]:
+    opening = B.effect[c, MU] * abs(along)
+    if abs(B.impulse[c, 1]) < FRICTION_STICKS * B.effect[c, MU] * B.impulse[c, 0]:
         opening = 0.0  # it sticks: what is left of its rate is what is not solved
     return opening
 
 
 @njit
-def follow_sliding(B, count, part):
-    """Open the cones by the present sliding, or go that part of the way. Returns the greatest
-    change of what that asks of an impulse, as a part of the greatest one.
+def follow_sliding(B, count, again):
+    """Open the cones by the present sliding; where that was done before, by so much of the way as
+    the last two changes let expect (Irons, Tuck). Returns the greatest change (`part_of`).
     """
-    furthest = 0.0
+    fastest, furthest, greatest, along_before, square = 0.0, 0.0, 0.0, 0.0, 0.0
     for c in range(count):
+        change = 0.0
         if takes_part(B, c):
             normal, along = rates(B, c, B.velocity)
-            opening = opening_of(B, c, along)
-            if B.impulse[c, 0] > 0.0 or normal + B.effect[c, 4] < 0.0:
-                furthest = max(furthest, abs(opening - B.effect[c, 6]) / B.effect[c, 0])
-            B.effect[c, 6] += part * (opening - B.effect[c, 6])
-    return furthest / B.progress[1] if B.progress[1] > 0.0 else 0.0
+            change = opening_of(B, c, along) - B.effect[c, OPENING]
+            if B.impulse[c, 0] > 0.0 or normal + B.effect[c, BOUND] < 0.0:
+                fastest = max(fastest, abs(change))
+                furthest = max(furthest, abs(change) / B.effect[c, NN])
+                greatest = max(greatest, B.impulse[c, 0])
+                along_before += B.shift[c] * (change - B.shift[c])
+                square += (change - B.shift[c]) ** 2
+        B.shift[c] = change
+    part = 1.0
+    if again > 0 and square > 0.0:
+        part = min(max(-B.progress[PART] * along_before / square, LEAST_PART), MOST_PART)
+    B.progress[PART] = part
+    for c in range(count):
+        B.effect[c, OPENING] = max(0.0, B.effect[c, OPENING] + part * B.shift[c])
+    return part_of(B, fastest, furthest, greatest)
 
 
 @njit
@@ -922,7 +887,8 @@ def unfollowed(W, B, count):
     for c in range(count):
         if takes_part(B, c) and B.impulse[c, 0] > 0.0:
             _, along = rates(B, c, B.velocity)
-            fastest = max(fastest, abs(opening_of(B, c, along) - B.effect[c, 6]) / size_of(W, B, c))
+            change = abs(opening_of(B, c, along) - B.effect[c, OPENING])
+            fastest = max(fastest, change / size_of(W, B, c))
     return fastest
 
 
@@ -979,7 +945,7 @@ def correct_positions(W, B, h, shift):
         deep = -(B.geometry[c, 6] + 1.5 * h * normal) - CONTACT_OVERLAP_LEFT * size_of(W, B, c)
         B.shift[c] = 0.0
         # what is open may close by as much as it is open
-        B.effect[c, 5] = -(CONTACT_OVERLAP_CORRECTED if deep > 0.0 else 1.0) * deep
+        B.effect[c, APART] = -(CONTACT_OVERLAP_CORRECTED if deep > 0.0 else 1.0) * deep
         any_deep = any_deep or deep > 0.0
     if not any_deep:
         return False
@@ -987,10 +953,10 @@ def correct_positions(W, B, h, shift):
         greatest, furthest = 0.0, 0.0
         for m in range(count):
             c = count - 1 - m if n % 2 == 1 else m
-            if not B.effect[c, 0] > 0.0:
+            if not B.effect[c, NN] > 0.0:
                 continue
             normal, _ = rates(B, c, shift)
-            p = max(0.0, B.shift[c] - (normal + B.effect[c, 5]) / B.effect[c, 0])
+            p = max(0.0, B.shift[c] - (normal + B.effect[c, APART]) / B.effect[c, NN])
             if p != B.shift[c]:
                 furthest = max(furthest, abs(p - B.shift[c]))
                 apply(B, c, p - B.shift[c], 0.0, shift)

@@ -36,15 +36,14 @@ from mbody.kernels.contact_geometry import (
     remember,
 )
 from mbody.kernels.contact_impulses import (
-    any_tied,
+    FEW,
     apply_all,
     contact_rows,
     correct_positions,
     keep_pull,
     press,
     rates,
-    solve_few,
-    solve_many,
+    solve_impulses,
 )
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.layout import Layout, Work, keep
@@ -58,9 +57,8 @@ from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 #: The deepest overlap, when, and the greatest as a part of the size of its shapes, and when.
 DEEPEST, DEEPEST_AT, DEEPEST_PART, PART_AT = range(7, 11)
 #: Steps whose impulses did not converge: how many, the last change of the worst, and when first;
-#: of the present step; and whether its impulses were found elsewhere, or not there either.
-UNSOLVED_COUNT, UNSOLVED_MOST, UNSOLVED_AT, CHANGE, SOLVED = range(11, 16)
-ELSEWHERE, NOWHERE = 1.0, 2.0
+#: of the present step; and whether its impulses were sought elsewhere.
+UNSOLVED_COUNT, UNSOLVED_MOST, UNSOLVED_AT, LEFT, SOUGHT = range(11, 16)
 #: Iterations of the interior-point method, and how far, in parts of its size, a contact came nearer
 #: or left in a step because its sliding changed.
 ITERATIONS_DONE, NEARER = range(16, 18)
@@ -87,7 +85,8 @@ def moreau(
 ) -> int:
     """At most so many steps towards `until`, the last one shorter; a code as above.
 
-    After UNSOLVED the step goes on with the impulses in B.impulse; after CROWDED with more memory.
+    After UNSOLVED the step goes on with the impulses in B.impulse; after CROWDED it is made anew
+    with more memory.
     """
     n3, state = 3 * L.bodies, M.state
     for _ in range(steps):
@@ -99,33 +98,27 @@ def moreau(
         if clipped and state[CUT] == 0.0:
             state[CUT] = 1.0
             return LAST
-        if state[SOLVED] == ELSEWHERE:
-            state[SOLVED] = 0.0
+        if state[SOUGHT] > 0.0:
+            state[SOUGHT] = 0.0
             apply_all(B)
-        elif state[SOLVED] == NOWHERE:
-            if not as_many(W, B, N, M, h):
-                return CROWDED
-            state[SOLVED] = 0.0
         else:
             state[LENGTH] = h
             begin(L, W, B, M, t, h)
             B.counts[TESTED] = 0
             find_contacts(W, C, B, h)
-            if not (B.counts[LACKING] == 0 and impulses(L, W, C, B, N, M, h)):
+            if B.counts[LACKING] > 0 or not impulses(W, C, B, N, M, h):
                 for n in range(M.y.shape[0]):
                     M.y[n] = M.last[n]
                 return CROWDED
             state[PAIRS] += B.counts[TESTED]
-            if (
-                state[CHANGE] > max(M.tolerance, CONTACT_IMPULSES_RESCUED)
-                and B.counts[FOUND] <= M.few
-            ):
+            few = B.counts[FOUND] <= FEW
+            if few and state[LEFT] > max(M.tolerance, CONTACT_IMPULSES_RESCUED):
                 return UNSOLVED
-        if state[CHANGE] > M.tolerance:
+        if state[LEFT] > M.tolerance:
             if state[UNSOLVED_COUNT] == 0.0:
                 state[UNSOLVED_AT] = t
             state[UNSOLVED_COUNT] += 1
-            state[UNSOLVED_MOST] = max(state[UNSOLVED_MOST], state[CHANGE])
+            state[UNSOLVED_MOST] = max(state[UNSOLVED_MOST], state[LEFT])
         end(L, W, C, B, M, t, h)
         now = until if clipped else t + h
         good = project(L, W, B, M, now)
@@ -143,28 +136,16 @@ def moreau(
 
 
 @njit
-def impulses(L, W, C, B, N, M, h):
+def impulses(W, C, B, N, M, h):
     """The impulses of a step; returns False where there is no memory."""
-    few, state = B.counts[FOUND] <= M.few, M.state
-    if not contact_rows(L, W, C, B, h, M.refinements if few else -1):
-        return False
-    if few:
-        sweeps, state[CHANGE] = solve_few(B, M.tolerance, M.sweeps)
-        state[SWEEPS_DONE] += sweeps
-        return True
-    return as_many(W, B, N, M, h)
-
-
-@njit
-def as_many(W, B, N, M, h):
-    """The impulses of a step as those of many contacts; returns False where there is no memory."""
     state = M.state
-    sweeps, iterations, change, nearer = solve_many(W, B, N, M.tolerance, any_tied(B), h)
+    contact_rows(C, B, h)
+    sweeps, iterations, change, nearer = solve_impulses(W, B, N, M.tolerance, h)
     if iterations < 0:
         return False
     state[SWEEPS_DONE] += sweeps
     state[ITERATIONS_DONE] += iterations
-    state[CHANGE], state[NEARER] = change, max(state[NEARER], nearer)
+    state[LEFT], state[NEARER] = change, max(state[NEARER], nearer)
     return True
 
 

@@ -5,12 +5,13 @@ What is compared with is a closed form; one step alone is in
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import mbody
-from tests.support.piles import RADIUS, G, chain, disc, far_apart, floored, pile, stack
+from tests.support.piles import RADIUS, G, box, chain, disc, far_apart, floored, pile, stack
 
 
 def stepped(machine, until, step, **options):
@@ -71,6 +72,28 @@ def test_boxes_stand_on_each_other():
     assert run.contact("floor")[-1] == pytest.approx(5 * G, rel=1e-10)
     # each box has two places on the one below
     assert len(run.stepped.touching(len(run) - 1)) == 10
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1e3, 1e6, 1e9])
+def test_a_heavy_box_lies_on_a_light_one(ratio):
+    """Changes that are nothing beside the impulse of the heavy one are much beside the light one's
+    weight: rates are asked for to 32 rtol of those of a step, 0.02 m/s.
+    """
+    machine = floored("heavy on light")
+    heavy = replace(box("b1", 0.02, 0.15), mass=ratio, inertia=ratio * 0.05 / 12.0)
+    machine.add(box("b0", 0.0, 0.05), heavy)
+    machine.add(mbody.Between("floor", "ground.floor", "b*.box", friction=0.5))
+    machine.add(mbody.Between("boxes", "b*.box", "b*.box", friction=0.5))
+    run = stepped(machine, 0.5, 2e-3)
+    assert run.status == "completed"
+    # half a second at the most that rates may be off
+    assert max(np.ptp(run[name].y) for name in run) < 0.5 * 32e-8 * 0.02 * 10
+    assert run.contact("floor")[-1] == pytest.approx((1.0 + ratio) * G, rel=32e-8)
+
+
+def test_a_ball_that_loses_nothing_gains_nothing():
+    """Works of impacts are rounding: that is no gain of energy by Kane's paradox."""
+    assert stepped(bouncing(1.0), 3.0, 5e-4).status == "completed"
 
 
 def test_a_stack_beyond_its_balance_topples():

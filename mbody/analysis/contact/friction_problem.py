@@ -18,7 +18,6 @@ from mbody.kernels.complementarity import (
     law_sizes,
     problem_memory,
 )
-from mbody.kernels.contact_geometry import FOUND, ContactWork
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import Work
 from mbody.kernels.mode_problem import ContactDecision, solve_decision
@@ -160,51 +159,4 @@ def arresting_impulses(D: Array, rates: Array) -> Array:
     memory, _ = _memory.of(n)
     memory.count[0], memory.delassus[:] = n, D
     kernels.find_arrest(memory, np.ascontiguousarray(rates), found)
-    return found
-
-
-# -- The impulses of one step of a fixed length ------------------------------------------------
-
-
-def rows_of_contacts(contacts: ContactWork, which: Array) -> Array:
-    """W of some contacts: (2 m, coordinates + 3), normals before tangents."""
-    g, who = contacts.geometry[which], contacts.who[which]
-    m = len(which)
-    found = np.zeros((2 * m, len(contacts.velocity)))
-    for k, (nx, ny) in enumerate((g[:, :2].T, np.array([g[:, 1], -g[:, 0]]))):
-        for side, sign in ((0, -1.0), (1, 1.0)):
-            rx, ry = g[:, 2 + 2 * side], g[:, 3 + 2 * side]
-            for n, part in enumerate((nx, ny, rx * ny - ry * nx)):
-                found[k * m + np.arange(m), 3 * who[:, side] + n] += sign * part
-    found[:, -3:] = 0.0
-    return found
-
-
-def delassus(contacts: ContactWork, which: Array) -> tuple[Array, Array]:
-    """D of some contacts, normals before tangents, and their rows W."""
-    W, m = rows_of_contacts(contacts, which), len(which)
-    Y = W * contacts.inverse
-    Y[:, contacts.coupled] = 0.0
-    for k, c in enumerate(which):
-        column = int(contacts.column[c])
-        if column >= 0:
-            Y[k, contacts.coupled] = contacts.response[2 * column]
-            Y[m + k, contacts.coupled] = contacts.response[2 * column + 1]
-    return W @ Y.T, W
-
-
-def impulses_by_lemke(contacts: ContactWork) -> Array | None:
-    """(P_N, P_T) of all contacts of the step that is under way; None where no solution is found."""
-    count = int(contacts.counts[FOUND])
-    which = np.flatnonzero(np.isfinite(contacts.effect[:count, 4]))
-    m, found = len(which), np.zeros((count, 2))
-    if not m:
-        return found
-    D, W = delassus(contacts, which)
-    before = W @ contacts.free
-    before[:m] += contacts.effect[which, 4]
-    impulses = ClosedContacts(D, contacts.effect[which, 3]).solve(before, np.zeros(m))
-    if impulses is None:
-        return None
-    found[which] = impulses.reshape(2, m).T
     return found

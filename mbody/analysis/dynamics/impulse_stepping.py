@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
-from mbody.analysis.contact.friction_problem import impulses_by_lemke
+from mbody.analysis.contact.friction_problem import ClosedContacts
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import REFINEMENTS, FixedSteps, Integrator
 from mbody.analysis.dynamics.options import MotionRequest
@@ -23,38 +23,37 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError
+from mbody.kernels import finished_instants as instants
 from mbody.kernels.contact_geometry import (
+    BOUND,
     FOUND,
-    LACKING,
+    MU,
     PRIMES,
     ContactWork,
     ImpulseSteps,
     InteriorWork,
 )
 from mbody.kernels.contact_impulses import NEEDED, WAITING
-from mbody.kernels.finished_instants import CONSTRAINT, LEFT, RESIDUALS
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, inverse_masses
 from mbody.kernels.moreau import (
-    CHANGE,
     CONTACTS,
     CROWDED,
     DEEPEST,
     DEEPEST_PART,
     DELIVER,
-    ELSEWHERE,
     IMPULSE_SLOTS,
     ITERATIONS_DONE,
     KEEP,
     LAST,
+    LEFT,
     LENGTH,
     LOST,
     NEARER,
     NOW,
-    NOWHERE,
     PAIRS,
     PART_AT,
     REACHED,
-    SOLVED,
+    SOUGHT,
     STEPS_DONE,
     SWEEPS_DONE,
     UNSOLVED,
@@ -116,10 +115,10 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
 
 Array = np.ndarray
 
-#: Contacts for which there is memory at first, and columns of bodies that joints tie.
-ROOM, COLUMNS = 64, 16
+#: Contacts for which there is memory at first.
+ROOM = 64
 #: What a contact has in `ContactWork`: width by name.
-WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 7}
+WIDTHS = {"who": 6, "old": 3, "geometry": 8, "effect": 6}
 
 
 def joint_rows(layout: Layout) -> list[list[tuple[int, int]]]:
@@ -146,7 +145,7 @@ class ImpulseMemory:
 
     def __init__(self, system: System, layout: Layout, work: Work, shapes: int) -> None:
         self.layout, self.shapes = layout, shapes
-        self.room, self.columns = ROOM, COLUMNS
+        self.room = ROOM
         self.coupled = {system.bodies[name] for name in coupled_bodies(system.mechanism)}
         masses = inverse_masses(layout, system.mass, system.sizes)[:, 0]
         #: Inverse masses, zero of the ground.
@@ -181,10 +180,8 @@ class ImpulseMemory:
         """Memory for contacts."""
         L, shapes, most = self.layout, self.shapes, self.room
         bodies, n = L.bodies, 3 * L.bodies + 3
-        coupled = self.coupled
-        coordinates = [3 * b + k for b in sorted(coupled) for k in range(3)]
-        is_coupled = np.zeros(bodies + 1, dtype=np.int64)
-        is_coupled[list(coupled)] = 1
+        is_tied = np.zeros(bodies + 1, dtype=np.int64)
+        is_tied[list(self.coupled)] = 1
         wide = {name: np.zeros((most, width)) for name, width in WIDTHS.items()}
         names = ("impulse", "kept", "ahead", "rate", "old_impulse")
         places = 1 << (4 * most - 1).bit_length()
@@ -194,10 +191,7 @@ class ImpulseMemory:
             effect=wide["effect"],
             **{name: np.zeros((most, 2)) for name in names},
             shift=np.zeros(most),
-            column=np.full(most, -1),
-            response=np.zeros((2 * self.columns, max(1, len(coordinates)))),
-            coupled=np.array(coordinates, dtype=np.int64),
-            is_coupled=is_coupled,
+            is_tied=is_tied,
             inverse=self.inverse,
             **{name: np.zeros(n) for name in ("velocity", "free", "start", "moved")},
             row_rate=np.zeros(2 * max(1, L.nodes)),
@@ -210,7 +204,7 @@ class ImpulseMemory:
             cell=np.zeros((max(1, shapes), 2), dtype=np.int64),
             following=np.full(max(1, shapes), -1),
             bucket=np.full(1 << (2 * max(4, shapes) - 1).bit_length(), -1),
-            progress=np.zeros(2),
+            progress=np.zeros(4),
             counts=np.zeros(3, dtype=np.int64),
         )
 
@@ -250,15 +244,41 @@ class ImpulseMemory:
             self.interior = self._interior(needed + needed // 2)
             self._go_on_from(before)
             return
-        lacking = int(old.counts[FOUND] + old.counts[LACKING]) > self.room
-        if lacking:
-            self.room *= 2
-        self.columns = 2 * self.columns if not lacking else max(self.columns, COLUMNS)
+        self.room *= 2
         self.contacts = self._contacts()
         self.interior = self._interior(len(before.matrix))
         self._go_on_from(before)
         kept = np.unique(old.old_slot[old.old_slot >= 0])
         self.recall(old.old[kept], old.old_impulse[kept])
+
+    def impulses_by_modes(self, work: Work) -> Array | None:
+        """(P_N, P_T) of all contacts of the step that is under way, by the problem that decides
+        modes; None where no solution is found.
+        """
+        B, N = self.contacts, self.interior
+        count = int(B.counts[FOUND])
+        which = np.flatnonzero(np.isfinite(B.effect[:count, BOUND]))
+        g, who, m = B.geometry[which], B.who[which], len(which)
+        W, found = np.zeros((2 * m, len(B.inverse))), np.zeros((count, 2))
+        for k, (nx, ny) in enumerate(((g[:, 0], g[:, 1]), (g[:, 1], -g[:, 0]))):
+            for side, sign in ((0, -1.0), (1, 1.0)):
+                rx, ry = g[:, 2 + 2 * side], g[:, 3 + 2 * side]
+                for n, part in enumerate((nx, ny, rx * ny - ry * nx)):
+                    W[k * m + np.arange(m), 3 * who[:, side] + n] += sign * part
+        # less what joints take
+        G = np.zeros((len(N.row_start) - 1, len(B.inverse)))
+        row = np.repeat(np.arange(len(G)), np.diff(N.row_start))
+        for n in range(3):
+            G[row, 3 * N.row_body + n] = work.block[N.row_block + n, 0]
+        Y = B.inverse[:, None] * W.T
+        Y -= B.inverse[:, None] * G.T @ np.linalg.pinv(G * B.inverse @ G.T) @ (G @ Y)
+        before = W @ B.free
+        before[:m] += B.effect[which, BOUND]
+        impulses = ClosedContacts(W @ Y, B.effect[which, MU]).solve(before, np.zeros(m))
+        if impulses is None:
+            return None
+        found[which] = impulses.reshape(2, m).T
+        return found
 
     def _go_on_from(self, before: InteriorWork) -> None:
         """Copies the warm start of the interior-point method from the memory before."""
@@ -280,8 +300,6 @@ class ImpulseMemory:
 
 # -- Notes and doubts of a motion by steps with impulses ---------------------------------------
 
-#: Sweeps of one step of few contacts, at most.
-SWEEPS = 800
 #: Contacts at once up to which a motion by events is the better one.
 FEW = 12
 
@@ -333,8 +351,8 @@ def step_findings(
         t, part = float(state[UNSOLVED_AT]), float(state[UNSOLVED_MOST])
         message = (
             f"the impulses of {int(state[UNSOLVED_COUNT])} of {steps} steps are not found to "
-            f"{settings.rtol:.0e}, first at t = {t:.6g} {units.time}: what is left is {part:.1e} "
-            "of the greatest"
+            f"{settings.rtol:.0e}, first at t = {t:.6g} {units.time}: of the velocities that they "
+            f"change {part:.1e} is left"
         )
         if part > tol.CONTACT_IMPULSES_UNCERTAIN:
             doubts.append(Doubt("solver", f"{message}; take shorter steps", t))
@@ -380,6 +398,7 @@ def energy_gains(machine: Mechanism, found: Solution, rounding: float) -> list[D
     if energy is None or not len(found):
         return []
     parts = connected_laws(machine)
+    rounding += tol.CONTACT_GAIN_NONE * energy.size
     works = [np.sum([energy.by[name] for name in names], axis=0) for names in parts]
     for names, whole in zip(parts, works, strict=True):
         gained = whole - np.minimum.accumulate(whole)
@@ -398,9 +417,6 @@ def energy_gains(machine: Mechanism, found: Solution, rounding: float) -> list[D
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 200
-#: Contacts up to which a step whose impulses do not converge is solved by Lemke's method: of more
-#: its table, of four rows a contact, would cost more than a hundred steps.
-BY_LEMKE = 30
 
 
 def impulse_motion(
@@ -437,8 +453,6 @@ class ImpulseIntegration(Integration):
         self.impulses = ImpulseSteps(
             length=settings.step,
             tolerance=settings.rtol,
-            sweeps=SWEEPS,
-            few=BY_LEMKE,
             regularization=self.regularization,
             refinements=REFINEMENTS if self.regularization else 0,
             y=self.y,
@@ -457,7 +471,7 @@ class ImpulseIntegration(Integration):
         self.numbers: list[Array] = []
         self.modes: list[list[str]] = []
         self.residuals: list[Array] = []
-        self.by_lemke, self.started = 0, False
+        self.by_modes, self.started = 0, False
 
     def begin(
         self, first: float, q: Array, v: Array, until: float, own: Array | None = None
@@ -559,21 +573,12 @@ class ImpulseIntegration(Integration):
             elif code == CROWDED:
                 self.memory.extend()
             elif code == UNSOLVED:
-                self._solve()
+                found = self.memory.impulses_by_modes(self.work)
+                M.state[SOUGHT] = 1.0
+                if found is not None:
+                    contacts.impulse[: len(found)], M.state[LEFT] = found, 0.0
+                    self.by_modes += 1
         return code
-
-    def _solve(self) -> None:
-        """The impulses of the step that is under way, by Lemke's method; where it finds none, as of
-        many contacts.
-        """
-        state = self.impulses.state
-        found = impulses_by_lemke(self.memory.contacts)
-        state[SOLVED] = NOWHERE
-        if found is not None:
-            count = int(self.memory.contacts.counts[FOUND])
-            self.memory.contacts.impulse[:count] = found
-            state[SOLVED], state[CHANGE] = ELSEWHERE, 0.0
-            self.by_lemke += 1
 
     def _check_start(self) -> None:
         """Refuse shapes that overlap at the beginning."""
@@ -636,7 +641,7 @@ class ImpulseIntegration(Integration):
         B = self.memory.contacts
         for k, c in enumerate(acting):
             law = int(B.who[c, 2])
-            limit = B.effect[c, 3] * force[k, 0]
+            limit = B.effect[c, MU] * force[k, 0]
             sliding = limit > 0.0 and abs(force[k, 1]) >= limit * (1.0 - tol.FRICTION_AT_LIMIT)
             mode = "stick" if not sliding else "slip-" if force[k, 1] > 0.0 else "slip+"
             order = ("open", "slip-", "slip+", "stick")
@@ -681,11 +686,15 @@ class ImpulseIntegration(Integration):
             "pairs": int(state[PAIRS]),
             "contacts": int(state[CONTACTS]),
             "iterations": int(state[ITERATIONS_DONE]),
-            "by_lemke": self.by_lemke,
+            "by_lemke": self.by_modes,
         }
         notes, doubts = step_findings(self.whole, self.impulses, self.settings)
-        rounding = self.settings.rtol * float(np.abs(stepped.numbers[:, 4:6]).max(initial=0.0))
-        doubts += energy_gains(self.whole.mechanism, found, rounding * self.system.length)
+        force = float(np.abs(stepped.numbers[:, 4:6]).max(initial=0.0))
+        doubts += energy_gains(
+            self.whole.mechanism,
+            found,
+            max(self.settings.rtol, tol.CONTACT_GAIN_NONE) * force * self.system.length,
+        )
         records = self._whole_records(found, stepped)
         said = reported_certificate(found)
         return with_fields(
@@ -702,10 +711,11 @@ class ImpulseIntegration(Integration):
 
     def _residuals(self, found: Solution) -> Array:
         """Violations of constraints at the instants, and residuals of the equation of a step."""
-        parts = np.zeros((1, len(found), RESIDUALS))
+        parts = np.zeros((1, len(found), instants.RESIDUALS))
         if len(found):
-            parts[0, :, CONSTRAINT] = residuals(found)[0, :, CONSTRAINT]
-            parts[0, :, LEFT:] = self.residuals
+            own = instants.CONSTRAINT
+            parts[0, :, own] = residuals(found)[0, :, own]
+            parts[0, :, instants.LEFT :] = self.residuals
         return parts
 
     def _whole_records(self, found: Solution, stepped: SteppedContacts) -> Array:
