@@ -25,6 +25,7 @@ def all_kernels() -> dict[str, Callable[..., Any]]:
 
     import mbody.kernels
     import mbody.laws.kernels
+    import mbody.laws.smooth_contour
     from mbody.core.interface import KERNELS
 
     for module in pkgutil.iter_modules(mbody.kernels.__path__):

@@ -37,7 +37,7 @@ from mbody.model.loads import (
     TorsionSpring,
 )
 from mbody.model.mechanism import Mechanism
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, points_of
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, points_of
 from mbody.system.system import System
 
 # -- Shapes of contacts as numbers for other engines, from the description read independently --
@@ -106,6 +106,8 @@ def not_as_rigid_contacts(machine: Mechanism, engine: str) -> Iterator[Inexpress
             continue
         if any(isinstance(shape, Ring) for shape in one.shapes):
             yield Inexpressible(one.name, f"{engine} has no hollow circle")
+        if any(isinstance(shape, CurveShape) for shape in one.shapes):
+            yield Inexpressible(one.name, f"{engine} has no smooth curve")
 
 
 # -- Elements that other engines lack: loads by formulas, inputs, friction, contacts -----------

@@ -19,7 +19,16 @@ from mbody.model.body import Body
 from mbody.model.element import Element
 from mbody.model.joints import CamFollower, Distance, Gear, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import (
+    CurveShape,
+    Disc,
+    Line,
+    Polygon,
+    Ring,
+    Segment,
+    Shape,
+    Vertex,
+)
 from mbody.quantities.formula import evaluated, number
 from mbody.quantities.types import Number
 from mbody.quantities.units import unit_system
@@ -35,7 +44,7 @@ POINTS = 1440
 
 
 @dataclass(frozen=True)
-class Contour:
+class PartContour:
     """A line of (x, y, bulge): the bulge is the tangent of a quarter of an arc's angle, 0 of a
     straight line to the next point.
     """
@@ -60,9 +69,9 @@ class PartOutline:
     name: str
     bar: bool = False
     holes: list[tuple[Place, float, str]] = field(default_factory=list)
-    slots: list[Contour] = field(default_factory=list)
+    slots: list[PartContour] = field(default_factory=list)
     circles: list[tuple[Place, float]] = field(default_factory=list)
-    contours: list[Contour] = field(default_factory=list)
+    contours: list[PartContour] = field(default_factory=list)
     edges: list[tuple[Place, float]] = field(default_factory=list)
     lines: list[tuple[Place, Place]] = field(default_factory=list)
     marks: dict[str, Place] = field(default_factory=dict)
@@ -90,7 +99,7 @@ class PartOutline:
         return float(min(found, default=math.inf))
 
 
-def rounded_bar(points: list[Place], radius: float) -> Contour | None:
+def rounded_bar(points: list[Place], radius: float) -> PartContour | None:
     """The outline of all that is within a radius of the convex hull of points: a bar about two.
 
     None about one point, where it is a circle.
@@ -111,7 +120,7 @@ def rounded_bar(points: list[Place], radius: float) -> Contour | None:
         for angle, bulge in ((start, math.tan(sweep / 4.0)), (start + sweep, 0.0)):
             place = x + radius * math.cos(angle), y + radius * math.sin(angle)
             found.append((float(place[0]), float(place[1]), bulge))
-    return Contour(tuple(found))
+    return PartContour(tuple(found))
 
 
 def parts_of(system: System, width: float, hole: float) -> list[PartOutline]:
@@ -195,7 +204,7 @@ def _(
     if side == "i":
         psi = np.linspace(0.0, math.tau, POINTS, endpoint=False)
         places = cam_contour(joint, system.numbers, psi)
-        part.contours.append(Contour(tuple((float(x), float(y), 0.0) for x, y in places)))
+        part.contours.append(PartContour(tuple((float(x), float(y), 0.0) for x, y in places)))
     elif not joint.flat and (roller := float(system.numbers[f"{joint.name}.roller"])):
         part.circles.append((at, roller))
 
@@ -210,6 +219,10 @@ def _guide(
         low, high = (float(system.numbers[f"{joint.name}.limits.{end}"]) for end in ("low", "high"))
     u = math.cos(angle), math.sin(angle)
     return tuple((at[0] + s * u[0], at[1] + s * u[1]) for s in (low, high))  # type: ignore[return-value]  # two places
+
+
+#: Places of every piece of a curve that are drawn.
+DRAWN = 4
 
 
 def _shape(shape: Shape, part: PartOutline, system: System, name: str) -> None:
@@ -228,12 +241,16 @@ def _shape(shape: Shape, part: PartOutline, system: System, name: str) -> None:
             for a in (begin, end)
         ]
         first, last = (*ends[0], math.tan(sweep / 4.0)), (*ends[1], 0.0)
-        part.contours.append(Contour((first, last), closed=False))
+        part.contours.append(PartContour((first, last), closed=False))
+    elif isinstance(shape, CurveShape):
+        contour, (ox, oy) = shape.contour(system.mechanism.curves, name), points[shape.point]
+        places = tuple((ox + x, oy + y, 0.0) for x, y in contour.places(DRAWN)[0].tolist())
+        part.contours.append(PartContour(places, closed=contour.closed))
     elif isinstance(shape, Segment | Polygon):
         closed = isinstance(shape, Polygon)
         names = shape.polygon if isinstance(shape, Polygon) else shape.segment
         corners = tuple((*points[key], 0.0) for key in names)
-        part.contours.append(Contour(corners, closed=closed))
+        part.contours.append(PartContour(corners, closed=closed))
     elif not isinstance(shape, Line | Vertex):
         raise TypeError(f"a shape without a drawing: {shape!r}")
 

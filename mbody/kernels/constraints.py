@@ -24,6 +24,7 @@ from mbody.core.duals import (
 )
 from mbody.core.lanes import count, highest, larger, ld, sincos, smaller, st, st_varying
 from mbody.core.tolerances import DIFFERENCE_STEP_FOURTH_ORDER
+from mbody.laws.contour import foot
 from mbody.laws.kernels import (
     ABS,
     ADD,
@@ -83,6 +84,44 @@ def around(L, W, w, n):
         put_entry(W.scratch, 2, f, lane)
         put_entry(W.scratch, 3, f1, lane)
         put_entry(W.scratch, 4, f2, lane)
+
+
+#: Scratch rows of the last foot on a contour: its table, the place, and what `foot` gave.
+FOOT = 23
+
+
+@inline
+def law_of_place(L, W, w, n, x, y):
+    """(D, s, φ, κ/(1 − κ D)) of the contour that is law n, at a place in its axes."""
+    st(W.scratch, 0, x, w)
+    st(W.scratch, 1, y, w)
+    beside(L, W, w, n)
+    distance, s = ld(W.scratch, FOOT + 3, w), ld(W.scratch, FOOT + 4, w)
+    return distance, s, ld(W.scratch, FOOT + 5, w), ld(W.scratch, FOOT + 6, w)
+
+
+@njit
+def beside(L, W, w, n):
+    """The foot on contour n of the place in scratch rows (0, 1), where it is not the last one: both
+    rows of a contact, and how far along it is, are of one foot.
+    """
+    F, k = W.scratch, L.law_table[n]
+    for m in range(rounds(F, w)):
+        lane = lane_at(m, w)
+        x, y = entry(F, 0, lane), entry(F, 1, lane)
+        same = value(entry(F, FOOT, lane)) == k + 1.0
+        here = value(entry(F, FOOT + 1, lane)) == x and value(entry(F, FOOT + 2, lane)) == y
+        if tangents(w) > 0 or not (same and here):
+            last = int(value(entry(F, FOOT + 7, lane))) if same else -1
+            distance, s, phi, curvature, piece = foot(L.table, k, x, y, last)
+            put_entry(F, FOOT, k + 1.0, lane)
+            put_entry(F, FOOT + 1, x, lane)
+            put_entry(F, FOOT + 2, y, lane)
+            put_entry(F, FOOT + 3, distance, lane)
+            put_entry(F, FOOT + 4, s, lane)
+            put_entry(F, FOOT + 5, phi, lane)
+            put_entry(F, FOOT + 6, curvature, lane)
+            put_entry(F, FOOT + 7, float(piece), lane)
 
 
 @njit
@@ -385,7 +424,7 @@ def surface_of_numbers(L, W, w, k, a, b, place):
 #: user's own.
 KINDS = (*CONSTRAINTS, "sum", "formula", "user")
 ANGLE, DISTANCE, SUM, FORMULA = map(KINDS.index, ("angle", "distance", "sum", "formula"))
-#: Numbers of the kinds with a law of a direction that the position gives, as cams have.
+#: Numbers of the kinds with a law of a direction or a place that the position gives, as cams have.
 BY_DIRECTION = tuple(n for n, one in enumerate(CONSTRAINTS.values()) if one.argument)
 
 
@@ -617,6 +656,7 @@ def branch(otherwise, number):
     """
     one: Any = CONSTRAINTS[KINDS[number]]
     physics, direction = one.function, one.argument
+    law = law_of_place if one.of_place else law_of_direction
 
     @njit(forceinline=True, cache=False)
     def direct(L, W, w, e, kind, position, velocity):
@@ -629,7 +669,7 @@ def branch(otherwise, number):
     @njit(cache=False)
     def evaluated(L, W, w, e, position, velocity):
         i, j, p, _ = ends(L, W, w, e)
-        f = law_of_direction(L, W, w, L.primitive_law[e], *direction(i, j, p))
+        f = law(L, W, w, L.primitive_law[e], *direction(i, j, p))
         put(L, W, w, e, position, velocity, physics(i, j, p, f))
 
     @njit(forceinline=True, cache=False)

@@ -19,9 +19,11 @@ import math
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
 from mbody.core.decorators import inline, kernel, njit
-from mbody.kernels.constraints import body_rotations, further_block, rows
+from mbody.kernels.constraints import body_rotations, further_block, law_of_place, rows
+from mbody.kernels.constraints import ends as sides_of
 from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work
+from mbody.model.joints.contour import place_on
 
 
 class UnilateralLayout(Bundle):
@@ -45,6 +47,7 @@ class UnilateralLayout(Bundle):
     `arc_point` (a,), `arc_bodies` (a, 3), `arc` (a, 9): Of arcs the contact point; bodies of its
       rows and that of the arc; both positions, what is added to the direction between them, that
       direction where an edge gives it (else not a number), begin, half extent, radius.
+    `curve_point`, `curve_end` (n,): Contact points on curves with ends, and how long these are.
     `never` (c,): Whether it is at a corner that points inwards, and so never touches.
     `adjacent_start` (c + 1,), `adjacent`: Of a corner on an edge the contact points of the same
       edge with the corners that are joined to that one.
@@ -73,6 +76,8 @@ class UnilateralLayout(Bundle):
     arc_point: Ints
     arc_bodies: Tables
     arc: Rows
+    curve_point: Ints
+    curve_end: Floats
     never: Ints
     adjacent_start: Ints
     adjacent: Ints
@@ -163,7 +168,7 @@ def placed(W, b, x, y):
 @njit
 def find_ends(L, W, U, ends):
     """ends (c, 2) ← how far each contact point is along its edge from both ends of it, and round
-    its arcs; infinite of what has no ends.
+    its arcs or curve; infinite of what has no ends.
     """
     for k in range(U.normal.shape[0]):
         ends[k, 0] = ends[k, 1] = math.inf
@@ -188,6 +193,12 @@ def find_ends(L, W, U, ends):
         off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi)) + math.pi
         ends[k, 0] = min(ends[k, 0], radius * (half + off))
         ends[k, 1] = min(ends[k, 1], radius * (half - off))
+    for n in range(U.curve_point.shape[0]):
+        k = U.curve_point[n]
+        e = L.active_set[U.normal[k]]
+        i, j, p, _ = sides_of(L, W, 0.0, e)
+        _, along, _, _ = law_of_place(L, W, 0.0, L.primitive_law[e], *place_on(i, j, p))
+        ends[k, 0], ends[k, 1] = along, U.curve_end[n] - along
 
 
 @njit

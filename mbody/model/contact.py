@@ -20,6 +20,7 @@ from mbody.model.element import InheritedPlace, listed, number_field, place_fiel
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
 from mbody.model.touching_shapes import (
     ArcEnd,
+    CurveShape,
     Disc,
     Line,
     Polygon,
@@ -33,6 +34,7 @@ from mbody.model.touching_shapes import (
 from mbody.quantities.types import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
+    from mbody.laws.smooth_contour import Contour
     from mbody.model.element import Numbers
     from mbody.quantities.units import UnitSystem
 
@@ -60,6 +62,9 @@ def rolling_from(
         c, s = np.cos(rotation_i), np.sin(rotation_i)
         along = (c * ux - s * uy) * dx + (s * ux + c * uy) * dy + radius * (rotation_j - rotation_i)
         parameters[0], parameters[1] = parameters[0] + along * ux, parameters[1] + along * uy
+    elif row.kind == "contour":
+        law: Any = row.law.law  # type: ignore[union-attr]  # it has one
+        parameters[6] = law.rolled(dx, dy, rotation_i, rotation_j, parameters[4])
     else:
         i, j = parameters[4], parameters[5]
         parameters[6] = np.arctan2(dy, dx) - i * rotation_i - j * rotation_j
@@ -149,6 +154,8 @@ class ContactCandidate:
         Radius of the circle on an edge.
     arcs : tuple of Arc
         Of its circles those that do not go all round.
+    contour : Contour or None
+        The smooth contour of a curve that it is on.
     """
 
     normal: ConstraintPrimitive
@@ -161,10 +168,13 @@ class ContactCandidate:
     solid: str
     edge_radius: Any = 0.0
     arcs: tuple[Arc, ...] = ()
+    contour: Contour | None = None
 
     @property
     def ends(self) -> bool:
-        """Whether what touches may go past an end of an edge or an arc."""
+        """Whether what touches may go past an end of an edge, an arc or a curve."""
+        if self.contour is not None:
+            return not self.contour.closed
         return bool(self.arcs) or (self.edge is not None and bool(np.isfinite(self.edge[2])))
 
     @classmethod
@@ -190,6 +200,10 @@ class ContactCandidate:
 def contact_candidates(i: Side, j: Side) -> list[MakeCandidate]:
     """The contact candidates of two shapes; none where they cannot touch."""
     found: list[MakeCandidate] = []
+    for (_, curve), (_, shape) in ((i, j), (j, i)):
+        whole = isinstance(shape, Vertex) or (isinstance(shape, Disc) and shape.begin is None)
+        if isinstance(curve, CurveShape) and (curve.law is None or not whole):
+            return found
     for swapped, (edged, other) in enumerate(((i, j), (j, i))):
         for edge in range(_edges(edged[1])):
             for one in _rounds(other[1]):
@@ -204,10 +218,10 @@ def contact_candidates(i: Side, j: Side) -> list[MakeCandidate]:
 
 
 def _edges(shape: Shape) -> int:
-    """Number of straight edges of a shape."""
+    """Number of edges of a shape."""
     if isinstance(shape, Polygon):
         return len(shape.polygon)
-    return int(isinstance(shape, Line | Segment))
+    return int(isinstance(shape, Line | Segment | CurveShape))
 
 
 def _rounds(shape: Shape) -> Iterator[CircleShape]:
@@ -220,6 +234,8 @@ def _rounds(shape: Shape) -> Iterator[CircleShape]:
         yield from map(Vertex, shape.segment)
     elif isinstance(shape, Polygon):
         yield from map(Vertex, shape.polygon)
+    elif isinstance(shape, CurveShape) and shape.law is not None and not shape.law.closed:
+        yield from (Vertex(shape.point, shape.law.end(last)) for last in (False, True))
 
 
 def _body(name: str) -> str:
@@ -237,7 +253,8 @@ def _circle(at: Numbers, one: Round) -> tuple[tuple[Any, Any], Any]:
     """Centre from the mass centre, and radius, of a circle or a corner."""
     name, shape = one
     if isinstance(shape, Vertex):
-        return _body_fixed(at, name, shape.point), 0.0
+        (x, y), (ox, oy) = _body_fixed(at, name, shape.point), shape.offset
+        return (x + ox, y + oy), 0.0
     if isinstance(shape, ArcEnd):
         (x, y), radius = _circle(at, (name, shape.arc))
         angle = at[f"{name}.end" if shape.last else f"{name}.begin"]
@@ -280,13 +297,24 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
 
 
 def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> ContactCandidate:
-    """A circle or corner on a straight edge."""
-    (ix, iy), (ux, uy), length = _edge(at, edged, edge)
+    """A circle or corner on an edge."""
     position, radius = _circle(at, one)
-    bodies = _body(edged[0]), _body(one[0])
+    bodies, rolls = (_body(edged[0]), _body(one[0])), not isinstance(one[1], CORNERS)
+    if isinstance(edged[1], CurveShape):
+        law: Any = edged[1].law
+        more: dict[str, Any] = {"law": Signal(law, []), "active_set": True}
+        own = [*_body_fixed(at, edged[0], edged[1].point), *position, radius]
+        normal, tangent = (
+            ConstraintPrimitive("contour", *bodies, "l", [*own, part, 0.0], **more)
+            for part in (0.0, -1.0 if law.closed else 1.0)
+        )
+        solid = "curve" if law.closed else "segment"
+        return ContactCandidate(
+            normal, tangent, 1.0, swapped, None, position, rolls, solid, radius, contour=law
+        )
+    (ix, iy), (ux, uy), length = _edge(at, edged, edge)
     shifted = [ix - radius * uy, iy + radius * ux, *position, -uy, ux]
     normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, active_set=True)
-    rolls = not isinstance(one[1], CORNERS)
     along = [ix, iy, *position, ux, uy, *([radius] if rolls else [])]
     kind = "rack" if rolls else "coordinate"
     tangent = ConstraintPrimitive(kind, *bodies, "l", along, active_set=True)
@@ -548,8 +576,9 @@ class Contact(OneSided):
         """(body of i, body of j)."""
         return self.i.partition(".")[0], self.j.partition(".")[0]
 
-    def with_shapes(self, known: Mapping[str, Any]) -> Contact:
-        """The contact with the shapes that it is between; `known` are the bodies by name.
+    def with_shapes(self, known: Mapping[str, Any], curves: Mapping[str, Any]) -> Contact:
+        """The contact with the shapes that it is between; `known` are the bodies and `curves` those
+        of the mechanism, by name.
 
         Raises
         ------
@@ -557,14 +586,14 @@ class Contact(OneSided):
             For a shape that is not there, and shapes that cannot touch.
         """
         made = replace(
-            self, shapes=tuple(_shape(self.name, known, one) for one in (self.i, self.j))
+            self, shapes=tuple(_shape(self.name, known, curves, one) for one in (self.i, self.j))
         )
         i, j = made.shapes
         if not contact_candidates((made.i, i), (made.j, j)):
             raise ModelError(
                 f"'{self.name}': a {_named(i)} and a {_named(j)} do not touch: points and discs "
                 "touch lines, segments, polygons and discs, and rings from within; of segments and "
-                "polygons the corners do",
+                "polygons the corners do; curves are touched by points and whole discs",
                 self.name,
             )
         return made
@@ -789,15 +818,19 @@ def refuse_of_designs(one: Contact | Between, at: Numbers) -> None:
 
 
 def _named(shape: Shape) -> str:
+    if isinstance(shape, CurveShape):
+        return "curve"
     return "point" if isinstance(shape, Vertex) else type(shape).__name__.lower()
 
 
-def _shape(contact: str, known: Mapping[str, Any], place: str) -> Shape:
+def _shape(contact: str, known: Mapping[str, Any], curves: Mapping[str, Any], place: str) -> Shape:
     """The shape, or the point as a shape, of that dotted name."""
     name, _, key = place.partition(".")
     body = known[name]
     if key in body.shapes:
         found: Shape = body.shapes[key]
+        if isinstance(found, CurveShape):
+            return replace(found, law=found.contour(curves, place))
         return found
     if key in body.points:
         return Vertex(key)

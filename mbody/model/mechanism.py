@@ -419,7 +419,7 @@ class Mechanism:
         if element.role == "input":
             whole = whole.measured(scope)
         if element.role == "contact" and hasattr(element, "with_shapes"):
-            whole = whole.with_shapes({name: self[name] for name in whole.bodies})
+            whole = whole.with_shapes({name: self[name] for name in whole.bodies}, self.curves)
         made: E
         made, formulas, fixed = resolved(whole, scope, self._measured)
         self.formulas |= formulas

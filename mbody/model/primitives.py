@@ -25,8 +25,9 @@ class Physics:
     `function`: Compiled: of a constraint (i, j, p, f) → Φ, Φ_q, ν, γ, of a load (i, j, p, f) → the
       wrenches (Fx, Fy, T) on i and on j about the mass centres, None where there is none.
     `argument`: Compiled, (i, j, p): where the primitive's own law is evaluated. Of a constraint the
-      vector (x, y) whose direction is the angle; of a load (x, known), and `known` goes to
-      `function` as a fifth argument.
+      vector (x, y) whose direction is the angle, or which is the place; of a load (x, known), and
+      `known` goes to `function` as a fifth argument.
+    `of_place`: Of constraints: whether the law is a contour, of a place.
     `form`: Of loads: how the kernels use the function, "wrench" as above, else one of the forms of
       `mbody.kernels.forces`.
     """
@@ -34,6 +35,7 @@ class Physics:
     function: Callable[..., Any]
     argument: Callable[..., Any] | None = None
     form: str = "wrench"
+    of_place: bool = False
 
 
 #: Physics of all constraint primitives by kind, in the order of their numbers.
@@ -42,9 +44,11 @@ CONSTRAINTS: dict[str, Physics] = {}
 LOADS: dict[str, Physics] = {}
 
 
-def constraint_physics(*, argument: Callable[..., Any] | None = None) -> Callable[[F], F]:
+def constraint_physics(
+    *, argument: Callable[..., Any] | None = None, of_place: bool = False
+) -> Callable[[F], F]:
     """Enter the decorated function into `CONSTRAINTS`; its name is the kind."""
-    return _entered(CONSTRAINTS, "", argument, "wrench")
+    return _entered(CONSTRAINTS, "", argument, "wrench", of_place)
 
 
 def load_physics(
@@ -55,7 +59,11 @@ def load_physics(
 
 
 def _entered(
-    table: dict[str, Physics], kind: str, argument: Callable[..., Any] | None, form: str
+    table: dict[str, Physics],
+    kind: str,
+    argument: Callable[..., Any] | None,
+    form: str,
+    of_place: bool = False,
 ) -> Callable[[F], F]:
     def enter(function: F) -> F:
         # compiled kernels are kept on disk under the sources of the package alone
@@ -66,7 +74,7 @@ def _entered(
         name = kind or function.__name__
         if name in table:
             raise TypeError(f"there are two kinds of physics named {name!r}: choose another name")
-        table[name] = Physics(function, argument, form)
+        table[name] = Physics(function, argument, form, of_place)
         return function
 
     return enter
@@ -110,7 +118,7 @@ class ConstraintPrimitive:
     signal : Signal or None
         The law f(t) of the first row, if it has one.
     law : Signal or None
-        A law of a direction that the position gives: an angle of one turn, 0 … 2π.
+        A law of a direction that the position gives: an angle of one turn, 0 … 2π; or a contour.
     function : callable or None
         The user's own physics in plain Python, for kind ``"user"``.
     parts : tuple of Part

@@ -1,11 +1,11 @@
-"""Shapes of bodies, which contacts are between: discs, rings, lines, segments, polygons, points."""
+"""Shapes of bodies, which contacts are between: discs, rings, edges, polygons, curves, points."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -17,6 +17,7 @@ from mbody.quantities.formula import number
 from mbody.quantities.types import NumberField, OptionalNumberField, default, required
 
 if TYPE_CHECKING:
+    from mbody.laws.smooth_contour import Contour
     from mbody.model.element import Numbers
 
 
@@ -26,9 +27,10 @@ LEAST_CORNERS = 3
 
 @dataclass(frozen=True)
 class Vertex:
-    """A point of a body, as a shape."""
+    """A point of a body as a shape, or a place at an offset from it in the axes of the body."""
 
     point: str
+    offset: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,25 @@ class Polygon:
     polygon: tuple[str, ...]
 
 
-Shape: TypeAlias = Disc | Ring | Line | Segment | Polygon | Vertex
+@dataclass(frozen=True)
+class CurveShape:
+    """A smooth contour by a named curve y(x) from a point, or by two, x and y of one number, closed
+    where both are periodic; other shapes touch it on its left, as its numbers grow.
+    """
+
+    curve: str | tuple[str, ...]
+    point: str = ""
+    #: The contour, which the mechanism makes when a contact with it is added.
+    law: Contour | None = field(default=None, repr=False, compare=False)
+
+    def contour(self, curves: Mapping[str, Any], place: str) -> Contour:
+        """Its contour by the curves of the mechanism; `place` is its dotted name."""
+        from mbody.model.named_contours import contour_named
+
+        return contour_named(self.curve, curves, place)
+
+
+Shape: TypeAlias = Disc | Ring | Line | Segment | Polygon | CurveShape | Vertex
 #: A shape, or a table of it as in a file: ``{"disc": "O", "radius": 0.3}``.
 ShapeLike: TypeAlias = "Shape | Mapping[str, Any]"
 
@@ -102,6 +122,7 @@ TABLES: dict[str, tuple[type, tuple[str, ...], tuple[str, ...]]] = {
     "segment": (Segment, (), ()),
     "line": (Line, (), ()),
     "polygon": (Polygon, (), ()),
+    "curve": (CurveShape, ("point",), ()),
 }
 
 
@@ -128,7 +149,7 @@ def as_shapes(given: Any, body: str, points: Mapping[str, Any]) -> dict[str, Sha
 
 def _shape(value: Any, body: str, name: str) -> Shape:
     """A shape, from itself or from a table."""
-    if isinstance(value, Disc | Ring | Line | Segment | Polygon):
+    if isinstance(value, Disc | Ring | Line | Segment | Polygon | CurveShape):
         return value
     keys = list(value) if isinstance(value, Mapping) else []
     kind = next((key for key in TABLES if key in keys), None)
@@ -167,6 +188,10 @@ def _checked(shape: Shape, body: str, name: str, points: Mapping[str, Any]) -> S
                 body,
             )
         made: Shape = type(shape)(centre, radius, *_arc(shape, body, name))
+    elif isinstance(shape, CurveShape):
+        named, curves = (shape.point,), shape.curve
+        curves = tuple(curves) if isinstance(curves, list) else curves
+        made = CurveShape(curves, shape.point)
     elif isinstance(shape, Line):
         named = (shape.point,)
         made = Line(shape.point, number(shape.angle, "angle", body, f"{name}.angle"))
@@ -234,13 +259,15 @@ def _refuse_no_arcs(name: str, begin: Any, end: Any) -> None:
 def refuse_shapes(
     contact: str, names: tuple[str, str], shapes: tuple[Shape, ...], at: Numbers, unit: str
 ) -> None:
-    """Refuse, of one design or of a batch, arcs without length, and discs as large as the ring that
-    they touch from within.
+    """Refuse, of one design or of a batch, arcs without length, discs as large as the ring that
+    they touch from within, and those that would touch a curve at two places.
     """
     for name, shape in zip(names, shapes, strict=True):
         if isinstance(shape, Disc | Ring) and shape.begin is not None:
             _refuse_no_arcs(name, at[f"{name}.begin"], at[f"{name}.end"])
     for (disc, inner), (ring, outer) in itertools.permutations(zip(names, shapes, strict=True)):
+        if isinstance(inner, Disc) and isinstance(outer, CurveShape) and outer.law is not None:
+            outer.law.refuse_wide(contact, disc, ring, at[f"{disc}.radius"], unit)
         if not (isinstance(inner, Disc) and isinstance(outer, Ring)):
             continue
         radii = np.broadcast_arrays(at[f"{disc}.radius"], at[f"{ring}.radius"])

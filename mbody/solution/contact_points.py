@@ -139,7 +139,9 @@ def _history(
     first, second = own[::-1] if candidate.swapped else own
     position = float(candidate.position[0]), float(candidate.position[1])
     tip: Place = (second, *position)
-    if candidate.edge is None:
+    if candidate.contour is not None:
+        place, normal, gap, along, axes = _contour(run, candidate, first, tip)
+    elif candidate.edge is None:
         place, normal, gap, along, axes = _round(run, candidate, first, tip)
     else:
         place, normal, gap, along, axes = _edge(run, candidate, first, tip)
@@ -193,6 +195,23 @@ def _edge(
     endless = not np.isfinite(length)
     along = endless | ((along_edge >= -tolerance) & (along_edge <= float(length) + tolerance))
     return centre - radius * normal, normal, gap, along, (tip, first, None)
+
+
+def _contour(
+    run: Solution, candidate: ContactCandidate, first: str, tip: Place
+) -> tuple[Array, Array, Array, Array, None]:
+    """A point or circle on a curve."""
+    assert candidate.contour is not None
+    x, y = (float(part) for part in candidate.normal.parameters[:2])
+    centre, angle = moved(run, tip), run[first].angle
+    d = (centre - moved(run, (first, x, y))) @ (1.0, 1.0j) * np.exp(-1j * angle)
+    D, s, phi, _ = candidate.contour.feet(np.column_stack([d.real, d.imag])).T
+    normal = np.column_stack([-np.sin(phi + angle), np.cos(phi + angle)])
+    radius = float(candidate.edge_radius)
+    tolerance = CONTACT_GAP_CLOSED_RESULT * run.system.length
+    within = (s >= -tolerance) & (s <= candidate.contour.length + tolerance)
+    along = within | np.array(candidate.contour.closed)
+    return centre - radius * normal, normal, D - radius, along, None
 
 
 def _round(

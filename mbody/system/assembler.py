@@ -915,8 +915,9 @@ class _Compiler:
         sizes += [len(action.parameters) for action in actions]
         sizes += [len(pair.parameters) for _, pair in self.pairs]
         offset = np.concatenate([[0], np.cumsum(sizes)]).astype(int)
-        tables = [law.law.table() for law in laws]
-        table_start = np.concatenate([[0], np.cumsum([len(table) for table in tables])]).astype(int)
+        # fixed data of each law once, and where that begins
+        tables = {id(law.law): law.law.table() for law in laws}
+        starts = dict(zip(tables, np.cumsum([0, *map(len, tables.values())]), strict=False))
         a, b = len(primitives), len(primitives) + len(laws)
         c = b + len(actions)
         of_time = len(self.signal_laws)
@@ -1013,7 +1014,7 @@ class _Compiler:
             law_kind=integers([LAW_KINDS.index(law.law.kind) for law in laws]),
             law_par=integers(offset[a:b]),
             law_count=integers(sizes[a:b]),
-            law_table=integers(table_start[:-1]),
+            law_table=integers([starts[id(law.law)] for law in laws]),
             law_handle=integers([-1] * len(laws)),
             signal_law=integers(order),
             signal_row=integers([3 * n for n in order]),
@@ -1038,7 +1039,7 @@ class _Compiler:
             action_law=action_law,
             action_handle=integers([-1] * len(actions)),
             action_cause=integers([cause for cause, _ in self.action_owners]),
-            table=np.concatenate([*tables, np.zeros(1)]),
+            table=np.concatenate([*tables.values(), np.zeros(1)]),
         )
 
 

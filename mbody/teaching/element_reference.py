@@ -542,7 +542,7 @@ def _takes(field: dataclasses.Field[Any]) -> str:
         return "a list of terms"
     special = {
         "points": "points by name, each [x, y] or { r = …, angle = … }",
-        "shapes": "shapes by name: disc, ring, line, segment, polygon",
+        "shapes": "shapes by name: disc, ring, line, segment, polygon, curve",
         "cg": "[x, y], length [m]",
         "guess": "an angle, or { x = …, y = …, angle = … }",
         "section": "{ rectangle = [height, thickness] }, { tube = [outer, inner] } or "

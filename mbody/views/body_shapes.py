@@ -1,4 +1,4 @@
-"""Shapes of bodies that contacts are between: discs, rings, lines, segments, polygons."""
+"""Shapes of bodies that contacts are between: discs, rings, lines, segments, polygons, curves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mbody.core.tolerances import POINT_SAME
 from mbody.engineering.cam_limits import cam_contour
 from mbody.model.joints import CamFollower, Gear, Joint, PinSlot, Prismatic, RackPinion, Rolling
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Shape
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, Shape
 from mbody.views.acting import barrel, tyre_circle
 from mbody.views.pose import on
 from mbody.views.shapes import arc, direction, within
@@ -98,6 +98,9 @@ def face(joint: CamFollower, pose: Pose, more: float) -> Array:
     return np.array([foot + (along.min() - more) * u, foot + (along.max() + more) * u])
 
 
+#: Places of every piece of a curve that are drawn.
+PARTS = 4
+
 #: An endless line goes beyond what moves by this part of its extent along it.
 BEYOND = 0.06
 
@@ -132,6 +135,8 @@ def outlines(pose: Pose) -> tuple[list[Array], list[tuple[Array, float]]]:
                 circles.append(_circle(pose, body.name, name, shape))
             elif isinstance(shape, Segment | Polygon):
                 corners += _corners(pose, body.name, shape)
+            elif isinstance(shape, CurveShape):
+                corners += list(_curve(pose, body.name, name, shape))
             else:
                 assert isinstance(shape, Line)
                 corners.append(pose.point(f"{body.name}.{shape.point}"))
@@ -182,6 +187,14 @@ def _circle(pose: Pose, body: str, name: str, shape: Disc | Ring) -> tuple[Array
 def _corners(pose: Pose, body: str, shape: Segment | Polygon) -> list[Array]:
     names: tuple[str, ...] = tuple(shape.segment if isinstance(shape, Segment) else shape.polygon)
     return [pose.point(f"{body}.{name}") for name in names]
+
+
+def _curve(pose: Pose, body: str, name: str, shape: CurveShape) -> Array:
+    """Places along a curve, (n, 2)."""
+    contour = shape.contour(pose.mechanism.curves, f"{body}.{name}")
+    places = contour.places(PARTS)[0] @ (1.0, 1.0j)
+    turned = places * np.exp(1j * (0.0 if body == "ground" else pose.angle(body)))
+    return np.column_stack([turned.real, turned.imag]) + pose.point(f"{body}.{shape.point}")
 
 
 def _within(pose: Pose, body: str, name: str, shape: Shape, node: Array) -> bool:
@@ -262,6 +275,25 @@ def _(shape: Polygon, sketch: Sketch, body: str, name: str) -> None:
     for a, b in zip(corners, following, strict=True):
         first, last = (b, a) if area > 0.0 else (a, b)
         sketch.ground(first, last, name=name)
+
+
+@_drawn.register(CurveShape)
+def _(shape: CurveShape, sketch: Sketch, body: str, name: str) -> None:
+    places = _curve(sketch.pose, body, name.rpartition(".")[2], shape)
+    sketch.line(list(places), 2.4, INK, Z["link"] + 0.5, name=name)
+    if body != "ground":
+        return
+    # ticks on its right, which is solid
+    depth = sketch.size("hatch")
+    steps = np.diff(places, axis=0)
+    along = np.append(0.0, np.cumsum(np.hypot(*steps.T)))
+    at = np.arange(depth, along[-1], 2.0 * depth)
+    x, y = (np.interp(at, along, part) for part in places.T)
+    u = steps[np.searchsorted(along, at) - 1]
+    u = u / np.hypot(*u.T)[:, None]
+    start = np.column_stack([x, y])
+    ends = start + depth * (np.column_stack([u[:, 1], -u[:, 0]]) - u)
+    sketch.strokes(list(np.stack([start, ends], axis=1)), Z["ring"], 0.2)
 
 
 @_drawn.register(Line)

@@ -1,9 +1,12 @@
 """Shapes, contacts and ropes that do not fit, and motions that nothing decides."""
 
+import math
+
 from mbody import (
     Between,
     Body,
     Contact,
+    CoordinateDriver,
     Fixed,
     Gravity,
     Mechanism,
@@ -11,9 +14,11 @@ from mbody import (
     Simulator,
     assemble,
     from_toml,
+    kinetostatics,
     simulate,
 )
 from mbody.engineering import linearize
+from mbody.laws import Table
 
 SQUARE = {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (1.0, 1.0), "D": (0.0, 1.0)}
 
@@ -42,6 +47,40 @@ def resting(*more, y=0.5, i="ground.floor", j="wheel.rim", radius=0.5, **numbers
     made.add(Body("wheel", mass=1.0, inertia=0.1, points=corners, shapes=wheel, guess=(0, y, 0)))
     made.add(Contact("foot", i, j, **numbers), *more, Gravity("gravity", y=-9.81))
     return made
+
+
+def curved(shape=None, j="wheel.rim", radius=0.1, analysis=None, guess=(1, 0.3, 0), **curves):
+    """A wheel, or what is named, on a curve."""
+    x = (0.0, 1.0, 2.0, 3.0)
+    spline = {"interpolation": "spline"}
+    tables = {"road": Table(x, (0.0, 0.2, 0.0, 0.2), **spline)} | curves
+
+    def make():
+        shapes = {"top": {"curve": "road", "point": "O"} | (shape or {})}
+        made = Mechanism("hill", ground={"O": (0.0, 0.0)}, ground_shapes=shapes, curves=tables)
+        wheel = {"rim": {"disc": "C", "radius": radius}, "box": {"polygon": ("A", "B", "C")}}
+        corners = {"C": (0.0, 0.0), "A": (-0.2, -0.2), "B": (0.2, -0.2)}
+        made.add(
+            Body("wheel", mass=1.0, inertia=0.1, points=corners, shapes=wheel, guess=guess),
+            Contact("foot", "ground.top", j, friction=0.4),
+            Gravity("gravity", y=-9.81),
+        )
+        if analysis is kinetostatics:
+            made.add(CoordinateDriver("hand", "ground.O", "wheel.C", law=0.1))
+            analysis(made)
+        else:
+            simulate(made, 0.01, method="moreau", step=0.001)
+
+    return make
+
+
+def circle(**how):
+    """Tables of a circle, which ends where it begins."""
+    t = tuple(0.25 * math.pi * n for n in range(9))
+    x = tuple(round(math.cos(part), 12) for part in t)
+    y = tuple(round(math.sin(part), 12) for part in t)
+    how = {"interpolation": "spline"} | how
+    return {"cx": Table(t, x, **how), "cy": Table(t, y, **how)}
 
 
 def followed(*more, **how):
@@ -113,6 +152,30 @@ SCENARIOS = {
     "a contact with a shape that is not there": lambda: resting(j="wheel.tyre"),
     "a contact with a body that is not there": lambda: resting(j="car.rim"),
     "a contact of two points": lambda: resting(i="ground.O", j="wheel.C"),
+    "a polygon on a curve": curved(j="wheel.box"),
+    "a curve of three names": curved({"curve": ("a", "b", "c")}),
+    "a curve that is not there": curved({"curve": "street"}),
+    "a curve with corners": curved(road=Table((0.0, 1.0), (0.0, 1.0), interpolation="linear")),
+    "a curve without end": curved(
+        road=Table((0, 1, 2), (0, 1, 0), interpolation="spline", periodic=True)
+    ),
+    "two curves of other numbers": curved(
+        {"curve": ("road", "y")}, y=Table((0.0, 1.0), (0.0, 1.0), interpolation="spline")
+    ),
+    "a curve with a cusp": curved(
+        {"curve": ("px", "py")},
+        px=Table((0.0, 1.0, 2.0), (0.0, 1.0, 0.0), interpolation="spline"),
+        py=Table((0.0, 1.0, 2.0), (0.0, 1.0, 0.0), interpolation="spline"),
+    ),
+    "a curve that ends where it begins": curved({"curve": ("cx", "cy")}, **circle()),
+    "a disc that touches a curve at two places": curved(radius=2.0),
+    "a wheel that rolls around a curve": curved(
+        {"curve": ("cx", "cy")},
+        analysis=kinetostatics,
+        guess=(0.1, -0.894, 0),
+        **circle(periodic=True),
+    ),
+    "a curve by steps with impulses": curved(),
     "a group that fits nothing": lambda: resting(Between("pile", "stone*.rim", "ground.floor")),
     "a group of very many contacts": many,
     "a rope of a body to itself": lambda: Rope("leash", "wheel.C", "wheel.A", length=1.0),
@@ -144,8 +207,8 @@ SCENARIOS = {
 
 SENTENCES = r"""
 shapes in a list | ModelError | wheel | 'wheel': shapes must be a dict such as {"rim": {"disc": "O", "radius": 0.3}}, not ['rim']
-a shape of no kind | ModelError | wheel | 'wheel': rim is {'circle': 'O'}, no shape: give one of 'disc', 'ring', 'segment', 'line', 'polygon', such as {"disc": "O", "radius": 0.3}
-a shape of a file of no kind | ModelError | ground | model: line 4: ground.shapes.floor: must be a shape: { disc = point, radius = … }, { ring = point, radius = … }, { segment = [A, B] }, { polygon = [A, B, C] } or { line = { point = … } }, not {'plane': 'O'}
+a shape of no kind | ModelError | wheel | 'wheel': rim is {'circle': 'O'}, no shape: give one of 'disc', 'ring', 'segment', 'line', 'polygon', 'curve', such as {"disc": "O", "radius": 0.3}
+a shape of a file of no kind | ModelError | ground | model: line 4: ground.shapes.floor: must be a shape: { disc = point, radius = … }, { ring = point, radius = … }, { segment = [A, B] }, { polygon = [A, B, C] }, { line = { point = … } } or { curve = name, point = … }, not {'plane': 'O'}
 a disc without a radius | ModelError | wheel | 'wheel': rim: a disc needs 'radius'
 a disc with a length | ModelError | wheel | 'wheel': rim: a disc has no 'length'
 a disc of radius zero | ModelError | wheel | 'wheel': rim.radius is 0, it must be positive: a shape without radius is a point, which a contact names by itself
@@ -168,7 +231,18 @@ designs of a contact that stick less than they slide | ModelError | foot | 'foot
 designs of a contact that gain energy | ModelError | foot | 'foot': restitution is 1.5, which would gain energy: give 0 to 1
 a contact with a shape that is not there | ModelError | foot | 'foot' refers to shape 'tyre' of 'wheel', which is not there (it has the shapes 'rim', 'box' and the points 'C', 'A', 'B', 'E'): name one of these, or add it to the body
 a contact with a body that is not there | ModelError | foot | 'foot' refers to body 'car', which is not there (there are: 'ground', 'wheel'): add bodies first
-a contact of two points | ModelError | foot | 'foot': a point and a point do not touch: points and discs touch lines, segments, polygons and discs, and rings from within; of segments and polygons the corners do
+a contact of two points | ModelError | foot | 'foot': a point and a point do not touch: points and discs touch lines, segments, polygons and discs, and rings from within; of segments and polygons the corners do; curves are touched by points and whole discs
+a polygon on a curve | ModelError | foot | 'foot': a curve and a polygon do not touch: points and discs touch lines, segments, polygons and discs, and rings from within; of segments and polygons the corners do; curves are touched by points and whole discs
+a curve of three names | ModelError | ground | 'ground': top.curve is ('a', 'b', 'c'): name one curve of the mechanism, y of x, or two, x and y of one number
+a curve that is not there | ModelError | ground | 'ground': top names the curve 'street', which is not there (there are: 'road'): add it to the curves of the mechanism
+a curve with corners | ModelError | road | the curve 'road' is no smooth contour: give a table with interpolation = "spline"
+a curve without end | ModelError | road | the curve 'road' is periodic, a contour of one curve has two ends: give as many periods as there are, or x and y as two curves of a closed one
+two curves of other numbers | ModelError | road | the curves 'road' and 'y' make no contour: give x and y at the same numbers, both periodic where it is closed
+a curve with a cusp | ModelError | px | the contour of 'px' and 'py' stands still at a point, or has a cusp: give points that follow each other along it
+a curve that ends where it begins | ModelError | cx | the contour of 'cx' and 'cy' ends where it begins: give both tables periodic = true
+a disc that touches a curve at two places | ModelError | foot | 'foot': the disc 'wheel.rim' of radius 2 m would touch 'ground.top' at two places: the curve lets a radius of up to 1.231 m by, at (2.66667, 0.0395062) m from its point; give a smaller disc, or a curve with wider hollows
+a wheel that rolls around a curve | ModelError | - | a wheel that rolls without slip on a closed curve is followed by simulate alone: where it is does not say how often it went round
+a curve by steps with impulses | ModelError | ground | 'ground': top is a curve: the method 'moreau' takes straight edges and circles; give segments along it, or follow the motion by 'dop853'
 a group that fits nothing | ModelError | pile | 'pile': no two shapes of different bodies fit 'stone*.rim' and 'ground.floor' (there are: 'wheel.rim', 'wheel.box', 'wheel.C', 'wheel.A', 'wheel.B', 'wheel.E', 'ground.floor', 'ground.wall' and 9 more)
 a group of very many contacts | ModelError | pile | 'pile' would be more than 2000 contacts, 100 shapes with 100: every pair is watched by itself; simulate by the method "moreau", which looks at those that are near, or name fewer shapes
 a rope of a body to itself | ModelError | leash | 'leash' would join 'wheel' to itself: give places on two bodies

@@ -16,7 +16,7 @@ from mbody.kernels.contact_geometry import CIRCLE, LINE, POLYGON, SEGMENT, Conta
 from mbody.kernels.layout import integers
 from mbody.model.contact import Between, Contact, Rope, shape_names
 from mbody.model.mechanism import Mechanism
-from mbody.model.touching_shapes import Disc, Line, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Ring, Segment, Shape, Vertex
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -185,6 +185,12 @@ class _Outline:
         self.radius, self.along = 0.0, (1.0, 0.0)
         if isinstance(shape, Vertex):
             self.kind, self.centre, self.bounding_radius = CIRCLE, place(shape.point), 0.0
+        elif isinstance(shape, CurveShape):
+            raise ModelError(
+                f"'{self.body}': {key} is a curve: the method 'moreau' takes straight edges and "
+                "circles; give segments along it, or follow the motion by 'dop853'",
+                self.body,
+            )
         elif isinstance(shape, Disc | Ring):
             _refuse_arc(shape, name)
             point = shape.disc if isinstance(shape, Disc) else shape.ring

@@ -289,6 +289,11 @@ class Unilateral:
         meet = [corners.others.get((k, end), []) for k in range(count) for end in (0, 1)]
         edge_point, edge_bodies, edge = self._edges
         arc_point, arc_bodies, arc = self._arcs
+        curves = [
+            (n, one.candidate.contour)
+            for n, one in enumerate(points)
+            if one.candidate.contour is not None and one.candidate.ends
+        ]
         return UnilateralLayout(
             normal=ints(one.normal for one in points),
             tangent=ints(one.tangent for one in points),
@@ -310,6 +315,8 @@ class Unilateral:
             arc_point=arc_point,
             arc_bodies=arc_bodies,
             arc=arc,
+            curve_point=ints(n for n, _ in curves),
+            curve_end=np.array([one.length for _, one in curves], dtype=float),
             never=corners.never.astype(np.int64),
             adjacent_start=ints(np.cumsum([0, *map(len, adjacent)])),
             adjacent=ints(n for one in adjacent for n in one),

@@ -279,20 +279,25 @@ def _past_ends(found: Solution) -> list[Doubt]:
 
 
 def _past_arcs(found: Solution) -> list[Doubt]:
-    """Contacts that are kept closed beyond the end of their arc, of one design."""
+    """Contacts that are kept closed beyond the end of their arc or curve, of one design."""
     from mbody.solution.contact_points import contact_points_of
 
     doubts = []
     for contact in (one for one in found.mechanism.contacts if one.closed and found.modes):
         candidates = contact.candidates(found.system.numbers)
         points = zip(candidates, contact_points_of(found, contact), strict=False)
-        off = [~point.closed for candidate, point in points if candidate.arcs]
+        off = [
+            ~point.closed
+            for candidate, point in points
+            if candidate.ends and (candidate.arcs or candidate.contour is not None)
+        ]
         if off and np.any(off):
             t, where = _first(found, np.any(off, axis=0))
+            what = "arc" if any(one.arcs for one in candidates) else "curve"
             doubts.append(
                 Doubt(
                     "contact",
-                    f"contact '{contact.name}' is past the end of its arc {where}: its bodies "
+                    f"contact '{contact.name}' is past the end of its {what} {where}: its bodies "
                     "would not touch there; end the motion before, or follow it by simulate",
                     t,
                     (contact.name,),

@@ -327,7 +327,7 @@ class _Phase:
         """
         first, second = contact.bodies[::-1] if candidate.swapped else contact.bodies
         tip = (second, float(candidate.position[0]), float(candidate.position[1]))
-        if candidate.edge is None:
+        if candidate.edge is None and candidate.contour is None:
             ri, rj = (abs(float(x)) for x in candidate.tangent.parameters[4:6])
             if ri < rj:
                 x, y = (float(part) for part in candidate.normal.parameters[:2])

@@ -31,7 +31,7 @@ from mbody.model.joint_limits import JointLimit, limits_of
 from mbody.model.joints import Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.model.stop import Stop
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment, Vertex
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, Vertex
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -92,6 +92,8 @@ def candidates_of(contact: Any) -> list[OracleCandidate]:
     sides = list(zip(contact.bodies, contact.shapes, strict=True))
     if any(isinstance(s, Disc | Ring) and s.begin is not None for s in contact.shapes):
         raise NotImplementedError(f"'{contact.name}': it has no arcs")
+    if any(isinstance(s, CurveShape) for s in contact.shapes):
+        raise NotImplementedError(f"'{contact.name}': it has no curves")
     for (one, shape), (other, flat) in (sides, sides[::-1]):
         more["forwards"] = one == contact.bodies[1]
         circles = _circles(one, shape)

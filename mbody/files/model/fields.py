@@ -47,7 +47,7 @@ from mbody.model.body import (
     TubeSection,
 )
 from mbody.model.element import Marker, Polar, check_name
-from mbody.model.touching_shapes import Disc, Line, Polygon, Ring, Segment
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.formula import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
@@ -447,8 +447,15 @@ class PolygonIn(Strict):
     polygon: list[str]
 
 
+class CurveIn(Strict):
+    """A smooth curve from a point, touched on its left: a named curve y(x), or two, x and y."""
+
+    curve: str | tuple[str, str]
+    point: str
+
+
 def _shape_kind(value: Any) -> str | None:
-    kinds = ("disc", "ring", "line", "segment", "polygon")
+    kinds = ("disc", "ring", "line", "segment", "polygon", "curve")
     return next((f"<{k}>" for k in kinds if isinstance(value, dict) and k in value), None)
 
 
@@ -467,13 +474,17 @@ shapes = dict[
         | Annotated[SegmentIn, AfterValidator(lambda s: Segment(s.segment)), Tag("<segment>")]
         | Annotated[
             PolygonIn, AfterValidator(lambda s: Polygon(tuple(s.polygon))), Tag("<polygon>")
+        ]
+        | Annotated[
+            CurveIn, AfterValidator(lambda s: CurveShape(s.curve, s.point)), Tag("<curve>")
         ],
         Discriminator(
             _shape_kind,
             custom_error_type="form",
             custom_error_message=(
                 "must be a shape: { disc = point, radius = … }, { ring = point, radius = … }, "
-                "{ segment = [A, B] }, { polygon = [A, B, C] } or { line = { point = … } }"
+                "{ segment = [A, B] }, { polygon = [A, B, C] }, { line = { point = … } } or "
+                "{ curve = name, point = … }"
             ),
         ),
     ],

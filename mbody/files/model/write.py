@@ -32,7 +32,7 @@ from mbody.model.inputs import Input
 from mbody.model.joint_limits import as_described
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import STEADY, State
-from mbody.model.touching_shapes import Disc, Line, Ring, Segment
+from mbody.model.touching_shapes import CurveShape, Disc, Line, Ring, Segment
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.formula import LeftOut
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
@@ -225,6 +225,9 @@ def shape_tables(writer: Any, body: Body) -> dict[str, Any]:
         elif isinstance(shape, Line):
             angle = writer.number(f"{name}.angle", shape.angle, DIMENSIONS["angle"])
             found[key] = {"line": {"point": shape.point, "angle": angle}}
+        elif isinstance(shape, CurveShape):
+            curve = shape.curve if isinstance(shape.curve, str) else list(shape.curve)
+            found[key] = {"curve": curve, "point": shape.point}
         elif isinstance(shape, Segment):
             found[key] = {"segment": list(shape.segment)}
         else:

@@ -24,4 +24,5 @@ from mbody.model.joints.custom import CustomJoint as CustomJoint
 from mbody.model.joints import circles as circles
 from mbody.model.joints.band_brake import BandBrake as BandBrake
 from mbody.model.joints.belt import Belt as Belt
+from mbody.model.joints import contour as contour
 from mbody.model.primitives import CONSTRAINTS as CONSTRAINTS
