@@ -15,6 +15,7 @@ from mbody.core.bundle import Bundle, Floats, Ints
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
     CONTACT_GAP_BEGINNING,
+    FRICTION_RESERVE_MOST,
     GUARD_FALLING,
     GUARD_ROUNDING_FORCE,
     GUARD_ROUNDING_GAP,
@@ -38,6 +39,7 @@ from mbody.kernels.contact_guards import (
     STOP,
     Guards,
     collect_guards,
+    find_shared,
     find_sizes,
     look,
     look_at_guards,
@@ -76,6 +78,8 @@ from mbody.kernels.contact_rows import (
     gap_of,
     is_within,
 )
+from mbody.kernels.force_programs import limits_of, share
+from mbody.kernels.held_forces import NORMALS, hold_record
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
 from mbody.kernels.mode_problem import ContactDecision
 from mbody.kernels.state_derivative import first_derivative, load_state
@@ -100,8 +104,8 @@ STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED = range(7)
 #: happened; one without collision; modes were decided; steps begin in these. An impact has no
 #: solution; no modes go on, nor an impact without collision; masses that touch differ by more than
 #: numbers carry. Forces of what slides have a pole; impacts, or changes of modes, do not end at one
-#: instant. There is memory for fewer rows. What shares its forces is at its limit, of which the
-#: caller says what it means. Forces that have jumped are within what the modes allow.
+#: instant. There is memory for fewer rows, or fewer forces that no equation decides. Forces that
+#: have jumped are within what the modes allow.
 (
     IMPACT,
     COLLISION,
@@ -115,9 +119,8 @@ STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED = range(7)
     IMPACTS_WITHOUT_END,
     CHANGES_WITHOUT_END,
     MEMORY,
-    SHARED,
     UNBROKEN,
-) = range(11, 25)
+) = range(11, 24)
 #: Impacts, and changes of modes, at one instant, at most.
 MOST_STRIKES, MOST_CHANGES = 500, 200
 #: Numbers in `UnilateralMotion.count`: impacts, and changes of modes, at this instant; what
@@ -191,6 +194,27 @@ def begin_together(L, W, S, U, M, k, sign):
 
 
 @njit
+def pass_shared(L, W, S, U, G, M):
+    """What begins to slide, and opens, where forces that no equation decides come to their limits,
+    at the state S.y.
+    """
+    H, O, worst, part = G.held, G.open, math.inf, -1
+    load_state(L, W, 0.0, S.y)
+    hold_record(L, W, U, H, O, G.page[:, 0])
+    for n in range(share(O, G.program, FRICTION_RESERVE_MOST, False)):
+        if part < 0 or O.least[n] * O.size[n] < worst:
+            part, worst = n, O.least[n] * O.size[n]
+    for i in range(limits_of(O) if part >= 0 else 0):
+        if not O.active[part, i]:
+            continue
+        if i < H.count[NORMALS]:
+            M.opened[H.owner[i]] = 1
+        else:
+            ahead = (i - H.count[NORMALS]) % 2 == 0
+            begin_together(L, W, S, U, M, H.owner[i], 1.0 if ahead else -1.0)
+
+
+@njit
 def pass_guard(L, W, S, U, G, M):
     """What the guard decides that is zero at the state S.y, whose record is in G.page."""
     kind, k = G.kind[G.passed[0]], G.owner[G.passed[0]]
@@ -203,6 +227,8 @@ def pass_guard(L, W, S, U, G, M):
         M.beyond[k] = 0
     elif kind == SLIP:
         begin_together(L, W, S, U, M, k, impending(L, U, G, k))
+    elif kind == SHARE:
+        pass_shared(L, W, S, U, G, M)
     elif kind == STOP:
         M.stopped[k] = 1
 
@@ -366,8 +392,6 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
         settle(A)
         if kind == PARADOX:
             return POLE
-        if kind == SHARE:
-            return SHARED
     if A.stage[0] == SETTLING:
         found = resolve(L, W, S, U, M, A.decision, A.problem, A.impact)
         if found in (SMALL, WEDGED):
@@ -387,6 +411,8 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
         A.count[FOUND] = found
         if found == NONE:
             A.stage[0] = COLLIDING
+        elif not find_shared(L, W, U, M, G):
+            return MEMORY
         else:
             keep(L, W, 0.0, G.page)
             A.stage[0] = BEGINNING
@@ -400,11 +426,3 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
     begin_steps(A)
     A.stage[0] = STEPPING
     return BEGUN
-
-
-@kernel
-def slide_together(
-    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, M: UnilateralModes, k: int, sign: float
-) -> None:
-    """See `begin_together`."""
-    begin_together(L, W, S, U, M, k, sign)

@@ -45,10 +45,18 @@ from mbody.kernels.contact_rows import (
     row_acceleration,
     row_rate,
 )
-from mbody.kernels.force_programs import OpenForces
+from mbody.kernels.force_programs import PARTS, OpenForces, limits_of, open_parts
 from mbody.kernels.forces import signals
 from mbody.kernels.friction import ARMS, DETERMINANT, law_size
-from mbody.kernels.held_forces import HeldForceTable, least_margin
+from mbody.kernels.held_forces import (
+    NORMALS,
+    HeldForceTable,
+    find_held,
+    has_room,
+    hold,
+    least_margin,
+    may_share,
+)
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.step_state import Stepping
@@ -398,6 +406,31 @@ def look_at_guards(L, W, U, G):
     return least
 
 
+@njit
+def find_shared(L, W, U, M, G):
+    """G.held, G.open_normal, G.open_tangent ← the forces of the present modes, and whose no
+    equation decides, at the state that was just evaluated; whether there is memory for it.
+    """
+    H, S = G.held, G.open
+    find_held(L, W, U, M, H)
+    for k in range(G.open_normal.shape[0]):
+        G.open_normal[k] = G.open_tangent[k] = 0
+    if not may_share(H):
+        return True
+    if not has_room(L, U, H, S):
+        return False
+    hold(L, W, U, H, S)
+    open_parts(S)
+    for n in range(S.count[PARTS]):
+        for i in range(limits_of(S)):
+            if S.moves[n, i]:
+                if i < H.count[NORMALS]:
+                    G.open_normal[H.owner[i]] = 1
+                else:
+                    G.open_tangent[H.owner[i]] = 1
+    return True
+
+
 # -- Sizes of guards ---------------------------------------------------------------------------
 
 
@@ -471,9 +504,13 @@ def find_sizes(L, W, S, U, G, record):
 
 
 @kernel
-def find_guards(L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: Guards) -> None:
-    """See `collect_guards`."""
+def find_guards(L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: Guards) -> bool:
+    """Guards and forces of the present modes; whether there is memory for what no equation
+    decides of these.
+    """
+    find_held(L, W, U, M, G.held)
     collect_guards(L, W, U, M, G)
+    return not may_share(G.held) or has_room(L, U, G.held, G.open)
 
 
 @kernel

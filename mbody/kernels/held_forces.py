@@ -16,17 +16,23 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import FRICTION_RESERVE_MOST
 from mbody.kernels.complementarity import find_arms
 from mbody.kernels.constraints import body_rotations, rows
+from mbody.kernels.contact_modes import BACKWARD, FORWARD, OPEN, STICK
 from mbody.kernels.contact_rows import UnilateralLayout, fill_row, row_rate
 from mbody.kernels.force_programs import BENT, COORDINATES, FORCES, LINES, OpenForces, share
-from mbody.kernels.friction import ARMS, FORCE, PIN, TORQUE, law_size
+from mbody.kernels.friction import APART, ARMS, FORCE, PIN, TORQUE, law_size
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
+
+#: Numbers in `HeldForceTable.count`: closed contact points; those and the frictional joints that
+#: stick.
+NORMALS, STICKS, JOINTS = range(3)
 
 
 class HeldForceTable(Bundle):
     """Which forces hold: r rows of joints and drivers, n closed contact points, t of them and j
     frictional joints that stick.
 
+    `count` (3,): How many of n, t and j there are; the arrays may be longer.
     `row` (r, 2): Primitive and number of each row.
     `normal` (n,), `slip` (n,): Contact points, and the direction in which each slides by a friction
       of its own, else 0.
@@ -41,6 +47,7 @@ class HeldForceTable(Bundle):
     `along` (coordinates,), `arm` (2 ARMS + 1,): Memory.
     """
 
+    count: Ints
     row: Tables
     normal: Ints
     slip: Floats
@@ -54,13 +61,74 @@ class HeldForceTable(Bundle):
     arm: Floats
 
 
-def no_held_forces() -> HeldForceTable:
-    """The table of a motion whose forces are all determined."""
-    none, pairs = np.zeros(0, dtype=np.int64), np.zeros((0, 2), dtype=np.int64)
+def held_force_table(
+    row: np.ndarray, points: int, joints: int, pairs: int, coordinates: int
+) -> HeldForceTable:
+    """Memory for the rows of joints, and so many contact points, frictional joints and pairs."""
+
+    def ints(n: int) -> np.ndarray:
+        return np.zeros(n, dtype=np.int64)
+
     return HeldForceTable(
-        row=pairs, normal=none, slip=none, leader=none, stick=none, joint=none, pair_slip=none,
-        owner=none, change=pairs, along=none, arm=none,
+        count=ints(3), row=row, normal=ints(points), slip=np.zeros(points), leader=ints(points),
+        stick=ints(points), joint=ints(joints), pair_slip=np.zeros(pairs),
+        owner=ints(3 * points + 2 * joints), change=np.zeros((pairs, 2)),
+        along=np.zeros(coordinates), arm=np.zeros(2 * ARMS + 1),
     )  # fmt: skip
+
+
+@njit
+def find_held(L, W, U, M, H):
+    """H ← the forces of the present modes."""
+    points, normals, sticks, joints = U.normal.shape[0], 0, 0, 0
+    for k in range(points):
+        mode = M.mode[k]
+        if mode == OPEN:
+            continue
+        slides = mode in (FORWARD, BACKWARD) and U.tangent[k] >= 0
+        H.normal[normals], H.leader[normals] = k, M.leader[k]
+        H.slip[normals] = 0.0 if not slides else 1.0 if mode == FORWARD else -1.0
+        normals += 1
+        if mode == STICK and U.static[k] > 0.0 and (M.leader[k] == k or M.leader[k] < 0):
+            H.stick[sticks] = k
+            sticks += 1
+    for f in range(H.pair_slip.shape[0]):
+        apart = L.friction_kind[f] == APART
+        H.pair_slip[f] = W.par[L.friction_par[f] + 4, 0] if apart else 0.0
+    for m in range(U.joint_pair.shape[0]):
+        mode, f = M.mode[points + m], U.joint_pair[m]
+        if mode == STICK:
+            H.joint[joints] = m
+            joints += 1
+        else:
+            H.pair_slip[f] = 1.0 if mode == FORWARD else -1.0
+    H.count[NORMALS], H.count[STICKS], H.count[JOINTS] = normals, sticks, joints
+
+
+@njit
+def may_share(H):
+    """Whether there may be forces of what sticks that no equation decides."""
+    # what joints guide may be held twice by one contact that sticks
+    few = 1 if H.row.shape[0] > 0 else 2
+    return H.count[JOINTS] > 0 or H.count[STICKS] >= few
+
+
+@njit
+def has_room(L, U, H, S):
+    """Whether the memory S is enough for the forces H; S.count ← how many there are, and limits."""
+    by_law = 0
+    for n in range(H.count[JOINTS]):
+        kind = L.friction_kind[U.joint_pair[H.joint[n]]]
+        by_law += 1 if kind in (TORQUE, FORCE) else 0
+    held = H.count[NORMALS] + H.count[STICKS] + H.count[JOINTS]
+    S.count[FORCES] = H.row.shape[0] + held
+    S.count[LINES] = H.count[NORMALS] + 2 * (H.count[STICKS] + by_law)
+    S.count[BENT] = H.count[JOINTS] - by_law
+    return (
+        S.count[FORCES] <= S.force.shape[0]
+        and S.count[LINES] <= S.line.shape[0]
+        and S.count[BENT] <= S.bent.shape[0]
+    )
 
 
 @inline
@@ -88,10 +156,10 @@ def add_force(L, H, S, k, part):
 @njit
 def find_columns(L, W, U, H, S):
     """S.column, S.force ← all forces by W.lam, at the position and velocities that were read."""
-    n3, rows_count, points = 3 * L.bodies, H.row.shape[0], H.normal.shape[0]
+    n3, rows_count, points = 3 * L.bodies, H.row.shape[0], H.count[NORMALS]
     sticks = rows_count + points
-    joints = sticks + H.stick.shape[0]
-    S.count[COORDINATES], S.count[FORCES] = n3, joints + H.joint.shape[0]
+    joints = sticks + H.count[STICKS]
+    S.count[COORDINATES], S.count[FORCES] = n3, joints + H.count[JOINTS]
     for k in range(S.count[FORCES]):
         S.own[k] = 1 if k >= rows_count else 0
         for n in range(n3):
@@ -158,9 +226,9 @@ def find_limits(L, W, U, H, S):
     """S.line and limits that bend ← normal forces, friction of what sticks, of sliding forwards and
     back, at the position that was read. Those that stick by the row of one share its limit.
     """
-    rows_count, points = H.row.shape[0], H.normal.shape[0]
+    rows_count, points = H.row.shape[0], H.count[NORMALS]
     sticks = rows_count + points
-    joints = sticks + H.stick.shape[0]
+    joints = sticks + H.count[STICKS]
     S.count[LINES] = S.count[BENT] = 0
     for n in range(points):
         S.line[add_line(S, H, H.normal[n], 0.0), rows_count + n] = 1.0

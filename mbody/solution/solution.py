@@ -102,7 +102,8 @@ class ModalState:
     groups : tuple of tuples of int
         Contact points that stick by the row of the first of them.
     shared : tuple of tuples of int
-        Those of `mbody.analysis.dynamics.modal_motion`; empty where there are none.
+        Contact points, and frictional joints after these, whose friction no equation decides;
+        contact points whose normal force none does.
     closed, beyond : tuples of int
         Contact points.
     fresh : tuple of (str, int, float)

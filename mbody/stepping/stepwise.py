@@ -34,7 +34,6 @@ from mbody.analysis.dynamics.interruptions import (
     input_value,
     without_hold,
 )
-from mbody.analysis.dynamics.modal_motion import SharedForces
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -81,9 +80,8 @@ class ContactModes:
         numbers of the rows, among which are the phases of circles that stick.
     tables : tuple of arrays
         Modes, who leads what sticks, what is closed and what has left its edge, when contact points
-        were struck last, what is rounding of guards, when modes changed last and how often then.
-    shared : SharedForces or None
-        What sticks with forces that no equation decides.
+        were struck last, what is rounding of guards, whose forces no equation decides, when modes
+        changed last and how often then.
     notes : tuple of str
     lost : array (contacts,)
         Energy that impacts of each took.
@@ -92,7 +90,6 @@ class ContactModes:
     first: dict[str, str]
     rows: tuple[Array, ...]
     tables: tuple[Array, ...]
-    shared: SharedForces | None
     notes: tuple[str, ...]
     lost: Array
     #: Admissible forces of the first instant.
@@ -620,9 +617,10 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
 
     def _open_all(self) -> None:
         """Nothing touches, and no joint sticks."""
+        G = self.guard_table
         self.memory.forget()
-        self.set_shared(None)
-        self.guard_table.count[0], self.contact_notes, self.ending = 0, [], ""
+        G.open_normal[:] = G.open_tangent[:] = G.count[0] = 0
+        self.contact_notes, self.ending = [], ""
         self.changed[0], self.counts[:] = -np.inf, 0
         self.work.anchor[:] = 0.0
         self.work.par[:] = self.probe.par
@@ -672,7 +670,6 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
             first=dict(self.first_modes),
             rows=tuple(part.copy() for part in self._rows_of(self.work)),
             tables=tuple(part.copy() for part in self._tables),
-            shared=self.shared,
             notes=tuple(self.contact_notes),
             lost=self.lost.copy(),
             forces=self.first_forces,
@@ -681,8 +678,8 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
     @property
     def _tables(self) -> tuple[Array, ...]:
         M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
-        every = M.mode, M.leader, M.closed, M.beyond, struck, G.fresh, self.changed, self.counts
-        return every
+        own = M.mode, M.leader, M.closed, M.beyond, struck, G.fresh, G.open_normal, G.open_tangent
+        return *own, self.changed, self.counts
 
     def go_on_from(self, given: Checkpoint) -> None:
         """Continues from a checkpoint with its contact modes."""
@@ -697,7 +694,6 @@ class StepwiseContacts(StepwiseEvents, ContactIntegration):
         for part, was in zip(self._tables, given.tables, strict=True):
             part[:] = was
         self.eliminate_rows_that_are_on()
-        self.set_shared(given.shared)
         self.guards_again(self.guard_table.fresh)
         self.lost[:] = given.lost
         self.contact_notes, self.ending = list(given.notes), ""

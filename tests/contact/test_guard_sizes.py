@@ -35,14 +35,14 @@ def test_sizes_are_those_of_the_record(monkeypatch, name, until):
 
     def begun(motion):
         own(motion)
-        forces, sizes = force_sizes(motion), motion.guard_table.size
-        for guard, size in zip(motion.guards, sizes, strict=False):
+        forces, G = force_sizes(motion), motion.guard_table
+        for guard, size in zip(motion.guards, G.size, strict=False):
             if guard.kind in ("close", "edge", "enter"):
                 expected = motion.system.length
             elif guard.kind in ("stop", "lock"):
                 expected = motion.speeds[guard.number]
             elif guard.kind == "share":
-                expected = forces[list(motion.shared.members | motion.shared.pressing)].max()
+                expected = forces[(G.open_normal | G.open_tangent) > 0].max()
             else:
                 expected = 1.0 if guard.kind == "paradox" else forces[guard.number]
             assert size == pytest.approx(expected, rel=1e-14)

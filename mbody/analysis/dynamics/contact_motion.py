@@ -33,16 +33,10 @@ from mbody.analysis.dynamics.modal_motion import (
     MODES,
     DecisionMemory,
     ModalMotion,
-    SharedForces,
     refined_where_uneven,
 )
-from mbody.analysis.dynamics.restart import GUARDS, set_active_set, shared_of
-from mbody.analysis.dynamics.shared_friction import (
-    InstantModes,
-    Reported,
-    reported_instant,
-    shared_friction,
-)
+from mbody.analysis.dynamics.restart import GUARDS, set_active_set
+from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -62,7 +56,6 @@ from mbody.kernels.advance import (
     PASSED,
     POLE,
     SETTLING,
-    SHARED,
     STARTING,
     STEPPING,
     STRIKES,
@@ -70,7 +63,6 @@ from mbody.kernels.advance import (
     UNBROKEN,
     UnilateralMotion,
     advance_motion,
-    slide_together,
 )
 from mbody.kernels.contact_guards import (
     LOOKS,
@@ -82,8 +74,9 @@ from mbody.kernels.contact_guards import (
 )
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.contact_modes import MASSLESS, OPEN, SEVERAL
+from mbody.kernels.force_programs import BENT, FORCES, LINES, open_forces_memory
 from mbody.kernels.friction import DETERMINANT, FRICTION_KINDS
-from mbody.kernels.held_forces import no_held_forces
+from mbody.kernels.held_forces import held_force_table
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.mode_problem import TRIED
 from mbody.kernels.step_state import (
@@ -143,8 +136,14 @@ def blank_guards(motion: ModalMotion) -> Guards:
         leader=np.zeros(owners, dtype=np.int64),
         open_normal=np.zeros(owners, dtype=np.int64),
         open_tangent=np.zeros(owners, dtype=np.int64),
-        held=no_held_forces(),
-        **dict(zip(("open", "program"), motion.memory.open_forces(0, 0, 0, 0), strict=True)),
+        held=held_force_table(
+            np.column_stack(motion.system.row_table[:2]),
+            points,
+            owners - points,
+            len(motion.layout.friction_kind),
+            len(motion.y),
+        ),
+        **dict(zip(("open", "program"), open_forces_memory(0, 0, 0, 0), strict=True)),
     )
 
 
@@ -175,7 +174,6 @@ class ModalIntegration(JumpIntegration):
             for one in works_of_moving(system)
         }
         self.memory = DecisionMemory(self.uni)
-        self.shared: SharedForces | None = None
         self.guard_table = blank_guards(self)
         #: What comes next, what is counted at one instant, and when modes changed last.
         self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
@@ -252,20 +250,12 @@ class ModalIntegration(JumpIntegration):
         found = zip(self.guards, self.guard_table.fresh.tolist(), strict=False)
         return {guard: least for guard, least in found if least > 0.0}
 
-    def set_shared(self, shared: SharedForces | None) -> None:
-        """Set what sticks with forces that no equation decides."""
-        G, self.shared = self.guard_table, shared
-        G.open_normal[:] = G.open_tangent[:] = 0
-        if shared is not None:
-            G.open_normal[list(shared.pressing)] = 1
-            G.open_tangent[list(shared.members)] = 1
-            shared.watch(self)
-
     def guards_again(self, fresh: Array) -> None:
         """Guards of modes that were set, with what is rounding of them."""
         G = self.guard_table
         G.slow[:] = tol.RATE_NONE_FRICTION * self.speeds
-        find_guards(self.layout, self.work, self.uni.table, self.memory.modes, G)
+        if not find_guards(self.layout, self.work, self.uni.table, self.memory.modes, G):
+            self._make_room()
         G.fresh[: len(fresh)], self.stage[0] = fresh, STEPPING
 
     @property
@@ -273,6 +263,19 @@ class ModalIntegration(JumpIntegration):
         """Whether the kernel watches steps: it knows no events of users, nor implicit methods."""
         explicit = isinstance(self.steps, ExplicitSteps)
         return explicit and not (self.events or self.sided)
+
+    def _make_room(self) -> None:
+        """More memory for rows of the problem, or forces that no equation decides."""
+        G, most = self.guard_table, self.memory.rows_needed
+        if most > len(self.memory.problem[0].c):
+            self.memory.grow(2 * most)
+            self.motions.clear()
+        sizes = G.open.count[[FORCES, LINES, BENT]].tolist()
+        have = len(G.open.force), len(G.open.line), len(G.open.bent)
+        if any(size > there for size, there in zip(sizes, have, strict=True)):
+            found = open_forces_memory(self.system.coordinates, *map(max, sizes, have))
+            for name, bundle in zip(("open", "program"), found, strict=True):
+                G.attach(name, bundle)
 
     def load(self) -> None:
         """The present state into the workspace."""
@@ -565,8 +568,8 @@ class ModalIntegration(JumpIntegration):
         return self.before_end
 
     def _modal_state(self) -> ModalState:
-        shared, M, struck = self.shared, self.memory.modes, self.memory.impact.struck
-        parts = shared.parts if shared is not None else ()
+        M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
+        shared = (np.flatnonzero(one).tolist() for one in (G.open_tangent, G.open_normal))
         return ModalState(
             modes=tuple(self.modes),
             pairs=tuple(self.pairs),
@@ -574,7 +577,7 @@ class ModalIntegration(JumpIntegration):
             anchor=tuple(self.work.anchor[: len(self.on), 0].tolist()),
             phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
             groups=tuple(map(tuple, self.groups.values())),
-            shared=parts,
+            shared=tuple(map(tuple, shared)),
             closed=tuple(np.flatnonzero(M.closed).tolist()),
             beyond=tuple(np.flatnonzero(M.beyond).tolist()),
             fresh=tuple((one.kind, one.number, least) for one, least in self.fresh.items()),
@@ -586,7 +589,7 @@ class ModalIntegration(JumpIntegration):
     def _resume(self, restart: Restart) -> None:
         found = restart.modal
         assert found is not None
-        M = self.memory.modes
+        M, G = self.memory.modes, self.guard_table
         self.memory.forget()
         M.mode[:] = [MODES.index(one) for one in (*found.modes, *found.pairs)]
         for group in found.groups:
@@ -596,7 +599,8 @@ class ModalIntegration(JumpIntegration):
             self.memory.impact.struck[k] = when
         set_active_set(self.uni, self.work, found)
         self.eliminate_rows_that_are_on()
-        self.set_shared(shared_of(found))
+        for table, owners in zip((G.open_tangent, G.open_normal), found.shared, strict=False):
+            table[list(owners)] = 1
         # the first instant, with what is on
         self.evaluate()
         super()._resume(restart)
@@ -726,8 +730,7 @@ class ContactIntegration(ModalIntegration):
         """What happens next: see `mbody.kernels.advance`; memory grows as needed."""
         found = self.present or self.eliminate_rows_that_are_on()
         while (code := advance_motion(found, outputs)) == MEMORY:
-            self.memory.grow(2 * self.memory.rows_needed)
-            self.motions.clear()
+            self._make_room()
             found = self.eliminate_rows_that_are_on()
         return int(code)
 
@@ -794,9 +797,6 @@ class ContactIntegration(ModalIntegration):
             status = self._why_it_ends(code, first)
             if status:
                 return status
-            if code == SHARED:
-                self._pass_shared()
-                continue
             self.record = G.page.copy()
             if code == IMPACT:
                 self._impact(before)
@@ -804,7 +804,6 @@ class ContactIntegration(ModalIntegration):
                 self._collided(before)
             elif code == DECIDED:
                 self.eliminate_rows_that_are_on()
-                self.set_shared(shared_friction(self))
                 if self.counts[FOUND] == SEVERAL:
                     self._note_several(first)
             elif code == UNBROKEN:
@@ -826,17 +825,6 @@ class ContactIntegration(ModalIntegration):
         self.least_guard = np.nan
         self.steps.jumped(self.motion)
         self._check_finite(self.K, float(self.state[TIME]))
-
-    def _pass_shared(self) -> None:
-        """What begins to slide and opens where forces that are shared come to their limits."""
-        assert self.shared is not None
-        self.load()
-        M = self.memory.modes
-        reserve = self.shared.reserve(self, self.record[:, 0], self.work)
-        bundles = self.layout, self.work, self.stepping, self.uni.table, M
-        for k, slip_sign in reserve.sliding.items():
-            slide_together(*bundles, k, slip_sign)
-        M.opened[list(reserve.opened)] = 1
 
     def _why_it_ends(self, code: int, record: Array) -> str:
         """The status of a motion that ends, by what has happened; `record`: before all of it."""

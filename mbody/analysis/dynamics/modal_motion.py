@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -20,63 +20,11 @@ from mbody.kernels.contact_impacts import (
     tangent_responses,
 )
 from mbody.kernels.contact_modes import FORWARD, NONE, OPEN, modes_memory
-from mbody.kernels.force_programs import OpenForces, open_forces_memory
 from mbody.kernels.layout import Layout, Work
-from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
 from mbody.system.system import System
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Reserve:
-    """How far forces that no equation decides are from their limits.
-
-    Attributes
-    ----------
-    least : float
-        The greatest reserve that all can have [force].
-    sliding : dict
-        The directions in which what has no more would slide, by the number of the contact point or,
-        after these, of the frictional joint.
-    opened : set of int
-        Contact points that would open.
-    """
-
-    least: float
-    sliding: dict[int, float]
-    opened: set[int]
-
-
-class SharedForces(Protocol):
-    """Forces of what sticks that no equation decides (`mbody.analysis.dynamics.shared_friction`).
-
-    Attributes
-    ----------
-    members : frozenset of int
-        What sticks, contact points and, after these, frictional joints, whose forces are open.
-    pressing : frozenset of int
-        Contact points whose normal forces are open.
-    """
-
-    @property
-    def pressing(self) -> frozenset[int]:
-        """Contacts whose normal forces are undetermined."""
-
-    @property
-    def parts(self) -> tuple[tuple[int, ...], ...]:
-        """All of it, to be kept."""
-
-    @property
-    def members(self) -> frozenset[int]:
-        """Sticking contacts and frictional joints whose forces are undetermined."""
-
-    def watch(self, motion: ModalMotion) -> None:
-        """Give its forces to the guards of a motion."""
-
-    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
-        """The greatest reserve by a record (rows,), with the rows of that position."""
 
 
 #: Modes by their numbers in the kernels.
@@ -91,7 +39,6 @@ class DecisionMemory:
     `modes`: Modes, and what an event has decided.
     `problem`: The problem of closed contacts and frictional joints.
     `impact`: An impact.
-    `open`: Forces that no equation decides, and the program of their margin, by their numbers.
     """
 
     def __init__(self, uni: Unilateral) -> None:
@@ -102,15 +49,8 @@ class DecisionMemory:
         points = uni.contact_points
         self.impact.restitution[:] = [one.restitution for one in points]
         self.impact.newton[:] = [one.law == "newton" for one in points]
-        self.open: dict[tuple[int, ...], tuple[OpenForces, LinearProgram]] = {}
         self.grow(FEW_ROWS)
         self.forget()
-
-    def open_forces(self, *size: int) -> tuple[OpenForces, LinearProgram]:
-        """Memory for so many coordinates, forces, linear limits and pairs of limits that bend."""
-        if size not in self.open:
-            self.open[size] = open_forces_memory(*size)
-        return self.open[size]
 
     def grow(self, n: int) -> None:
         """Memory for so many rows."""
@@ -165,7 +105,6 @@ class ModalMotion(Protocol):
     `uni`: Its contact points and frictional joints.
     `modes`, `pairs`: Their modes.
     `groups`: Contact points that stick by the row of one of them, by its number.
-    `shared`: What sticks with forces that no equation decides.
     `guard_table`: What is watched.
     `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
       coordinates.
@@ -176,7 +115,6 @@ class ModalMotion(Protocol):
     system: System
     layout: Layout
     uni: Unilateral
-    shared: SharedForces | None
     guard_table: Guards
     y: Array
     K: Array

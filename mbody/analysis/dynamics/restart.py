@@ -8,7 +8,6 @@ import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.integrators import integrator
-from mbody.analysis.dynamics.shared_friction import SharedFriction
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.core.tolerances import RESTART_STEPS_BEFORE
 from mbody.errors import ModelError
@@ -37,14 +36,6 @@ def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> None:
     uni.set_rows(work, on, slip_signs)
 
 
-def shared_of(found: ModalState) -> SharedFriction | None:
-    """Undetermined friction forces of a kept modal state; None without any."""
-    if not found.shared:
-        return None
-    normals, sticking, joints, members, pressing = found.shared
-    return SharedFriction(normals, sticking, joints, frozenset(members), frozenset(pressing))
-
-
 def unfit_modes(system: System, found: ModalState) -> str | None:
     """Reason why modes do not fit a system; None where they fit."""
     uni = Unilateral(system)
@@ -69,8 +60,8 @@ def unfit_modes(system: System, found: ModalState) -> str | None:
     numbers += [least for *_, least in found.fresh] + [when for _, when in found.struck]
     if not all(math.isfinite(one) for one in numbers):
         return "its modes have what is no finite number"
-    if found.shared and len(found.shared) != 5:
-        return "'shared' has not five parts"
+    if len(found.shared) not in (0, 2):
+        return "'shared' has not two parts"
     named = [*found.closed, *found.beyond, *(one for one, _ in found.struck)]
     named += [one for part in (*found.groups, *found.shared) for one in part]
     named += [one for _, one, _ in found.fresh]

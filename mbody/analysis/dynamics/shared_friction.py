@@ -10,15 +10,12 @@ stick.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.analysis.dynamics.modal_motion import ModalMotion, Reserve
 from mbody.core import tolerances as tol
 from mbody.kernels import held_forces as kernels
 from mbody.kernels.friction import ARMS, FRICTION_KINDS
@@ -27,8 +24,6 @@ from mbody.solution.shared_forces import (
     BentLimit,
     ForceLimits,
     ForceSet,
-    active_owners,
-    free_parts,
     open_forces,
     pressing_rows,
     primitive_numbers,
@@ -88,6 +83,7 @@ class HeldForces:
         self.size = 3 * L.bodies, forces, lines, bent
         whole = np.int64
         self.held = kernels.HeldForceTable(
+            count=np.array([len(normals), len(sticking), len(joints)], whole),
             row=np.column_stack([self.primitive, self.number]),
             normal=np.array(self.normals, whole),
             slip=np.array([slipping.get(k, 0.0) for k in normals], float),
@@ -129,20 +125,6 @@ class HeldForces:
         """Whose the limits are, and the sign of the sliding, 0 of normal forces."""
         return list(zip(self.held.owner.tolist(), self.signs.tolist(), strict=True))
 
-    def least_margin(self, work: Work, record: Array) -> tuple[float, list[tuple[int, float]]]:
-        """The least of the greatest least margins of all parts, in forces, by a record (rows,) at
-        the position and velocities in a workspace, and whose limits stop it; infinite where all
-        forces are determined.
-        """
-        S, P = open_forces(*self.size)
-        bundles = self.uni.layout, work, self.uni.table, self.held, S, P
-        count = kernels.share_record(*bundles, record, tol.FRICTION_RESERVE_MOST)
-        if not count:
-            return np.inf, []
-        margins = S.least[:count] * S.size[:count]
-        n = int(np.argmin(margins))
-        return float(margins[n]), active_owners(S, n, self.owners())
-
     def multipliers(self, change: Array) -> Array:
         """Changes of the multipliers of all primitives, (primitives, 2, …), by changes of the
         forces (forces, …), to first order in friction of joints that slides.
@@ -166,98 +148,6 @@ class HeldForces:
                 if row >= 0:
                     found[e, 0] += part * change[row]
         return found
-
-
-# -- The guard of what sticks ------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class SharedFriction:
-    """The contact points and frictional joints that share what no equation decides.
-
-    `normals`, `sticking`: Closed contact points; those that stick by a row of their own.
-    `joints`: Frictional joints that stick, by number among these.
-    `members`: Those of `sticking` and, after the contact points, of `joints` whose forces are open.
-    `pressing`: Those of `normals` whose forces are open.
-    """
-
-    normals: tuple[int, ...]
-    sticking: tuple[int, ...]
-    joints: tuple[int, ...]
-    members: frozenset[int] = frozenset()
-    pressing: frozenset[int] = frozenset()
-    _held: dict[int, HeldForces] = field(default_factory=dict, repr=False)
-
-    @property
-    def parts(self) -> tuple[tuple[int, ...], ...]:
-        """All of it, to be kept."""
-        every = (self.normals, self.sticking, self.joints, self.members, self.pressing)
-        return tuple(tuple(sorted(part)) for part in every)
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        # what the kernels need belongs to one motion
-        own = self.normals, self.sticking, self.joints, self.members, self.pressing
-        return SharedFriction, own
-
-    def held(self, motion: ModalMotion) -> HeldForces:
-        """The forces that hold, by the rows that are on; those of each thread."""
-        thread = threading.get_ident()
-        found = self._held.get(thread)
-        if found is None or found.uni is not motion.uni:
-            slipping = {
-                k: SLIP_SIGNS[motion.modes[k]]
-                for k in self.normals
-                if motion.modes[k] in SLIP_SIGNS and motion.uni.contact_points[k].tangent >= 0
-            }
-            leaders = {k: first for first, group in motion.groups.items() for k in group}
-            own = self.normals, self.sticking, self.joints
-            found = HeldForces(motion.uni, motion.pairs, *own, slipping, leaders)
-            self._held[thread] = found
-        return found
-
-    def watch(self, motion: ModalMotion) -> None:
-        """Give its forces to the guards of a motion."""
-        held, G = self.held(motion), motion.guard_table
-        S, P = motion.memory.open_forces(*held.size)
-        G.attach("held", held.held)
-        G.attach("open", S)
-        G.attach("program", P)
-
-    def reserve(self, motion: ModalMotion, record: Array, work: Work) -> Reserve:
-        """The greatest reserve by a record (rows,), with the rows of that position."""
-        least, active = self.held(motion).least_margin(work, record)
-        sliding = {number: slip_sign for number, slip_sign in active if slip_sign}
-        opened = {number for number, slip_sign in active if not slip_sign}
-        return Reserve(least, sliding, opened)
-
-
-def shared_friction(motion: ModalMotion) -> SharedFriction | None:
-    """Sticking contacts and joints of the present modes whose friction forces are undetermined;
-    None where all are determined.
-    """
-    uni = motion.uni
-    normals = tuple(n for n, mode in enumerate(motion.modes) if mode != "open")
-    sharing = {n for group in motion.groups.values() for n in group[1:]}
-    sticking = tuple(
-        n
-        for n in normals
-        if motion.modes[n] == "stick" and n not in sharing and uni.contact_points[n].static > 0.0
-    )
-    joints = tuple(m for m, mode in enumerate(motion.pairs) if mode == "stick")
-    # what joints guide may be held twice by one contact that sticks
-    if not joints and len(sticking) < (1 if motion.system.rows else 2):
-        return None
-    motion.load()
-    held = SharedFriction(normals, sticking, joints).held(motion)
-    limits = held.read(motion.work, motion.record[:, 0])
-    parts = free_parts(held.columns, held.forces, held.own, limits)
-    owners = limits.every_owner()
-    moved = {owners[n] for part in parts for n in part.limits}
-    members = frozenset(owner for owner, slip_sign in moved if slip_sign)
-    pressing = frozenset(owner for owner, slip_sign in moved if not slip_sign)
-    if not members and not pressing:
-        return None
-    return SharedFriction(normals, sticking, joints, members, pressing)
 
 
 # -- What is reported --------------------------------------------------------------------------
