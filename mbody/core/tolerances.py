@@ -132,8 +132,8 @@ LOOP_CLOSURE_RANK_DAMPING_LOST = 1e8  # and the one above which it has lost its 
 #: A bench for users' elements is closed where corrections are below this.
 LOOP_CLOSURE_BENCH = 1e-12
 LOOP_GAPS_TIE = 1e-6  # Joints whose gaps differ by less than this part are equally open.
-#: Values of a driver, as a part of 1 + the greatest, that differ from its law by more are other
-#: positions.
+#: Values of a driver, in model lengths and radians, as a part of 1 + the greatest, that differ from
+#: its law by more are other positions.
 LOOP_DRIVER_OTHER_POSITION = 1e-9
 
 # -- Rank: singular values, pivots, dependent rows; parts of the greatest, or of the diagonal ------

@@ -238,15 +238,18 @@ NUMBERS = itertools.count()
 
 
 @contextmanager
-def own_units(base: UnitSystem, length: Fraction, mass: Fraction) -> Iterator[UnitSystem]:
-    """A system of units so many times those of another one, with seconds."""
+def own_units(
+    base: UnitSystem, length: Fraction, mass: Fraction, time: Fraction = Fraction(1)
+) -> Iterator[UnitSystem]:
+    """A system of units so many times those of another one, with as many seconds."""
     length, mass = length * base.unit("length").ratio, mass * base.unit("mass").ratio
     n = next(NUMBERS)
-    units = {f"lu{n}": (length, "length"), f"fu{n}": (mass * length, "force")}
+    units = {f"lu{n}": (length, "length"), f"fu{n}": (mass * length / time**2, "force")}
+    units[f"tu{n}"] = time, "time"
     added = {k: Unit(k, ratio, 0, DIMENSIONS[kind]) for k, (ratio, kind) in units.items()}
     SYMBOLS.update(added)
     try:
-        yield unit_system(f"lu{n}-fu{n}-s")
+        yield unit_system(f"lu{n}-fu{n}-tu{n}")
     finally:
         for key in added:
             del SYMBOLS[key]

@@ -163,6 +163,7 @@ class LoopRows:
     `angles`, `slides`: Unknowns: angles first.
     `revolutions` (angles,): How many revolutions of each angle are searched.
     `scale`: Size of the rows [length].
+    `units` (unknowns,): What of each weighs as a radian: 1, of displacements the size of the rows.
     `displacement_bound` (slides,): Displacements that are searched.
     `bounded`: Whether no position lies beyond them.
     """
@@ -194,6 +195,7 @@ class LoopRows:
         for v, parts in self._ratios().items():
             self.revolutions[v] = lcm(*(part.denominator for part in parts))
         self.scale = float(np.abs(loops).sum() + np.abs(constant).sum()) or 1.0
+        self.units = np.concatenate([np.ones(self.angles), np.full(self.slides, self.scale)])
         self.displacement_bound, self.bounded = slide_bounds(
             loops, slides, constant, along, self.scale
         )
@@ -208,10 +210,11 @@ class LoopRows:
         return found
 
     def extended(self, P: np.ndarray, Q: np.ndarray, B: np.ndarray, along: list[int]) -> LoopRows:
-        """Other rows of the same angles: coefficients by row, not by loop."""
+        """Other rows of the same angles, with numbers more: coefficients by row, not by loop."""
         made = copy(self)
         made.P, made.Q, made.B, made.along = P, Q, B, along
         made.slides = Q.shape[1]
+        made.units = np.concatenate([self.units, np.ones(made.slides - self.slides)])
         return made
 
     @property
@@ -247,6 +250,12 @@ class LoopRows:
                 s = x[:, None, self.angles + m]
                 J[:, :, self.angle_index[d]] += self.ratio[d] * s * rotated
         return J
+
+    def inverse(self, x: np.ndarray, none: float) -> np.ndarray:
+        """The inverse of ∂f/∂x (points, unknowns, rows), without singular values below a part of
+        the greatest.
+        """
+        return np.linalg.pinv(self.jacobian(x) * self.units, rcond=none) * self.units[:, None]
 
     def _arguments(self, box: Box) -> Box:
         """Ranges of ρα by direction."""
@@ -311,7 +320,8 @@ class LoopRows:
         left = low - least[:, :, None], high - greatest[:, :, None]
         self._cut_angles(box, left, np.where(strong, size, 0.0), shift)
         for m, (cosine, own) in enumerate(zip(cosines, sliding, strict=True)):
-            self._cut_slide(box, m, cosine, (own[1] - greatest, own[0] - least))
+            none = BOX_COEFFICIENT_NONE * total / self.units[self.angles + m]
+            self._cut_slide(box, m, cosine, (own[1] - greatest, own[0] - least), none)
         return alive & (lo <= hi).all(1)
 
     def _cut_angles(self, box: Box, left: Box, size: np.ndarray, shift: np.ndarray) -> None:
@@ -344,13 +354,13 @@ class LoopRows:
             lo[:, v] = np.where(dead, np.inf, np.maximum(lo[:, v], below[:, d] / self.ratio[d]))
             hi[:, v] = np.minimum(hi[:, v], above[:, d] / self.ratio[d])
 
-    def _cut_slide(self, box: Box, m: int, cosine: Box, left: Box) -> None:
+    def _cut_slide(self, box: Box, m: int, cosine: Box, left: Box, none: np.ndarray) -> None:
         """Shrink a displacement by s · cosine within what the other terms leave, where the cosine
-        keeps its sign.
+        keeps its sign and is more than `none`.
         """
         lo, hi = box
         column = self.angles + m
-        positive, negative = cosine[0] > BOX_COEFFICIENT_NONE, cosine[1] < -BOX_COEFFICIENT_NONE
+        positive, negative = cosine[0] > none, cosine[1] < -none
         one, other = np.where(negative, -cosine[1], cosine[0]), cosine[1]
         other = np.where(negative, -cosine[0], other)
         sound = positive | negative
@@ -359,7 +369,7 @@ class LoopRows:
         high = np.where(negative, -left[0], left[1])
         least = np.minimum(low / one, low / other)
         greatest = np.maximum(high / one, high / other)
-        margin = BOX_WIDENING_ROUNDING * (1.0 + np.abs(least) + np.abs(greatest))
+        margin = BOX_WIDENING_ROUNDING * (self.units[column] + np.abs(least) + np.abs(greatest))
         least = np.where(sound, least - margin, -np.inf).max(1)
         greatest = np.where(sound, greatest + margin, np.inf).min(1)
         lo[:, column] = np.maximum(lo[:, column], least)
@@ -373,7 +383,7 @@ class LoopRows:
         away = (box[0] - middle)[:, None, :], (box[1] - middle)[:, None, :]
         p = products((one - high, one - low), away)
         slack = BOX_WIDENING_ROUNDING * (
-            np.abs(p[0]).sum(2) + np.abs(p[1]).sum(2) + np.abs(middle) + 1.0
+            np.abs(p[0]).sum(2) + np.abs(p[1]).sum(2) + np.abs(middle) + self.units
         )
         # the rounding of f goes through Y
         slack += BOX_WIDENING_ROUNDING * 1e-3 * self.scale * np.abs(Y).sum(2)
@@ -626,7 +636,7 @@ class _BoxSearch:
             if not len(lo):
                 break
             middle = 0.5 * (lo + hi)
-            Y = np.linalg.pinv(rows.jacobian(middle), rcond=SINGULAR_VALUE_PRECONDITIONER)
+            Y = rows.inverse(middle, SINGULAR_VALUE_PRECONDITIONER)
             alive = self._cut(Y, (lo, hi))
             lo, hi, middle, Y = lo[alive], hi[alive], middle[alive], Y[alive]
             if not len(lo):
@@ -649,12 +659,13 @@ class _BoxSearch:
         """Boxes that are not covered by a box with one root, which is kept."""
         rows, (lo, hi) = self.rows, box
         x = self._newton(0.5 * (lo + hi))
-        half_width = BOX_INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi)) + BOX_INFLATED_LEAST
+        half_width = BOX_INFLATED * np.maximum(np.abs(x - lo), np.abs(x - hi))
+        half_width += BOX_INFLATED_LEAST * rows.units
         testable = np.isfinite(x).all(1) & (half_width * self.weight < 2.0).all(1)
         settled = np.zeros(len(lo), dtype=bool)
         if testable.any():
             points, half = x[testable], half_width[testable]
-            Y = np.linalg.pinv(rows.jacobian(points), rcond=SINGULAR_VALUE_BOX_ROOT)
+            Y = rows.inverse(points, SINGULAR_VALUE_BOX_ROOT)
             a, b = rows.krawczyk(Y, points, (points - half, points + half))
             good = ((a > points - half) & (b < points + half)).all(1)
             settled[np.flatnonzero(testable)[good]] = True
@@ -667,7 +678,7 @@ class _BoxSearch:
     def _newton(self, x: np.ndarray) -> np.ndarray:
         rows = self.rows
         for _ in range(NEWTON):
-            inverse = np.linalg.pinv(rows.jacobian(x), rcond=SINGULAR_VALUE_BOX_ROOT)
+            inverse = rows.inverse(x, SINGULAR_VALUE_BOX_ROOT)
             step = np.einsum("bij,bj->bi", inverse, rows.values(x))
             x = x - np.clip(step, -1.0 / self.weight, 1.0 / self.weight)
         return x

@@ -252,7 +252,8 @@ class _CoincidentPlaces:
 
     def __init__(self, pairs: list[Pair], length: float) -> None:
         self.step = 1e-9 * length
-        self.coincident: dict[tuple[int, int, int], set[tuple[int, complex]]] = {}
+        # dictionaries in place of sets, whose order is that of hashes of numbers
+        self.coincident: dict[tuple[int, int, int], dict[tuple[int, complex], None]] = {}
         for pair in pairs:
             if pair.kind == "pin":
                 whole = self._coincident_with(pair.i, pair.position_i) | self._coincident_with(
@@ -264,14 +265,14 @@ class _CoincidentPlaces:
     def _key(self, body: int, position: complex) -> tuple[int, int, int]:
         return body, round(position.real / self.step), round(position.imag / self.step)
 
-    def _coincident_with(self, body: int, position: complex) -> set[tuple[int, complex]]:
-        return self.coincident.get(self._key(body, position), {(body, position)})
+    def _coincident_with(self, body: int, position: complex) -> dict[tuple[int, complex], None]:
+        return self.coincident.get(self._key(body, position), {(body, position): None})
 
     def line(
         self, one: tuple[int, complex], other: tuple[int, complex]
     ) -> tuple[int, float] | None:
         """A body that carries both places, and the direction from one to the other in its axes."""
-        theirs = dict(self._coincident_with(*other))
+        theirs = dict(iter(self._coincident_with(*other)))
         for body, position in sorted(self._coincident_with(*one), key=lambda place: -place[0]):
             if body in theirs and abs(theirs[body] - position) > self.step:
                 return body, cmath.phase(theirs[body] - position)

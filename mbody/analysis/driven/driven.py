@@ -561,7 +561,8 @@ def _check_meets(
     difference = there - values
     if driver.angular:  # at any turn
         difference = np.remainder(difference + math.pi, 2.0 * math.pi) - math.pi
-    if np.abs(difference).max() > tol.LOOP_DRIVER_OTHER_POSITION * (1.0 + np.abs(there).max()):
+    size = driver.unit(system.length) + np.abs(there).max()
+    if np.abs(difference).max() > tol.LOOP_DRIVER_OTHER_POSITION * size:
         raise ModelError(
             f"by its law '{driver.name}' is at {there[0]:g} when '{independent.name}' is where you "
             "want it: name one of them, or give t",
