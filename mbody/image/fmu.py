@@ -25,11 +25,12 @@ from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.selection import linker
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError, brief
-from mbody.image.model_image import INPUT as INPUT_ENTRY
-from mbody.image.model_image import MEASURE as MEASURE_ENTRY
-from mbody.image.model_image import NUMBER as NUMBER_ENTRY
-from mbody.image.model_image import STATE as STATE_ENTRY
-from mbody.image.model_image import ImageEntry, ModelImage, SiUnit, si_unit, to_image
+from mbody.image.arena import INPUT as INPUT_ENTRY
+from mbody.image.arena import MEASURE as MEASURE_ENTRY
+from mbody.image.arena import NUMBER as NUMBER_ENTRY
+from mbody.image.arena import STATE as STATE_ENTRY
+from mbody.image.arena import ImageEntry
+from mbody.image.model_image import ModelImage, SiUnit, si_unit, to_image
 from mbody.image.webassembly import IMAGE_KERNELS
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import Dimension

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody._version import __version__
+from mbody.analysis.contact.systems_with_modes import has_modes, with_contacts_of_joints
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, time_grid
 from mbody.analysis.dynamics.branch_passage import singular_start
@@ -22,12 +23,17 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of, state_of
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed, rounding
 from mbody.analysis.position.closed_position import ClosedPosition
-from mbody.core.bundle import Bundle, array_words
-from mbody.core.interface import KERNELS, Array, signature
 from mbody.core.recorded_numbers import Untraceable
 from mbody.core.sources import source_hash
 from mbody.errors import ModelError, SolveError
+from mbody.image.arena import FORMAT, INPUT, MEASURE, NUMBER, STATE, Arena, ImageEntry
 from mbody.image.changeable import Changeable, changeable_numbers, input_numbers
+from mbody.image.image_contacts import (
+    contact_motion,
+    enter_contacts,
+    fitted_start,
+    keep_phases,
+)
 from mbody.kernels.continuation import (
     BY_DRIVER,
     BY_INSTANT,
@@ -97,192 +103,6 @@ def si_unit(text: str) -> SiUnit:
     dimension = found.dimension or DIMENSIONLESS
     name = USUAL.get(name_of(dimension)) or system.of(dimension).translate(SUPERSCRIPTS)
     return SiUnit(name, float(found.value), dimension)
-
-
-# -- Bytes of an image: arrays, tables of bundles, names of entries ----------------------------
-
-#: The first word of an image, and the number of its format.
-MAGIC, FORMAT = b"mbodyimg", 1
-#: Word of the checksum.
-CHECKSUM = 13
-#: Words before the data; bytes on which every array begins.
-HEAD, LINE = 16, 64
-#: Kinds of entries: a changeable number, an input (such a number that may change while a motion
-#: goes on), a measure, the arguments of a kernel, an array, where a state of a user's own begins.
-NUMBER, INPUT, MEASURE, CALL, ARRAY, STATE = range(1, 7)
-
-
-@dataclass(frozen=True)
-class ImageEntry:
-    """A named entry of an image: its kind, the byte at which it begins, how many numbers or words
-    it has, and its unit.
-    """
-
-    kind: int
-    offset: int
-    count: int
-    name: str
-    unit: str = ""
-
-
-@dataclass
-class Arena:
-    """Memory that is laid out piece by piece; an array that is put twice lies there once."""
-
-    end: int = 8 * HEAD
-    entries: list[ImageEntry] = field(default_factory=list)
-    #: Bytes from the start of the image at which words lie that hold places.
-    pointers: list[int] = field(default_factory=list)
-    parts: list[tuple[int, np.ndarray]] = field(default_factory=list)
-    known: dict[tuple[int, int], int] = field(default_factory=dict)
-    tables: dict[int, int] = field(default_factory=dict)
-    #: What has been put, kept alive: an address must not be used again.
-    kept: list[Any] = field(default_factory=list)
-
-    def put(self, array: np.ndarray) -> int:
-        """The place of an array."""
-        key = array.__array_interface__["data"][0], array.nbytes
-        if key not in self.known:
-            self.end += -self.end % LINE
-            self.known[key] = self.end
-            self.parts.append((self.end, array))
-            self.kept.append(array)
-            self.end += array.nbytes
-        return self.known[key]
-
-    def bundle(self, bundle: Any) -> int:
-        """The place of the table of a bundle; its arrays are put too."""
-        if id(bundle) in self.tables:
-            return self.tables[id(bundle)]
-        self.kept.append(bundle)
-        words: list[int] = []
-        pointers: list[int] = []
-        numbers: dict[str, int] = {}
-        memory = vars(bundle).get("memory")
-        for name in bundle.fields:
-            value = getattr(bundle, name)
-            if isinstance(value, np.ndarray):
-                place = self._within(memory, value)
-                # the pointer is the fifth word of numba's record of an array
-                pointers.append(len(words) + 4)
-                words += array_words(place, value.shape, value.itemsize)
-            elif isinstance(value, Bundle):
-                pointers.append(len(words))
-                words.append(self.bundle(value))
-            else:
-                numbers[name] = len(words)
-                words.append(self._word(value))
-        place = self.table(words, pointers)
-        self.tables[id(bundle)] = place
-        return place
-
-    def _within(self, memory: np.ndarray | None, array: np.ndarray) -> int:
-        """The place of an array, which may lie in the memory of a workspace."""
-        if memory is None:
-            return self.put(array)
-        begin, here = (one.__array_interface__["data"][0] for one in (memory, array))
-        return self.put(memory) + int(here) - int(begin)
-
-    def place(self, bundle: Any, name: str) -> int:
-        """The place of an array of a bundle that was put."""
-        self.bundle(bundle)
-        return self._within(getattr(bundle, "memory", None), getattr(bundle, name))
-
-    @staticmethod
-    def _word(value: float) -> int:
-        if isinstance(value, float):
-            return int(np.float64(value).view(np.int64))
-        return int(value)
-
-    def field_place(self, bundle: Bundle, name: str) -> int:
-        """The place of a number in the table of a bundle."""
-        at = 0
-        for one in bundle.fields:
-            value = getattr(bundle, one)
-            if one == name:
-                break
-            at += len(array_words(0, value.shape)) if isinstance(value, np.ndarray) else 1
-        return self.bundle(bundle) + 8 * at
-
-    def table(self, words: list[int], pointers: list[int]) -> int:
-        """The place of words, of which some hold places."""
-        place = self.put(np.array(words, dtype=np.int64))
-        self.pointers += [place + 8 * n for n in pointers]
-        return place
-
-    def call(self, name: str, kernel: str, *values: Any) -> dict[str, int]:
-        """Enter the arguments of a kernel under a name: the place of each word by the name of the
-        argument.
-        """
-        interface = signature(KERNELS[kernel])
-        words: list[int] = []
-        pointers: list[int] = []
-        at: dict[str, int] = {}
-        for argument, kind, value in zip(interface.names, interface.arguments, values, strict=True):
-            at[argument] = len(words)
-            if isinstance(kind, Array):
-                pointers.append(len(words))
-                words += [self.put(value), *value.shape]
-            elif isinstance(kind, type) and issubclass(kind, Bundle):
-                pointers.append(len(words))
-                words.append(self.bundle(value))
-            else:
-                words.append(self._word(kind(value)))
-        place = self.table(words, pointers)
-        self.entries.append(ImageEntry(CALL, place, len(words), name))
-        return {argument: place + 8 * n for argument, n in at.items()}
-
-    def array(self, name: str, array: np.ndarray, unit: str = "") -> None:
-        """Enter an array that was put, or is put now, under a name."""
-        self.entries.append(ImageEntry(ARRAY, self.put(array), array.size, name, unit))
-
-    def word(self, name: str, place: int, count: int = 1) -> None:
-        """Enter numbers at a known place under a name."""
-        self.entries.append(ImageEntry(ARRAY, place, count, name))
-
-    def image(self, manifest: bytes, sources: str) -> bytes:
-        """All of it: head, data, names, entries, words that hold places, manifest."""
-        texts = bytearray()
-        places: dict[str, int] = {}
-        first = self.end + -self.end % 8
-        for entry in self.entries:
-            for text in (entry.name, entry.unit):
-                if text not in places:
-                    places[text] = first + len(texts)
-                    texts += text.encode() + b"\0"
-        texts += bytes(-len(texts) % 8)
-        entries = [
-            (entry.kind, entry.offset, entry.count, places[entry.name], places[entry.unit])
-            for entry in self.entries
-        ]
-        table = first + len(texts)
-        moved = table + 40 * len(entries)
-        about = moved + 8 * len(self.pointers)
-        total = about + len(manifest) + -len(manifest) % 8
-        memory = np.zeros(total, dtype=np.uint8)
-        for place, array in self.parts:
-            flat = np.ascontiguousarray(array).reshape(-1).view(np.uint8)
-            memory[place : place + array.nbytes] = flat
-        words = memory.view(np.int64)
-        memory[:8] = np.frombuffer(MAGIC, dtype=np.uint8)
-        words[1:5] = FORMAT, total, moved // 8, len(self.pointers)
-        words[5:9] = table // 8, len(entries), about, len(manifest)
-        memory[72:104] = np.frombuffer(bytes.fromhex(sources), dtype=np.uint8)
-        memory[first:table] = np.frombuffer(bytes(texts), dtype=np.uint8)
-        words[table // 8 : moved // 8] = np.ravel(entries) if entries else []
-        words[moved // 8 : about // 8] = [place // 8 for place in self.pointers]
-        memory[about : about + len(manifest)] = np.frombuffer(manifest, dtype=np.uint8)
-        words[CHECKSUM] = checksum(memory.view(np.uint64)).view(np.int64)
-        return memory.tobytes()
-
-
-def checksum(words: np.ndarray) -> np.uint64:
-    """Σ (2n + 1) word n, modulo 2⁶⁴, without the word of the checksum itself; never 0. No change of
-    one word leaves it.
-    """
-    weights = 2 * np.arange(words.size, dtype=np.uint64) + np.uint64(1)
-    weights[CHECKSUM] = 0
-    return max(np.sum(weights * words, dtype=np.uint64), np.uint64(1))
 
 
 # -- Measured quantities of an instant, as a program on its record -----------------------------
@@ -530,8 +350,13 @@ def enter_free(
             f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
             "an image cannot leave: begin elsewhere"
         )
-    integration = Integration(system, start, request.settings)
+    integration: Integration
+    contacts = contact_motion(system, start, request.settings) if has_modes(system) else None
+    integration = contacts or Integration(system, start, request.settings)
     integration.begin(first, q, v, last)
+    if contacts is not None:
+        q = fitted_start(contacts, q)
+        keep_phases(contacts, numbers)
     explicit = integration.steps
     assert isinstance(explicit, ExplicitSteps)
     layout, work = integration.layout, integration.work
@@ -543,21 +368,27 @@ def enter_free(
     arena.call("numbers.free", "set_numbers", numbers, layout, work)
     at = arena.call("begin", "begin_motion", layout, work, stepping, errors, begin, record, False)
     arena.word("begin.goes_on", at["goes_on"])
+    if contacts is not None:
+        motion = enter_contacts(arena, contacts, STEPS)
+        arena.array("motion.numbers", numbers.slots[: len(numbers.lowest)].copy())
     for name, times in (("advance", np.array([first])), ("run", request.times.copy())):
         outputs = Outputs(
             times=times,
             pages=np.zeros((len(times), rows, 1)),
             work=np.zeros((len(times) + 1, causes)),
         )
-        bundles = layout, work, explicit.method, stepping, errors, outputs
-        until = first if name == "advance" else last
-        at = arena.call(name, "runge_kutta", *bundles, until, STEPS)
+        if contacts is not None:
+            arena.call(name, "advance_motion", motion, outputs)
+        else:
+            bundles = layout, work, explicit.method, stepping, errors, outputs
+            until = first if name == "advance" else last
+            at = arena.call(name, "runge_kutta", *bundles, until, STEPS)
+            for key in ("until", "steps"):
+                arena.word(f"{name}.{key}", at[key])
         found = np.zeros((len(times), len(measured.names)))
         arena.call(f"{name}.measures", "measures", program, numbers, times, outputs.pages, found)
         for key in ("times", "pages", "work"):
             arena.array(f"{name}.{key}", getattr(outputs, key))
-        for key in ("until", "steps"):
-            arena.word(f"{name}.{key}", at[key])
         arena.array(f"{name}.measured", found)
     for key in ("times", "q", "v", "own"):
         arena.array(f"start.{key}", getattr(begin, key))
@@ -577,6 +408,7 @@ def enter_free(
         "rtol": request.settings.rtol,
         "times": [first, last],
         "every": _interval(system, last - first),
+        "contacts": [] if contacts is None else [one.name for one in contacts.uni.contact_points],
     }
 
 
@@ -611,6 +443,11 @@ def _interval(system: System, whole: float) -> float:
 
 def _refuse_another_motion(system: System) -> None:
     """Refuse a motion that would be another one in the image."""
+    if with_contacts_of_joints(system) is not system:
+        raise ModelError(
+            f"joints of '{system.mechanism.name}' have limits or may separate, which an image "
+            "cannot follow: describe them as contacts"
+        )
     for one in system.mechanism.inputs:
         if holds(one.value):
             raise ModelError(

@@ -11,6 +11,7 @@ from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.native import builder_command, builder_fails, place, progress
 from mbody.core.sources import PACKAGE, source_hash
 from mbody.errors import ModelError
+from mbody.kernels.advance import advance_motion
 from mbody.kernels.continuation import follow
 from mbody.kernels.image_calls import begin_motion, close_at
 from mbody.kernels.number_program import measures, set_numbers
@@ -18,7 +19,15 @@ from mbody.kernels.runge_kutta import runge_kutta
 
 # -- The kernels that images call: a fourth of all ---------------------------------------------
 
-IMAGE_KERNELS = (set_numbers, measures, close_at, follow, begin_motion, runge_kutta)
+IMAGE_KERNELS = (
+    set_numbers,
+    measures,
+    close_at,
+    follow,
+    begin_motion,
+    runge_kutta,
+    advance_motion,
+)
 
 
 #: Name of the target of the compiler.

@@ -75,7 +75,8 @@ def number_duals(P: NumberProgram, slots: Rows, found: Rows) -> None:
 
 @kernel
 def set_numbers(P: NumberProgram, L: Layout, W: Work) -> int:
-    """W.par and W.mass from the inputs of P, whose targets are their rows, one after the other.
+    """W.par and W.mass from the inputs of P, whose targets are their rows, one after the other; −1
+    of what stays.
 
     Returns −1, or the first input that is not finite or too low; then nothing is changed. Inputs
     that are right by themselves, but not together, give the number of inputs, and nothing is
@@ -88,11 +89,11 @@ def set_numbers(P: NumberProgram, L: Layout, W: Work) -> int:
             return n
     run(P)
     for n in range(P.targets.shape[0]):
-        value = P.slots[P.targets[n]]
-        if not abs(value) < FINITE:
+        if P.targets[n] >= 0 and not abs(P.slots[P.targets[n]]) < FINITE:
             return inputs
     for n in range(rows):
-        W.par[n, 0] = P.slots[P.targets[n]]
+        if P.targets[n] >= 0:
+            W.par[n, 0] = P.slots[P.targets[n]]
     for n in range(W.mass.shape[0]):
         W.mass[n, 0] = P.slots[P.targets[rows + n]]
     return -1

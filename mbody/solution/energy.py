@@ -211,7 +211,7 @@ def account(system: System, records: Array, gained: Array, stops: Sequence[str] 
     whole = kinetic + potential + lost - work
     balance = whole - whole[:1]
     forces = records[:, 3 * n : 3 * n + PER_PRIMITIVE * len(system.owners)]
-    forces = forces.reshape(len(records), -1, PER_PRIMITIVE)[:, :, 2:]
+    forces = forces.reshape(len(records), len(system.owners), PER_PRIMITIVE)[:, :, 2:]
     along = np.array([system.length, system.length, 1.0])
     rounding = ENERGY_ROUNDING * float(np.abs(forces * along).max(initial=0.0))
     return Energy(kinetic, potential, work, lost, balance, by, works, rounding)

@@ -18,7 +18,6 @@ from mbody import (
     SimulationSettings,
     Torque,
     assemble,
-    gallery,
 )
 from mbody.image import fmu, webassembly
 from mbody.image.fmu import to_fmu
@@ -43,6 +42,15 @@ def released():
         made.add(Body(name, mass=1.0, cg=(0.5, 0.0)), Revolute(f"O {name}", "ground", name))
     made.add(AngleDriver("motor", "first"))
     made.simulation = SimulationSettings(1.0, release={"motor": 0.5})
+    return made
+
+
+def limited():
+    """A pendulum whose pin has limits."""
+    made = Mechanism("limited")
+    made.add(Body("arm", mass=1.0, cg=(0.5, 0.0)))
+    made.add(Revolute("pin", "ground", "arm", limits=(-0.3, 0.3)))
+    made.simulation = SimulationSettings(1.0)
     return made
 
 
@@ -120,7 +128,7 @@ SCENARIOS = {
         assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
     ),
     "an image of a function in Python": lambda: to_image(by_law(Function(math.sin))),
-    "an image of a ball that bounces": lambda: to_image(gallery.load("bouncing_ball")),
+    "an image of a joint with limits": lambda: to_image(limited()),
     "an image of a motion that ends": lambda: to_image(
         free(events=[Event("crank.omega", stop=True)])
     ),
@@ -159,7 +167,7 @@ SCENARIOS = {
 SENTENCES = r"""
 an image of a batch | ModelError | - | an image has one design, 'four-bar' has 2: choose one with design(n)
 an image of a function in Python | ModelError | motor | 'motor' has a function in Python, which an image runs without: give a formula or a table instead
-an image of a ball that bounces | ModelError | - | an image of 'Bouncing ball' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'Bouncing ball' has 3 degrees left: add a driver, for example on 'ball'; no free motion: 'floor' of 'Bouncing ball' may open, stick or slide, which stepping without events of contacts does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+an image of a joint with limits | ModelError | - | an image of 'limited' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'limited' has 1 degree left: add a driver, for example on 'arm'; no free motion: joints of 'limited' have limits or may separate, which an image cannot follow: describe them as contacts
 an image of a motion that ends | ModelError | - | an image of 'four-bar' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'; no free motion: 'crank.omega' ends the motion, which an image cannot do: leave it out
 an image of a driver that is released | ModelError | - | an image of 'released' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'released' has 1 degree left: add a driver, for example on 'second'; no free motion: driver 'motor' is released, which an image cannot do: leave the release out
 an image of a motion that begins where branches meet | ModelError | - | an image of 'folded' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'folded' has 2 degrees left: add a driver, for example on 'crank'; no free motion: 'folded' begins where branches meet, at a singular position, which an image cannot leave: begin elsewhere

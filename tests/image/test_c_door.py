@@ -15,7 +15,7 @@ import mbody
 from mbody import gallery
 from mbody.cli.compile import all_kernels
 from mbody.image.model_image import to_image
-from mbody.kernels import step_state
+from mbody.kernels import advance, step_state
 from tests.support import embedded
 from tests.support.cases import first_fast
 from tests.support.embedded import (
@@ -168,8 +168,22 @@ def test_the_slots_of_a_motion_are_those_of_the_kernels():
             found[name.strip()] = place
             place += 1
     assert found.pop("SLOTS") == step_state.PROGRESS
-    assert len(found) == 14
+    assert len(found) == 15
     assert found == {name: getattr(step_state, name) for name in found}
+
+
+def test_the_happenings_of_a_motion_are_those_of_the_kernel():
+    """What has happened where something opens, sticks or strikes, as mbody.c numbers it."""
+    text = (DOOR / "mbody.c").read_text("utf-8").partition("/* mbody/kernels/advance.py")[2]
+    stages, codes = (
+        re.findall(r"\w+", one) for one in re.findall(r"enum \{(.*?)\};", text, re.S)[:2]
+    )
+    assert stages == ["STARTING", "5", "JUMPED"] and (advance.STARTING, advance.JUMPED) == (5, 6)
+    first = ["NOT_QUIET", "9", "ZERO", "IMPACT"]
+    assert codes[:4] == first and (step_state.NOT_QUIET, step_state.ZERO) == (9, 10)
+    own = {"CONTINUED": "BEGUN", "INDEFINITE": "LOST", "ROOM": "MEMORY"}
+    for number, name in enumerate(codes[3:], start=advance.IMPACT):
+        assert getattr(advance, own.get(name, name)) == number
 
 
 def test_a_turn_with_other_numbers(crank):

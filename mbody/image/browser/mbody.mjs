@@ -25,6 +25,16 @@ export const CODES = {
   DONE: 0, MORE: 1, STEP_VANISHED: 2, NOT_FINITE: 3, STIFF: 4, LAST_STEP: 5, SINGULAR_AHEAD: 6,
   BRANCH_UNCERTAIN: 7,
 };
+// Of motions in which something may open, stick or strike what comes next, and what has happened:
+// mbody/kernels/advance.py
+const STARTING = 5n;
+export const HAPPENED = {
+  NOT_QUIET: 9, ZERO: 10, IMPACT: 11, COLLISION: 12, DECIDED: 13, BEGUN: 14, NO_IMPACT: 15, NO_MODES: 16,
+  NO_COLLISION: 17, LOST: 18, POLE: 19, IMPACTS_WITHOUT_END: 20, CHANGES_WITHOUT_END: 21, MEMORY: 22,
+};
+// Steps that do not show what they meet are tried so much shorter, so often.
+const SHORTER = 0.25;
+const SHORTENED = 30;
 // What the path of the drivers is followed by: mbody/kernels/continuation.py
 export const BY_DRIVER = 1;
 // Part of the model length from which on wheels do not fit
@@ -40,6 +50,15 @@ const STOPPED = {
   [CODES.STIFF]: "the loads are too stiff for explicit steps: simulate with the method 'radau5' in mbody",
   [CODES.SINGULAR_AHEAD]: "a singular position lies ahead: how the motion goes on needs mbody itself",
   [CODES.BRANCH_UNCERTAIN]: "a singular position is near: on which branch the motion goes on needs mbody itself",
+  [HAPPENED.NOT_QUIET]: "steps do not show what they meet: this needs mbody itself",
+  [HAPPENED.NO_IMPACT]: "an impact has no solution: friction wedges what would rebound, or drivers lead it from two sides",
+  [HAPPENED.NO_MODES]: "no accelerations are consistent with the friction",
+  [HAPPENED.NO_COLLISION]: "no accelerations and no impact are consistent with the friction",
+  [HAPPENED.LOST]: "masses touch that differ by more than numbers carry",
+  [HAPPENED.POLE]: "the forces of what slides grow without bound (Painlevé's paradox)",
+  [HAPPENED.IMPACTS_WITHOUT_END]: "impacts do not end",
+  [HAPPENED.CHANGES_WITHOUT_END]: "contacts and friction change their modes without end",
+  [HAPPENED.MEMORY]: "more touches than the image has memory for",
 };
 const BEGINNINGS = [
   "",
@@ -305,9 +324,22 @@ export class Model {
     if (!(times[1] > times[0])) throw new MbodyError(`a motion from ${times[0]} to ${times[1]} s has no length: give a later end`);
     if (q !== undefined) this._array("start.q").set(q);
     if (v !== undefined) this._array("start.v").set(v);
+    if (this._acts) this._madeWith();
     const code = Number(this._call("begin")[0]);
     if (code) throw new MbodyError(`'${this.manifest.model}': ${BEGINNINGS[code]}`);
+    if (this._acts) this._settle();
     return this._array("begin.page").slice();
+  }
+
+  /** Impacts and changes of modes that the free motion has met: time, kind, name of what is struck. */
+  get events() {
+    if (!this._acts) return [];
+    const kept = this._array("motion.events");
+    const { contacts } = this.manifest.free;
+    return Array.from({ length: this._array("motion.happened")[0] }, (_, n) => {
+      const [t, code, who] = kept.slice(3 * n, 3 * n + 3);
+      return { t, kind: code === HAPPENED.BEGUN ? "modes" : "impact", contact: contacts[who] };
+    });
   }
 
   /** The time that the free motion has reached. */
@@ -378,8 +410,47 @@ export class Model {
     throw new MbodyError(`the image of '${this.manifest.model}' has no ${call}${notes && `: ${notes}`}`);
   }
 
+  /** Whether something may open, stick or strike. */
+  get _acts() {
+    return this._entries.array.has("motion.stage");
+  }
+
+  /** Refuse numbers that the contacts of the image were not made with. */
+  _madeWith() {
+    const made = this._array("motion.numbers");
+    const inputs = new Set([...this._entries.input.values()].map(({ place }) => place));
+    const other = this.numbers.find((name, n) => !inputs.has(this._entries.number.get(name).place) && this.get(name) !== made[n]);
+    if (other) throw new MbodyError(`${other} is not what the contacts of this image were made with: export it again with the new number`);
+  }
+
+  /** The first modes of a motion. */
+  _settle() {
+    const call = this.can("advance") ? "advance" : "run";
+    this._array("motion.happened")[0] = 0;
+    this._view(BigInt64Array, this._entries.array.get("motion.stage").place, 1)[0] = STARTING;
+    let code = HAPPENED.ZERO;
+    while (code !== HAPPENED.BEGUN) {
+      code = Number(this._call(call)[0]);
+      if (code < HAPPENED.ZERO || code > HAPPENED.BEGUN) {
+        throw new MbodyError(`the motion of '${this.manifest.model}' cannot begin: ${STOPPED[code]}`);
+      }
+      if (code !== HAPPENED.BEGUN) this._note(code);
+    }
+    this._array("begin.page").set(this._array("motion.page"));
+  }
+
+  /** Keep an impact, or a change of modes. */
+  _note(code) {
+    const [kept, count] = [this._array("motion.events"), this._array("motion.happened")];
+    if (code === HAPPENED.ZERO || code === HAPPENED.DECIDED || 3 * (count[0] + 1) > kept.length) return;
+    const struck = this._view(BigInt64Array, this._entries.array.get("motion.struck").place, 1)[0];
+    kept.set([this.time, code, code === HAPPENED.IMPACT ? Number(struck) : -1], 3 * count[0]);
+    count[0] += 1;
+  }
+
   /** Arguments of a call are in the image; its results, words. */
-  _call(name, kernel = KERNELS[name]) {
+  _call(name) {
+    const kernel = this._acts && KERNELS[name] === "runge_kutta" ? "advance_motion" : KERNELS[name];
     const { place } = this._entries.call.get(name);
     const raised = this.core.exports[`mbody_${kernel}_words`](this._at + place, this._results);
     if (raised) throw new MbodyError(`the kernel ${kernel} failed with status ${raised}`);
@@ -452,7 +523,8 @@ export class Model {
     if (!(until > this.time)) throw new MbodyError(`the motion is at t = ${this.time} s already: give a time after that, not ${until}`);
     this._array(`${name}.times`).set(times);
     this._array(`${name}.until`)[0] = until;
-    this._view(BigInt64Array, this._entries.array.get(`${name}.steps`).place, 1)[0] = BigInt(AT_ONCE);
+    if (this._acts) this._array(`${name}.steps`)[0] = AT_ONCE;
+    else this._view(BigInt64Array, this._entries.array.get(`${name}.steps`).place, 1)[0] = BigInt(AT_ONCE);
     let state = this._array("motion.state");
     state[SLOTS.DELIVERED] = state[SLOTS.LAST_STEP_ALLOWED] = 0;
     if (first && times[0] <= this.time) {
@@ -461,10 +533,15 @@ export class Model {
     }
     const doubts = [];
     let [count, since, longest] = [state[SLOTS.STEPS], state[SLOTS.TIME], 0];
+    let [unseen, shortened] = [-Infinity, 0];
     for (let code = CODES.MORE; code !== CODES.DONE; ) {
       code = Number(this._call(name)[0]);
       state = this._array("motion.state");
-      if (code === CODES.LAST_STEP) state[SLOTS.LAST_STEP_ALLOWED] = 1;
+      if (code === HAPPENED.NOT_QUIET && (state[SLOTS.TIME] > unseen || shortened < SHORTENED)) {
+        [unseen, shortened] = [state[SLOTS.TIME], state[SLOTS.TIME] > unseen ? 1 : shortened + 1];
+        state[SLOTS.NEXT] *= SHORTER;
+      } else if (code >= HAPPENED.ZERO && code <= HAPPENED.BEGUN) this._note(code);
+      else if (code === CODES.LAST_STEP) state[SLOTS.LAST_STEP_ALLOWED] = 1;
       else if (code === CODES.MORE && state[SLOTS.ARTIFICIAL_ENERGY] > state[SLOTS.ARTIFICIAL_LIMIT]) {
         state[SLOTS.ARTIFICIAL_LIMIT] *= 2;
         doubts.push(`at t = ${state[SLOTS.TIME]} s bodies without mass carry energy: give them masses`);

@@ -18,7 +18,7 @@
 /* The kernels, and the hash of their sources in hexadecimal. */
 typedef int32_t Kernel(const int64_t *arguments, int64_t *results);
 Kernel mbody_set_numbers_words, mbody_measures_words, mbody_close_at_words, mbody_follow_words,
-    mbody_begin_motion_words, mbody_runge_kutta_words;
+    mbody_begin_motion_words, mbody_runge_kutta_words, mbody_advance_motion_words;
 #ifdef MBODY_SHARED_CORE /* Windows: the kernels are in a DLL */
 __declspec(dllimport)
 #endif
@@ -28,8 +28,17 @@ enum { FORMAT = 1, HEADER = 16, ENTRY = 5, HASH_BYTES = 32, LINE = 64, SENTENCE 
 /* words of the header */
 enum { MAGIC, VERSION, BYTES, MOVED, MOVED_COUNT, TABLE, TABLE_COUNT, TEXT, TEXT_BYTES, HASH, SUM = 13 };
 /* mbody/kernels/step_state.py: slots, and what the integrator returns */
-enum { TIME = 0, STEPS = 2, DELIVERED = 6, LAST_STEP_ALLOWED = 18, ARTIFICIAL_ENERGY = 24, ARTIFICIAL_LIMIT, SLOTS = 36 };
+enum { TIME = 0, NEXT, STEPS, DELIVERED = 6, LAST_STEP_ALLOWED = 18, ARTIFICIAL_ENERGY = 24, ARTIFICIAL_LIMIT, SLOTS = 36 };
 enum { DONE, MORE, STEP_VANISHED, NOT_FINITE, STIFF, LAST_STEP, SINGULAR_AHEAD, BRANCH_UNCERTAIN };
+/* mbody/kernels/advance.py: what comes next, and what has happened */
+enum { STARTING = 5, JUMPED };
+enum {
+  NOT_QUIET = 9, ZERO, IMPACT, COLLISION, DECIDED, CONTINUED, NO_IMPACT, NO_MODES, NO_COLLISION, INDEFINITE, POLE,
+  IMPACTS_WITHOUT_END, CHANGES_WITHOUT_END, ROOM, UNBROKEN
+};
+/* Steps that do not show what they meet are tried so much shorter, so often. */
+static const double SHORTER = 0.25;
+enum { SHORTENED = 30 };
 /* mbody/kernels/continuation.py: progress, what `follow` returns, what the path parameter is */
 enum { INSTANTS, REACHED, UNBALANCED = 4, BRANCH_UNSURE = 6, PROGRESS = 7 };
 enum { STUCK = 1, LOST = 2 };
@@ -40,24 +49,24 @@ enum { BEGUN, OPEN, NO_VALUE, MASSLESS };
 static const double UNBALANCED_PART = 1e-7;
 
 /* The calls of an image, with the arguments of each: B bundle, 1 2 3 array with so many axes,
- * d number, i integer. */
+ * d number, i integer; and the kernel for what may open, stick or strike, which takes two bundles. */
 enum {
   DRIVEN_NUMBERS, FREE_NUMBERS, CLOSE, TURN, TURN_MEASURES, STEP, STEP_MEASURES,
   BEGIN, ADVANCE, ADVANCE_MEASURES, RUN, RUN_MEASURES, CALLS
 };
-static const struct { const char *name, *form; Kernel *kernel; } CALL[CALLS] = {
-  {"numbers.driven", "BBB", mbody_set_numbers_words},
-  {"numbers.free", "BBB", mbody_set_numbers_words},
-  {"close", "BBd1dd", mbody_close_at_words},
-  {"turn", "BBBB", mbody_follow_words},
-  {"turn.measures", "BB132", mbody_measures_words},
-  {"step", "BBBB", mbody_follow_words},
-  {"step.measures", "BB132", mbody_measures_words},
-  {"begin", "BBBBB2i", mbody_begin_motion_words},
-  {"advance", "BBBBBBdi", mbody_runge_kutta_words},
-  {"advance.measures", "BB132", mbody_measures_words},
-  {"run", "BBBBBBdi", mbody_runge_kutta_words},
-  {"run.measures", "BB132", mbody_measures_words},
+static const struct { const char *name, *form; Kernel *kernel, *contact; } CALL[CALLS] = {
+  {"numbers.driven", "BBB", mbody_set_numbers_words, NULL},
+  {"numbers.free", "BBB", mbody_set_numbers_words, NULL},
+  {"close", "BBd1dd", mbody_close_at_words, NULL},
+  {"turn", "BBBB", mbody_follow_words, NULL},
+  {"turn.measures", "BB132", mbody_measures_words, NULL},
+  {"step", "BBBB", mbody_follow_words, NULL},
+  {"step.measures", "BB132", mbody_measures_words, NULL},
+  {"begin", "BBBBB2i", mbody_begin_motion_words, NULL},
+  {"advance", "BBBBBBdi", mbody_runge_kutta_words, mbody_advance_motion_words},
+  {"advance.measures", "BB132", mbody_measures_words, NULL},
+  {"run", "BBBBBBdi", mbody_runge_kutta_words, mbody_advance_motion_words},
+  {"run.measures", "BB132", mbody_measures_words, NULL},
 };
 /* The motions: their call, and the names of their arrays. */
 static const struct { const char *name; int call; const char *times, *pages; } MOTION[4] = {
@@ -83,8 +92,12 @@ struct mbody_model {
   int64_t *number_entry;
   uint64_t sum;
   int64_t *call[CALLS];
+  Kernel *kernel[CALLS];
   Motion motion[4];
   Array q, close_t, close_given, start_times, start_q, start_v, start_own, begin_page, goes_on, state, y, until[4];
+  /* Of what may open, stick or strike: what comes next, the record of the present instant, the
+   * numbers that it was made with, what has happened, and which contact point was struck last */
+  Array stage, page, made_with, events, happened, struck;
   Shell *shell;
   /* the first position of the turn; time and drivers there; copies while a call may fail */
   double *home, *home_given, home_t, reach, first, span;
@@ -242,7 +255,9 @@ static int check_entries(mbody_model *model) {
     model->measures += kind == MBODY_MEASURE;
     for (int k = 0; kind == MBODY_CALL && k < CALLS; k++) {
       if (strcmp(text_at(model, n, 3), CALL[k].name)) continue;
-      if (!check_call(model, n, CALL[k].form))
+      int contact = CALL[k].contact && entry[2] == 2;
+      model->kernel[k] = contact ? CALL[k].contact : CALL[k].kernel;
+      if (!check_call(model, n, contact ? "BB" : CALL[k].form))
         return because(model, MBODY_REFUSED, "the image is damaged: arguments of its call '%s' are wrong", CALL[k].name);
       model->call[k] = words(model) + entry[1] / 8;
     }
@@ -307,6 +322,14 @@ static int find_arrays(mbody_model *model) {
     wrong |= need(model, &model->goes_on, "begin", "goes_on", 1);
     wrong |= need(model, &model->state, "motion", "state", SLOTS);
     wrong |= need(model, &model->y, "motion", "y", 2 * model->start_q.count + model->start_own.count);
+  }
+  if (!wrong && find(model, MBODY_ARRAY, "motion.stage") >= 0) {
+    wrong |= need(model, &model->stage, "motion", "stage", 1);
+    wrong |= need(model, &model->page, "motion", "page", model->rows);
+    wrong |= need(model, &model->made_with, "motion", "numbers", model->numbers);
+    wrong |= need(model, &model->events, "motion", "events", 3);
+    wrong |= need(model, &model->happened, "motion", "happened", 1);
+    wrong |= need(model, &model->struck, "motion", "struck", 1);
   }
   for (int64_t n = 0; n < words(model)[TABLE_COUNT]; n++) {
     const int64_t *entry = entry_at(model, n);
@@ -466,7 +489,7 @@ static int run(mbody_model *model, int call, int64_t *results) {
   if (!model->call[call])
     return because(model, MBODY_REFUSED, "this image has no '%s': its model is not for that analysis", CALL[call].name);
   results[0] = 0;
-  if (CALL[call].kernel(model->call[call], results))
+  if (model->kernel[call](model->call[call], results))
     return because(model, MBODY_FAILED, "the kernel of '%s' failed", CALL[call].name);
   return MBODY_GOOD;
 }
@@ -674,6 +697,71 @@ static int show(mbody_model *model, double t, const double *page) {
   return model->measures ? run(model, ADVANCE_MEASURES, none) : MBODY_GOOD;
 }
 
+/* Something has happened: when, a code, and the contact point that is struck, −1 of none. */
+static void note(mbody_model *model, int64_t code) {
+  double *count = model->happened.at;
+  int64_t who = -1;
+  if (3.0 * (*count + 1.0) > (double)model->events.count) return;
+  double *event = model->events.at + 3 * (int64_t)*count;
+  if (code == IMPACT) memcpy(&who, model->struck.at, sizeof who);
+  event[0] = model->state.at[TIME];
+  event[1] = (double)code;
+  event[2] = (double)who;
+  *count += 1.0;
+}
+
+/* Whether what has happened leaves the motion to go on; it is noted. */
+static int goes_on(mbody_model *model, int64_t code) {
+  if (code < ZERO || code > CONTINUED) return 0;
+  if (code == IMPACT || code == COLLISION || code == CONTINUED) note(model, code);
+  return 1;
+}
+
+/* The sentence of a motion that ends by what has happened. */
+static int ended(mbody_model *model, int64_t code) {
+  double t = model->state.at[TIME];
+  switch (code) {
+    case NO_IMPACT: return because(model, MBODY_ENDED, "at t = %.6g s an impact has no solution: friction wedges what would rebound, or drivers lead it from two sides", t);
+    case NO_MODES: return because(model, MBODY_ENDED, "at t = %.6g s no accelerations are consistent with the friction", t);
+    case NO_COLLISION: return because(model, MBODY_ENDED, "at t = %.6g s no accelerations and no impact are consistent with the friction", t);
+    case INDEFINITE: return because(model, MBODY_ENDED, "at t = %.6g s masses touch that differ by more than numbers carry", t);
+    case POLE: return because(model, MBODY_ENDED, "at t = %.6g s the forces of what slides grow without bound (Painlevé's paradox)", t);
+    case IMPACTS_WITHOUT_END: return because(model, MBODY_ENDED, "at t = %.6g s impacts do not end", t);
+    case CHANGES_WITHOUT_END: return because(model, MBODY_ENDED, "at t = %.6g s contacts and friction change their modes without end", t);
+    case NOT_QUIET: return because(model, MBODY_ENDED, "after t = %.6g s steps do not show what they meet: this needs mbody itself", t);
+    default: return because(model, MBODY_ENDED, "after t = %.6g s more touches than the image has memory for", t);
+  }
+}
+
+/* Modes are decided: first ones, or those after forces have jumped. */
+static int settle(mbody_model *model, int64_t stage) {
+  int64_t found[3], call = model->call[ADVANCE] ? ADVANCE : RUN;
+  int code;
+  if (!model->stage.at) return MBODY_GOOD;
+  memcpy(model->stage.at, &stage, sizeof stage);
+  do {
+    if ((code = run(model, (int)call, found))) return code;
+    if (found[0] == CONTINUED || found[0] == UNBROKEN) {
+      copy(model->begin_page.at, model->page.at, model->rows);
+      return MBODY_GOOD;
+    }
+  } while (goes_on(model, found[0]));
+  return ended(model, found[0]);
+}
+
+/* Whether a number is another one than the contacts of the image were made with. */
+static int other_numbers(mbody_model *model) {
+  for (int64_t n = 0; model->stage.at && n < model->numbers; n++) {
+    int64_t entry = model->number_entry[n], input = 0;
+    for (int64_t e = 0; e < words(model)[TABLE_COUNT]; e++)
+      input |= entry_at(model, e)[0] == MBODY_INPUT && entry_at(model, e)[1] == entry_at(model, entry)[1];
+    if (!input && *number_at(model, entry) != model->made_with.at[n])
+      return because(model, MBODY_REFUSED, "%s is not what the contacts of this image were made with: export it again with the new number",
+                     text_at(model, entry, 3));
+  }
+  return MBODY_GOOD;
+}
+
 /* What the motion begins or goes on with at a time. */
 static int evaluated(mbody_model *model, double first) {
   int64_t found[3];
@@ -686,10 +774,16 @@ static int evaluated(mbody_model *model, double first) {
   if (found[0] == MASSLESS)
     return because(model, MBODY_ENDED, "a body has too little mass for this image: export it again with the new number");
   model->shell->inputs_old = 0;
+  int64_t went_on;
+  memcpy(&went_on, model->goes_on.at, sizeof went_on);
+  if ((code = settle(model, went_on ? JUMPED : STARTING))) return code;
   return show(model, first, model->begin_page.at);
 }
 
 static int begin(mbody_model *model, double first, double last) {
+  int refused = other_numbers(model);
+  if (refused) return refused;
+  if (model->stage.at) *model->happened.at = 0.0;
   model->start_times.at[0] = first;
   model->start_times.at[1] = last > first ? last : first + model->span;
   int code = evaluated(model, first);
@@ -752,11 +846,22 @@ enum { JUDGED = 10000, PATIENT = 300000 };
 static int integrate(mbody_model *model, int which) {
   double *state = model->state.at, until = model->until[which].at[0];
   int64_t found[3] = {MORE, 0, 0};
-  double count = state[STEPS], since = state[TIME], longest = 0.0;
-  int doubt = 0, code;
+  double count = state[STEPS], since = state[TIME], longest = 0.0, unseen = -INFINITY;
+  int doubt = 0, code, shortened = 0;
   state[LAST_STEP_ALLOWED] = 0.0;
   while (found[0] == MORE || found[0] == LAST_STEP) {
     if ((code = run(model, MOTION[which].call, found))) return code;
+    if (found[0] == NOT_QUIET && (state[TIME] > unseen || shortened < SHORTENED)) {
+      shortened = state[TIME] > unseen ? 1 : shortened + 1;
+      unseen = state[TIME];
+      state[NEXT] *= SHORTER;
+      found[0] = MORE;
+      continue;
+    }
+    if (goes_on(model, found[0])) {
+      found[0] = MORE;
+      continue;
+    }
     if (found[0] == LAST_STEP) state[LAST_STEP_ALLOWED] = 1.0;
     if (found[0] == MORE && state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]) {
       state[ARTIFICIAL_LIMIT] *= 2.0;
@@ -777,6 +882,9 @@ static int integrate(mbody_model *model, int which) {
   }
   switch (found[0]) {
     case DONE: return doubt;
+    case NOT_QUIET: case NO_IMPACT: case NO_MODES: case NO_COLLISION: case INDEFINITE: case POLE:
+    case IMPACTS_WITHOUT_END: case CHANGES_WITHOUT_END: case ROOM:
+      return ended(model, found[0]);
     case STIFF:
       return because(model, MBODY_ENDED, "the loads are too stiff for the method of this image: at t = %.6g s of %.6g s", state[TIME], until);
     case NOT_FINITE:
