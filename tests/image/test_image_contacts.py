@@ -1,6 +1,7 @@
 """Motions in which something strikes, sticks or opens: led by C, without Python."""
 
 import json
+import math
 import shutil
 import subprocess
 from dataclasses import replace
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import gallery
+from mbody import Body, Contact, Mechanism, Revolute, SimulationSettings, gallery
 from mbody.image.model_image import to_image
 from mbody.image.webassembly import MODULE, browser_core
 from mbody.kernels.advance import BEGUN, IMPACT
@@ -62,6 +63,55 @@ def test_c_meets_the_events_of_simulate(library, name, until, impacts):
     assert present_places(model, n) == pytest.approx(
         own.record.table(slice(0, n))[-1], abs=1e-8 * size
     )
+
+
+def leg():
+    """A five-bar leg above a floor, whose cranks inputs turn."""
+    machine = Mechanism(
+        "leg", ground={"F": (0.0, -0.33)}, ground_shapes={"floor": {"line": {"point": "F"}}}
+    )
+    machine.add(mbody.Gravity("g", y=-9.81))
+    ends = {"A": (-0.05, 0.0), "B": (0.05, 0.0)}
+    machine.add(Body("hip", mass=3.0, inertia=0.05, points=ends))
+    for name, guess in {"l1": 225.0, "r1": -45.0, "l2": -54.0, "r2": 234.0}.items():
+        mass, inertia, length = (0.4, 0.002, 0.15) if name[1] == "1" else (0.3, 0.004, 0.25)
+        own = {"mass": mass, "inertia": inertia, "cg": (0.5 * length, 0.0)}
+        points = {"I": (0.0, 0.0), "O": (length, 0.0)}
+        machine.add(Body(name, points=points, guess=math.radians(guess), **own))
+    upright = [mbody.Marker(body, (0.0, 0.0), 0.5 * math.pi) for body in ("ground", "hip")]
+    pins = {"A": ("hip.A", "l1.I"), "B": ("hip.B", "r1.I"), "K": ("l1.O", "l2.I")}
+    pins |= {"L": ("r1.O", "r2.I"), "P": ("l2.O", "r2.O")}
+    machine.add(mbody.Prismatic("guide", *upright))
+    machine.add(*(Revolute(name, *places) for name, places in pins.items()))
+    for name, crank in (("u1", "l1"), ("u2", "r1")):
+        machine.add(mbody.Input(name, "0 N*m"), mbody.Torque(f"t{name}", crank, "hip", value=name))
+    machine.add(Contact("foot", "ground.floor", "l2.O", friction=0.8))
+    machine.simulation = SimulationSettings(1.0, rtol=1e-9)
+    return machine
+
+
+def test_a_leg_is_led_by_c_as_by_a_simulator(library):
+    """Inputs change each millisecond: it falls, lands and stands on its foot."""
+    sim, model = mbody.Simulator(leg()), Model(library, to_image(leg()).content)
+    inputs = [model.find_input(name) for name in (b"u1", b"u2")]
+    angles = [model.find_measure(name) for name in (b"l1.angle", b"r1.angle")]
+    rates = [model.find_measure(name) for name in (b"l1.omega", b"r1.omega")]
+    assert model.start(0.0, 1.0) == GOOD
+    held = [sim["l1"].angle, sim["r1"].angle]
+    for n in range(1, 301):
+        for k, (entry, name, crank) in enumerate(
+            zip(inputs, ("u1", "u2"), ("l1", "r1"), strict=True)
+        ):
+            sim.inputs[name] = -80.0 * (sim[crank].angle - held[k]) - 2.0 * sim[crank].omega
+            angle, rate = (model.measure(ADVANCE, 0, part[k]) for part in (angles, rates))
+            assert model.set_input(entry, -80.0 * (angle - held[k]) - 2.0 * rate) == GOOD
+        sim.step(1e-3)
+        assert model.advance(1e-3 * n) == GOOD, model.sentence
+    assert sim.mode("foot") == "stick"
+    strikes, _ = happened(model)
+    assert len(strikes) == sum(one.name == "impact" for one in sim.events) > 0
+    last = sim.q
+    assert present_places(model, len(last)) == pytest.approx(last, abs=1e-7)
 
 
 SCRIPT = """
