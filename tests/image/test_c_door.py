@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,6 +91,26 @@ def test_the_example_gives_mbodys_own_numbers(tmp_path, images):
     assert len(motion) == 51
     own = mbody.simulate(system, until=0.1, instants=51)
     agree(motion[:, 1], own.effort("motor"), OTHER_STEPS)
+
+
+def test_the_example_tells_what_is_struck(tmp_path):
+    program = embedded.compiled([DOOR / "example.c", DOOR / "mbody.c"], tmp_path / "example")
+    machine, image = gallery.load("bouncing_ball"), tmp_path / "model.img"
+    machine.simulation = replace(machine.simulation, events=())
+    image.write_bytes(to_image(machine).content)
+    mass = "ball.mass"
+    value = str(mbody.assemble(machine).values[mass])
+    done, other = (
+        subprocess.run(
+            [program, image, mass, given, "ball.y", "1.5"], capture_output=True, text=True
+        )
+        for given in (value, "7")
+    )
+    assert done.returncode == 0, done.stderr
+    run = mbody.simulate(machine, until=1.5)
+    struck = [one.t for one in run.events if one.name == "impact"]
+    agree(lines(done.stdout, "struck")[:, 0], struck, OTHER_STEPS)
+    assert "ball.mass is not what the contacts of this image were made with" in other.stderr
 
 
 def test_the_example_says_what_is_wrong(tmp_path, images):

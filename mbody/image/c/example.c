@@ -4,7 +4,7 @@
  *     ./example IMAGE NUMBER VALUE MEASURE [SECONDS]
  *
  * Prints the measure over the turn, where the image has one, and along its free motion, where it
- * has one: 50 steps until SECONDS, as a control loop would make them.
+ * has one: 50 steps until SECONDS, as a control loop would make them; and when something was struck.
  */
 #include "mbody.h"
 
@@ -44,6 +44,9 @@ int main(int count, char **words) {
       if (mbody_advance(model, seconds * k / 50.0) >= MBODY_ENDED) return failed(mbody_message(model));
       printf("motion %.17g %.17g\n", mbody_now(model), mbody_measure(model, MBODY_ADVANCE, 0, measure));
     }
+    double *met = mbody_array(model, "motion.happened", NULL), *events = mbody_array(model, "motion.events", NULL);
+    for (int k = 0; met && k < *met; k++)
+      if (events[3 * k + 2] >= 0.0) printf("struck %.17g %g\n", events[3 * k], events[3 * k + 2]);
   }
   mbody_free(model);
   return EXIT_SUCCESS;
