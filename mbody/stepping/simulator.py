@@ -338,7 +338,7 @@ class Simulator(MechanicsNow):
         self._request = motion_request(
             whole,
             t,
-            t + max(1.0, abs(t)),
+            t + max(whole.mechanism.units.second, abs(t)),
             errors,
             method=method,
             step=step,

@@ -35,6 +35,7 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
 from mbody.model.states import STEADY
+from mbody.quantities.units import Dimension
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
 
@@ -150,11 +151,17 @@ def auxiliary_sizes(system: System) -> Array:
             found[n] = float(np.max(size))
         elif start > 0.0:
             found[n] = float(start)
-        elif state.dimension is not None:
-            one = state.dimension
-            found[n] = system.length ** float(one.length) * system.heaviest ** float(one.mass)
-            found[n] *= system.mechanism.units.second ** float(one.time)
+        else:
+            found[n] = natural_size(system, state.dimension)
     return found
+
+
+def natural_size(system: System, dimension: Dimension | None) -> float:
+    """One of lengths, masses and times of the model's own, and a second; 1 without a dimension."""
+    if dimension is None:
+        return 1.0
+    size = system.length ** float(dimension.length) * system.heaviest ** float(dimension.mass)
+    return float(size * system.mechanism.units.second ** float(dimension.time))
 
 
 def find_steady(motion: Evaluated) -> bool:

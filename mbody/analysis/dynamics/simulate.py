@@ -101,10 +101,14 @@ def stops_of(run: Solution) -> list[str]:
 
 
 def sizes(run: Solution, state: Array) -> Array:
-    """Scales of differences of positions and rates, (2·coordinates,)."""
-    length, n = max(run.system.length, 1.0), run.system.coordinates
-    greatest = [np.abs(part).max(initial=0.0) for part in (state[:n], state[n:])]
-    return np.repeat(length + np.array(greatest), n)
+    """Scales of differences of positions and rates, (2·coordinates,): of rates not less than what
+    goes a model length or a radian in the time of the motion.
+    """
+    system, n = run.system, run.system.coordinates
+    place, rate = system.extent(state[:n]), system.extent(state[n:])
+    whole, units = float(run.t[-1] - run.t[0]), system.coordinate_units
+    rate += 1.0 / whole if whole > 0.0 else tol.TINY
+    return np.concatenate([(1.0 + place) * units, rate * units])
 
 
 def same_motion(one: System, other: System) -> bool:

@@ -12,7 +12,12 @@ import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
-from mbody.analysis.dynamics.integrators import REFINEMENTS, stepping
+from mbody.analysis.dynamics.integrators import (
+    REFINEMENTS,
+    auxiliary_sizes,
+    natural_size,
+    stepping,
+)
 from mbody.analysis.dynamics.interruptions import without_hold
 from mbody.analysis.equilibria.equilibrium import Equilibrium
 from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
@@ -60,7 +65,7 @@ class ActiveContacts:
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
         settings = IntegrationSettings("dop853", tol.RTOL_LINEARIZED, tol.RTOL_LINEARIZED)
         engine = ContactIntegration(system, given, settings, ())
-        engine.begin(t, q, v, t + 1.0)
+        engine.begin(t, q, v, t + system.mechanism.units.second)
         engine.wanted, engine.instants = np.array([t]), []
         engine.records, engine.works = [], []
         status = engine.begin_modes()
@@ -177,6 +182,8 @@ class Moving:
         self.own = (
             np.append(system.first_states[:, 0], own) if manifold.own is None else manifold.own
         )
+        inputs = [natural_size(system, one.dimension) for one in system.mechanism.inputs]
+        self.own_sizes = np.append(auxiliary_sizes(system), inputs)
 
     def matrices(self, mass: Array) -> tuple[Array, Array, Array]:
         """C, K and what drives the leaders; mass (free, free) is theirs."""
@@ -245,7 +252,7 @@ class Moving:
         size, columns = float(np.abs(first).max(initial=0.0)), []
         for n, value in enumerate(self.own):
             step, offset = (
-                tol.DIFFERENCE_STEP_FOURTH_ORDER * max(1.0, abs(float(value))),
+                tol.DIFFERENCE_STEP_FOURTH_ORDER * max(self.own_sizes[n], abs(float(value))),
                 np.zeros(len(self.own)),
             )
             offset[n] = step
