@@ -18,6 +18,7 @@ from ctypes import (
     c_uint,
     c_void_p,
 )
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -215,6 +216,26 @@ def test_a_motion_is_that_of_simulate(unit):
     own = mbody.simulate(gallery.load("free_fourbar"), until=1.0, instants=101)["crank"].angle
     assert np.abs(found - own).max() < OTHER_STEPS * np.abs(own).max()
     assert unit.call("Terminate") == OK and not unit.said
+
+
+def test_a_ball_bounces_as_in_simulate(binary, tmp_path, version):
+    """Across impacts, and back to a state before one, as an importer that tries a step again."""
+    ball = gallery.load("bouncing_ball")
+    ball.simulation = replace(ball.simulation, events=())
+    unit = version(binary, tmp_path, to_image(ball).content)
+    assert unit.begin(0.0, 1.5) == OK
+    run = mbody.simulate(ball, until=1.5, instants=31)
+    assert sum(one.name == "impact" for one in run.events) == 2
+    found, state = [], c_void_p()
+    for n in range(30):
+        assert unit.call("GetFMUstate", byref(state)) == OK
+        for _ in range(2):
+            assert unit.step(0.05 * n, 0.05) == OK, unit.said
+            found.append(unit.get("ball.y")[0])
+            if len(found) % 2:
+                assert unit.call("SetFMUstate", state) == OK
+    assert found[::2] == found[1::2]
+    assert found[::2] == pytest.approx(run["ball"].y[1:], abs=OTHER_STEPS)
 
 
 def test_communication_steps_may_be_of_any_length(unit):

@@ -106,7 +106,8 @@ int mbody_find_state(const mbody_model *model, const char *name);
  *
  * After a change the loops are closed anew by `mbody_close_loops`; a turn, a step or a motion
  * that finds them open with other numbers closes them first.  A free motion that has begun goes on
- * from its position and speeds, which are fitted to the new numbers.
+ * from its position and speeds, which are fitted to the new numbers.  Where something may open, stick
+ * or strike a motion has the numbers of the image: it is refused with others, but for inputs.
  */
 double mbody_number(const mbody_model *model, int entry);
 int mbody_set_number(mbody_model *model, int entry, double value);
