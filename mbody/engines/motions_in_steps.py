@@ -181,7 +181,7 @@ def plain_mode(mode: str) -> str:
 
 
 def _smooth(contact: Any) -> bool:
-    return not isinstance(contact, Contact) or float(contact.friction) == 0.0
+    return not isinstance(contact, Contact) or contact.friction == 0.0
 
 
 def _alike(ours: str, theirs: str, touches: bool) -> bool:

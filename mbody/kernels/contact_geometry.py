@@ -5,6 +5,10 @@ touch along the edge that separates them most (or is least overlapped), on which
 the other is clipped: at most two places, of one normal. Ericson: Real-Time Collision Detection
 (2005), 5.5.
 
+What slides from one shape of a body to the next strikes no edge where they meet: edges that another
+shape of the body covers are none, and a corner that shapes share is touched only from directions
+between the normals of the edges that are left there, from none where it does not point outwards.
+
 A pair is (x, y, law, near, swapped): the normal goes from shape x to shape y; y is the contact's i
 where it is swapped.
 """
@@ -22,28 +26,34 @@ from mbody.core.tolerances import (
     CONTACT_EDGE_PREFERRED,
     CONTACT_GAP_CANDIDATE,
 )
+from mbody.kernels.contact_rows import placed
 
 # -- Tables of shapes that may touch, of the contacts of one step, and of the steps themselves -
 #
 # A shape is a circle, an endless line, a segment or a convex polygon of one body, all numbers from
-# the mass centre in link axes. Corners of polygons go round counter-clockwise, so that outside is
-# on the right of each edge; a segment is a polygon of two corners, its first edge faces what
-# touches it.
+# the mass centre in link axes. Edges are free on their left, so that those of polygons go round
+# clockwise, each from the corner of its number; a segment is a polygon of two edges, of which the
+# first faces what touches it, a line has one without end.
 
 #: Kinds of shapes.
 CIRCLE, LINE, SEGMENT, POLYGON = range(4)
+#: What corners are beside those of other shapes.
+ALONE, SHARED, INNER = range(3)
 
 
 class ContactShapes(Bundle):
     """Shapes that may touch, their pairs and laws.
 
     `kind`, `body` (shapes,): Kind and body of each shape.
-    `corner_start` (shapes + 1,): Where the corners of each are.
-    `corner` (corners, 2): Corners from the mass centre.
+    `edge_start` (shapes + 1,): Where the edges of each are.
+    `edge` (edges, 5): Beginning, direction and length.
+    `covered` (edges,): Whether another shape of the body is on its free side.
+    `joined` (edges,): Whether another shape shares the corner where it begins: ALONE, SHARED where
+      it points outwards, else INNER.
+    `cone` (edges, 4): Normals between which a shared corner is touched, counter-clockwise.
     `centre` (shapes, 2): Of the bounding circle: of a circle itself; of a line its point.
     `bounding_radius` (shapes,): Radius of the bounding circle, infinite of lines.
     `radius` (shapes,): Of circles: zero of points, negative of rings.
-    `along` (shapes, 2): Direction of lines; what touches is on their left.
     `large` (shapes,): Whether it is looked at beside all others instead of in the grid.
     `usual` (1,): The radius that is usual among the others.
     `group` (shapes,): The sets of groups that it is in, by number; −1 in none.
@@ -59,12 +69,14 @@ class ContactShapes(Bundle):
 
     kind: Ints
     body: Ints
-    corner_start: Ints
-    corner: Rows
+    edge_start: Ints
+    edge: Rows
+    covered: Ints
+    joined: Ints
+    cone: Rows
     centre: Rows
     bounding_radius: Floats
     radius: Floats
-    along: Rows
     large: Ints
     usual: Floats
     group: Ints
@@ -229,40 +241,50 @@ OTHER, CORNER = 4096, 8192
 
 
 @inline
-def to_world(W, b, x, y):
-    """A point of body b from its mass centre, in world axes."""
-    c, s = W.turn[2 * b, 0], W.turn[2 * b + 1, 0]
-    return W.q[3 * b, 0] + c * x - s * y, W.q[3 * b + 1, 0] + s * x + c * y
+def edges_of(C, a):
+    """How many edges a shape has."""
+    return C.edge_start[a + 1] - C.edge_start[a]
 
 
 @inline
-def corners_of(C, a):
-    """How many corners a shape has."""
-    return C.corner_start[a + 1] - C.corner_start[a]
+def edge_number(C, a, n):
+    """Number of edge n of shape a, round about."""
+    return C.edge_start[a] + n % edges_of(C, a)
 
 
 @inline
 def corner_at(W, C, a, n):
-    """Corner n of shape a, round about, in world axes."""
-    k = C.corner_start[a] + n % corners_of(C, a)
-    return to_world(W, C.body[a], C.corner[k, 0], C.corner[k, 1])
+    """The beginning of edge n of shape a, round about, in world axes."""
+    k = edge_number(C, a, n)
+    return placed(W, C.body[a], C.edge[k, 0], C.edge[k, 1])
 
 
 @inline
 def centre_of(W, C, a):
     """The centre of a shape in world axes."""
-    return to_world(W, C.body[a], C.centre[a, 0], C.centre[a, 1])
+    return placed(W, C.body[a], C.centre[a, 0], C.centre[a, 1])
 
 
 @inline
 def edge_of(W, C, a, n):
-    """Beginning, direction, outward normal and length of edge n of shape a."""
-    ax, ay = corner_at(W, C, a, n)
-    bx, by = corner_at(W, C, a, n + 1)
-    dx, dy = bx - ax, by - ay
-    length = math.hypot(dx, dy)
-    ux, uy = dx / length, dy / length
-    return ax, ay, ux, uy, uy, -ux, length
+    """Beginning, direction, normal to the free side, and length of edge n of shape a."""
+    k, b = edge_number(C, a, n), C.body[a]
+    c, s = W.turn[2 * b, 0], W.turn[2 * b + 1, 0]
+    ax, ay = placed(W, b, C.edge[k, 0], C.edge[k, 1])
+    ux, uy = c * C.edge[k, 2] - s * C.edge[k, 3], s * C.edge[k, 2] + c * C.edge[k, 3]
+    return ax, ay, ux, uy, -uy, ux, C.edge[k, 4]
+
+
+@inline
+def may_touch(W, C, a, n, nx, ny):
+    """Whether corner n of shape a is touched along a normal (nx, ny) away from it."""
+    k, b = edge_number(C, a, n), C.body[a]
+    if C.joined[k] == ALONE:
+        return True
+    c, s, cone = W.turn[2 * b, 0], W.turn[2 * b + 1, 0], C.cone
+    x, y = c * nx + s * ny, c * ny - s * nx
+    after, before = cone[k, 0] * y - cone[k, 1] * x, x * cone[k, 3] - y * cone[k, 2]
+    return C.joined[k] == SHARED and min(after, before) >= 0.0
 
 
 @njit
@@ -310,14 +332,12 @@ def add_contact(W, C, B, a, b, law, near):
         circle_on(W, C, B, turned)
     elif kb == CIRCLE:
         circle_on(W, C, B, straight)
-    elif ka == LINE:
-        if kb != LINE:
-            corners_on_line(W, C, B, straight)
-    elif kb == LINE:
-        corners_on_line(W, C, B, turned)
+    elif ka == LINE or kb == LINE:
+        if ka != kb:
+            corners_on_edge(W, C, B, straight if ka == LINE else turned)
     elif ka == SEGMENT and kb == SEGMENT:
-        ends_on_segment(W, C, B, straight)
-        ends_on_segment(W, C, B, turned)
+        corners_on_edge(W, C, B, straight)
+        corners_on_edge(W, C, B, turned)
     else:
         polygons(W, C, B, straight, turned)
 
@@ -347,66 +367,37 @@ def round_pair(W, C, B, pair, other):
 
 @njit
 def circle_on(W, C, B, pair):
-    """Circle y on a shape x with straight edges, or the corners of x within a ring y."""
+    """Circle y on a shape x with edges, or the corners of x within a ring y."""
     x, y, law, near, swapped = pair
-    r = C.radius[y]
-    if C.kind[x] == LINE:
-        if r >= 0.0:
-            cx, cy = centre_of(W, C, y)
-            point_on_line(W, C, B, pair, (cx, cy, r, 0))
-    elif r < 0.0:
-        for n in range(corners_of(C, x)):
+    if C.radius[y] >= 0.0:
+        circle_on_edges(W, C, B, pair)
+    elif C.kind[x] != LINE:
+        for n in range(edges_of(C, x)):
             px, py = corner_at(W, C, x, n)
             round_pair(W, C, B, (y, x, law, near, not swapped), (px, py, 0.0, n))
-    else:
-        circle_on_polygon(W, C, B, pair)
 
 
 @njit
-def point_on_line(W, C, B, pair, point):
-    """A circle or corner of y on the endless line x; `point` is its (x, y), radius and feature."""
-    x, _, _, near, _ = pair
-    cx, cy, r, feature = point
-    body = C.body[x]
-    c, s = W.turn[2 * body, 0], W.turn[2 * body + 1, 0]
-    ux, uy = c * C.along[x, 0] - s * C.along[x, 1], s * C.along[x, 0] + c * C.along[x, 1]
-    ax, ay = centre_of(W, C, x)
-    nx, ny = -uy, ux
-    gap = nx * (cx - ax) + ny * (cy - ay) - r
-    if gap < near:
-        out = r + 0.5 * gap
-        put(W, C, B, pair, feature, (nx, ny), (cx - out * nx, cy - out * ny), gap)
-
-
-@njit
-def corners_on_line(W, C, B, pair):
-    """The corners of y on the endless line x."""
-    for n in range(corners_of(C, pair[1])):
-        px, py = corner_at(W, C, pair[1], n)
-        point_on_line(W, C, B, pair, (px, py, 0.0, n))
-
-
-@njit
-def circle_on_polygon(W, C, B, pair):
-    """Circle y on segment or convex polygon x: on an edge, or on a corner."""
+def circle_on_edges(W, C, B, pair):
+    """Circle y on line, segment or convex polygon x: on an edge, or on a corner."""
     x, y, _, near, _ = pair
     cx, cy = centre_of(W, C, y)
-    r = C.radius[y]
-    best, widest = 0, -math.inf
-    single = C.kind[x] == SEGMENT
-    for n in range(1 if single else corners_of(C, x)):
+    r, kind = C.radius[y], C.kind[x]
+    best, widest = -1, -math.inf
+    for n in range(edges_of(C, x) if kind == POLYGON else 1):
         ax, ay, _, _, nx, ny, _ = edge_of(W, C, x, n)
         gap = nx * (cx - ax) + ny * (cy - ay)
-        if gap > widest:
+        if gap > widest and not C.covered[edge_number(C, x, n)]:
             best, widest = n, gap
-    if widest - r >= near:
+    if best < 0 or widest - r >= near:
         return
     ax, ay, ux, uy, nx, ny, length = edge_of(W, C, x, best)
     s = ux * (cx - ax) + uy * (cy - ay)
-    within = 0.0 <= s <= length
-    if single and within and widest < (-CONTACT_CORNER_BEHIND * length if r == 0.0 else -r):
+    within = kind == LINE or 0.0 <= s <= length
+    deepest = -CONTACT_CORNER_BEHIND * length if r == 0.0 else -r
+    if kind == SEGMENT and within and widest < deepest:
         return
-    if within or (C.kind[x] == POLYGON and widest <= 0.0):
+    if within or (kind == POLYGON and widest <= 0.0):
         gap = widest - r
         out = r + 0.5 * gap
         put(W, C, B, pair, best, (nx, ny), (cx - out * nx, cy - out * ny), gap)
@@ -420,19 +411,22 @@ def circle_on_polygon(W, C, B, pair):
     gap = far - r
     if gap < near and far > 0.0:
         nx, ny = dx / far, dy / far
-        point = ax + 0.5 * gap * nx, ay + 0.5 * gap * ny
-        put(W, C, B, pair, CORNER + k % corners_of(C, x), (nx, ny), point, gap)
+        if may_touch(W, C, x, k, nx, ny):
+            point = ax + 0.5 * gap * nx, ay + 0.5 * gap * ny
+            put(W, C, B, pair, CORNER + k % edges_of(C, x), (nx, ny), point, gap)
 
 
 @njit
-def ends_on_segment(W, C, B, pair):
-    """The ends of segment y on segment x."""
+def corners_on_edge(W, C, B, pair):
+    """The corners of y on the line or segment x."""
     x, y, _, near, swapped = pair
     ax, ay, ux, uy, nx, ny, length = edge_of(W, C, x, 0)
-    for n in range(2):
+    for n in range(edges_of(C, y)):
         px, py = corner_at(W, C, y, n)
         s, gap = ux * (px - ax) + uy * (py - ay), nx * (px - ax) + ny * (py - ay)
-        if 0.0 <= s <= length and -CONTACT_CORNER_BEHIND * length < gap < near:
+        within = C.kind[x] == LINE or 0.0 <= s <= length
+        within = within and C.joined[edge_number(C, y, n)] != INNER
+        if within and -CONTACT_CORNER_BEHIND * length < gap < near:
             point = px - 0.5 * gap * nx, py - 0.5 * gap * ny
             put(W, C, B, pair, n + (OTHER if swapped else 0), (nx, ny), point, gap)
 
@@ -449,9 +443,10 @@ def polygons(W, C, B, pair, turned):
     if gap_a >= near:
         return
     edge_b, gap_b = widest_edge(W, C, b, a, near)
-    if gap_b >= near:
+    if gap_b >= near or max(edge_a, edge_b) < 0:
         return
-    if gap_b > gap_a + CONTACT_EDGE_PREFERRED * (C.bounding_radius[a] + C.bounding_radius[b]):
+    size = min(C.bounding_radius[a], C.bounding_radius[b])
+    if edge_a < 0 or gap_b > gap_a + CONTACT_EDGE_PREFERRED * size:
         clipped(W, C, B, turned, edge_b)
     else:
         clipped(W, C, B, pair, edge_a)
@@ -467,18 +462,23 @@ def behind(W, C, x, y):
 
 @njit
 def widest_edge(W, C, x, y, near):
-    """The edge of x from which y is farthest, and how far."""
-    best, widest = 0, -math.inf
-    for n in range(corners_of(C, x)):
+    """The edge of x from which y is farthest, and how far; −1 where y is near to all of them and
+    touches none, as edges are covered or the corner of y has no such direction.
+    """
+    best, widest = -1, -math.inf
+    for n in range(edges_of(C, x)):
         ax, ay, _, _, nx, ny, _ = edge_of(W, C, x, n)
-        least = math.inf
-        for k in range(corners_of(C, y)):
+        corner, least = 0, math.inf
+        for k in range(edges_of(C, y)):
             px, py = corner_at(W, C, y, k)
-            least = min(least, nx * (px - ax) + ny * (py - ay))
-        if least > widest:
+            gap = nx * (px - ax) + ny * (py - ay)
+            if gap < least:
+                corner, least = k, gap
+        if least >= near:
+            return n, least
+        touches = not C.covered[edge_number(C, x, n)] and may_touch(W, C, y, corner, -nx, -ny)
+        if least > widest and touches:
             best, widest = n, least
-            if widest >= near:
-                break
     return best, widest
 
 
@@ -488,7 +488,7 @@ def clipped(W, C, B, pair, edge):
     x, y, _, near, swapped = pair
     ax, ay, ux, uy, nx, ny, length = edge_of(W, C, x, edge)
     facing, least = 0, math.inf
-    for k in range(corners_of(C, y)):
+    for k in range(edges_of(C, y)):
         _, _, _, _, mx, my, _ = edge_of(W, C, y, k)
         if nx * mx + ny * my < least:
             facing, least = k, nx * mx + ny * my
@@ -515,8 +515,8 @@ def clipped(W, C, B, pair, edge):
 def rope_point(W, C, B, n, near):
     """Rope n where it is nearly taut: a contact whose gap is what it could still be stretched."""
     i, j, law, r = C.rope[n, 0], C.rope[n, 1], C.rope[n, 2], C.rope_number
-    ax, ay = to_world(W, i, r[n, 0], r[n, 1])
-    bx, by = to_world(W, j, r[n, 2], r[n, 3])
+    ax, ay = placed(W, i, r[n, 0], r[n, 1])
+    bx, by = placed(W, j, r[n, 2], r[n, 3])
     dx, dy = bx - ax, by - ay
     far = math.hypot(dx, dy)
     gap = r[n, 4] - far

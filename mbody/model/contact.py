@@ -242,25 +242,25 @@ def _body(name: str) -> str:
     return name.partition(".")[0]
 
 
-def _body_fixed(at: Numbers, name: str, point: str) -> tuple[Any, Any]:
+def body_fixed(at: Numbers, name: str, point: str) -> tuple[Any, Any]:
     """A named point from the mass centre of its body, in link axes; `name` of the shape."""
     body = _body(name)
     (x, y), (cx, cy) = at.point(f"{body}.{point}"), at.point(f"{body}.cg")
     return x - cx, y - cy
 
 
-def _circle(at: Numbers, one: Round) -> tuple[tuple[Any, Any], Any]:
+def circle_of(at: Numbers, one: Round) -> tuple[tuple[Any, Any], Any]:
     """Centre from the mass centre, and radius, of a circle or a corner."""
     name, shape = one
     if isinstance(shape, Vertex):
-        (x, y), (ox, oy) = _body_fixed(at, name, shape.point), shape.offset
+        (x, y), (ox, oy) = body_fixed(at, name, shape.point), shape.offset
         return (x + ox, y + oy), 0.0
     if isinstance(shape, ArcEnd):
-        (x, y), radius = _circle(at, (name, shape.arc))
+        (x, y), radius = circle_of(at, (name, shape.arc))
         angle = at[f"{name}.end" if shape.last else f"{name}.begin"]
         return (x + radius * np.cos(angle), y + radius * np.sin(angle)), 0.0
     centre = shape.disc if isinstance(shape, Disc) else shape.ring
-    return _body_fixed(at, name, centre), at[f"{name}.radius"]
+    return body_fixed(at, name, centre), at[f"{name}.radius"]
 
 
 def _arcs(at: Numbers, one: Round, second: bool, ahead: float | None) -> tuple[Arc, ...]:
@@ -272,14 +272,16 @@ def _arcs(at: Numbers, one: Round, second: bool, ahead: float | None) -> tuple[A
     return (Arc(second, begin, at[f"{name}.end"] - begin, at[f"{name}.radius"], ahead),)
 
 
-def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[Any, Any], Any]:
+def edge_of_side(
+    at: Numbers, side: Side, number: int
+) -> tuple[tuple[Any, Any], tuple[Any, Any], Any]:
     """Beginning from the mass centre, direction and length of an edge, free on its left."""
     name, shape = side
     if isinstance(shape, Line):
         angle = at[f"{name}.angle"]
-        return _body_fixed(at, name, shape.point), (np.cos(angle), np.sin(angle)), np.inf
+        return body_fixed(at, name, shape.point), (np.cos(angle), np.sin(angle)), np.inf
     names = shape.segment if isinstance(shape, Segment) else shape.polygon  # type: ignore[union-attr]
-    corners = [_body_fixed(at, name, point) for point in names]
+    corners = [body_fixed(at, name, point) for point in names]
     a, b = corners[number], corners[(number + 1) % len(corners)]
     if isinstance(shape, Polygon):
         # its inside is on the left of a polygon that goes round counter-clockwise
@@ -298,12 +300,12 @@ def _edge(at: Numbers, side: Side, number: int) -> tuple[tuple[Any, Any], tuple[
 
 def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> ContactCandidate:
     """A circle or corner on an edge."""
-    position, radius = _circle(at, one)
+    position, radius = circle_of(at, one)
     bodies, rolls = (_body(edged[0]), _body(one[0])), not isinstance(one[1], CORNERS)
     if isinstance(edged[1], CurveShape):
         law: Any = edged[1].law
         more: dict[str, Any] = {"law": Signal(law, []), "active_set": True}
-        own = [*_body_fixed(at, edged[0], edged[1].point), *position, radius]
+        own = [*body_fixed(at, edged[0], edged[1].point), *position, radius]
         normal, tangent = (
             ConstraintPrimitive("contour", *bodies, "l", [*own, part, 0.0], **more)
             for part in (0.0, -1.0 if law.closed else 1.0)
@@ -312,7 +314,7 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
         return ContactCandidate(
             normal, tangent, 1.0, swapped, None, position, rolls, solid, radius, contour=law
         )
-    (ix, iy), (ux, uy), length = _edge(at, edged, edge)
+    (ix, iy), (ux, uy), length = edge_of_side(at, edged, edge)
     shifted = [ix - radius * uy, iy + radius * ux, *position, -uy, ux]
     normal = ConstraintPrimitive("coordinate", *bodies, "l", shifted, active_set=True)
     along = [ix, iy, *position, ux, uy, *([radius] if rolls else [])]
@@ -328,7 +330,7 @@ def _on_edge(edged: Side, edge: int, one: Round, swapped: bool, at: Numbers) -> 
 
 def _on_circle(i: Round, j: Round, at: Numbers) -> ContactCandidate:
     """Two circles, one of which may be a corner or a ring."""
-    (position_i, ri), (position_j, rj) = _circle(at, i), _circle(at, j)
+    (position_i, ri), (position_j, rj) = circle_of(at, i), circle_of(at, j)
     inside = isinstance(i[1], Ring) or isinstance(j[1], Ring)
     if isinstance(i[1], Ring):
         rj = -rj
@@ -491,7 +493,43 @@ IMPACT_LAWS = ("poisson", "newton")
 
 
 @dataclass(frozen=True)
-class Contact(OneSided):
+class ShapeContact(OneSided):
+    """Base of contacts between shapes: their laws of friction and impacts."""
+
+    main: ClassVar[tuple[str, ...]] = ("i", "j")
+
+    i: str = ""
+    j: str = ""
+    friction: NumberField = number_field("number", 0.0, sign="not negative")
+    static: OptionalNumberField = number_field("number", None, sign="not negative")
+    restitution: NumberField = number_field("number", 0.0, sign="not negative")
+    law: str = "poisson"
+
+    def _check(self) -> None:
+        super()._check()
+        refuse_coefficients(self.name, self.friction, self.static, self.restitution)
+
+    def coefficients(self, at: Numbers) -> tuple[float, float]:
+        """Kinetic and static friction."""
+        mu = at[f"{self.name}.friction"]
+        return mu, mu if self.static is None else at[f"{self.name}.static"]  # type: ignore[return-value]  # one design
+
+    def restitution_of(self, at: Numbers) -> float:
+        """Restitution, from 0 to 1."""
+        return at[f"{self.name}.restitution"]  # type: ignore[return-value]  # one design
+
+    def refuse(self, at: Numbers, unit: str) -> None:
+        """Refuses friction, static friction and restitution out of range in any design."""
+        static = None if self.static is None else at[f"{self.name}.static"]
+        numbers = (at[f"{self.name}.friction"], static, at[f"{self.name}.restitution"])
+        rows = np.broadcast_arrays(*(np.nan if part is None else part for part in numbers))
+        for mu, most, e in zip(*map(np.ravel, rows), strict=True):
+            own = None if np.isnan(most) else float(most)
+            refuse_coefficients(self.name, float(mu), own, float(e))
+
+
+@dataclass(frozen=True)
+class Contact(ShapeContact):
     """Contact between two shapes, or points, of two bodies: unilateral, with Coulomb friction and
     impacts.
 
@@ -528,14 +566,6 @@ class Contact(OneSided):
     ('ground', 'ladder')
     """
 
-    main: ClassVar[tuple[str, ...]] = ("i", "j")
-
-    i: str = ""
-    j: str = ""
-    friction: NumberField = number_field("number", 0.0, sign="not negative")
-    static: OptionalNumberField = number_field("number", None, sign="not negative")
-    restitution: NumberField = number_field("number", 0.0, sign="not negative")
-    law: str = "poisson"
     #: The two shapes, which the mechanism looks up when the contact is added.
     shapes: tuple[Shape, ...] = field(default=(), repr=False, metadata={"internal": True})
 
@@ -562,13 +592,9 @@ class Contact(OneSided):
                 self.name,
             )
 
-    def _check(self) -> None:
-        super()._check()
-        refuse_coefficients(self.name, self.friction, self.static, self.restitution)
-
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuses coefficients of any design, arcs without length, and discs that fill a ring."""
-        refuse_of_designs(self, at)
+        super().refuse(at, unit)
         refuse_shapes(self.name, (self.i, self.j), self.shapes, at, unit)
 
     @property
@@ -619,18 +645,9 @@ class Contact(OneSided):
             "apart, or touching"
         )
 
-    def coefficients(self, at: Numbers) -> tuple[float, float]:
-        """Kinetic and static friction."""
-        mu = at[f"{self.name}.friction"]
-        return mu, mu if self.static is None else at[f"{self.name}.static"]  # type: ignore[return-value]  # one design
-
-    def restitution_of(self, at: Numbers) -> float:
-        """Restitution, from 0 to 1."""
-        return at[f"{self.name}.restitution"]  # type: ignore[return-value]  # one design
-
 
 @dataclass(frozen=True)
-class Between(OneSided):
+class Between(ShapeContact):
     """Contacts between all shapes of two groups: a `Contact` for each pair that two bodies make.
 
     In a system the contacts stand in its place, named by it with a number each: "pile_1", "pile_2";
@@ -652,27 +669,10 @@ class Between(OneSided):
     [('stone1.rim', 'stone2.rim')]
     """
 
-    main: ClassVar[tuple[str, ...]] = ("i", "j")
-
-    i: str = ""
-    j: str = ""
-    friction: NumberField = number_field("number", 0.0, sign="not negative")
-    static: OptionalNumberField = number_field("number", None, sign="not negative")
-    restitution: NumberField = number_field("number", 0.0, sign="not negative")
-    law: str = "poisson"
-
     @property
     def bodies(self) -> tuple[str, ...]:
         """None by name."""
         return ()
-
-    def _check(self) -> None:
-        super()._check()
-        refuse_coefficients(self.name, self.friction, self.static, self.restitution)
-
-    def refuse(self, at: Numbers, unit: str) -> None:
-        """Refuses coefficients of any design."""
-        refuse_of_designs(self, at)
 
     def primitives(self, at: Numbers) -> list[ConstraintPrimitive]:
         """None of its own."""
@@ -806,15 +806,6 @@ def refuse_coefficients(name: str, mu: float, static: float | None, restitution:
         raise ModelError(
             f"'{name}': restitution is {restitution:g}, which would gain energy: give 0 to 1", name
         )
-
-
-def refuse_of_designs(one: Contact | Between, at: Numbers) -> None:
-    """Refuses friction, static friction and restitution out of range in any design."""
-    static = None if one.static is None else at[f"{one.name}.static"]
-    numbers = (at[f"{one.name}.friction"], static, at[f"{one.name}.restitution"])
-    rows = np.broadcast_arrays(*(np.nan if part is None else part for part in numbers))
-    for mu, most, e in zip(*map(np.ravel, rows), strict=True):
-        refuse_coefficients(one.name, float(mu), None if np.isnan(most) else float(most), float(e))
 
 
 def _named(shape: Shape) -> str:

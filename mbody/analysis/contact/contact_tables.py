@@ -4,19 +4,53 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mbody.analysis.contact.unilateral import (
+    Corner,
+    Edge,
+    corner_at,
+    covered_edges,
+    points_outwards,
+)
 from mbody.core.tolerances import DIRECTION_SAME
 from mbody.errors import ModelError
-from mbody.kernels.contact_geometry import CIRCLE, LINE, POLYGON, SEGMENT, ContactShapes
+from mbody.kernels.contact_geometry import (
+    ALONE,
+    CIRCLE,
+    INNER,
+    LINE,
+    POLYGON,
+    SEGMENT,
+    SHARED,
+    ContactShapes,
+)
 from mbody.kernels.layout import integers
-from mbody.model.contact import Between, Contact, Rope, shape_names
+from mbody.model.contact import (
+    Between,
+    Contact,
+    Rope,
+    body_fixed,
+    circle_of,
+    edge_of_side,
+    shape_names,
+)
 from mbody.model.mechanism import Mechanism
-from mbody.model.touching_shapes import CurveShape, Disc, Line, Ring, Segment, Shape, Vertex
+from mbody.model.touching_shapes import (
+    CurveShape,
+    Disc,
+    Line,
+    Ring,
+    Segment,
+    Shape,
+    Vertex,
+    points_of,
+)
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -52,13 +86,7 @@ def contact_tables(system: System) -> ContactTables:
     contacts: list[Any] = list(machine.contacts)
     groups = list(machine.groups)
     laws = [one.name for one in (*contacts, *groups)]
-    numbers = np.zeros((len(laws), 3))
-    for n, one in enumerate(contacts):
-        numbers[n] = *one.coefficients(at), one.restitution_of(at)
-    for n, one in enumerate(groups, start=len(contacts)):
-        mu = float(at[f"{one.name}.friction"])
-        static = mu if one.static is None else float(at[f"{one.name}.static"])
-        numbers[n] = mu, static, float(at[f"{one.name}.restitution"])
+    numbers = [(*one.coefficients(at), one.restitution_of(at)) for one in (*contacts, *groups)]
     known = shape_names((*machine.bodies, machine.ground))
     sides = [one.sides(known) for one in groups]
     pairs = [(one.i, one.j) for one in contacts if isinstance(one, Contact)]
@@ -76,18 +104,16 @@ def contact_tables(system: System) -> ContactTables:
     group, table = _sets(groups, sides, names, len(contacts))
     ropes = [(n, one) for n, one in enumerate(contacts) if isinstance(one, Rope)]
     index = system.bodies
-    corners = [one.corners for one in found]
-    starts = np.concatenate([[0], np.cumsum([len(one) for one in corners])])
     tied = _ties(machine, index)
     shapes = ContactShapes(
         kind=integers([one.kind for one in found]),
         body=integers([index[one.body] for one in found]),
-        corner_start=integers(starts),
-        corner=np.array([*itertools.chain(*corners), (0.0, 0.0)], dtype=float),
+        edge_start=integers(np.cumsum([0, *(len(one.edges) for one in found)])),
+        edge=np.vstack([*(one.edges for one in found), np.zeros(5)]),
+        **_corners_beside(found, system.length),
         centre=_rows([one.centre for one in found], 2),
         bounding_radius=bounding_radius,
         radius=np.array([one.radius for one in found]),
-        along=_rows([one.along for one in found], 2),
         large=integers(large),
         usual=np.array([usual]),
         group=integers(group),
@@ -175,46 +201,66 @@ class _Outline:
         self.body, _, key = name.partition(".")
         body: Any = machine.ground if self.body == "ground" else machine[self.body]
         shape: Shape = body.shapes[key] if key in body.shapes else Vertex(key)
-        cx, cy = at.point(f"{self.body}.cg")
-
-        def place(point: str) -> tuple[float, float]:
-            x, y = at.point(f"{self.body}.{point}")
-            return float(x - cx), float(y - cy)
-
-        self.corners: list[tuple[float, float]] = []
-        self.radius, self.along = 0.0, (1.0, 0.0)
-        if isinstance(shape, Vertex):
-            self.kind, self.centre, self.bounding_radius = CIRCLE, place(shape.point), 0.0
-        elif isinstance(shape, CurveShape):
-            raise ModelError(
-                f"'{self.body}': {key} is a curve: the method 'moreau' takes straight edges and "
-                "circles; give segments along it, or follow the motion by 'dop853'",
-                self.body,
-            )
-        elif isinstance(shape, Disc | Ring):
-            _refuse_arc(shape, name)
-            point = shape.disc if isinstance(shape, Disc) else shape.ring
-            self.kind, self.centre = CIRCLE, place(point)
-            self.bounding_radius = float(at[f"{name}.radius"])
-            self.radius = self.bounding_radius if isinstance(shape, Disc) else -self.bounding_radius
+        self.radius, self.edges = 0.0, np.empty((0, 5))
+        _refuse_bent(shape, name)
+        if isinstance(shape, Vertex | Disc | Ring):
+            self.centre, self.bounding_radius = circle_of(at, (name, shape))
+            self.kind = CIRCLE
+            self.radius = -self.bounding_radius if isinstance(shape, Ring) else self.bounding_radius
         elif isinstance(shape, Line):
-            angle = float(at[f"{name}.angle"])
-            self.kind, self.centre, self.bounding_radius = LINE, place(shape.point), math.inf
-            self.along = math.cos(angle), math.sin(angle)
+            self.centre, way, length = edge_of_side(at, (name, shape), 0)
+            self.kind, self.bounding_radius = LINE, math.inf
+            self.edges = np.array([[*self.centre, *way, length]], dtype=float)
         else:
-            segment = isinstance(shape, Segment)
-            points = shape.segment if isinstance(shape, Segment) else shape.polygon
-            self.kind = SEGMENT if segment else POLYGON
-            corners = np.array([place(point) for point in points])
-            # outside is on the right of each edge; a segment is touched on its left
-            if segment or _area(corners) < 0.0:
-                corners = corners[::-1]
-            if not segment:
-                _refuse_concave(corners, name)
-            middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
-            self.centre = float(middle[0]), float(middle[1])
-            self.bounding_radius = float(np.hypot(*(corners - middle).T).max())
-            self.corners = [(float(x), float(y)) for x, y in corners]
+            self.kind = SEGMENT if isinstance(shape, Segment) else POLYGON
+            points = [body_fixed(at, name, point) for point in points_of(shape)]
+            corners = np.array(points, dtype=float)
+            if self.kind == POLYGON:
+                corners = corners[:: -1 if _area(corners) > 0.0 else 1]
+                _refuse_concave(corners[::-1], name)
+            self.centre = tuple(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
+            self.bounding_radius = float(np.hypot(*(corners - self.centre).T).max())
+            way = np.roll(corners, -1, axis=0) - corners
+            length = np.hypot(*way.T)[:, None]
+            self.edges = np.hstack([corners, way / length, length])
+
+    def ends(self, n: int, length: float) -> Edge | None:
+        """Where edge n begins and ends; None of lines and of the far side of a segment."""
+        if self.kind == LINE or (self.kind == SEGMENT and n > 0):
+            return None
+        places = (tuple(self.edges[m % len(self.edges), :2]) for m in (n, n + 1))
+        begin, end = (corner_at(self.body, place, length) for place in places)
+        return begin, end
+
+
+def _corners_beside(found: list[_Outline], length: float) -> dict[str, Array]:
+    """Which edges other shapes of their body cover, which corners shapes share, and between which
+    normals these are touched.
+    """
+    rows = [(one, n) for one in found for n in range(len(one.edges))]
+    edges = [one.ends(n, length) for one, n in rows]
+    solid = [edge for edge, (one, _) in zip(edges, rows, strict=True) if one.kind == POLYGON]
+    under = covered_edges(filter(None, edges), filter(None, solid))
+    about: dict[Corner, list[tuple[_Outline, tuple[float, float], int]]] = defaultdict(list)
+    for edge, (one, n) in zip(edges, rows, strict=True):
+        for end, corner in enumerate(edge or ()):
+            about[corner].append((one, tuple(one.edges[n, 2:4]), end if edge not in under else -1))
+    joined, cone = np.full(len(rows) + 1, ALONE), np.zeros((len(rows) + 1, 4))
+    for row, (one, n) in enumerate(rows):
+        if one.kind == LINE:
+            continue
+        place = corner_at(one.body, tuple(one.edges[n, :2]), length)
+        if len({id(other) for other, _, _ in about[place]}) < 2:
+            continue
+        left = [(way, end) for _, way, end in about[place] if end >= 0]
+        begins, ends = ([way for way, side in left if side == end] for end in (0, 1))
+        if not left or not points_outwards(left):
+            joined[row] = INNER
+        elif len(begins) == len(ends) == 1:
+            joined[row] = SHARED
+            cone[row] = [part for x, y in (*begins, *ends) for part in (-y, x)]
+    covered = [edge in under for edge in edges] + [False]
+    return {"covered": integers(covered), "joined": integers(joined), "cone": cone}
 
 
 def _area(corners: Array) -> float:
@@ -222,10 +268,16 @@ def _area(corners: Array) -> float:
     return float(0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
 
 
-def _refuse_arc(shape: Disc | Ring, name: str) -> None:
-    """Refuse a part of a circle."""
-    if shape.begin is not None:
-        body, _, key = name.partition(".")
+def _refuse_bent(shape: Shape, name: str) -> None:
+    """Refuse a curve, and a part of a circle."""
+    body, _, key = name.partition(".")
+    if isinstance(shape, CurveShape):
+        raise ModelError(
+            f"'{body}': {key} is a curve: the method 'moreau' takes straight edges and "
+            "circles; give segments along it, or follow the motion by 'dop853'",
+            body,
+        )
+    if isinstance(shape, Disc | Ring) and shape.begin is not None:
         raise ModelError(
             f"'{body}': {key} is an arc: the method 'moreau' takes whole circles; give segments "
             "along it, or follow the motion by 'dop853'",

@@ -12,7 +12,7 @@ from __future__ import annotations
 import functools
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,7 @@ import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import may_stick
 from mbody.core.tolerances import (
+    CONTACT_GAP_CLOSED,
     DIRECTION_SAME,
     DISTANCE_TIE,
 )
@@ -73,19 +74,32 @@ class Corners:
         ends = [
             end for n, candidate in enumerate(candidates) for end in _ends(n, candidate, length)
         ]
+        edge_of = {
+            one.contact_point: (one.corner, two.corner)
+            for one, two in zip(ends[::2], ends[1::2], strict=True)
+        }
+        solid = {edge for n, edge in edge_of.items() if candidates[n].solid == "polygon"}
+        covered = covered_edges(set(edge_of.values()), solid)
+        under = [n for n, edge in edge_of.items() if edge in covered]
+        ends = [one for one in ends if edge_of[one.contact_point] not in covered]
         at: dict[Corner, list[_EdgeEnd]] = defaultdict(list)
         for one in ends:
             at[one.corner].append(one)
         # at a corner that points inwards bodies strike either edge, and it touches nothing itself
-        buried = {corner for corner, about in at.items() if not _points_outwards(about)}
+        buried = {
+            corner
+            for corner, about in at.items()
+            if not points_outwards([(one.direction, one.end) for one in about])
+        }
         meeting: dict[frozenset[Corner], list[int]] = defaultdict(list)
         for one in ends:
             pair = frozenset({one.corner, one.other})
             if not pair & buried:
                 meeting[pair].append(one.contact_point)
-        #: Contact points by corners that point inwards, or that an edge goes straight on over.
+        #: Contact points by corners that point inwards, or that an edge goes straight on over, and
+        #: on edges that another shape covers.
         self.never = np.zeros(len(candidates), dtype=bool)
-        self.never[[one.contact_point for one in ends if one.other in buried]] = True
+        self.never[[*under, *(one.contact_point for one in ends if one.other in buried)]] = True
         #: Of a contact point and an end of its edge, the contact points whose edges run through
         #: both corners.
         self.others = {
@@ -103,9 +117,9 @@ def _ends(n: int, candidate: ContactCandidate, length: float) -> list[_EdgeEnd]:
         return []
     (x, y), (ux, uy), along = candidate.edge
     # rows of edges begin at the body of the edge
-    other = _corner(candidate.normal.j, candidate.position, length)
+    other = corner_at(candidate.normal.j, candidate.position, length)
     return [
-        _EdgeEnd(n, end, (ux, uy), _corner(candidate.normal.i, place, length), other)
+        _EdgeEnd(n, end, (ux, uy), corner_at(candidate.normal.i, place, length), other)
         for end, place in enumerate(((x, y), (x + along * ux, y + along * uy)))
     ]
 
@@ -132,17 +146,56 @@ def _adjacent_corners(ends: list[_EdgeEnd]) -> tuple[Array, Array]:
     return found[:, 0], found[:, 1]
 
 
-def _corner(body: str, place: tuple[float, float], length: float) -> Corner:
+def corner_at(body: str, place: tuple[float, float], length: float) -> Corner:
+    """A place of a body as a corner: places that differ by rounding are the same."""
     x, y = (round(float(part) / length, 12) + 0.0 for part in place)
     return body, x, y
 
 
-def _points_outwards(about: list[_EdgeEnd]) -> bool:
-    """Whether the edges at a corner, free on their left, turn to the right there."""
-    for one in about:
-        for two in about:
-            if one.end == 1 and two.end == 0:
-                (ax, ay), (bx, by) = one.direction, two.direction
+#: An edge, free on its left: where it begins and ends.
+Edge = tuple[Corner, Corner]
+
+
+def covered_edges(edges: Iterable[Edge], solid: Iterable[Edge]) -> set[Edge]:
+    """Those edges on whose free side a solid shape of the same body is, an edge of which runs back
+    along the whole of them.
+    """
+    of_body: dict[str, list[Edge]] = defaultdict(list)
+    for edge in solid:
+        of_body[edge[0][0]].append(edge)
+    numbers = {
+        body: np.array([[corner[1:] for corner in edge] for edge in own])
+        for body, own in of_body.items()
+    }
+    found = set()
+    for edge in edges:
+        if edge[0][0] not in numbers:
+            continue
+        begin, end = numbers[edge[0][0]].transpose(1, 0, 2)
+        way = end - begin
+        span = np.hypot(*way.T)
+        a, b = np.array(edge[0][1:]), np.array(edge[1][1:])
+        runs_back = way @ (b - a) < 0.0
+        for place in (a - begin, b - begin):
+            along, across = (
+                (place * way).sum(axis=1),
+                place[:, 0] * way[:, 1] - place[:, 1] * way[:, 0],
+            )
+            runs_back &= (np.abs(across) <= CONTACT_GAP_CLOSED * span) & (
+                np.abs(along - 0.5 * span**2) <= (0.5 * span + CONTACT_GAP_CLOSED) * span
+            )
+        if runs_back.any():
+            found.add(edge)
+    return found
+
+
+def points_outwards(about: Sequence[tuple[tuple[float, float], int]]) -> bool:
+    """Whether the edges at a corner, free on their left, turn to the right there; of each its
+    direction, and 0 where it begins there, 1 where it ends.
+    """
+    for (ax, ay), one in about:
+        for (bx, by), two in about:
+            if one == 1 and two == 0:
                 cross = ax * by - ay * bx
                 if cross > DIRECTION_SAME or (cross > -DIRECTION_SAME and ax * bx + ay * by > 0.0):
                     return False

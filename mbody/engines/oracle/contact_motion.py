@@ -82,11 +82,12 @@ def candidates_of(contact: Any) -> list[OracleCandidate]:
     if not isinstance(contact, Contact):
         what = type(contact).__name__
         raise NotImplementedError(f"'{contact.name}': it has no contact like a {what}")
-    mu = float(contact.friction)
+    own: Any = contact
+    mu = float(own.friction)
     more: dict[str, Any] = {
         "friction": mu,
-        "static": mu if contact.static is None else float(contact.static),
-        "restitution": float(contact.restitution),
+        "static": mu if own.static is None else float(own.static),
+        "restitution": float(own.restitution),
         "newton": contact.law == "newton",
     }
     sides = list(zip(contact.bodies, contact.shapes, strict=True))
