@@ -17,11 +17,10 @@ from __future__ import annotations
 
 import math
 
-from mbody.core.bundle import Bundle, Floats, Ints, Rows, Stacks, Tables
+from mbody.core.bundle import Bundle, Floats, Ints, Rows, Tables
 from mbody.core.decorators import inline, kernel, njit
 from mbody.kernels.constraints import body_rotations, further_block, law_of_place, rows
 from mbody.kernels.constraints import ends as sides_of
-from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work
 from mbody.model.joints.contour import place_on
 
@@ -283,34 +282,6 @@ def read_rows(
         numbers[2, s] = U.row_unit[s] * W.gamma[2 * written(L, s), 0]
         fill_row(L, W, U, s, 1.0, block[s])
     find_ends(L, W, U, ends)
-
-
-@kernel
-def row_histories(
-    L: Layout,
-    W: Work,
-    U: UnilateralLayout,
-    times: Floats,
-    records: Rows,
-    value: Rows,
-    rate: Rows,
-    ends: Stacks,
-) -> None:
-    """Values and rates (instants, rows) of the rows of the active set, and the ways from the ends
-    of edges (instants, c, 2), at many instants: times, records (instants, numbers) whose first are
-    positions and velocities. Leaves the workspace at the last of them.
-    """
-    n3 = 3 * L.bodies
-    for m in range(times.shape[0]):
-        W.time[0, 0] = times[m]
-        for n in range(n3):
-            W.q[n, 0], W.v[n, 0] = records[m, n], records[m, n3 + n]
-        signals(L, W, 0.0, L.signal_law.shape[0])
-        body_rotations(L, W, 0.0)
-        rows(L, W, 0.0, True, True)
-        for s in range(L.active_set.shape[0]):
-            value[m, s], rate[m, s] = row_value(L, W, U, s), row_rate(L, W, U, s)
-        find_ends(L, W, U, ends[m])
 
 
 @kernel

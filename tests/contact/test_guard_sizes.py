@@ -23,8 +23,8 @@ def force_sizes(motion):
     np.maximum.at(whole, uni.parts, own[:-1])
     np.maximum.at(fastest, uni.parts, own[:-1] / np.maximum(mass, tol.TINY))
     passed = np.minimum(np.where(mass > 0.0, mass, np.inf) * fastest[uni.parts], whole[uni.parts])
-    found = uni.least_of(np.maximum(own[:-1], tol.FORCE_PASSED_ON * passed))
-    return np.asarray(found * uni.arms)
+    sizes = np.append(np.maximum(own[:-1], tol.FORCE_PASSED_ON * passed), np.inf)
+    return np.asarray(sizes[uni.every_body].min(axis=1) * uni.arms)
 
 
 @pytest.mark.parametrize(

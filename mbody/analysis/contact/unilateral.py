@@ -29,7 +29,6 @@ from mbody.kernels.contact_rows import (
     UnilateralLayout,
     points_within,
     read_rows,
-    row_histories,
 )
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
@@ -38,15 +37,9 @@ from mbody.model.joints import Fixed
 from mbody.system.system import System
 
 # -- Corners that meet: which of the edges about them two bodies touch on ----------------------
-# A corner on an edge is at the end of that edge where it meets another corner. Several edges run
-# through both corners, and their gaps are all zero there. Convex bodies are apart as long as one of
-# these gaps does not close: their distance is the greatest of the gaps, so that its rate is the
-# greatest of their rates. What slides over the end of a table or from one segment of a floor to the
-# next strikes none of the edges that it meets there. An edge keeps a corner off only where both
+# What is struck there `mbody.kernels.contact_rows` says. An edge keeps a corner off only where both
 # edges of that corner are on its free side: the sides of boxes of one width, one upon the other, do
 # not hold each other.
-#
-# Gilbert, Johnson, Keerthi (1988); Ericson: Real-Time Collision Detection (2005), 5.5.
 
 Array = np.ndarray
 
@@ -257,19 +250,6 @@ class Rows:
     ends: Array
 
 
-@dataclass(frozen=True, eq=False)
-class RowHistories:
-    """Values of the rows of the active set at many instants.
-
-    `value`, `rate` (instants, active set): Φ and Φ_q v − ν.
-    `ends` (instants, points, 2): As of `Rows`.
-    """
-
-    value: Array
-    rate: Array
-    ends: Array
-
-
 class Unilateral:
     """All of them of one system."""
 
@@ -395,23 +375,13 @@ class Unilateral:
     def read(self, work: Work) -> Rows:
         """The rows at the position, velocity and time in a workspace, the signals being set."""
         count, numbers = len(self), np.empty((3, len(self)))
-        block, ends = np.empty((count, self.system.coordinates)), self._blank_ends()
+        block, ends = (
+            np.empty((count, self.system.coordinates)),
+            np.empty((len(self.contact_points), 2)),
+        )
         read_rows(self.layout, work, self.table, numbers, block, ends)
         value, rate, gamma = numbers
         return Rows(value, rate, gamma, block, ends)
-
-    def read_at(self, work: Work, times: Array, records: Array) -> RowHistories:
-        """The rows at many instants: times, and records (instants, rows) with positions and
-        velocities. Leaves a workspace at the last of them.
-        """
-        count = len(times)
-        value, rate, ends = *np.empty((2, count, len(self))), self._blank_ends(count)
-        states = np.ascontiguousarray(records)
-        row_histories(self.layout, work, self.table, times, states, value, rate, ends)
-        return RowHistories(value, rate, ends)
-
-    def _blank_ends(self, *instants: int) -> Array:
-        return np.empty((*instants, len(self.contact_points), 2))
 
     @functools.cached_property
     def places(self) -> tuple[Array, Array, Array, Array]:
@@ -442,7 +412,7 @@ class Unilateral:
         rows = np.array([point.normal for point in self.contact_points], dtype=np.int64)
         return rows, np.array([point.candidate.sign for point in self.contact_points])
 
-    def gaps(self, rows: Rows | RowHistories) -> Array:
+    def gaps(self, rows: Rows) -> Array:
         """Gaps (…, points)."""
         normals, gap_signs = self._normals
         return np.where(self.one_way, 0.0, gap_signs * rows.value[..., normals])
@@ -460,7 +430,7 @@ class Unilateral:
         parts = np.append(rows.block[point.normal] * a[:n], -rows.gamma[point.normal])
         return np.asarray(point.candidate.sign * parts)
 
-    def approach(self, rows: Rows | RowHistories) -> Array:
+    def approach(self, rows: Rows) -> Array:
         """Rates of the gaps (…, points)."""
         normals, gap_signs = self._normals
         return np.asarray(gap_signs * rows.rate[..., normals])
@@ -540,10 +510,6 @@ class Unilateral:
         """The greater of a size (bodies,) of both bodies of each, that of the ground zero."""
         return np.asarray(np.append(own, 0.0)[self.every_body].max(axis=1))
 
-    def least_of(self, own: Array) -> Array:
-        """The lesser of a size (bodies,) of both bodies of each, the ground apart."""
-        return np.asarray(np.append(own, np.inf)[self.every_body].min(axis=1))
-
     @functools.cached_property
     def arms(self) -> Array:
         """By what forces are multiplied to be of the kind of each: 1, of pins their radius, of
@@ -597,13 +563,6 @@ class Unilateral:
     def pressing(self, records: Array, point: ContactPoint) -> Any:
         """λ_N ≥ 0 of a contact point."""
         return -point.candidate.sign * self.multiplier(records, point.normal)
-
-    def pressing_pair(self, records: Array, pair: JointPair) -> tuple[Any, Any]:
-        """Both multipliers of what presses a frictional joint, by records (…, rows)."""
-        node = int(self.layout.friction_node[pair.pair])
-        e = int(np.flatnonzero(self.layout.primitive_node == node)[0])
-        first = 3 * self.system.coordinates + PER_PRIMITIVE * e
-        return records[..., first], records[..., first + 1]
 
     def separates_wheels(self, f: int) -> bool:
         """Whether pair f is of teeth that press their wheels apart."""
