@@ -24,7 +24,8 @@ DIRECTION_SAME = 1e-9
 POSITION_SAME = 1e-6  # Positions nearer to each other than this are one.
 #: The same where a position is a double root, found to half the digits, or where a walk closes.
 POSITION_SAME_LOOSE = 1e-5
-POSITION_SAME_FINE = 1e-7  # The same of a walk that comes back to its beginning.
+#: The same of a walk that comes back to its beginning, and of zeros in cells of a chart.
+POSITION_SAME_FINE = 1e-7
 POSITION_SAME_WALK = 1e-4  # The same of a rest position that a walk meets beside one found already.
 #: Points of one position nearer than this, in model lengths or of their size, are one; angles too.
 POINT_SAME = 1e-9
@@ -61,10 +62,10 @@ LAW_TURN_ROUNDING = 1e-12
 #: A violation of the constraints, or the correction that follows from it, below this is rounding.
 LOOP_CLOSURE_RESIDUAL = 1e-13
 LOOP_CLOSURE_RESIDUAL_STALLED = 1e-10  # The same where corrections no longer shrink.
-LOOP_CLOSURE_CORRECTION = 1e-12  # A correction along a curve or of a position that is rounding.
-LOOP_CLOSURE_FIRST_INSTANT = 1e-14  # Corrections of a first instant end with this.
-#: Corrections of a dead centre and of a position beside another end with this.
-LOOP_CLOSURE_DEAD_CENTRE = 1e-14
+#: A correction along a curve, of a position, towards a change point or on a bench that is rounding.
+LOOP_CLOSURE_CORRECTION = 1e-12
+#: Corrections of a first instant, a dead centre and a position beside another end with this.
+LOOP_CLOSURE_FIRST_INSTANT = 1e-14
 #: Accepted correction of a driven path, as a part of the greatest coordinate: what velocities and
 #: forces are off by, times their condition.
 LOOP_CLOSURE_PATH = 1e-14
@@ -85,17 +86,16 @@ LOOP_CLOSURE_ACCELERATION_STALLED = 1e-10  # The same where they no longer shrin
 LOOP_CLOSURE_ACCELERATION_STILL = 2e-16  # Corrections that move less than this are rounding.
 LOOP_CLOSURE_RATTLE = 2e-16  # A correction of RATTLE below this is rounding.
 LOOP_CLOSURE_RATTLE_STALLED = 1e-13  # The same where corrections no longer shrink.
-#: What is left of the constraints at a change point that is sought.
-LOOP_CLOSURE_CHANGE_POINT = 1e-12
 LOOP_CLOSURE_ORACLE = 1e-15  # Newton's step with which the dense oracle ends.
 LOOP_OPEN = 1e-8  # A row violated by more is open.
 LOOP_OPEN_SEARCH = 1e-9  # The same of a position that a search of boxes finds.
-LOOP_OPEN_START = 1e-10  # The same of a first instant and of a position beside another.
-#: Greatest violation of a constraint in a result, as a part of 1 + the greatest coordinate. Over
-#: the gallery and 250 near-singular linkages 2e-15 is met, at interpolated change points 6e-13.
+#: Greatest violation of a constraint in a result, at a first instant and at a position beside
+#: another, as a part of 1 + the greatest coordinate. Over the gallery and 250 near-singular
+#: linkages 2e-15 is met, at interpolated change points 6e-13.
 LOOP_OPEN_CHECK = 1e-10
-LOOP_OPEN_FIXED = 1e-6  # Rows that nothing can move are closed within this.
-LOOP_OPEN_OTHER_MECHANISM = 1e-6  # A loop that is open by more belongs to another mechanism.
+#: Rows that nothing can move are closed within this; a loop that is open by more belongs to another
+#: mechanism.
+LOOP_OPEN_FIXED = 1e-6
 #: The dense oracle's loops are open above this part of 1 + the greatest coordinate.
 LOOP_OPEN_ORACLE = 1e-11
 LOOP_GAP_ROUNDING = 1e-14  # A gap below this is rounding of joints that fit.
@@ -123,21 +123,19 @@ WAY_STEP_SMALL = 2.0**-2  # The same where no smaller step came on, either.
 POSITION_PRESCRIBED_STEP = 0.2
 #: The dense oracle's closing ends below this where steps no longer shrink.
 LOOP_CLOSURE_ORACLE_STALLED = 1e-12
-#: A position whose rank is asked for is closed where what is left is below this,
-LOOP_CLOSURE_RANK = 1e-13
-LOOP_CLOSURE_RANK_GAIN = 1e-12  # or where a step gains less than this part;
+#: A position whose rank is asked for is closed where a step gains less than this part, too;
+LOOP_CLOSURE_RANK_GAIN = 1e-12
 LOOP_CLOSURE_RANK_DAMPING = 1e-3  # the damping it begins with,
 LOOP_CLOSURE_RANK_DAMPING_LEAST = 1e-12  # the least after a step that failed,
 LOOP_CLOSURE_RANK_DAMPING_LOST = 1e8  # and the one above which it has lost its way.
-#: A bench for users' elements is closed where corrections are below this.
-LOOP_CLOSURE_BENCH = 1e-12
 LOOP_GAPS_TIE = 1e-6  # Joints whose gaps differ by less than this part are equally open.
 #: Values of a driver, in model lengths and radians, as a part of 1 + the greatest, that differ from
 #: its law by more are other positions.
 LOOP_DRIVER_OTHER_POSITION = 1e-9
 
 # -- Rank: singular values, pivots, dependent rows; parts of the greatest, or of the diagonal ------
-#: A singular value below this part of the greatest is zero, where positions are closed to rounding.
+#: A singular value below this part of the greatest is zero, where positions are closed to rounding,
+#: at a change point that is sought too.
 SINGULAR_VALUE_ZERO = 1e-9
 #: The same at a dead centre, a double root that closes to half the digits.
 SINGULAR_VALUE_DEAD_CENTRE = 1e-7
@@ -151,8 +149,6 @@ SINGULAR_VALUE_NEARBY = 0.02
 #: Rows with a singular value below this part depend on others at a first instant.
 SINGULAR_VALUE_DEPENDS = 0.05
 SINGULAR_VALUE_MAY_VANISH = 0.3  # Singular values of rows that may become dependent.
-#: What is left of a singular value at a change point that is sought.
-SINGULAR_VALUE_CHANGE_POINT = 1e-9
 SINGULAR_VALUE_VANISHES = 1e-10  # What vanishes at a singular position, within rounding.
 #: Rows below this part are called dependent in a diagnosis; steps vanish much nearer to that.
 SINGULAR_VALUE_DIAGNOSIS = 1e-3
@@ -238,7 +234,7 @@ BRANCH_VELOCITIES_SAME = 1e-4
 #: A rate along a branch below this part of the greatest is none; two that differ by less are one.
 BRANCH_RATE_NONE = 1e-7
 BRANCH_CERTIFICATE = 1e-10  # A quadric of the branches' directions is met to this part.
-BRANCH_DIRECTIONS_SAME = 1e-6  # Two directions of branches are one within this part of their size.
+BRANCH_SAME = 1e-6  # Directions, and rates, of branches are one within this part of their size.
 #: Further away than this from a singular position the rows determine the motion, though not all its
 #: digits.
 SINGULAR_DISTANCE_DETERMINED = 1e-4
@@ -380,13 +376,14 @@ BRANCH_SPACES_SAME = 1e-9
 BRANCH_DRIVERS_FIT = 1e-9  # Driven rates fit dependent rows within this part of the greatest.
 #: A direction that drivers move more slowly than this does not go on with time.
 BRANCH_CLOCK_NONE = 1e-9
-#: Rates of branches that differ by less than this part of the greatest are one.
-BRANCH_VALUES_SAME = 1e-6
 
 # -- Rates and velocities; parts of the greatest where nothing else is said ------------------------
-RATE_NONE = 1e-9  # Rates below this part of the natural rate are rest.
-RATE_NONE_MOTION = 1e-6  # A rate below this part of the greatest of a free motion is none.
-RATE_NONE_ANGLE = 1e-9  # A rate of an angle along a walk that is none.
+#: Rates below this part of the natural rate, of the greatest speed or of a length are rest, and of
+#: an angle along a walk or in a free motion.
+RATE_NONE = 1e-9
+#: A rate below this part of the greatest of a free motion is none; a root below this part of the
+#: natural rate is that of a motion that nothing drives back.
+RATE_NONE_MOTION = 1e-6
 #: A coordinate slower than this part of the velocity scale does not move; a force likewise is none.
 RATE_NONE_COORDINATE = 1e-10
 #: The same of instant centres: rates follow from positions that are closed to 1e-13, and the worst
@@ -400,11 +397,6 @@ RATE_NONE_SLIDING = 1e-9
 #: A rate of sliding below this part of the velocity scale is none: rounding decides its sign.
 RATE_NONE_FRICTION = 1e-11
 RATE_NONE_STOPPED = 1e-7  # Slower than this rests where what has stopped lets nothing else move.
-#: A place that moves along a bar by less than this part of its length stands still.
-RATE_NONE_BAR = 1e-9
-RATE_NONE_MOTOR = 1e-9  # A shaft slower than this part of its greatest speed stands still.
-#: A root below this part of the natural rate is that of a motion that nothing drives back.
-RATE_NONE_ROOT = 1e-6
 #: A real or an imaginary part of an eigenvalue below this part of its size is rounding.
 RATE_ROUNDING_EIGENVALUE = 1e-9
 RATE_ROUNDING_EIGENVALUE_DOUBLE = 1e-7  # The same of a double root, found to half the digits.
@@ -429,7 +421,6 @@ ACCELERATIONS_AGREE = 1e-6
 #: a pile at rest are solved to some 1e-7 of its weight.
 ACCELERATION_NONE = 1e-6
 CURVATURE_NONE = 1e-10  # A curvature times the model length that is none.
-RATE_NONE_TURNING = 1e-9  # Free motions whose rates of angles are below this do not turn bodies.
 
 # -- Forces, work, energy; parts of the greatest ---------------------------------------------------
 FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the greatest is rounding.
@@ -664,8 +655,8 @@ STEP_JACOBIAN_VALID = 1e-3  # Newton's rate below which Radau's Jacobian serves 
 STEP_SHORT = 0.25  # A step is short if it is this part of the one that the tolerance allows.
 STEP_COLLAPSE_SHRUNK = 0.1  # Steps whose mean falls below this part of the greatest
 STEP_COLLAPSE_SLOW = 1e-4  # and this part of the time in which the motion changes collapse.
-#: Sizes, in tolerances, below which a state or its derivative says nothing of the first step
-#: (Hairer, Nørsett, Wanner, II.4).
+#: Sizes, in tolerances, below which a state, or its derivative in the time of the motion, says
+#: nothing of the first step (Hairer, Nørsett, Wanner, II.4).
 STEP_FIRST_SILENT = 1e-5
 #: A state below this part of its size is at the origin, and says nothing of the first step either.
 STEP_FIRST_ORIGIN = 1e-6
@@ -813,9 +804,8 @@ CELL_ONE_ZERO = 0.9  # Difference from the identity below which a cell holds one
 CELL_ZERO_FOLLOWED = 0.6
 #: How far outside its cell, in parts of it, a zero that was found counts for it.
 CELL_ZERO_WITHIN = 0.3
-#: A stiffness with a singular value below this part of the greatest is singular,
+#: A stiffness with a singular value below this part of the greatest is singular.
 CELL_STIFFNESS_SINGULAR = 1e-7
-CELL_ZEROS_SAME = 1e-7  # and zeros whose names differ by less than this are one.
 #: Length of a Newton step in a cell after which the search's own method ends it.
 CELL_STEP_NEAR = 1e-6
 #: Greatest angle between the residual forces of neighbours on a circle around a jump [rad].
@@ -854,21 +844,15 @@ CELL_DETERMINANT_NONE = 1e-12
 DIFFERENCE_STEP_FORWARD = 1.5e-8
 #: Step of differences of fourth order: error and rounding are near 1e-12.
 DIFFERENCE_STEP_FOURTH_ORDER = 1e-3
-#: Of J at branch points; it only steers Newton's method and shows the kind of crossing.
-DIFFERENCE_STEP_BRANCH_POINT = 1e-3
-#: Of the matrices of modes, as a part of a number: they are exact to 1e-11.
-DIFFERENCE_STEP_MATRICES = 1e-3
-DIFFERENCE_STEP_CURVE = 1e-4  # Part of the span that differences along the number of a curve take.
-#: Part of the size of a number: truncation 1e-8 of a derivative, the integrator's error (RTOL_FINE)
-#: 1e-6.
+#: Part of the size of a number, or of the span of a curve of rest positions: truncation 1e-8 of a
+#: derivative, the integrator's error (RTOL_FINE) 1e-6.
 DIFFERENCE_STEP_NUMBERS = 1e-4
-DIFFERENCE_STEP_INPUTS = 1e-5  # The same of sampled inputs: errors of the order of its square.
-DIFFERENCE_STEP_NEARBY = 1e-5  # Towards a singular position nearby.
+#: The same of sampled inputs, and towards a singular position nearby: errors of the order of its
+#: square.
+DIFFERENCE_STEP_INPUTS = 1e-5
 DIFFERENCE_STEP_DAMPING = 1e-5  # For damping, as a part of the natural rate, at least.
 DIFFERENCE_STEP_RATES = 1e-4  # For rates, as a part of a step.
 DIFFERENCE_STEP_UNKNOWNS = 1e-6  # Of unknowns that are solved for.
-#: By which the numbers of a mechanism that follow a changed one are found.
-DIFFERENCE_STEP_FILE_NUMBERS = 1e-4
 #: Of a length, in parts of that of the model, and of an angle, for shapes that follow.
 DIFFERENCE_STEP_SHAPES = 1e-6
 DIFFERENCE_ROUNDING = 1e-8  # Part of the loads that differences of accelerations have as rounding.
@@ -928,8 +912,8 @@ BOUND_SLACK = 1e-6  # Part of a step by which a bound may be passed.
 #: A value this near to its bound, as a part, is at it; a start this far within its bounds is
 #: inside.
 BOUND_AT = 1e-9
-EXTREMUM_VALUES_EQUAL = 1e-10  # Values nearer to each other than this part are equal.
-EXTREMUM_VALUES_ROUNDING = 1e-10  # Part of the greatest value that is rounding.
+#: Values nearer to each other than this part, or this part of the greatest value, are equal.
+EXTREMUM_VALUES_EQUAL = 1e-10
 #: Values that differ by less than this part of their size are one; a row binds below it.
 EXTREMUM_VALUES_SAME = 1e-6
 EXTREMUM_BINDS_NEAR = 1e-3  # What binds is met to rounding within this part of the unknowns.
@@ -984,8 +968,9 @@ TOLERANCE_FIRST_ORDER = 0.1  # Part of a half band by which a tolerance of first
 TOLERANCE_WIDEST = 100.0  # Tolerances of a number without a size that are tried.
 LEAST_SQUARES_ENDS = 1e-15  # The same of exact designs and balances: rounding.
 SYNTHESIS_PINS_SAME = 1e-6  # Relative distance of pivots or pins that are one.
-SYNTHESIS_POINT_MET = 1e-9  # Share of the size of a motion by which a point is met.
-SYNTHESIS_PATH_CLOSED = 1e-9  # Distance between the ends of a closed path, in sizes of the path.
+#: Share of the size of a motion or a link by which a point is met, a path is closed and a point of
+#: the coupler lies at one of its pins.
+SYNTHESIS_POINT_MET = 1e-9
 SYNTHESIS_TURN_ROUNDING = 1e-9  # Rounding of a whole turn [rad].
 #: Angle of the carrier by which a position is the one that was meant [rad].
 SYNTHESIS_ANGLE_SAME = 1e-6
@@ -993,8 +978,6 @@ SYNTHESIS_DESIGNS_SAME = 1e-4  # Share of the size of a motion by which designs 
 SYNTHESIS_DESIGN_OFF = 0.1  # What part of the size of a path a design may be off before it is said.
 #: Least share of what C, E and G have in common by which α and β are told apart.
 SYNTHESIS_ANGLES_DISTINCT = 1e-10
-#: A point of the coupler nearer to one of its pins than this part of its length has none.
-SYNTHESIS_POINT_AT_PIN = 1e-9
 UNKNOWN_STEP_ROUNDING = 1e-16  # A step of unknowns that is rounding.
 UNKNOWN_STEP_GAIN = 1e-4  # Part that a step of unknowns gains at least.
 UNKNOWN_BRACKET = 1e-9  # A bracket of one unknown this narrow, as a part of its ends, is its zero.
@@ -1021,10 +1004,9 @@ SYNTHESIS_ANGLE_STEP_LEAST = 1e-9  # Least change of the carrier's angle between
 
 # -- Engineering -----------------------------------------------------------------------------------
 CAM_JUMP_BESIDE = 1e-9  # Beside a place where a profile's second derivative jumps [rad].
-CAM_CIRCLE_NONE = 1e-9  # Of the greatest radius, a base circle or a size that is none.
+#: Of its greatest radius, a base circle or a size that is none; by so much the centre may move.
+CAM_CIRCLE_NONE = 1e-9
 CAM_CIRCLE_ENDLESS = 1e6  # Of the greatest radius, a size without end.
-#: Of its greatest radius, by which the centre of a cam may move and is taken as fixed.
-CAM_CENTRE_FIXED = 1e-9
 #: A profile closes where its ends differ by less than this part of its size: a period in a file, as
 #: 6.283185 for a turn, has seven digits.
 CAM_PROFILE_CLOSES = 1e-6
@@ -1102,8 +1084,8 @@ MUJOCO_STICKS = 0.99  # Friction below this part of its limit sticks in MuJoCo's
 PYMUNK_STEP_LONGEST = 0.002
 PYMUNK_ARTIFICIAL_MASS = 0.005  # An artificial mass in a free motion, as a part of the others.
 PYMUNK_SETTLED = 1e-10  # Change by more iterations that is accepted, relative to the greatest.
-PYMUNK_SETTLED_FORCES = 1e-8  # Accepted change of the forces of a motion,
-PYMUNK_SETTLED_POSITIONS = 1e-8  # and of its positions by more iterations.
+#: Accepted change of the forces of a motion, and of its positions by more iterations.
+PYMUNK_SETTLED_MOTION = 1e-8
 #: Sliding slower than this part of the velocities of the motion is rest: the static coefficient.
 PYMUNK_SLIDING_REST = 1e-6
 #: At the limit of friction, but slower than this part of it, nothing is certain.
@@ -1122,10 +1104,9 @@ ORACLE_JUMP = 1e-4  # and the relative change of accelerations that counts as on
 #: What begins within this part of the size of its terms begins at zero;
 ORACLE_BEGINS_AT_ZERO = 1e-10
 ORACLE_BEGINS_ABOVE = 1e-13  # it is this part above it.
-ORACLE_GAP_CLOSED = 1e-9  # Relative to the greatest gap, what rounding leaves of zero;
-ORACLE_VELOCITY_NONE = 1e-8  # of the greatest velocity,
-ORACLE_ACCELERATION_NONE = 1e-9  # acceleration
-ORACLE_FORCE_NONE = 1e-9  # and force.
+#: Relative to the greatest gap, acceleration or force, what rounding leaves of zero;
+ORACLE_NONE = 1e-9
+ORACLE_VELOCITY_NONE = 1e-8  # of the greatest velocity.
 ORACLE_GAP_PARTED = 1e-15  # The gap of what has just parted, in parts of the length.
 #: What a user's element may be off by, relative, before its contract is broken.
 CONTRACT_TOLERANCE = 1e-8
@@ -1180,12 +1161,11 @@ PARAMETERS_EQUAL = 1e-12  # Values of parameters that differ by less than this p
 FILE_GRAVITY_IN_PLANE = 1e-9  # Part of gravity that may point out of the plane of a file.
 
 # -- Printed and drawn; parts of the greatest of its kind ------------------------------------------
-PRINTED_NONE = 1e-9  # What is smaller than this part is rounding, shown as 0.
+PRINTED_NONE = 1e-9  # What is smaller than this part is rounding: shown as 0, or not drawn.
 #: The same where forces are those of least norm, found among many by a softened solve.
 PRINTED_NONE_REDUNDANT = 1e-7
 #: The same of moments, internal loads and losses, and of coefficients of equations.
 PRINTED_NONE_FINE = 1e-12
-DRAWN_NONE = 1e-9  # What is drawn smaller than this part is rounding.
 DRAWN_DIRECTION_LEAST = 1e-9  # Least part of a direction along an axis that is divided by.
 #: What differs by no more than this part of the peak is the same history.
 DRAWN_HISTORY_SAME = 1e-12

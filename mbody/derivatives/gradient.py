@@ -268,7 +268,7 @@ def mode_gradient(balanced: Equilibrium, measure: Any, by: Mapping[str, str]) ->
         changes, why = None, "the rest position beside it is not found, or other bodies lead there"
         try:
             changes = equilibrium.changes(
-                name, tol.DIFFERENCE_STEP_MATRICES * (sizes[k] or 1.0), linear, places
+                name, tol.DIFFERENCE_STEP_FOURTH_ORDER * (sizes[k] or 1.0), linear, places
             )
         except (ModelError, SolveError) as error:
             why = str(error)

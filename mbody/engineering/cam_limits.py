@@ -543,10 +543,10 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
     size = float(np.abs(seen - middle).max())
     moved = float(np.abs(middle - middle[0]).max())
     omega, alpha = run[joint.i.body].omega, run[joint.i.body].alpha
-    steady = np.abs(omega).min() > tol.CAM_CENTRE_FIXED * np.abs(omega).max(initial=0.0)
+    steady = np.abs(omega).min() > tol.CAM_CIRCLE_NONE * np.abs(omega).max(initial=0.0)
     if (
         len(guides) != 1
-        or moved > tol.CAM_CENTRE_FIXED * size
+        or moved > tol.CAM_CIRCLE_NONE * size
         or not steady
         or np.ptp(np.sign(omega))
     ):

@@ -622,10 +622,10 @@ def _snapped(place: Array, length: float) -> Array:
     """
     found = place.copy()
     for row in found.T:
-        if np.ptp(row) <= tol.RATE_NONE_BAR * length:
+        if np.ptp(row) <= tol.RATE_NONE * length:
             row[:] = row.mean()
             for end in (0.0, length):
-                if abs(row[0] - end) <= tol.RATE_NONE_BAR * length:
+                if abs(row[0] - end) <= tol.RATE_NONE * length:
                     row[:] = end
     return found
 
@@ -635,7 +635,7 @@ def _cuts(bar: Bar, mass: LinkMass, place: Array, places: int) -> tuple[Array, A
     lump = [mass.place] if mass.density is None and mass.mass > 0.0 else []
     low = min(0.0, float(place.min(initial=0.0)), *lump)
     high = max(bar.length, float(place.max(initial=bar.length)), *lump)
-    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= tol.RATE_NONE_BAR * bar.length]
+    fixed = [float(row[0]) for row in place.T if np.ptp(row) <= tol.RATE_NONE * bar.length]
     sharp = np.unique([low, high, *fixed, *lump])
     plain = np.setdiff1d(np.linspace(low, high, places), sharp)
     cuts = np.concatenate([sharp, sharp, plain])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import LIMIT_EXCEEDED, RATE_NONE_MOTOR
+from mbody.core.tolerances import LIMIT_EXCEEDED, RATE_NONE
 from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
@@ -326,7 +326,7 @@ class _Load:
         self.own, self.efficiency = inertia, efficiency
         self.whole = float(run.t[-1] - run.t[0]) + pause
         # kinetic energy at unit rate, twice: the inertia that the driver feels
-        still = np.abs(omega) > RATE_NONE_MOTOR * np.abs(omega).max(initial=0.0)
+        still = np.abs(omega) > RATE_NONE * np.abs(omega).max(initial=0.0)
         felt = 2.0 * link_energy(run)[still] / omega[still] ** 2
         self.inertia = float(felt.mean()) if felt.size else 0.0
 

@@ -153,7 +153,7 @@ class Profile:
         five = np.concatenate([y, self.y[None, k]])
         spread = five.max(axis=0) - five.min(axis=0)
         floor = (
-            tol.EXTREMUM_VALUES_ROUNDING * (self.size[k] + np.abs(five).max(axis=0))
+            tol.EXTREMUM_VALUES_EQUAL * (self.size[k] + np.abs(five).max(axis=0))
             + self.noise
             + tol.TINY
         )

@@ -12,7 +12,7 @@ import tomllib
 from dataclasses import dataclass, field
 from typing import Any
 
-from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_FILE_NUMBERS
+from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_NUMBERS
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
 from mbody.files.model.read import built
@@ -83,7 +83,7 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         value = _number(tree, path)
         for one in variants:
             part = chance.uniform(0.5, 1.5)
-            one[path] = value * (1.0 + DIFFERENCE_STEP_FILE_NUMBERS * part) if value else part
+            one[path] = value * (1.0 + DIFFERENCE_STEP_NUMBERS * part) if value else part
     good = _allowed(tree, places, variants)
     before = _values(tree, {})
     first, second = (_values(tree, {p: c[p] for p in good}) for c in variants)

@@ -23,7 +23,7 @@ from typing import Any
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.transmission import grashof_class
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.tolerances import SYNTHESIS_POINT_AT_PIN
+from mbody.core.tolerances import SYNTHESIS_POINT_MET
 from mbody.errors import ModelError
 from mbody.files.model import save
 from mbody.model.body import Body
@@ -251,7 +251,7 @@ def _loop_of(run: Solution, point: str) -> _Loop:
             f"{len(grounded)} and {len(sliding) + len(slots)}",
             body,
         )
-    tolerance = SYNTHESIS_POINT_AT_PIN * abs(made.vectors[1])
+    tolerance = SYNTHESIS_POINT_MET * abs(made.vectors[1])
     if min(abs(made.p), abs(made.p - made.vectors[1])) <= tolerance:
         raise ModelError(
             f"cognates: '{point}' is at a pin, whose path is a circle or a line: name another "

@@ -117,7 +117,7 @@ def path_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, bool]:
     size = float(np.abs(points - points.mean()).max())
     if size == 0.0:
         raise ModelError("synthesize: all points of the path are one: give points apart")
-    closed = bool(abs(points[-1] - points[0]) <= tol.SYNTHESIS_PATH_CLOSED * size)
+    closed = bool(abs(points[-1] - points[0]) <= tol.SYNTHESIS_POINT_MET * size)
     points = points[:-1] if closed else points
     if len(points) < LEAST:
         raise ModelError(

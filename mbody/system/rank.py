@@ -221,7 +221,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
             if now < here:
                 done = here - now < tol.LOOP_CLOSURE_RANK_GAIN * here
                 phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
-                if done or here < tol.LOOP_CLOSURE_RANK:
+                if done or here < tol.LOOP_CLOSURE_RESIDUAL:
                     break
             else:
                 work.q[:size, 0] = before

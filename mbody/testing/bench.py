@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import raise_user_error
-from mbody.core.tolerances import LOOP_CLOSURE_BENCH, TINY
+from mbody.core.tolerances import LOOP_CLOSURE_CORRECTION, TINY
 from mbody.errors import SolveError
 from mbody.kernels.finished_instants import (
     NO_FRICTION,
@@ -397,7 +397,7 @@ class Bench:
                 step = np.linalg.lstsq(r.G * self.unit, -r.phi, rcond=None)[0]
                 size = float(np.abs(step).max())
                 q = q + self.unit * step * min(1.0, 0.5 / max(size, TINY))
-                if size <= LOOP_CLOSURE_BENCH * max(1.0, float(np.abs(q / self.unit).max())):
+                if size <= LOOP_CLOSURE_CORRECTION * max(1.0, float(np.abs(q / self.unit).max())):
                     return BenchState(state.t, q, state.v)
             q = rng.normal(size=len(q)) * self.unit
         return None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Wrench
-from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, PRINTED_NONE
 from mbody.model import loads
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.solution.measures import measured
@@ -97,7 +97,7 @@ def acting_on(free: FreeBody, pose: Pose) -> list[Acting]:
         if wrench.force > max(floor, 0.0):
             gid, text = name
             forces.append(Acting(gid, text, wrench.cause, np.array([x, y]), force, 0.0, *look))
-        if abs(torque) > max(floor * pose.system.length, DRAWN_NONE * abs(wrench.torque)):
+        if abs(torque) > max(floor * pose.system.length, PRINTED_NONE * abs(wrench.torque)):
             gid, text = twist
             at = _pivot(wrench, pose, free.body, np.array([x, y]))
             torques.append(Acting(gid, text, wrench.cause, at, None, torque, *look))
@@ -115,7 +115,7 @@ def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]
     x, y = map(float, pose.place(load, field))
     moment = (x - wrench.x) * wrench.fy - (y - wrench.y) * wrench.fx
     left = wrench.torque - moment
-    return x, y, left if abs(left) > DRAWN_NONE * (abs(moment) + abs(wrench.torque)) else 0.0
+    return x, y, left if abs(left) > PRINTED_NONE * (abs(moment) + abs(wrench.torque)) else 0.0
 
 
 def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
@@ -243,7 +243,7 @@ def barrel_symbol(load: loads.PistonPressure | loads.ReciprocatingCylinder, sket
     half, z = 0.85 * sketch.size("block"), Z["block"] - 0.5
     u = direction(own.angle)
     n = np.array([-u[1], u[0]])
-    if n[1] > DRAWN_NONE:  # below, or on the right
+    if n[1] > PRINTED_NONE:  # below, or on the right
         n = -n
     length = float(np.hypot(*(own.head - own.mouth)))
     inside = box(0.5 * (own.head + own.mouth), 0.5 * length, half, own.angle)
@@ -499,7 +499,7 @@ def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str,
 
 def _signs_of(history: Array, quantity: str) -> list[tuple[str, float]]:
     """The signs that a history has, and the quantity where it has not one throughout."""
-    floor = DRAWN_NONE * float(np.abs(history).max(initial=0.0))
+    floor = PRINTED_NONE * float(np.abs(history).max(initial=0.0))
     found = [sign for sign in (1.0, -1.0) if bool((sign * history > floor).any())]
     whole = len(found) == 1 and bool((found[0] * history > floor).all())
     return [("" if whole else quantity, sign) for sign in found]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_NONE, DRAWN_RETURNS
+from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_RETURNS, PRINTED_NONE
 from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.doubts import inherited
 from mbody.solution.histories import Place, moved
@@ -175,7 +175,7 @@ class FilmSet:
 
     def fit(self, low: Array, high: Array, width: int) -> None:
         """The scale by which a rectangle fits a canvas of that width."""
-        wide, tall = np.maximum(high - low, DRAWN_NONE * self.main.run.system.length)
+        wide, tall = np.maximum(high - low, PRINTED_NONE * self.main.run.system.length)
         room = width - 2 * MARGIN
         self.scale = float(min(room / wide, 0.9 * room / tall))
         self.width = width + width % 2

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.free_body import FreeBody, Member, free_body, member_forces
-from mbody.core.tolerances import DRAWN_NONE, TINY
+from mbody.core.tolerances import PRINTED_NONE, TINY
 from mbody.errors import ModelError
 from mbody.model.element import listed
 from mbody.model.loads import Force, Gravity
@@ -160,7 +160,7 @@ def closing_words(free: FreeBody, gap: float) -> list[str]:
     force = f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force"
     moment_share = f"{abs(math.fsum(moments)) / max(max(parts), TINY):.1e}"
     said = f"ΣM about G = {rounded_number(float(moment_share))} of the greatest moment"
-    through = max(parts) <= DRAWN_NONE * greatest * free.solution.system.length
+    through = max(parts) <= PRINTED_NONE * greatest * free.solution.system.length
     return [force, "ΣM about G = 0: all forces pass through G" if through else said]
 
 

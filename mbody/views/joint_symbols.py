@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_NONE, TINY
+from mbody.core.tolerances import PRINTED_NONE, TINY
 from mbody.model import joints
 from mbody.model.coupling import Coupling
 from mbody.solution.histories import reaction_point
@@ -109,7 +109,7 @@ def _(joint: joints.Prismatic, sketch: Sketch) -> None:
         n = np.array([-u[1], u[0]])
         side = float(n @ (pose.middle - place))
         if abs(side) < 2.0 * sketch.size("block"):  # neither side is the inner one
-            side = n[1] if abs(n[1]) > DRAWN_NONE else -n[0]
+            side = n[1] if abs(n[1]) > PRINTED_NONE else -n[0]
         away = -math.copysign(0.6 * sketch.size("block"), side) * n
         ends = (start + away, end + away)
         sketch.rail(*(ends if side > 0.0 else ends[::-1]), f"rail:{joint.name}")

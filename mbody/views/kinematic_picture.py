@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_NONE, LENGTH_NONE, POINT_SAME, TINY
+from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, PRINTED_NONE, TINY
 from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
 from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.engineering.path_curvature import inflection_circle, path_curvature
@@ -462,7 +462,7 @@ class CentreSelection:
 
 
 def _rounded_number(value: float, length: float) -> str:
-    return rounded_number(value if abs(value) > DRAWN_NONE * length else 0.0)
+    return rounded_number(value if abs(value) > PRINTED_NONE * length else 0.0)
 
 
 def _number(symbol: str) -> tuple[int, str]:
@@ -717,7 +717,7 @@ def draw_polygon(sketch: Sketch, found: MotionPolygon, pose: Pose) -> str:
 
 
 def _away(vector: Array) -> float:
-    return math.atan2(vector[1], vector[0]) if np.hypot(*vector) > DRAWN_NONE else -0.75
+    return math.atan2(vector[1], vector[0]) if np.hypot(*vector) > PRINTED_NONE else -0.75
 
 
 def _images(vectors: dict[str, Array], greatest: float, scale: float) -> list[Image]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from mbody._version import __version__
 from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven, rows_on
-from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_NONE, DRAWN_RETURNS
+from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_RETURNS, PRINTED_NONE
 from mbody.engineering.instant_centres import InstantCentre, InstantCentres, instant_centres
 from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.errors import ModelError, SolveError
@@ -163,7 +163,7 @@ class _FreeBodies:
         fx, fy, torque = parts
         moment = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
         left = torque - moment
-        left = np.where(np.abs(left) > DRAWN_NONE * (np.abs(moment) + np.abs(torque)), left, 0.0)
+        left = np.where(np.abs(left) > PRINTED_NONE * (np.abs(moment) + np.abs(torque)), left, 0.0)
         named = isinstance(load, Force) and isinstance(load.at.point, str)
         where = f"at {load.at.point}" if named else load.name
         at = self._anchored_site(site, f"{load.name}.{field}")
@@ -333,7 +333,7 @@ def _polygon(found: MotionPolygon) -> dict[str, Any]:
         for pair in found.joints.values()
         if len(pair) == 2
         and any(
-            np.abs(table[pair[0]] - table[pair[1]]).max(initial=0.0) > DRAWN_NONE * peak
+            np.abs(table[pair[0]] - table[pair[1]]).max(initial=0.0) > PRINTED_NONE * peak
             for table in (found.x, found.y)
         )
     ]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_NONE, DRAWN_RETURNS, POINT_SAME
+from mbody.core.tolerances import DRAWN_RETURNS, POINT_SAME, PRINTED_NONE
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
@@ -310,7 +310,7 @@ def _movers(run: Solution, bodies: Sequence[str], more: Sequence[str]) -> list[d
     for name in [*coupler_points(run), *named, *centres] if count <= POINTS else [*more, *centres]:
         owner, _, point = name.partition(".")
         history = run.point(name) if point else run[owner]
-        if max(np.ptp(history.x), np.ptp(history.y)) < DRAWN_NONE * size:
+        if max(np.ptp(history.x), np.ptp(history.y)) < PRINTED_NONE * size:
             continue
         ends = np.array([history.x[0], history.y[0]]), np.array([history.x[k], history.y[k]])
         tolerance = DRAWN_RETURNS * size

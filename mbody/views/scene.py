@@ -305,7 +305,7 @@ def _check_moves(run: Solution) -> None:
     for body in run.mechanism.bodies:
         own = run[body.name]
         extent = max(float(np.ptp(own.x)), float(np.ptp(own.y)), size * float(np.ptp(own.angle)))
-        if extent > tol.DRAWN_NONE * size:
+        if extent > tol.PRINTED_NONE * size:
             return
     count = "1 instant" if len(run) == 1 else f"{len(run)} instants"
     raise ModelError(

@@ -196,7 +196,7 @@ class _Curve:
             others = np.arange(len(phi)) != self.row
             step = np.linalg.lstsq(G[others], -phi[others], rcond=tol.LEAST_SQUARES_RANK)[0]
             q = q + self.size * step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_DEAD_CENTRE * (
+            if np.abs(step).max() < tol.LOOP_CLOSURE_FIRST_INSTANT * (
                 1.0 + np.abs(q / self.size).max()
             ):
                 return q

@@ -56,7 +56,7 @@ def coordinate_sizes(system: System, v: np.ndarray, a: np.ndarray) -> np.ndarray
     rate = np.zeros_like(own)
     np.maximum.at(np.moveaxis(rate, -1, 0), part, np.moveaxis(own, -1, 0))
     whole = rate.max(axis=-1, initial=0.0)[..., None]
-    whole = np.where(whole == 0.0, 1.0, whole)
+    whole = np.where(whole == 0.0, 1.0 / system.mechanism.units.second, whole)
     # what hardly moves at the start may be moved by the others
     rate = np.where(rate > tol.RATE_NONE_MOTION * whole, rate, whole)[..., part]
     return np.concatenate([np.broadcast_to(unit, v.shape), rate * unit], axis=-1)
@@ -77,7 +77,7 @@ def first_step(
     d0, d1 = (np.sqrt(np.mean((part / size) ** 2, axis=-1)) for part in (away, derivative))
     with np.errstate(divide="ignore", invalid="ignore"):
         step = np.where(
-            (d0 > tol.STEP_FIRST_SILENT) & (d1 > tol.STEP_FIRST_SILENT),
+            (d0 > tol.STEP_FIRST_SILENT) & (whole * d1 > tol.STEP_FIRST_SILENT),
             0.01 * d0 / d1,
             tol.STEP_FIRST_LITTLE * whole,
         )

@@ -119,7 +119,7 @@ class MotionCurve:
             else:
                 curvature = (there.along - here.along) / chord
                 # a straight path is followed in growing steps; what turns comes round
-                still = np.abs(there.along[2::3]).max() < tol.RATE_NONE_ANGLE
+                still = np.abs(there.along[2::3]).max() < tol.RATE_NONE
                 straight = np.linalg.norm(there.along - here.along) < tol.WALK_TURN_STRAIGHT
                 if still and straight and length < 0.1 * RUN_AWAY:
                     length *= GROWTH

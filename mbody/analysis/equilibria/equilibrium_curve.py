@@ -124,7 +124,9 @@ class Follower:
             change = change + self.manifold(value).change(here, parameter_motion)
         return parameter_motion, here.motions @ change
 
-    def _around(self, value: float, step: float = tol.DIFFERENCE_STEP_CURVE) -> tuple[float, float]:
+    def _around(
+        self, value: float, step: float = tol.DIFFERENCE_STEP_NUMBERS
+    ) -> tuple[float, float]:
         """Two values beside one, those that the system takes."""
         low, high = value - step, value + step
         for shifted in (low, high):
@@ -422,13 +424,13 @@ def _solved(
         rows = []
         for kernel in V:
             sides = []
-            for step in (tol.DIFFERENCE_STEP_BRANCH_POINT, -tol.DIFFERENCE_STEP_BRANCH_POINT):
+            for step in (tol.DIFFERENCE_STEP_FOURTH_ORDER, -tol.DIFFERENCE_STEP_FOURTH_ORDER):
                 moved = _moved(follower, place, value, parameter_motion, step * kernel)
                 if moved is None or len(moved.motions) != free:
                     return None
                 _, other = _jacobian(follower, moved, value + step * float(kernel[-1]))
                 sides.append(_aligned(place, moved, other) / size)
-            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * tol.DIFFERENCE_STEP_BRANCH_POINT))
+            rows.append(w @ (sides[0] - sides[1]) @ V.T / (2.0 * tol.DIFFERENCE_STEP_FOURTH_ORDER))
         H = np.array(rows)
         r = place.residual / size
         across = -(vt[: free - 1].T @ ((u[:, : free - 1].T @ r) / s[: free - 1]))

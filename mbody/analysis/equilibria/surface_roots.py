@@ -148,7 +148,7 @@ class SurfaceZeros:
             self._names = np.vstack([self._names, name])
 
     def _is_known(self, name: Array) -> bool:
-        return bool((np.abs(self._names - name).max(axis=1) <= tol.CELL_ZEROS_SAME).any())
+        return bool((np.abs(self._names - name).max(axis=1) <= tol.POSITION_SAME_FINE).any())
 
     def known(self, chart: TangentChart, corner: Corner, size: int, margin: float) -> Zero | None:
         """A zero that was found in a cell, or beside it by a part of its size."""

@@ -98,7 +98,7 @@ def fitted_places(
         if length <= tol.LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
             break
     open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
-    if not open_ <= tol.LOOP_OPEN_START:
+    if not open_ <= tol.LOOP_OPEN_CHECK:
         return None
     q = work.q[:, 0].copy()
     off = wanted - np.array([one.at(system, q[:n]) for one in prescribed])

@@ -283,9 +283,9 @@ class Moving:
             off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
             step = _solved(np.vstack([G, self.parts]), off)
             q = q - scale * step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_DEAD_CENTRE:
+            if np.abs(step).max() < tol.LOOP_CLOSURE_FIRST_INSTANT:
                 break
-        if np.abs(off).max() > tol.LOOP_OPEN_START * (1.0 + float(np.abs(q / scale).max())):
+        if np.abs(off).max() > tol.LOOP_OPEN_CHECK * (1.0 + float(np.abs(q / scale).max())):
             raise SolveError(
                 f"the position of '{self.system.mechanism.name}' at t = {self.t:.6g} "
                 f"{self.system.mechanism.units.time} is singular: branches of its motion meet, so "
@@ -598,7 +598,7 @@ def linearize(
     own, weighted = _own_numbers(system, given), not has_modes(system)
     manifold = Manifold(system, start.work, t, own, weighted=weighted)
     here = manifold.place(start.work.q[: system.coordinates, 0].copy())
-    if here is None or manifold.distance(here.q, q) > tol.LOOP_OPEN_OTHER_MECHANISM:
+    if here is None or manifold.distance(here.q, q) > tol.LOOP_OPEN_FIXED:
         raise ModelError(
             f"the instant that is given does not fit '{name}' at t = {t:.6g} "
             f"{system.mechanism.units.time}: its loops do not close there, or a load has no value; "

@@ -67,7 +67,7 @@ def eigenvalues(M: Array, C: Array, K: Array) -> tuple[list[complex], list[Array
     found, shapes = [0j] * len(rigid), [motion.astype(complex) for motion in rigid]
     for root, vector in zip(roots, vectors[:free].T, strict=True):
         size = abs(root)
-        if len(rigid) and size < tol.RATE_NONE_ROOT:
+        if len(rigid) and size < tol.RATE_NONE_MOTION:
             continue
         real = 0.0 if abs(root.real) <= tol.RATE_ROUNDING_EIGENVALUE * size else root.real
         imaginary = (

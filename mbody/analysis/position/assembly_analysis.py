@@ -850,7 +850,7 @@ def _too_few(system: System, what: str, free: int, motions: np.ndarray | None) -
 def _fastest(system: System, motions: np.ndarray) -> str:
     """Body that turns most in the free motions, or moves most where none turns."""
     rates = np.abs(motions[:, 2::3]).max(axis=0)
-    if rates.max() < tol.RATE_NONE_TURNING:
+    if rates.max() < tol.RATE_NONE:
         rates = np.abs(motions).max(axis=0).reshape(-1, 3).max(axis=1)
     # the first of those nearly as fast as the fastest: usually the crank
     fast = np.flatnonzero(rates > 0.5 * rates.max())

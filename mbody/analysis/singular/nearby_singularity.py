@@ -125,11 +125,11 @@ class _TimedRows:
             rows.at(x)
             return rows.phi, rows.G
         sides = []
-        for side in (tol.DIFFERENCE_STEP_NEARBY, -tol.DIFFERENCE_STEP_NEARBY, 0.0):
+        for side in (tol.DIFFERENCE_STEP_INPUTS, -tol.DIFFERENCE_STEP_INPUTS, 0.0):
             rows.at(x[:-1], None, (x[-1] + side) * self.unit)
             sides.append(rows.phi)
         return rows.phi, np.column_stack(
-            [rows.G, (sides[0] - sides[1]) / (2.0 * tol.DIFFERENCE_STEP_NEARBY)]
+            [rows.G, (sides[0] - sides[1]) / (2.0 * tol.DIFFERENCE_STEP_INPUTS)]
         )
 
 
@@ -221,7 +221,7 @@ def _ahead(
         return Ahead(elements=elements, met=met)
     distance, along = float(np.linalg.norm(gone)), float(gone @ direction) / square
     when = t + (along - 0.5 * along**2 * float(bent @ direction) / square) / speed
-    if found.left > tol.LOOP_CLOSURE_CHANGE_POINT * (1.0 + float(np.abs(x).max())):
+    if found.left > tol.LOOP_CLOSURE_CORRECTION * (1.0 + float(np.abs(x).max())):
         return Ahead(closest_time=max(when, t), elements=elements, met=met)
     missed = float(np.linalg.norm(gone - along * direction - 0.5 * along**2 * bent))
     if missed > tol.SINGULARITY_BESIDE_PATH * distance and distance > tol.POSITION_SAME:
@@ -281,8 +281,8 @@ def _singular(
         left = B[kept:, kept:] - B[kept:, :kept] @ along
         worst = float(np.abs(left).max(initial=0.0)) / sizes[0]
         if (
-            worst <= tol.SINGULAR_VALUE_CHANGE_POINT
-            and np.abs(off).max(initial=0.0) <= tol.SINGULAR_VALUE_CHANGE_POINT
+            worst <= tol.SINGULAR_VALUE_ZERO
+            and np.abs(off).max(initial=0.0) <= tol.SINGULAR_VALUE_ZERO
         ):
             U = u[:, kept:] - u[:, :kept] @ np.linalg.solve(B[:kept, :kept].T, B[kept:, :kept].T)
             return MetPosition(x, U, float(np.linalg.norm(c[kept:] - B[kept:, :kept] @ off)))
@@ -291,11 +291,11 @@ def _singular(
         if flat is None or worst > 0.2 * last:
             curvatures = [
                 _between(u[:, kept:], rows.at(x + d)[1] - rows.at(x - d)[1], vt[kept:])
-                for d in tol.DIFFERENCE_STEP_NEARBY * vt[kept:]
+                for d in tol.DIFFERENCE_STEP_INPUTS * vt[kept:]
             ]
             flat = _inverse(
                 np.array(curvatures).reshape(len(curvatures), -1)
-                / (2.0 * tol.DIFFERENCE_STEP_NEARBY)
+                / (2.0 * tol.DIFFERENCE_STEP_INPUTS)
             )
         last = worst
         z = -np.einsum("an,n->a", flat, left.ravel())

@@ -167,7 +167,7 @@ def _searched(A: Array, base: Array, Z: Array, P: Array, p: Array) -> Solutions:
         least = _least(T @ hull, P, p)
         if least is not None and not any(_same(one, least) for one in found):
             found.append(least)
-    seen = [y for y in branches.odd if abs(y[0]) > tol.BRANCH_DIRECTIONS_SAME]
+    seen = [y for y in branches.odd if abs(y[0]) > tol.BRANCH_SAME]
     return Solutions(found, branches.complete, flat=not seen)
 
 
@@ -213,7 +213,7 @@ def _most(A: Array) -> int:
 
 
 def _same(one: Array, other: Array) -> bool:
-    return float(np.linalg.norm(one - other)) <= tol.BRANCH_DIRECTIONS_SAME * max(
+    return float(np.linalg.norm(one - other)) <= tol.BRANCH_SAME * max(
         float(np.linalg.norm(one)), float(np.linalg.norm(other))
     )
 
@@ -223,7 +223,7 @@ def _least(T: Array, P: Array, p: Array) -> Array | None:
     inside = P @ T.T
     u, sizes, vt = np.linalg.svd(inside, full_matrices=False)
     # of a branch that P does not see there are only rounding errors
-    kept = sizes > tol.BRANCH_DIRECTIONS_SAME * np.linalg.norm(P)
+    kept = sizes > tol.BRANCH_SAME * np.linalg.norm(P)
     y = (((u[:, kept].T @ p) / sizes[kept]) @ vt[kept]) @ T
     off = np.abs(P @ y - p).max(initial=0.0)
     return (
@@ -637,7 +637,7 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
             0
         ]
         x = x - step
-        if np.abs(step).max() <= tol.LOOP_CLOSURE_DEAD_CENTRE:
+        if np.abs(step).max() <= tol.LOOP_CLOSURE_FIRST_INSTANT:
             break
     return np.asarray(x)
 
@@ -830,9 +830,7 @@ def _classes(values: Array, top: float) -> list[int]:
     seen = list[float]()
     found = []
     for value in values:
-        same = [
-            n for n, other in enumerate(seen) if abs(value - other) <= tol.BRANCH_VALUES_SAME * top
-        ]
+        same = [n for n, other in enumerate(seen) if abs(value - other) <= tol.BRANCH_SAME * top]
         if not same:
             seen.append(float(value))
         found.append(same[0] if same else len(seen) - 1)
@@ -845,7 +843,7 @@ def _with_values(
     row, values = rate.row(system, q), list[float]()
     for v in velocities:
         value = float(row @ v)
-        if all(abs(value - other) > tol.BRANCH_VALUES_SAME * top for other in values):
+        if all(abs(value - other) > tol.BRANCH_SAME * top for other in values):
             values.append(value)
     size = rate.unit(system)
     numbers = [_plain(size * value, size * top) for value in sorted(values, key=abs)[:VALUES]]

@@ -518,11 +518,8 @@ class DenseContactMotion:
                 continue
             a, normal, along = found
             change = W @ a + drift
-            size = (
-                max(float(np.abs(change).max(initial=0.0)), free, tol.TINY)
-                * tol.ORACLE_ACCELERATION_NONE
-            )
-            press = max(float(np.abs(normal).max(initial=0.0)), tol.TINY) * tol.ORACLE_FORCE_NONE
+            size = max(float(np.abs(change).max(initial=0.0)), free, tol.TINY) * tol.ORACLE_NONE
+            press = max(float(np.abs(normal).max(initial=0.0)), tol.TINY) * tol.ORACLE_NONE
             if all(
                 self._fits(k, mode, change, normal, along, mu, size, press, bool(still[k]))
                 for k, mode in zip(closed, modes, strict=True)
@@ -671,10 +668,10 @@ class DenseContactMotion:
         for k, mode in zip(closed, modes, strict=True):
             if mode == OPEN and rates[k] + shift[k] < -tol.ORACLE_VELOCITY_NONE * fast:
                 return False
-            if normal[k] - least[k] < -tol.ORACLE_FORCE_NONE * push:
+            if normal[k] - least[k] < -tol.ORACLE_NONE * push:
                 return False
             how = choice.get(k, mode)
-            if how == STICK and abs(along[k]) > mu[k] * normal[k] + tol.ORACLE_FORCE_NONE * push:
+            if how == STICK and abs(along[k]) > mu[k] * normal[k] + tol.ORACLE_NONE * push:
                 return False
             if (
                 how in SLIP_SIGN
@@ -801,7 +798,7 @@ class DenseContactMotion:
         struck: list[str] = []
         for attempt in range(20):
             gaps, rates = self.contacts.gaps(q), self.contacts.rows(q) @ v
-            pressing = [k for k in range(len(gaps)) if gaps[k] <= tol.ORACLE_GAP_CLOSED * self.size]
+            pressing = [k for k in range(len(gaps)) if gaps[k] <= tol.ORACLE_NONE * self.size]
             fast = self._fast(v)
             hits = [k for k in pressing if rates[k] < -tol.ORACLE_VELOCITY_NONE * fast]
             if not hits:
@@ -871,7 +868,7 @@ class DenseContactMotion:
         # what parts begins with a gap that counts as one, or its first zero would be the start
         first = self.contacts.gaps(q)
         beyond = np.where(
-            first <= tol.ORACLE_GAP_CLOSED * self.size,
+            first <= tol.ORACLE_NONE * self.size,
             tol.ORACLE_GAP_PARTED * self.size - first,
             0.0,
         )

@@ -390,7 +390,7 @@ class _MotionTrial:
         # the smallest artificial mass needs the most iterations
         most = min(MANY, int(WORK / (BURST * max(len(free.parts), 1))))
         self.iterations, self.loose = settled(
-            lambda count: self._burst(count, h), tol.PYMUNK_SETTLED_FORCES, most
+            lambda count: self._burst(count, h), tol.PYMUNK_SETTLED_MOTION, most
         )
         self.spaces = [Space(system, lump, self.iterations) for lump in self.lumps]
         self.longest = h
@@ -445,7 +445,7 @@ class _MotionTrial:
             space.space.iterations = 4 * self.iterations
             more = self._once(space, times, 1)
             change = np.abs(more - found)
-            if change[:, :n].max() <= tol.PYMUNK_SETTLED_POSITIONS * min(self.sizes.extent, 1.0):
+            if change[:, :n].max() <= tol.PYMUNK_SETTLED_MOTION * min(self.sizes.extent, 1.0):
                 break
             steps = float(times[-1] - times[0]) / self.longest
             # the next trial needs sixteen times as many as the start of this one
