@@ -270,6 +270,9 @@ class ImpulseMemory:
         row = np.repeat(np.arange(len(G)), np.diff(N.row_start))
         for n in range(3):
             G[row, 3 * N.row_body + n] = work.block[N.row_block + n, 0]
+        # of size one, whatever their units are
+        sizes = np.sqrt((G**2 * B.inverse).sum(axis=1))
+        G = G[sizes > 0.0] / sizes[sizes > 0.0, None]
         Y = B.inverse[:, None] * W.T
         Y -= B.inverse[:, None] * G.T @ np.linalg.pinv(G * B.inverse @ G.T) @ (G @ Y)
         before = W @ B.free
