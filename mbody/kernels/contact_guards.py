@@ -488,16 +488,17 @@ def find_sizes(L, W, S, U, G, record):
         kind, k = G.kind[n], G.owner[n]
         if kind in (CLOSE, EDGE, ENTER):
             G.size[n] = W.size[0, 0]
-        elif kind in (STOP, LOCK):
+        elif kind == LOCK:
             G.size[n] = G.slow[k] / RATE_NONE_FRICTION
-        elif kind == PARADOX:
-            G.size[n] = 1.0
-        else:
-            G.size[n] = G.force[k]
-        if kind == SHARE:
+        elif kind == STOP:  # of pins a rate of turning
+            G.size[n] = G.slow[k] / (RATE_NONE_FRICTION * U.speed_unit[tangent_of(U, k)])
+        elif kind == SHARE:  # a margin in forces
+            G.size[n] = 0.0
             for m in range(G.force.shape[0]):
                 if G.open_normal[m] or G.open_tangent[m]:
-                    G.size[n] = max(G.size[n], G.force[m])
+                    G.size[n] = max(G.size[n], G.force[m] / G.force_arm[m])
+        else:
+            G.size[n] = 1.0 if kind == PARADOX else G.force[k]
 
 
 # -- As Python reads them ----------------------------------------------------------------------

@@ -96,7 +96,7 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
         state[JACOBIAN_VALID] = 1.0
     part = 1.0 - alpha_f
     rate, place, own = part * h * gamma, part * h * h * beta, part * h * theta
-    iteration_matrix(M.J, 1.0 - alpha_m, rate, place, 1.0 - delta, own, M.matrix)
+    iteration_matrix(M.J, scale, 1.0 - alpha_m, rate, place, 1.0 - delta, own, M.matrix)
     if not eliminate(M.matrix, M.exchanges):
         return False
     new, x = K[2, :count], S.error[0, :count]
@@ -115,8 +115,8 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
             x[n] = part * K[1, n3 + n] + alpha_f * K[0, n3 + n]
             older = alpha_m if n < n3 else delta
             x[n] -= (1.0 - older) * new[n] + older * hat[n]
-        for n in range(n3, count):
-            x[n] /= scale[n3 + n]
+        for n in range(count):
+            x[n] /= scale[n if n < n3 else n3 + n]
         substitute(M.matrix, M.exchanges, x)
         off, whole = 0.0, 0.0
         # what rates move in a step, as accelerations do

@@ -231,7 +231,8 @@ def find_limits(L, W, U, H, S):
     joints = sticks + H.count[STICKS]
     S.count[LINES] = S.count[BENT] = 0
     for n in range(points):
-        S.line[add_line(S, H, H.normal[n], 0.0), rows_count + n] = 1.0
+        per = 1.0 / U.row_unit[U.normal[H.normal[n]]]  # of limits of angles a torque, else 1
+        S.line[add_line(S, H, H.normal[n], 0.0), rows_count + n] = per
     for n in range(sticks, joints):
         k = H.stick[n - sticks]
         for side in range(2):
@@ -248,7 +249,7 @@ def find_limits(L, W, U, H, S):
             continue
         find_arms(L, W, f, True, a)
         whole = max(a[0], a[ARMS])
-        per = 1.0 / whole if whole != 0.0 else 1.0
+        per = 1.0 / (whole if whole != 0.0 else U.speed_unit[U.joint_tangent[m]])
         for side in range(2):
             i = add_line(S, H, U.normal.shape[0] + m, a[ARMS * side] * per)
             S.line[i, n] = (1.0 - 2.0 * side) * per

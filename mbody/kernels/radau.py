@@ -125,7 +125,7 @@ def solve_shifted(matrix, exchanges, mu, J, scale, y, x):
         total = y[n3 + m] + mu * y[m] if m < n3 else y[n3 + m] / scale[n3 + m]
         for n in range(n3):
             total -= J[m, n3 + n] * y[n]
-        x[m] = total
+        x[m] = total / scale[m] if m < n3 else total
     substitute(matrix, exchanges, x)
     for m in range(n3):
         y[n3 + m] = mu * x[m] - y[m]
@@ -294,8 +294,9 @@ def radau(
             state[JACOBIAN_VALID], factored = 1.0, -1.0
         if factored != h:
             mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
-            iteration_matrix(M.J, mu * mu, mu, 1.0, mu, 1.0, M.matrix)
-            iteration_matrix(M.J, turn * turn, turn, 1.0, turn, 1.0, M.complex_matrix)
+            iteration_matrix(M.J, S.scale, mu * mu, mu, 1.0, mu, 1.0, M.matrix)
+            square = turn * turn
+            iteration_matrix(M.J, S.scale, square, turn, 1.0, turn, 1.0, M.complex_matrix)
             regular_real = eliminate(M.matrix, M.exchanges[0])
             if not (regular_real and eliminate(M.complex_matrix, M.exchanges[1])):
                 state[NEXT] = 0.5 * h

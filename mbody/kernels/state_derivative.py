@@ -163,9 +163,10 @@ def state_jacobian(L, W, S, refinements, J):
 
 
 @njit
-def iteration_matrix(J, one, rate, place, own_one, own, matrix):
+def iteration_matrix(J, scale, one, rate, place, own_one, own, matrix):
     """matrix ← the columns  one·1 − rate·∂/∂v − place·∂/∂q  of coordinates, and own_one·1 −
-    own·∂/∂z  of auxiliary states.
+    own·∂/∂z  of auxiliary states. Rows of coordinates are parts of their scale, as those of
+    auxiliary states are: pivots are chosen among numbers of one unit.
     """
     size, n3 = J.shape[0], J.shape[1] - J.shape[0]
     for m in range(size):
@@ -174,6 +175,8 @@ def iteration_matrix(J, one, rate, place, own_one, own, matrix):
         for n in range(n3, size):
             matrix[m, n] = -own * J[m, n3 + n]
         matrix[m, m] += one if m < n3 else own_one
+        for n in range(size if m < n3 else 0):
+            matrix[m, n] /= scale[m]
 
 
 @njit

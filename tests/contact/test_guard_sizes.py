@@ -39,10 +39,16 @@ def test_sizes_are_those_of_the_record(monkeypatch, name, until):
         for guard, size in zip(motion.guards, G.size, strict=False):
             if guard.kind in ("close", "edge", "enter"):
                 expected = motion.system.length
-            elif guard.kind in ("stop", "lock"):
+            elif guard.kind == "lock":
                 expected = motion.speeds[guard.number]
+            elif guard.kind == "stop":  # of pins a rate of turning
+                uni = motion.uni
+                tangents = [one.tangent for one in (*uni.contact_points, *uni.friction_joints)]
+                unit = uni.table.speed_unit[tangents[guard.number]]
+                expected = motion.speeds[guard.number] / unit
             elif guard.kind == "share":
-                expected = forces[(G.open_normal | G.open_tangent) > 0].max()
+                which = (G.open_normal | G.open_tangent) > 0
+                expected = (forces / motion.uni.arms)[which].max()
             else:
                 expected = 1.0 if guard.kind == "paradox" else forces[guard.number]
             assert size == pytest.approx(expected, rel=1e-14)

@@ -6,6 +6,7 @@ Notes on plausible numbers (`mbody.model.traps`) ask which units are meant, and 
 
 import contextlib
 import dataclasses
+import functools
 import re
 from fractions import Fraction
 
@@ -18,6 +19,7 @@ from mbody.files.model import in_units
 from mbody.model import traps
 from mbody.model.numbers import number_in
 from tests.campaign.invariance import own_units
+from tests.campaign.scenes import random_scene
 from tests.support.gallery_runs import asked
 
 #: Exponents of length, mass and time; odd, so that no root of such a factor is one.
@@ -63,11 +65,11 @@ def digits(value, path, found, seen):
 def answer(machine, analysis):
     """Mantissas of all that a result has, by where it is."""
     try:
-        run = ANALYSES[analysis](machine)
+        run = analysis(machine)
     except mbody.ModelError as error:
         return {"refused": text_of(str(error))}
     found = {}
-    digits(run, analysis, found, {})
+    digits(run, "", found, {})
     if isinstance(run, mbody.Solution):
         for body in run:
             for key in ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha"):
@@ -144,6 +146,21 @@ def both(name, scale):
 def test_every_number_has_the_same_digits(monkeypatch, name, analysis, scale):
     monkeypatch.setattr(traps, "traps", lambda machine: iter(()))
     with both(name, scale) as (first, second):
-        ours, theirs = answer(first, analysis), answer(second, analysis)
+        assert_same_digits(*(answer(one, ANALYSES[analysis]) for one in (first, second)))
+
+
+def assert_same_digits(ours, theirs):
     assert ours.keys() == theirs.keys()
     assert {key for key, value in ours.items() if theirs[key] != value} == set()
+
+
+@pytest.mark.parametrize("seed", [2, 33, 50, 64, 190])
+def test_scenes_of_contact_have_the_same_digits(monkeypatch, seed):
+    """Stops of angles beside gaps, pins that stick, forces that no equation decides."""
+    monkeypatch.setattr(traps, "traps", lambda machine: iter(()))
+    found = []
+    for length in (1.0, 2.0**40):
+        scene = random_scene(seed).scaled(length, 1.0, 1.0)
+        run = functools.partial(mbody.simulate, until=scene.until, instants=5)
+        found.append(answer(scene.mechanism(f"scene {seed}"), run))
+    assert_same_digits(*found)
