@@ -674,8 +674,7 @@ STATE_REPEATED = 1e-6
 RESTART_STEPS_BEFORE = 10.0
 #: Where explicit steps vanish another method is tried on this part of the motion.
 STEPS_VANISHED_BEYOND = 1e-3
-#: A guard, or an argument of a jump, is zero where it is less than this part of its size.
-GUARD_ZERO = 1e-9
+GUARD_ZERO = 1e-9  # A guard, or an argument of a jump, is zero below this part of its size.
 GUARD_ROUNDING_GAP = 1e-14  # A gap begins at zero if it is less than this part of its size.
 GUARD_ROUNDING_STOP = 1e-13  # The same of one that is a stop.
 GUARD_ROUNDING_FORCE = 1e-12  # The same of one that is a force.
@@ -687,6 +686,7 @@ GUARD_CUBIC_CLEAR = 0.2  # A cubic is clear of zero above this part of the lesse
 GUARD_FORCE_VARIES = 0.7  # forces are if they vary by less than this part of the least,
 GUARD_PARADOX_FAR = 0.1  # and det(I − φ′ B) is if it is more than this.
 GUARD_SMOOTH, GUARD_NEARLY_ZERO = 0.3, 0.02  # Parts of a guard: fourth difference, least between.
+GUARD_PART_LEAST = 4.0**-8  # The shortest part of a step that is looked at by itself.
 EVENT_LOCATED = 1e-12  # A crossing is located to this part of its step.
 #: Instants of what is zero together, as a rate and the sliding that it reverses, differ by no more
 #: than this part.

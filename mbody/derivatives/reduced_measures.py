@@ -21,7 +21,7 @@ from mbody.model.study import Measure, in_time, mean_over, mean_weights
 from mbody.quantities import parse
 from mbody.solution.measures import evaluate_measure, measured
 from mbody.solution.solution import Solution
-from mbody.solution.tracing import Recording, Rule
+from mbody.solution.tracing import Recording, Rule, of_what_is_read
 from mbody.sweeps.job import MeasuredColumn, reduced
 
 #: Names of functions in formulas by NumPy's.
@@ -288,28 +288,9 @@ def recorded_measure(
         program = recording.program([evaluate_measure(found, measure)[0]])
     except (Untraceable, ModelError, TypeError):
         return None
-    return _of_what_is_read(program, rows, list(numbers))
-
-
-def _of_what_is_read(program: NumberProgram, rows: int, numbers: list[str]) -> MeasureProgram:
-    """The program without the inputs that no operation reads."""
-    inputs, slots = rows + len(numbers), len(program.slots)
-    read = np.unique(np.concatenate([program.operations[:, 1:3].ravel(), program.targets]))
-    read = read[read < inputs]
-    kept = np.concatenate([read, np.arange(inputs, slots)])
-    place = np.zeros(slots, dtype=np.int64)
-    place[kept] = np.arange(len(kept))
-    operations = program.operations.copy()
-    operations[:, 1:] = place[operations[:, 1:]]
-    short = NumberProgram(
-        slots=program.slots[kept],
-        lowest=program.lowest[read],
-        strict=program.strict[read],
-        operations=operations,
-        targets=place[program.targets],
-    )
-    named = {numbers[k - rows]: int(place[k]) for k in read[read >= rows].tolist()}
-    return MeasureProgram(short, read[read < rows], named)
+    short, read = of_what_is_read(program)
+    place = {list(numbers)[k - rows]: n for n, k in enumerate(read.tolist()) if k >= rows}
+    return MeasureProgram(short, read[read < rows], place)
 
 
 class _Traced(DualRecord):

@@ -60,23 +60,25 @@ from mbody.kernels.held_forces import (
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.step_state import Stepping
+from mbody.kernels.watched_events import WatchedEvents, events_of, find_events
 
 #: Kinds of guards.
-CLOSE, LOCK, LIFT, EDGE, ENTER, SLIP, SHARE, STOP, PARADOX = range(9)
+CLOSE, LOCK, LIFT, EDGE, ENTER, SLIP, SHARE, STOP, PARADOX, EVENT = range(10)
 
-#: Looks at a step: at its beginning, its end, and in three places between, so unevenly that what
-#: swings does not look as if it did not.
+#: Looks at a step, or at a part of it: at its beginning, its end, and in three places between, so
+#: unevenly that what swings does not look as if it did not. Kept are those at the ends of the step.
 BEGIN, END, INSIDE, LOOKS = 0, 1, 2, 5
+FIRST, LAST, KEPT_LOOKS = 5, 6, 7
 PLACES = (0.2, 0.528, 0.72)
 
 
 class Guards(Bundle):
-    """What is watched: g guards at most, and their values.
+    """What is watched: g guards at most, and their values; events of users after those of modes.
 
-    `count` (1,): How many there are.
-    `kind`, `owner` (g,): See above; contact point, or c and the number of a joint.
-    `value`, `rate` (LOOKS, g): At the looks of a step; rates are not a number if unknown.
-    `gap`, `past`, `past_rate` (LOOKS, g): Of a gap that closes itself, of which `rate` is, and how
+    `count` (1,): How many guards of modes there are.
+    `kind`, `owner` (g,): See above; contact point, c and the number of a joint, or an event.
+    `value`, `rate` (KEPT_LOOKS, g): At the looks of a step; rates are not a number if unknown.
+    `gap`, `past`, `past_rate` (KEPT_LOOKS, g): Of a gap that closes itself, of which `rate` is, how
       far its contact point is past the ends of its edge; the value is the greater of both. Of
       others the value, and minus infinity.
     `fresh` (g,): What began at zero counts as this much as long as it is less; else zero.
@@ -95,13 +97,16 @@ class Guards(Bundle):
     `ends`, `end_rates` (c, 2): Workspace for the ways from the ends of edges.
     `arm` (7,): Workspace for the limits of joint friction.
     `stage` (states,): Workspace for a state of a stage.
-    `known` (1,): Whether the look at the beginning is of the present state.
-    `passed` (1,), `part` (1,): Which of them is zero first in a step, −1 if none; and at which part
-      of the step.
+    `known` (1,): Whether the look at the beginning is of the present state: 1 of guards alone, 2
+      of events, too.
+    `passed` (1,), `part` (2,): Which of them is zero first in a step, −1 if none; at which part of
+      the step, and its rate there.
+    `event_value`, `event_rate` (e,): Of events, as they are looked at.
     `asked` (4,): What is asked of the steps: see below.
     `page` (rows, 1): The record of the instant at which they end.
     `held`, `open`, `program`: Forces that no equation decides, those that hold beside them, and the
       program of their greatest margin: of the present modes.
+    `events`: Events of users.
     """
 
     count: Ints
@@ -132,11 +137,14 @@ class Guards(Bundle):
     known: Ints
     passed: Ints
     part: Floats
+    event_value: Floats
+    event_rate: Floats
     asked: Floats
     page: Rows
     held: HeldForceTable
     open: OpenForces
     program: LinearProgram
+    events: WatchedEvents
 
 
 #: Numbers of `Guards.asked`: until when steps go on, and how many they are at most; whether loads
@@ -283,16 +291,43 @@ def look(L, W, U, G, at, shifts):
 
 
 @njit
+def look_at_events(L, W, G, at):
+    """Row `at` of G.value and G.rate ← the events at the state that was just evaluated."""
+    E = G.events
+    if events_of(E) == 0:
+        return
+    find_events(L, W, E, G.event_value, G.event_rate)
+    for e in range(events_of(E)):
+        n = G.count[0] + e
+        G.kind[n], G.owner[n], G.sense[n], G.fresh[n] = EVENT, e, E.direction[e], 0.0
+        G.value[at, n] = G.gap[at, n] = G.event_value[e]
+        G.rate[at, n], G.past[at, n], G.past_rate[at, n] = G.event_rate[e], -math.inf, 0.0
+
+
+@inline
+def watched(G):
+    """How many guards and events there are."""
+    return G.count[0] + events_of(G.events)
+
+
+@inline
+def side_of(G, n, at):
+    """1, or −1 of an event that is below zero at a look."""
+    return -1.0 if G.kind[n] == EVENT and G.value[at, n] < 0.0 else 1.0
+
+
+@njit
 def between(G, n, before, after, h):
     """Whether guard n may have been zero between two looks, a time h apart."""
+    side = side_of(G, n, before)
     p, q, past_p, past_q = (
-        G.rate[before, n],
-        G.rate[after, n],
+        side * G.rate[before, n],
+        side * G.rate[after, n],
         G.past_rate[before, n],
         G.past_rate[after, n],
     )
     return not (
-        is_clear(G.gap[before, n], G.gap[after, n], p, q, h)
+        is_clear(side * G.gap[before, n], side * G.gap[after, n], p, q, h)
         or is_clear(G.past[before, n], G.past[after, n], past_p, past_q, h)
     )
 
@@ -314,7 +349,7 @@ def is_clear(a, b, p, q, h):
 def quiet_by_ends(G, h):
     """Whether no guard can have been zero within a short step, by its ends."""
     quiet = True
-    for n in range(G.count[0]):
+    for n in range(watched(G)):
         quiet = quiet and not (between(G, n, BEGIN, END, h) or not_far(G, n))
     return quiet
 
@@ -327,25 +362,25 @@ def not_far(G, n):
 
 @inline
 def place(at):
-    """The part of a step at which a look is."""
+    """The part of what is looked at, a step or a part of it, at which a look is."""
     return PLACES[0] if at == INSIDE else PLACES[1] if at == INSIDE + 1 else PLACES[2]
 
 
 @njit
 def quiet_by_looks(G, h):
-    """Whether no guard can have been zero within a step, by looks at its ends and inside."""
-    for n in range(G.count[0]):
+    """Whether no guard can have been zero within what was looked at, a time h."""
+    for n in range(watched(G)):
         before, x, low, bend = BEGIN, 0.0, math.inf, 0.0
         for m in range(LOOKS - 1):
             after = INSIDE + m if m < LOOKS - 2 else END
             there = place(after) if m < LOOKS - 2 else 1.0
             if between(G, n, before, after, (there - x) * h):
                 return False
-            low = min(low, min(G.value[before, n], G.value[after, n]))
+            low = min(low, min(abs(G.value[before, n]), abs(G.value[after, n])))
             before, x = after, there
         if not_far(G, n):
             return False
-        if not has_rates(G, n):
+        if G.kind[n] == EVENT or not has_rates(G, n):
             bend = fourth_difference(G.value, n)
         if abs(bend) > GUARD_FORCE_VARIES * low:
             return False
@@ -386,7 +421,7 @@ def node(at):
 @inline
 def look_again(G, at, source):
     """Row `at` ← row `source`."""
-    for n in range(G.count[0]):
+    for n in range(watched(G)):
         G.value[at, n], G.rate[at, n] = G.value[source, n], G.rate[source, n]
         G.gap[at, n] = G.gap[source, n]
         G.past[at, n], G.past_rate[at, n] = G.past[source, n], G.past_rate[source, n]
@@ -402,7 +437,7 @@ def look_at_guards(L, W, U, G):
     for n in range(G.count[0]):
         value = G.value[BEGIN, n]
         least = value if value != value or value < least else least
-    G.known[0] = 1
+    G.known[0] = 2 if events_of(G.events) == 0 else 1
     return least
 
 

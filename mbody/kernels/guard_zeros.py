@@ -1,4 +1,4 @@
-"""The first zero of the guards of a step, by looks at its ends and inside.
+"""The first zero of the guards of a step, or of a part of it, by looks at its ends and inside.
 
 Between looks a guard is the cubic through values and rates or, where rates are not known, the
 polynomial of order four through all five values; where that bends too much to be believed, or comes
@@ -10,22 +10,32 @@ from __future__ import annotations
 import math
 
 from mbody.core.decorators import inline, njit
-from mbody.core.tolerances import GUARD_NEARLY_ZERO, GUARD_PARADOX_FAR, GUARD_SMOOTH
+from mbody.core.tolerances import (
+    GUARD_NEARLY_ZERO,
+    GUARD_PARADOX_FAR,
+    GUARD_PART_LEAST,
+    GUARD_SMOOTH,
+)
 from mbody.kernels.contact_guards import (
     BEGIN,
     END,
+    EVENT,
     INSIDE,
     LOOKS,
     PARADOX,
     fourth_difference,
     has_rates,
     node,
+    side_of,
+    watched,
 )
+from mbody.kernels.watched_events import PART_LENGTH, is_new, together
 
 #: Places at which a guard is scanned for its first change of sign, and rounds that close it in.
 PLACES_SCANNED, ROUNDS = 32, 60
-#: What `first_zero` returns where there is none, and where it is not clear.
-NO_ZERO, UNCLEAR = 2.0, -1.0
+#: What `first_zero` returns where there is none; where it is not clear, and shorter parts are to be
+#: looked at; and where looks do not say it.
+NO_ZERO, UNCLEAR, UNSEEN = 2.0, -1.0, -2.0
 
 
 @inline
@@ -37,7 +47,7 @@ def cubic(z, h, a, b, p, q):
 
 @njit
 def guard_between(G, n, h, x, rated):
-    """Guard n at the part x of a step of length h."""
+    """Guard n at the part x of what is looked at, a time h."""
     if rated:
         before, m = BEGIN, 0
         while m < LOOKS - 2 and x > node(INSIDE + m):
@@ -66,39 +76,75 @@ def guard_between(G, n, h, x, rated):
 
 @njit
 def first_zero(G, n, h):
-    """The part of a step of length h at which guard n, which begins above zero, is zero first;
-    NO_ZERO where there is none, UNCLEAR where the looks do not say.
+    """The part of what is looked at, a time h, at which guard n is zero first: one of a mode falls
+    through it, an event as it is asked. NO_ZERO where there is none, UNCLEAR where the looks do not
+    say, UNSEEN where none do.
     """
-    rated, most, low = has_rates(G, n), 0.0, math.inf
+    event, rated, most, low = G.kind[n] == EVENT, has_rates(G, n), 0.0, math.inf
+    side, swaps = side_of(G, n, BEGIN), False
     for m in range(LOOKS):
-        if G.value[m, n] != G.value[m, n]:
-            return UNCLEAR
-        most, low = max(most, abs(G.value[m, n])), min(low, G.value[m, n])
+        value = G.value[m, n]
+        if value != value:
+            return NO_ZERO if event else UNCLEAR
+        most, low, swaps = max(most, abs(value)), min(low, side * value), swaps or side * value <= 0
     if G.kind[n] == PARADOX:
         # it jumps where the side that presses changes
-        return NO_ZERO if low > GUARD_PARADOX_FAR else UNCLEAR
-    if not rated and abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
+        return NO_ZERO if low > GUARD_PARADOX_FAR else UNSEEN
+    finest = event and G.events.number[PART_LENGTH] <= GUARD_PART_LEAST
+    believed = finest or (rated and not event)
+    if not believed and abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
         return UNCLEAR
-    # what is never above zero crosses nothing
-    left, least, above = 0.0, math.inf, G.value[BEGIN, n] > 0.0
-    for m in range(1, PLACES_SCANNED + 1):
-        x = m / PLACES_SCANNED
+    # what is never on one side of zero crosses nothing
+    left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > 0.0, 1
+    least = low
+    while place <= PLACES_SCANNED:
+        x = place / PLACES_SCANNED
         g = guard_between(G, n, h, x, rated)
-        if above and g <= 0.0:
-            return closed_in(G, n, h, left, x, rated)
-        left, above = x, above or g > 0.0
-        least = min(least, g)
-    if low > 0.0 and least < GUARD_NEARLY_ZERO * low:
+        dips = event and known and min(side * before, side * g) <= GUARD_NEARLY_ZERO * most
+        if dips and side * slope(G, n, h, left) < 0.0 < side * slope(G, n, h, x):
+            x = lowest(G, n, h, left, x, side)
+            g = guard_between(G, n, h, x, rated)
+        else:
+            place += 1
+        least = min(least, side * g)
+        if known and side * g <= 0.0:
+            zero = closed_in(G, n, h, left, x, side)
+            if not event or (G.sense[n] * side <= 0.0 and is_new(G.events, G.owner[n], zero)):
+                hides = event and not (swaps or finest)
+                return UNCLEAR if hides else zero
+            side, known, swaps = -side, g != 0.0, True
+        elif not known and g != 0.0:
+            if event:
+                side = 1.0 if g > 0.0 else -1.0
+            known = side * g > 0.0
+        left, before = x, g
+    if not (swaps or finest) and low > 0.0 and least < GUARD_NEARLY_ZERO * low:
         return UNCLEAR
     return NO_ZERO
 
 
 @njit
-def closed_in(G, n, h, left, right, rated):
-    """The zero between two places, by bisection."""
+def lowest(G, n, h, left, right, side):
+    """Where guard n, on a side of zero, is nearest to it between two places, between which it is
+    once.
+    """
+    for _ in range(ROUNDS):
+        a, b = (2.0 * left + right) / 3.0, (left + 2.0 * right) / 3.0
+        rated = has_rates(G, n)
+        if side * guard_between(G, n, h, a, rated) <= side * guard_between(G, n, h, b, rated):
+            right = b
+        else:
+            left = a
+    return 0.5 * (left + right)
+
+
+@njit
+def closed_in(G, n, h, left, right, side):
+    """The zero between two places, by bisection; `side`: that of the left one."""
+    rated = has_rates(G, n)
     for _ in range(ROUNDS):
         x = 0.5 * (left + right)
-        if guard_between(G, n, h, x, rated) > 0.0:
+        if side * guard_between(G, n, h, x, rated) > 0.0:
             left = x
         else:
             right = x
@@ -107,22 +153,37 @@ def closed_in(G, n, h, left, right, rated):
 
 @njit
 def slope(G, n, h, x):
-    """The rate of guard n at the part x of a step of length h, in values a step."""
+    """The rate of guard n at the part x of what is looked at, a time h, in values that long."""
     rated, little = has_rates(G, n), 0.5**20
     a, b = max(0.0, x - little), min(1.0, x + little)
     return (guard_between(G, n, h, b, rated) - guard_between(G, n, h, a, rated)) / (b - a)
 
 
+@inline
+def comes_first(G, n, here, first, x):
+    """Whether guard n, zero at the part `here`, comes before the first so far, at x: an event
+    before the change of modes that it meets, one that stops the motion after others.
+    """
+    E = G.events
+    if first < 0 or G.kind[n] != EVENT:
+        return here < x
+    if G.kind[first] != EVENT:
+        return here <= x + together(E)
+    stops = E.stops[G.owner[n]] - E.stops[G.owner[first]]
+    return here < x - stops * together(E)
+
+
 @njit
 def first_guard(G, h):
-    """The guard that is zero first, and the part of the step at which it is: NO_ZERO where none is,
-    UNCLEAR where the looks do not say.
+    """The guard that is zero first, and the part of what is looked at, a time h, at which it is:
+    NO_ZERO where none is, UNCLEAR where the looks do not say, UNSEEN where none do.
     """
     first, x = -1, NO_ZERO
-    for n in range(G.count[0]):
+    for n in range(watched(G)):
         here = first_zero(G, n, h)
-        if here == UNCLEAR:
-            return -1, UNCLEAR
-        if here < x:
+        if here < 0.0:
+            # of modes many graze zero all the time, which no shorter parts show
+            return -1, here if G.kind[n] == EVENT else UNSEEN
+        if here <= 1.0 and comes_first(G, n, here, first, x):
             first, x = n, here
     return first, x

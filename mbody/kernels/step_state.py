@@ -67,8 +67,8 @@ UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, ARTIFICIAL_LIMIT,
     BRANCH_UNCERTAIN,
     TRIED,
 ) = range(9)
-#: The next step may meet a zero of what is watched; a step ends at a zero of it.
-NOT_QUIET, ZERO = 9, 10
+#: The next step may meet a zero of what is watched; a step ends at a zero of it; an event is met.
+NOT_QUIET, ZERO, CROSSED = 9, 10, 30
 
 
 class Stepping(Bundle):

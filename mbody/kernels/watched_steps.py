@@ -1,10 +1,11 @@
-"""Explicit steps of a motion with contacts, as long as its modes hold.
+"""Explicit steps of a motion with contacts and events, as long as its modes hold.
 
 A step is tried, its end looked at, and accepted if it is quiet: if no guard can have been zero
 within it (`mbody.kernels.contact_guards`). A step that is short beside what the tolerance allows
-resolves what is watched by its ends; within others it is looked at in three more places. Where a
-guard is zero the step is tried again up to there, by secants of whole steps. A step of which the
-looks do not show what it meets is left as it was tried.
+resolves what is watched by its ends; within others it is looked at in three more places, and in
+shorter and shorter parts where these do not show what it meets. Where a guard is zero the step is
+tried again up to there, by secants of whole steps. A step of which no looks show what it meets is
+left as it was tried.
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from mbody.core.decorators import njit
 from mbody.core.tolerances import (
     CONTACT_GAP_CLOSED,
     EVENT_LOCATED,
+    EVENT_RATE_STEP,
+    EVENT_TOGETHER,
     GUARD_GRAZING,
+    GUARD_PART_LEAST,
     GUARD_ROUNDING_GAP,
     GUARD_ZERO,
     RATE_NONE_FRICTION,
@@ -26,7 +30,10 @@ from mbody.kernels.contact_guards import (
     CLOSE,
     COUNT,
     END,
+    EVENT,
+    FIRST,
     INSIDE,
+    LAST,
     LOCATES,
     LOOKS,
     PARADOX,
@@ -34,7 +41,8 @@ from mbody.kernels.contact_guards import (
     UNTIL,
     look,
     look_again,
-    place,
+    look_at_events,
+    node,
     quiet_by_ends,
     quiet_by_looks,
 )
@@ -45,13 +53,14 @@ from mbody.kernels.contact_rows import (
     row_acceleration,
 )
 from mbody.kernels.dense_output import along
-from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, slope
+from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, UNSEEN, first_guard, slope
 from mbody.kernels.layout import keep
 from mbody.kernels.runge_kutta import accept, attempt, dense_output
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,
     ARTIFICIAL_LIMIT,
+    CROSSED,
     EVALUATIONS,
     LAST_STEP_ALLOWED,
     MORE,
@@ -60,13 +69,33 @@ from mbody.kernels.step_state import (
     NOT_QUIET,
     TIME,
     TRIED,
+    TRIED_END,
     TRIED_GROWTH,
     TRIED_LENGTH,
     ZERO,
 )
+from mbody.kernels.watched_events import (
+    APART,
+    FIRST_PART,
+    INTERVALS,
+    LATER,
+    PART_LENGTH,
+    events_of,
+    forget_seen,
+)
 
-#: Steps by which a zero is located, at most.
-LOCATIONS = 8
+#: What `Guards.known` is where guards and events are known.
+KNOWN_ALL = 2
+#: Steps by which a zero is located, at most; parts of a step that are looked at beside those that
+#: events ask for, at most.
+LOCATIONS, MORE_PARTS = 8, 256
+
+
+@njit
+def look_at_all(L, W, U, G, at):
+    """Row `at` of the looks ← guards and events at the state that was just evaluated."""
+    look(L, W, U, G, at, True)
+    look_at_events(L, W, G, at)
 
 
 @njit
@@ -76,72 +105,111 @@ def look_at_present(L, W, S, U, G, refinements):
         S.stage[n] = S.y[n]
     state_derivative(L, W, S, S.state[TIME], S.stage, 1, refinements, True)
     S.state[EVALUATIONS] += 1
-    look(L, W, U, G, BEGIN, True)
-    G.known[0] = 1
+    look_at_all(L, W, U, G, BEGIN)
+    G.known[0] = KNOWN_ALL
 
 
 @njit
-def look_inside(L, W, method, S, T, U, G):
-    """Look at the step that was tried in three places; leaves S.stage as it was."""
-    stage, h, t = G.stage, S.state[TRIED_LENGTH], S.state[TIME]
-    for n in range(S.y.shape[0]):
-        stage[n] = S.stage[n]
-    dense_output(L, W, method, S, h, T.refinements)
-    for m in range(LOOKS - 2):
-        x = place(INSIDE + m)
+def look_inside(L, W, S, T, U, G, last):
+    """Look at a part of the step that was tried, by its polynomials: in three places, and at its
+    end unless it is the last.
+    """
+    h, part = S.state[TRIED_LENGTH], G.events.number
+    begin, length = part[FIRST_PART], part[PART_LENGTH]
+    for m in range(LOOKS - 2 if last else LOOKS - 1):
+        at = INSIDE + m if m < LOOKS - 2 else END
+        x = begin + length * node(at)
         for n in range(S.y.shape[0]):
             S.stage[n] = S.last[n] + along(S.F, n, x, 0.0)
-        state_derivative(L, W, S, t + x * h, S.stage, 1, T.refinements, True)
+        state_derivative(L, W, S, S.state[TIME] + x * h, S.stage, 1, T.refinements, True)
         S.state[EVALUATIONS] += 1
-        look(L, W, U, G, INSIDE + m, True)
-    for n in range(S.y.shape[0]):
-        S.stage[n] = stage[n]
-    # of the end the velocities are still wanted
-    for n in range(3 * L.bodies):
-        W.v[n, 0] = S.end[3 * L.bodies + n]
+        look_at_all(L, W, U, G, at)
+    if last:
+        look_again(G, END, LAST)
+
+
+@njit
+def search(L, W, S, T, U, G):
+    """G.passed, G.part ← the first zero within the step that was tried, whose polynomials are
+    known, part by part: as long as events ask for, shorter where the looks do not say what happens.
+    """
+    h, E, begin, tries, last = S.state[TRIED_LENGTH], G.events, 0.0, 0, False
+    parts = math.ceil(h / (INTERVALS * E.number[APART])) if events_of(E) > 0 else 1
+    longest = 1.0 / parts
+    length = longest
+    while not last:
+        last = begin + length > 1.0 - GUARD_PART_LEAST * longest
+        length = 1.0 - begin if last else length
+        E.number[FIRST_PART], E.number[PART_LENGTH] = begin, length
+        look_inside(L, W, S, T, U, G, last)
+        first, x, tries = -1, NO_ZERO, tries + 1
+        if not quiet_by_looks(G, length * h):
+            first, x = first_guard(G, length * h)
+        if first >= 0:
+            G.passed[0], G.part[0] = first, begin + x * length
+            G.part[1] = slope(G, first, length * h, x) / (length * h)
+            return
+        if x < 0.0:
+            if x == UNSEEN or length <= GUARD_PART_LEAST or tries > parts + MORE_PARTS:
+                return
+            length, last = max(0.25 * length, GUARD_PART_LEAST), False
+        else:
+            begin, length = begin + length, min(longest, 4.0 * length)
+            look_again(G, BEGIN, END)
+    G.part[0] = NO_ZERO
 
 
 @njit
 def find_first(L, W, method, S, T, U, G):
     """G.passed and G.part ← which guard is zero first within the step that was tried, −1 if none,
-    and at which part of the step, or NO_ZERO or UNCLEAR. Returns whether it was looked at inside,
-    so that its polynomials are known.
+    and at which part of the step, or NO_ZERO or UNCLEAR; its rate there. Returns whether it was
+    looked at inside, so that its polynomials are known.
     """
-    h, state = S.state[TRIED_LENGTH], S.state
+    h, state, stage = S.state[TRIED_LENGTH], S.state, G.stage
     G.passed[0], G.part[0] = -1, UNCLEAR
     if state[NEAR_SINGULAR] > 0.5:
         return False
-    look(L, W, U, G, END, True)
-    if STEP_SHORT * state[TRIED_GROWTH] >= 1.0 and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h):
+    look_at_all(L, W, U, G, END)
+    short = STEP_SHORT * state[TRIED_GROWTH] >= 1.0 and events_of(G.events) == 0
+    if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h):
         G.part[0] = NO_ZERO
         return False
-    look_inside(L, W, method, S, T, U, G)
-    if quiet_by_looks(G, h):
-        G.part[0] = NO_ZERO
-    else:
-        G.passed[0], G.part[0] = first_guard(G, h)
+    for n in range(S.y.shape[0]):
+        stage[n] = S.stage[n]
+    dense_output(L, W, method, S, h, T.refinements)
+    look_again(G, FIRST, BEGIN)
+    look_again(G, LAST, END)
+    search(L, W, S, T, U, G)
+    look_again(G, BEGIN, FIRST)
+    look_again(G, END, LAST)
+    for n in range(S.y.shape[0]):
+        S.stage[n] = stage[n]
+    # of the end the velocities are still wanted
+    for n in range(3 * L.bodies):
+        W.v[n, 0] = S.end[3 * L.bodies + n]
     return True
 
 
 @njit
 def step_to_zero(L, W, method, S, T, U, G):
-    """Try a step that ends where guard G.passed is zero, near the part G.part of the step that was
-    looked at, so that its end has the order of the method; whether one is found.
+    """Try a step that ends where guard or event G.passed is zero, near the part G.part of the step
+    that was looked at, so that its end has the order of the method; whether one is found.
     """
-    state, n, x = S.state, G.passed[0], G.part[0]
+    state, n, rate = S.state, G.passed[0], G.part[1]
     t, h = state[TIME], state[TRIED_LENGTH]
-    rate, end, before, value = slope(G, n, h, x) / h, t + x * h, t, math.inf
-    if not rate < 0.0:
+    end, before, value = t + G.part[0] * h, t, math.inf
+    if not (rate < 0.0 or (G.kind[n] == EVENT and rate > 0.0)):
         return False
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
         if not end > t or attempt(L, W, method, S, T, end) != TRIED or state[NEAR_SINGULAR] > 0.5:
             return False
         look(L, W, U, G, END, False)
+        look_at_events(L, W, G, END)
         here = G.value[END, n]
-        if abs(here) >= abs(value) and abs(here) <= -rate * GUARD_ZERO * h:
+        if abs(here) >= abs(value) and abs(here) <= abs(rate) * GUARD_ZERO * h:
             break  # what is left is rounding
-        if before > t and (here - value) / (end - before) < 0.0:
+        if before > t and (here - value) / (end - before) * rate > 0.0:
             rate = (here - value) / (end - before)
         before, value, away = end, here, -here / rate
         if abs(away) <= EVENT_LOCATED * h or end + away == end:
@@ -187,41 +255,67 @@ def shorten_before_pole(G, S, h):
 
 
 @njit
+def go_back(G, S):
+    """After an event the step in which it lies is to be made; the count of evaluations goes on."""
+    state, E = S.state, G.events
+    evaluations, end = state[EVALUATIONS], state[TRIED_END]
+    E.seen[G.owner[G.passed[0]]] = G.part[0] + EVENT_TOGETHER
+    for n in range(state.shape[0]):
+        state[n] = E.saved[n]
+    state[EVALUATIONS], state[TRIED_END] = evaluations, end
+
+
+@njit
 def watched_steps(L, W, method, S, T, O, U, G):
     """Steps as `runge_kutta` makes them, as G.asked says, up to the first zero of a guard.
 
-    Returns what `runge_kutta` does; ZERO at a zero of guard G.passed; or NOT_QUIET: the next step,
-    which is not made, may meet one that its looks do not show, or that is not to be located.
+    Returns what `runge_kutta` does; ZERO at a zero of guard G.passed; CROSSED at an event, where
+    the motion ends, or else is still before the step in which the event lies; or NOT_QUIET: the
+    next step, which is not made, may meet one that its looks do not show, or that is not to be
+    located. G.page is the record of where the steps end, or of the event.
     """
-    code, until = MORE, G.asked[UNTIL]
-    if not G.known[0]:
+    code, until, E, state, waits = MORE, G.asked[UNTIL], G.events, S.state, False
+    E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
+    if G.known[0] < KNOWN_ALL:
         look_at_present(L, W, S, U, G, T.refinements)
     for _ in range(int(G.asked[COUNT])):
-        code, longest = attempt(L, W, method, S, T, until), S.state[NEXT]
+        for n in range(state.shape[0]):
+            E.saved[n] = state[n]
+        E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
+        code, longest = attempt(L, W, method, S, T, until), state[NEXT]
         if code == TRIED:
             dense = find_first(L, W, method, S, T, U, G)
-            quiet, located = G.part[0] == NO_ZERO, False
-            if G.asked[LOCATES] > 0.0 and G.passed[0] >= 0:
+            quiet, located, n = G.part[0] == NO_ZERO, False, G.passed[0]
+            if G.asked[LOCATES] > 0.0 and n >= 0:
                 located = step_to_zero(L, W, method, S, T, U, G)
             if not (quiet or located):
                 code = NOT_QUIET
                 break
-            h, G.known[0] = S.state[TRIED_LENGTH], 0
+            event = located and G.kind[n] == EVENT
+            waits = event and E.stops[G.owner[n]] == 0
+            if waits:
+                code = CROSSED
+                break
+            h, G.known[0] = state[TRIED_LENGTH], 0
             code = accept(L, W, method, S, T, O, until, dense and quiet)
+            forget_seen(E)
             if not quiet:
-                S.state[NEXT] = min(S.state[NEXT], longest)
-                code = ZERO
+                state[NEXT] = min(state[NEXT], longest)
+                code = CROSSED if event else ZERO
             shorten_before_pole(G, S, h)
             look_again(G, BEGIN, END)
-            G.known[0] = 1
-            if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
+            G.known[0] = KNOWN_ALL
+            if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
                 break
         if code != MORE:
             break
     if G.asked[LOCATES] > 0.0:
         for n in range(S.y.shape[0]):
-            S.stage[n] = S.y[n]
-        state_derivative(L, W, S, S.state[TIME], S.stage, 1, T.full_refinements, True)
-        S.state[EVALUATIONS] += 1
+            S.stage[n] = S.end[n] if waits else S.y[n]
+        t = state[TRIED_END] if waits else state[TIME]
+        state_derivative(L, W, S, t, S.stage, 1, T.full_refinements, True)
+        state[EVALUATIONS] += 1
         keep(L, W, 0.0, G.page)
+    if waits:
+        go_back(G, S)
     return code

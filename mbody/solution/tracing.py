@@ -88,6 +88,26 @@ class Recording(recorded_numbers.NumberRecording):
         )
 
 
+def of_what_is_read(program: NumberProgram) -> tuple[NumberProgram, np.ndarray]:
+    """The program without the inputs that no operation reads; the numbers of those that are."""
+    inputs, slots = len(program.lowest), len(program.slots)
+    read = np.unique(np.concatenate([program.operations[:, 1:3].ravel(), program.targets]))
+    read = read[read < inputs]
+    kept = np.concatenate([read, np.arange(inputs, slots)])
+    place = np.zeros(slots, dtype=np.int64)
+    place[kept] = np.arange(len(kept))
+    operations = program.operations.copy()
+    operations[:, 1:] = place[operations[:, 1:]]
+    short = NumberProgram(
+        slots=program.slots[kept],
+        lowest=program.lowest[read],
+        strict=program.strict[read],
+        operations=operations,
+        targets=place[program.targets],
+    )
+    return short, read
+
+
 # -- Driven coordinates from the motion of the bodies, in any kind of numbers ------------------
 
 

@@ -20,7 +20,7 @@ from mbody.kernels.contact_guards import (
     quiet_by_ends,
     quiet_by_looks,
 )
-from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, first_zero, slope
+from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, UNSEEN, first_guard, first_zero, slope
 
 
 def looked_at(kind, value, rate=None, past=None, past_rate=None):
@@ -39,6 +39,7 @@ def looked_at(kind, value, rate=None, past=None, past_rate=None):
         rate=table(rate, math.nan),
         past=beyond,
         past_rate=table(past_rate, 0.0),
+        events=SimpleNamespace(direction=np.zeros(0)),
     )
 
 
@@ -93,7 +94,7 @@ def test_a_determinant_may_jump_far_from_zero():
     jumps = looked_at(PARADOX, lambda x: 0.7 if x < 0.6 else 1.3)
     assert first_zero(jumps, 0, 1.0) == NO_ZERO
     near = looked_at(PARADOX, lambda x: 0.05 + x)
-    assert first_zero(near, 0, 1.0) == UNCLEAR
+    assert first_zero(near, 0, 1.0) == UNSEEN
 
 
 def test_the_fourth_difference_is_that_of_even_looks():

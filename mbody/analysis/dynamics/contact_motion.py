@@ -19,8 +19,10 @@ import numpy as np
 from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
 from mbody.analysis.dynamics.contact_start import fit_contacts, refuse_overlap
+from mbody.analysis.dynamics.event_programs import watched_by_program
 from mbody.analysis.dynamics.events import (
     OF_A_STEP,
+    OF_ALL,
     Guard,
     JumpIntegration,
     LocatedZero,
@@ -65,7 +67,7 @@ from mbody.kernels.advance import (
     advance_motion,
 )
 from mbody.kernels.contact_guards import (
-    LOOKS,
+    KEPT_LOOKS,
     PARADOX,
     Guards,
     find_guards,
@@ -80,16 +82,20 @@ from mbody.kernels.held_forces import held_force_table
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.mode_problem import TRIED
 from mbody.kernels.step_state import (
+    CROSSED,
     DELIVERED,
     DONE,
     MORE,
+    NEXT,
     NOT_FINITE,
     NOT_QUIET,
     STEP_VANISHED,
     TIME,
+    TRIED_END,
     ZERO,
     Outputs,
 )
+from mbody.kernels.watched_events import APART, WatchedEvents
 from mbody.model.element import listed
 from mbody.model.simulation import Event
 from mbody.solution.doubts import Doubt, doubted
@@ -105,15 +111,16 @@ from mbody.system.system import System
 Array = np.ndarray
 
 
-def blank_guards(motion: ModalMotion) -> Guards:
-    """Memory for the guards of a motion."""
+def blank_guards(motion: ModalMotion, events: WatchedEvents) -> Guards:
+    """Memory for the guards of a motion, and its events."""
     points, owners = len(motion.uni.contact_points), len(motion.uni.every_body)
-    most = 3 * points + owners + 2
+    looks = ("value", "rate", "gap", "past", "past_rate")
+    most = 3 * points + owners + 2 + len(events.direction)
     return Guards(
         count=np.zeros(1, dtype=np.int64),
         kind=np.zeros(most, dtype=np.int64),
         owner=np.zeros(most, dtype=np.int64),
-        **{name: np.zeros((LOOKS, most)) for name in ("value", "rate", "gap", "past", "past_rate")},
+        **{name: np.zeros((KEPT_LOOKS, most)) for name in looks},
         fresh=np.zeros(most),
         slow=tol.RATE_NONE_FRICTION * motion.speeds,
         ends=np.zeros((points, 2)),
@@ -122,7 +129,9 @@ def blank_guards(motion: ModalMotion) -> Guards:
         stage=np.zeros(len(motion.y)),
         known=np.zeros(1, dtype=np.int64),
         passed=np.zeros(1, dtype=np.int64),
-        part=np.zeros(1),
+        part=np.zeros(2),
+        event_value=np.zeros(len(events.direction)),
+        event_rate=np.zeros(len(events.direction)),
         asked=np.zeros(4),
         page=np.zeros((motion.system.record_rows, 1)),
         sense=np.zeros(most),
@@ -144,6 +153,7 @@ def blank_guards(motion: ModalMotion) -> Guards:
             len(motion.y),
         ),
         **dict(zip(("open", "program"), open_forces_memory(0, 0, 0, 0), strict=True)),
+        events=events,
     )
 
 
@@ -174,7 +184,8 @@ class ModalIntegration(JumpIntegration):
             for one in works_of_moving(system)
         }
         self.memory = DecisionMemory(self.uni)
-        self.guard_table = blank_guards(self)
+        every = self.events, self.measures, self.carried.tolist()
+        self.guard_table = blank_guards(self, watched_by_program(system, *every))
         #: What comes next, what is counted at one instant, and when modes changed last.
         self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
         self.changed = np.array([-np.inf])
@@ -260,9 +271,13 @@ class ModalIntegration(JumpIntegration):
 
     @property
     def watches(self) -> bool:
-        """Whether the kernel watches steps: it knows no events of users, nor implicit methods."""
-        explicit = isinstance(self.steps, ExplicitSteps)
-        return explicit and not (self.events or self.sided)
+        """Whether the kernel watches steps: it knows no implicit methods, nor events that no
+        program evaluates or that are of forces that are shared.
+        """
+        explicit, G = isinstance(self.steps, ExplicitSteps), self.guard_table
+        known = len(G.events.direction) == len(self.events)
+        shared = G.open_normal.any() or G.open_tangent.any()
+        return explicit and known and not (self.sided or (shared and not self.carried.all()))
 
     def _make_room(self) -> None:
         """More memory for rows of the problem, or forces that no equation decides."""
@@ -719,11 +734,14 @@ class ContactIntegration(ModalIntegration):
         end.
         """
         code = self._quietly(until, count, outputs, True)
-        self.record = self.initial_states = self.guard_table.page.copy()
+        if code != CROSSED or self._event_met.stop:
+            self.record = self.initial_states = self.guard_table.page.copy()
         return code
 
     def _quietly(self, until: float, count: int, outputs: Outputs, locates: bool) -> int:
-        self.guard_table.asked[:], self.least_guard = (until, count, self.swings, locates), np.nan
+        G, self.least_guard = self.guard_table, np.nan
+        G.asked[:] = until, count, self.swings, locates
+        G.events.number[APART] = (self.until - self.first) / OF_ALL
         return self._next(outputs)
 
     def _next(self, outputs: Outputs) -> int:
@@ -751,12 +769,15 @@ class ContactIntegration(ModalIntegration):
         t, code, status = float(self.state[TIME]), NOT_QUIET, ""
         if self.watches and not self.ending and t < min(self.target, self.until):
             code = self._quiet_steps()
+            if code == CROSSED:
+                return MORE, self._meet(self._event_met)
             if code == ZERO:
                 return MORE, self._passed(self.guards[self.guard_table.passed[0]])
             code = MORE if code == DONE and self.target < self.until else code
         if code == NOT_QUIET:
             self.guard_table.known[0] = 0
             code, status = super()._step()
+            self.guard_table.events.seen[:] = -1.0
         if status or not self.has_pole:
             return code, status
         found = abs(self.record[self.system.friction_rows.start + DETERMINANT, 0])
@@ -766,6 +787,23 @@ class ContactIntegration(ModalIntegration):
             t = float(self.state[TIME])
             return MORE, self._paradox(self.pole if np.isfinite(self.pole) else t)
         return code, status
+
+    @property
+    def _event_met(self) -> Event:
+        """The event that the kernel has located."""
+        G = self.guard_table
+        return self.events[int(G.passed[0] - G.count[0])]
+
+    def _meet(self, event: Event) -> str:
+        """An event that the kernel has located: its record, and a status where the motion ends."""
+        page, tried = self.guard_table.page, self.guard_table.events.saved
+        t, h = float(self.state[TRIED_END]), float(tried[NEXT])
+        together = max(tol.EVENT_TOGETHER * h, tol.TIME_ROUNDING * abs(t))
+        # what is zero but for rounding where the motion begins crosses nothing
+        begins = t <= self.first + tol.EVENT_LOCATED * h
+        if not (begins or self._is_known(event, t, together)):
+            self._record(event, t, page.copy())
+        return self._ended(f"'{event.of}' is zero") if event.stop else ""
 
     # -- changes of modes ---------------------------------------------------------------------
 
