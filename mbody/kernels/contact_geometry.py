@@ -383,13 +383,14 @@ def circle_on_edges(W, C, B, pair):
     x, y, _, near, _ = pair
     cx, cy = centre_of(W, C, y)
     r, kind = C.radius[y], C.kind[x]
-    best, widest = -1, -math.inf
+    best, widest, outside = -1, -math.inf, -math.inf
     for n in range(edges_of(C, x) if kind == POLYGON else 1):
         ax, ay, _, _, nx, ny, _ = edge_of(W, C, x, n)
         gap = nx * (cx - ax) + ny * (cy - ay)
+        outside = max(outside, gap)
         if gap > widest and not C.covered[edge_number(C, x, n)]:
             best, widest = n, gap
-    if best < 0 or widest - r >= near:
+    if best < 0 or outside - r >= near:
         return
     ax, ay, ux, uy, nx, ny, length = edge_of(W, C, x, best)
     s = ux * (cx - ax) + uy * (cy - ay)
@@ -397,7 +398,7 @@ def circle_on_edges(W, C, B, pair):
     deepest = -CONTACT_CORNER_BEHIND * length if r == 0.0 else -r
     if kind == SEGMENT and within and widest < deepest:
         return
-    if within or (kind == POLYGON and widest <= 0.0):
+    if within or (kind == POLYGON and outside <= 0.0):
         gap = widest - r
         out = r + 0.5 * gap
         put(W, C, B, pair, best, (nx, ny), (cx - out * nx, cy - out * ny), gap)

@@ -182,6 +182,27 @@ def test_by_events_too_no_tile_is_struck(kind):
     assert run["m"].x[-1] == pytest.approx(1.9, abs=1e-10)
 
 
+def test_a_disc_rolls_down_a_road_of_polygons():
+    """Beyond a tile its upper edge goes on above the road, which is no overlap."""
+    x, y, angle, points, shapes = 0.0, 0.0, 0.0, {}, {}
+    for n in range(6):
+        points |= {f"p{n}": (x, y), f"q{n}": (x, y - 1.0)}
+        x, y, angle = x + 0.5 * math.cos(angle), y + 0.5 * math.sin(angle), angle - 0.2
+    for n in range(5):
+        shapes[f"tile{n}"] = {"polygon": [f"p{n}", f"p{n + 1}", f"q{n + 1}", f"q{n}"]}
+    machine = mbody.Mechanism("road", ground=points, ground_shapes=shapes)
+    machine.add(mbody.Gravity("gravity", y=-G), disc("m", 0.2, RADIUS))
+    machine.add(mbody.Between("floor", "ground.tile*", "m.rim", friction=0.1))
+    machine.simulation = mbody.SimulationSettings(0.8, {"m": {"vx": 2.0}})
+    run, exact = stepped(machine, 0.8, 5e-4), mbody.simulate(machine, 0.8)
+    assert run.status == "completed"
+    # each of three impacts and flights is a step late at the most
+    for part in ("x", "y"):
+        assert getattr(run["m"], part)[-1] == pytest.approx(
+            getattr(exact["m"], part)[-1], abs=3 * 3.0 * 5e-4
+        )
+
+
 @pytest.mark.parametrize("kind", ["segment", "polygon"])
 def test_a_wall_upon_tiles_is_struck(kind):
     run = stepped(tiled(kind, "box", 0.0, wall=True), 1.0, 2e-3)

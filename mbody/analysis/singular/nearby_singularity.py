@@ -192,6 +192,8 @@ def _ahead(
     found = None if rows.driven else _known(met, x, 8.0 * within)
     if found is None:
         G = rows.at(x)[1]
+        if not len(G):  # nothing but contacts, none of which holds
+            return Ahead()
         parts = np.linalg.svd(G)
         sizes = parts[1]
         rank = (
