@@ -11,6 +11,7 @@ serves every machine (`mbody.image`).
 from __future__ import annotations
 
 import ctypes
+import functools
 from typing import Any
 
 import llvmlite.binding
@@ -47,12 +48,13 @@ def number_type(number: str, axes: int) -> Any:
     return types.Array(kind, axes, "C") if axes else kind
 
 
+@functools.cache
 def bundle_type(bundle: type[Bundle]) -> Address:
     """Numba's type of the bundles of a class."""
     kinds = []
     for name, kind in bundle.__annotations__.items():
-        inner = bundle.bundle_of(name)
-        kinds.append(number_type(*KINDS[kind]) if inner is None else inner._numba_type_)
+        inner: Any = bundle.bundle_of(name)  # mypy takes classes of bundles for unhashable
+        kinds.append(number_type(*KINDS[kind]) if inner is None else bundle_type(inner))
     return Address(bundle, kinds)
 
 

@@ -40,7 +40,6 @@ from mbody.kernels.contact_rows import (
     UnilateralLayout,
     approach_of,
     find_end_rates,
-    find_ends,
     gap_of,
     row_acceleration,
     row_rate,
@@ -81,7 +80,8 @@ class Guards(Bundle):
     `gap`, `past`, `past_rate` (KEPT_LOOKS, g): Of a gap that closes itself, of which `rate` is, how
       far its contact point is past the ends of its edge; the value is the greater of both. Of
       others the value, and minus infinity.
-    `fresh` (g,): What began at zero counts as this much as long as it is less; else zero.
+    `fresh` (g,): What began at zero counts as this much as long as it is less; else zero. Of events
+      what is rounding of them in a step.
     `sense` (g,): Of what slides its direction.
     `leader` (c + j,): By whose row what sticks is held, often its own.
     `open_normal`, `open_tangent` (c + j,): Whether no equation decides its normal force, or that of
@@ -240,7 +240,6 @@ def look(L, W, U, G, at, shifts):
     """Row `at` of G.value and G.rate ← the guards at the state that was just evaluated; `shifts`:
     whether what began at zero counts as a little more while it is rounding.
     """
-    find_ends(L, W, U, G.ends)
     find_end_rates(L, W, U, G.ends, G.end_rates)
     closed, flush = CONTACT_GAP_CLOSED * W.size[0, 0], CONTACT_EDGES_FLUSH * W.size[0, 0]
     for n in range(G.count[0]):
@@ -299,7 +298,7 @@ def look_at_events(L, W, G, at):
     find_events(L, W, E, G.event_value, G.event_rate)
     for e in range(events_of(E)):
         n = G.count[0] + e
-        G.kind[n], G.owner[n], G.sense[n], G.fresh[n] = EVENT, e, E.direction[e], 0.0
+        G.kind[n], G.owner[n], G.sense[n] = EVENT, e, E.direction[e]
         G.value[at, n] = G.gap[at, n] = G.event_value[e]
         G.rate[at, n], G.past[at, n], G.past_rate[at, n] = G.event_rate[e], -math.inf, 0.0
 

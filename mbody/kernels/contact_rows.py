@@ -22,7 +22,7 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.kernels.constraints import body_rotations, further_block, law_of_place, rows
 from mbody.kernels.constraints import ends as sides_of
 from mbody.kernels.layout import Layout, Work
-from mbody.model.joints.contour import place_on
+from mbody.model.joints.contour import place_on, speed_along
 
 
 class UnilateralLayout(Bundle):
@@ -172,55 +172,109 @@ def find_ends(L, W, U, ends):
     for k in range(U.normal.shape[0]):
         ends[k, 0] = ends[k, 1] = math.inf
     for n in range(U.edge_point.shape[0]):
-        k, i, j, g = U.edge_point[n], U.edge_bodies[n, 0], U.edge_bodies[n, 1], U.edge[n]
-        px, py = placed(W, j, g[5], g[6])
-        px, py = px - W.q[3 * i, 0], py - W.q[3 * i + 1, 0]
-        # into the axes of the edge's body
-        c, s = W.turn[2 * i, 0], W.turn[2 * i + 1, 0]
-        x, y = c * px + s * py - g[0], c * py - s * px - g[1]
-        along = g[2] * x + g[3] * y
-        ends[k, 0], ends[k, 1] = along, g[4] - along
+        k = U.edge_point[n]
+        ends[k, 0], ends[k, 1] = edge_ends(W, U, n)
     for n in range(U.arc_point.shape[0]):
-        k, own, g = U.arc_point[n], U.arc_bodies[n, 2], U.arc[n]
-        direction = W.q[3 * U.arc_bodies[n, 0] + 2, 0] + g[5]
-        if g[5] != g[5]:
-            ax, ay = placed(W, U.arc_bodies[n, 0], g[0], g[1])
-            bx, by = placed(W, U.arc_bodies[n, 1], g[2], g[3])
-            direction = math.atan2(by - ay, bx - ax) + g[4]
-        begin, half, radius = g[6], g[7], g[8]
-        off = direction - W.q[3 * own + 2, 0] - begin - half + math.pi
-        off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi)) + math.pi
-        ends[k, 0] = min(ends[k, 0], radius * (half + off))
-        ends[k, 1] = min(ends[k, 1], radius * (half - off))
+        k, (before, after) = U.arc_point[n], arc_ends(W, U, n)
+        ends[k, 0], ends[k, 1] = min(ends[k, 0], before), min(ends[k, 1], after)
     for n in range(U.curve_point.shape[0]):
-        k = U.curve_point[n]
-        e = L.active_set[U.normal[k]]
-        i, j, p, _ = sides_of(L, W, 0.0, e)
-        _, along, _, _ = law_of_place(L, W, 0.0, L.primitive_law[e], *place_on(i, j, p))
+        k, (along, _) = U.curve_point[n], along_curve(L, W, U, n)
         ends[k, 0], ends[k, 1] = along, U.curve_end[n] - along
 
 
 @njit
 def find_end_rates(L, W, U, ends, rates):
-    """rates (c, 2) ← those of the ways `ends` of `find_ends` along edges; of arcs not a number."""
+    """ends (c, 2) ← the ways of `find_ends`, and rates (c, 2) ← theirs; of what has no ends not a
+    number.
+    """
     for k in range(U.normal.shape[0]):
+        ends[k, 0] = ends[k, 1] = math.inf
         rates[k, 0] = rates[k, 1] = math.nan
     for n in range(U.edge_point.shape[0]):
-        k, i, j, g = U.edge_point[n], U.edge_bodies[n, 0], U.edge_bodies[n, 1], U.edge[n]
-        px, py = placed(W, j, g[5], g[6])
-        vx = W.v[3 * j, 0] - W.v[3 * j + 2, 0] * (py - W.q[3 * j + 1, 0])
-        vy = W.v[3 * j + 1, 0] + W.v[3 * j + 2, 0] * (px - W.q[3 * j, 0])
-        # as the edge's body sees it, in whose axes it is
-        vx += W.v[3 * i + 2, 0] * (py - W.q[3 * i + 1, 0]) - W.v[3 * i, 0]
-        vy -= W.v[3 * i + 2, 0] * (px - W.q[3 * i, 0]) + W.v[3 * i + 1, 0]
+        k, rate = U.edge_point[n], edge_rate(W, U, n)
+        ends[k, 0], ends[k, 1] = edge_ends(W, U, n)
+        rates[k, 0], rates[k, 1] = rate, -rate
+    for n in range(U.arc_point.shape[0]):
+        k, rate, (before, after) = U.arc_point[n], arc_rate(W, U, n), arc_ends(W, U, n)
+        if before < ends[k, 0]:
+            ends[k, 0], rates[k, 0] = before, rate
+        if after < ends[k, 1]:
+            ends[k, 1], rates[k, 1] = after, -rate
+    for n in range(U.curve_point.shape[0]):
+        k, (along, rate) = U.curve_point[n], along_curve(L, W, U, n)
+        ends[k, 0], ends[k, 1] = along, U.curve_end[n] - along
+        rates[k, 0], rates[k, 1] = rate, -rate
+
+
+@inline
+def place_and_speed(W, i, b, x, y):
+    """A point of body b from the mass centre of body i, and its velocity as that body sees it."""
+    px, py = placed(W, b, x, y)
+    w, v = W.v[3 * b + 2, 0], W.v[3 * i + 2, 0]
+    dx, dy = px - W.q[3 * i, 0], py - W.q[3 * i + 1, 0]
+    vx = W.v[3 * b, 0] - w * (py - W.q[3 * b + 1, 0]) - W.v[3 * i, 0] + v * dy
+    vy = W.v[3 * b + 1, 0] + w * (px - W.q[3 * b, 0]) - W.v[3 * i + 1, 0] - v * dx
+    return dx, dy, vx, vy
+
+
+@njit
+def edge_ends(W, U, n):
+    """How far what touches edge n is along it from both ends."""
+    i, j, g = U.edge_bodies[n, 0], U.edge_bodies[n, 1], U.edge[n]
+    px, py = placed(W, j, g[5], g[6])
+    px, py = px - W.q[3 * i, 0], py - W.q[3 * i + 1, 0]
+    # into the axes of the edge's body
+    c, s = W.turn[2 * i, 0], W.turn[2 * i + 1, 0]
+    x, y = c * px + s * py - g[0], c * py - s * px - g[1]
+    along = g[2] * x + g[3] * y
+    return along, g[4] - along
+
+
+@njit
+def edge_rate(W, U, n):
+    """The rate at which what touches edge n goes along it."""
+    i, j, g = U.edge_bodies[n, 0], U.edge_bodies[n, 1], U.edge[n]
+    _, _, vx, vy = place_and_speed(W, i, j, g[5], g[6])
+    c, s = W.turn[2 * i, 0], W.turn[2 * i + 1, 0]
+    return g[2] * (c * vx + s * vy) + g[3] * (c * vy - s * vx)
+
+
+@njit
+def arc_ends(W, U, n):
+    """How far what touches arc n is round it from both ends."""
+    i, j, own, g = U.arc_bodies[n, 0], U.arc_bodies[n, 1], U.arc_bodies[n, 2], U.arc[n]
+    direction, begin, half, radius = W.q[3 * i + 2, 0] + g[5], g[6], g[7], g[8]
+    if g[5] != g[5]:
+        ax, ay = placed(W, i, g[0], g[1])
+        bx, by = placed(W, j, g[2], g[3])
+        direction = math.atan2(by - ay, bx - ax) + g[4]
+    off = direction - W.q[3 * own + 2, 0] - begin - half + math.pi
+    off -= 2.0 * math.pi * math.floor(off / (2.0 * math.pi)) + math.pi
+    return radius * (half + off), radius * (half - off)
+
+
+@njit
+def arc_rate(W, U, n):
+    """The rate at which what touches arc n goes round it, as a length a time."""
+    i, j, own, g = U.arc_bodies[n, 0], U.arc_bodies[n, 1], U.arc_bodies[n, 2], U.arc[n]
+    turn = W.v[3 * i + 2, 0]
+    if g[5] != g[5]:
+        dx, dy, vx, vy = place_and_speed(W, i, j, g[2], g[3])
         c, s = W.turn[2 * i, 0], W.turn[2 * i + 1, 0]
-        rate = g[2] * (c * vx + s * vy) + g[3] * (c * vy - s * vx)
-        px, py = px - W.q[3 * i, 0], py - W.q[3 * i + 1, 0]
-        along = g[2] * (c * px + s * py - g[0]) + g[3] * (c * py - s * px - g[1])
-        if ends[k, 0] == along:
-            rates[k, 0] = rate
-        if ends[k, 1] == g[4] - along:
-            rates[k, 1] = -rate
+        dx, dy = dx - c * g[0] + s * g[1], dy - s * g[0] - c * g[1]
+        turn += (dx * vy - dy * vx) / (dx * dx + dy * dy)
+    return g[8] * (turn - W.v[3 * own + 2, 0])
+
+
+@njit
+def along_curve(L, W, U, n):
+    """How far the foot on curve n is along it, and its rate ṡ = t·u/(1 − κ D): see
+    `mbody.laws.contour`.
+    """
+    e = L.active_set[U.normal[U.curve_point[n]]]
+    i, j, p, _ = sides_of(L, W, 0.0, e)
+    distance, along, phi, bend = law_of_place(L, W, 0.0, L.primitive_law[e], *place_on(i, j, p))
+    return along, speed_along(i, j, p, phi) * (1.0 + distance * bend)
 
 
 @njit

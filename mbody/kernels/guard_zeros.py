@@ -93,9 +93,10 @@ def first_zero(G, n, h):
     finest = event and G.events.number[PART_LENGTH] <= GUARD_PART_LEAST
     believed = finest or (rated and not event)
     if not believed and abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
-        return UNCLEAR
-    # what is never on one side of zero crosses nothing
-    left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > 0.0, 1
+        return UNCLEAR if event else bent_zero(G, n)
+    # what is never on one side of zero crosses nothing, nor does what is rounding of it
+    none = G.fresh[n] if event else 0.0
+    left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > none, 1
     least = low
     while place <= PLACES_SCANNED:
         x = place / PLACES_SCANNED
@@ -107,13 +108,13 @@ def first_zero(G, n, h):
         else:
             place += 1
         least = min(least, side * g)
-        if known and side * g <= 0.0:
+        if known and side * g <= -none:
             zero = closed_in(G, n, h, left, x, side)
             if not event or (G.sense[n] * side <= 0.0 and is_new(G.events, G.owner[n], zero)):
                 hides = event and not (swaps or finest)
                 return UNCLEAR if hides else zero
-            side, known, swaps = -side, g != 0.0, True
-        elif not known and g != 0.0:
+            side, known, swaps = -side, abs(g) > none, True
+        elif not known and abs(g) > none:
             if event:
                 side = 1.0 if g > 0.0 else -1.0
             known = side * g > 0.0
@@ -121,6 +122,31 @@ def first_zero(G, n, h):
     if not (swaps or finest) and low > 0.0 and least < GUARD_NEARLY_ZERO * low:
         return UNCLEAR
     return NO_ZERO
+
+
+@inline
+def look_of(k):
+    """The look that is number k in the order of time."""
+    return BEGIN if k == 0 else END if k == LOOKS - 1 else INSIDE + k - 1
+
+
+@njit
+def bent_zero(G, n):
+    """Where a line through the last two looks before the first below zero is zero: the forces of
+    what opens bend there. UNCLEAR with one such look, UNSEEN where the looks say no such thing.
+    """
+    above = 0
+    while above < LOOKS and G.value[look_of(above), n] > 0.0:
+        above += 1
+    for k in range(above, LOOKS):
+        if G.value[look_of(k), n] > 0.0:
+            return UNSEEN
+    if above < 2 or above == LOOKS:
+        return UNCLEAR if above == 1 else UNSEEN
+    last, before = look_of(above - 1), look_of(above - 2)
+    rate = (G.value[last, n] - G.value[before, n]) / (node(last) - node(before))
+    x = node(last) - G.value[last, n] / rate if rate < 0.0 else math.inf
+    return x if x <= node(look_of(above)) else UNCLEAR
 
 
 @njit
@@ -183,7 +209,8 @@ def first_guard(G, h):
         here = first_zero(G, n, h)
         if here < 0.0:
             # of modes many graze zero all the time, which no shorter parts show
-            return -1, here if G.kind[n] == EVENT else UNSEEN
+            bends = G.value[BEGIN, n] > G.fresh[n] and G.value[END, n] < 0.0
+            return -1, here if G.kind[n] == EVENT or bends else UNSEEN
         if here <= 1.0 and comes_first(G, n, here, first, x):
             first, x = n, here
     return first, x

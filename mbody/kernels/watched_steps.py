@@ -22,6 +22,7 @@ from mbody.core.tolerances import (
     GUARD_PART_LEAST,
     GUARD_ROUNDING_GAP,
     GUARD_ZERO,
+    MACHINE_EPSILON,
     RATE_NONE_FRICTION,
     STEP_SHORT,
 )
@@ -45,6 +46,7 @@ from mbody.kernels.contact_guards import (
     node,
     quiet_by_ends,
     quiet_by_looks,
+    watched,
 )
 from mbody.kernels.contact_rows import (
     approach_of,
@@ -137,6 +139,8 @@ def search(L, W, S, T, U, G):
     parts = math.ceil(h / (INTERVALS * E.number[APART])) if events_of(E) > 0 else 1
     longest = 1.0 / parts
     length = longest
+    for n in range(G.count[0], watched(G)):
+        G.fresh[n] = MACHINE_EPSILON * max(abs(G.value[FIRST, n]), abs(G.value[LAST, n]))
     while not last:
         last = begin + length > 1.0 - GUARD_PART_LEAST * longest
         length = 1.0 - begin if last else length
@@ -147,7 +151,10 @@ def search(L, W, S, T, U, G):
             first, x = first_guard(G, length * h)
         if first >= 0:
             G.passed[0], G.part[0] = first, begin + x * length
-            G.part[1] = slope(G, first, length * h, x) / (length * h)
+            rate = slope(G, first, length * h, x)
+            if G.kind[first] != EVENT and rate >= 0.0:  # where it bends
+                rate = G.value[END, first] - G.value[BEGIN, first]
+            G.part[1] = rate / (length * h)
             return
         if x < 0.0:
             if x == UNSEEN or length <= GUARD_PART_LEAST or tries > parts + MORE_PARTS:
@@ -207,6 +214,8 @@ def step_to_zero(L, W, method, S, T, U, G):
         look(L, W, U, G, END, False)
         look_at_events(L, W, G, END)
         here = G.value[END, n]
+        if abs(here) <= G.fresh[n]:
+            break  # it falls from where it began
         if abs(here) >= abs(value) and abs(here) <= abs(rate) * GUARD_ZERO * h:
             break  # what is left is rounding
         if before > t and (here - value) / (end - before) * rate > 0.0:
@@ -300,7 +309,7 @@ def watched_steps(L, W, method, S, T, O, U, G):
             code = accept(L, W, method, S, T, O, until, dense and quiet)
             forget_seen(E)
             if not quiet:
-                state[NEXT] = min(state[NEXT], longest)
+                state[NEXT] = longest  # the step was only cut short
                 code = CROSSED if event else ZERO
             shorten_before_pole(G, S, h)
             look_again(G, BEGIN, END)

@@ -133,6 +133,8 @@ def test_events_are_those_of_steps_looked_at_by_samples(name, monkeypatch):
     assert any(not one[1] for one in fast)
     times = np.array([[one[2] for one in each] for each in (fast, slow)])
     assert np.abs(times[0] - times[1]).max() <= 1e-8 * until
-    # watching does not change the motion
+    # watching does not change the motion, but for 1e-12 of a step by which zeros are located, which
+    # chains of impacts enlarge
     table = slice(0, 2 * plain.system.coordinates)
-    assert (runs[0].record.table(table) == plain.record.table(table)).all()
+    found, expected = (run.record.table(table) for run in (runs[0], plain))
+    assert np.abs(found - expected).max() <= 1e-7 * np.abs(expected).max()

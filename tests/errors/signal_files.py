@@ -204,11 +204,11 @@ a motion at no time | ModelError | - | at takes times of the motion, from 0 to 1
 a motion at what is no time | ModelError | - | at takes times, in s, not 'soon'
 a motion again that was read from a file | ModelError | - | how this motion began is not known, as of one that was read from a file: simulate the mechanism again, with times= or every=
 what is no motion again | ModelError | - | at follows a motion of simulate again, this is a result of kinematics: give its instants to the analysis, as in t=[0.1, 0.2]
-a motion again with another controller | SolveError | - | the motion, followed again, is at t = 0.945 s apart from what was kept, by 0.36 of its size: controllers or loads in Python that are not functions of what they are given make another motion
+a motion again with another controller | SolveError | - | the motion, followed again, is at t = 0.945 s apart from what was kept, by 0.34 of its size: controllers or loads in Python that are not functions of what they are given make another motion
 a motion that is joined to no motion | ModelError | - | then joins motions of simulate, not a result of int: simulate it with start=run
 motions that leave a gap | ModelError | - | a motion begins at t = 0 s, the one before ends at 1 s: simulate it with start=run, and keep its first instant
 motions of two mechanisms | ModelError | - | 'other' is not the mechanism of the motion before, or has other numbers: join motions of one system, whose inputs alone may differ
-motions that are joined elsewhere | ModelError | - | a motion begins at t = 1 s in another position or at other rates, 0.058 of their size apart: simulate it with start=run, and keep its first instant
+motions that are joined elsewhere | ModelError | - | a motion begins at t = 1 s in another position or at other rates, 0.035 of their size apart: simulate it with start=run, and keep its first instant
 a dataset without xarray | ModelError | - | a Dataset needs xarray, which is not installed: pip install xarray; columns() and to_npz() need nothing
 a history without a value | UsageError | - | --input takes NAME=VALUE, not 'u'
 a history of an input that is not there | ModelError | u | there is no input 'u' (there are: none)

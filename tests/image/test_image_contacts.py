@@ -44,7 +44,7 @@ def present_places(model, coordinates):
 
 @pytest.mark.parametrize(
     ("name", "until", "impacts"),
-    [("bouncing_ball", 1.5, 2), ("braking_vehicle", 1.0, 0)],
+    [("bouncing_ball", 1.5, 2), ("woodpecker", 0.3, 2), ("braking_vehicle", 1.0, 0)],
 )
 def test_c_meets_the_events_of_simulate(library, name, until, impacts):
     machine = without_events(gallery.load(name))
@@ -128,7 +128,9 @@ console.log(JSON.stringify({{ q: Array.from(motion.position(0)), events: model.e
 @pytest.mark.browser
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
-@pytest.mark.parametrize(("name", "until"), [("bouncing_ball", 1.5), ("braking_vehicle", 1.0)])
+@pytest.mark.parametrize(
+    ("name", "until"), [("bouncing_ball", 1.5), ("woodpecker", 0.3), ("braking_vehicle", 1.0)]
+)
 def test_node_meets_the_events_of_simulate(tmp_path, name, until):
     machine = without_events(gallery.load(name))
     own = mbody.simulate(machine, until, instants=2)

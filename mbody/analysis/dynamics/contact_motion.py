@@ -205,8 +205,6 @@ class ModalIntegration(JumpIntegration):
         self.determined = b""
         self.last_shown: tuple[bytes, Reported] | None = None
         self.contact_notes: list[str] = []
-        #: What is said where no modes go on.
-        self.none = "no accelerations are consistent"
         #: The state before the step that ends in time, and that which it went on from.
         self.before_end: Restart | None = None
         self.resumed: ModalState | None = None
@@ -285,6 +283,7 @@ class ModalIntegration(JumpIntegration):
         if most > len(self.memory.problem[0].c):
             self.memory.grow(2 * most)
             self.motions.clear()
+            self.present = None
         sizes = G.open.count[[FORCES, LINES, BENT]].tolist()
         have = len(G.open.force), len(G.open.line), len(G.open.bent)
         if any(size > there for size, there in zip(sizes, have, strict=True)):

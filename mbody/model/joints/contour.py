@@ -17,6 +17,14 @@ def place_on(i, j, p):
     return i[3] * dx + i[4] * dy, i[3] * dy - i[4] * dx
 
 
+@inline
+def speed_along(i, j, p, phi):
+    """t·u at the angle φ of a foot: the speed of the centre along the contour, as its body sees."""
+    _, (dx, dy), (dvx, dvy), _ = between(i, j, p[0], p[1], p[2], p[3])
+    ty, tx = sincos(i[2] + phi)
+    return tx * (dvx + i[7] * dy) + ty * (dvy - i[7] * dx)
+
+
 @constraint_physics(argument=place_on, of_place=True)
 @inline
 def contour(i, j, p, f):
