@@ -185,8 +185,8 @@ def test_every_kind_is_met():
     layout = mbody.assemble(machine).layout
     # rates of slipping have no Φ: tests of friction difference them in time
     slipping = {"face_slip", "roller_slip", "belt"}
-    # those of circles that touch are differenced in tests/contact/test_contact_rows.py
-    slipping |= {"clearance", "slipping"}
+    # those of what touches are differenced in tests/contact
+    slipping |= {"clearance", "slipping", "contour"}
     assert {KINDS[k] for k in layout.primitive_kind} == {*KINDS} - {"user"} - slipping
     assert {ACTION_KINDS[k] for k in layout.action_kind} == {*ACTION_KINDS} - {"user"}
 
