@@ -272,10 +272,14 @@ class ModalIntegration(JumpIntegration):
         """Whether the kernel watches steps: it knows no implicit methods, nor events that no
         program evaluates or that are of forces that are shared.
         """
-        explicit, G = isinstance(self.steps, ExplicitSteps), self.guard_table
+        if self.sided or not isinstance(self.steps, ExplicitSteps):
+            return False
+        if not self.events:
+            return True
+        G = self.guard_table
         known = len(G.events.direction) == len(self.events)
         shared = G.open_normal.any() or G.open_tangent.any()
-        return explicit and known and not (self.sided or (shared and not self.carried.all()))
+        return bool(known and not (shared and not self.carried.all()))
 
     def _make_room(self) -> None:
         """More memory for rows of the problem, or forces that no equation decides."""
