@@ -15,7 +15,6 @@ from mbody.core.bundle import Bundle, Floats, Ints
 from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import (
     CONTACT_GAP_BEGINNING,
-    FRICTION_RESERVE_MOST,
     GUARD_FALLING,
     GUARD_ROUNDING_FORCE,
     GUARD_ROUNDING_GAP,
@@ -78,8 +77,8 @@ from mbody.kernels.contact_rows import (
     gap_of,
     is_within,
 )
-from mbody.kernels.force_programs import limits_of, share
-from mbody.kernels.held_forces import NORMALS, hold_record
+from mbody.kernels.force_programs import limits_of
+from mbody.kernels.held_forces import NORMALS, hold_record, weakest
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
 from mbody.kernels.mode_problem import ContactDecision
 from mbody.kernels.state_derivative import first_derivative, load_state
@@ -198,12 +197,10 @@ def pass_shared(L, W, S, U, G, M):
     """What begins to slide, and opens, where forces that no equation decides come to their limits,
     at the state S.y.
     """
-    H, O, worst, part = G.held, G.open, math.inf, -1
+    H, O = G.held, G.open
     load_state(L, W, 0.0, S.y)
     hold_record(L, W, U, H, O, G.page[:, 0])
-    for n in range(share(O, G.program, FRICTION_RESERVE_MOST, False)):
-        if part < 0 or O.least[n] * O.size[n] < worst:
-            part, worst = n, O.least[n] * O.size[n]
+    _, part = weakest(O, G.program)
     for i in range(limits_of(O) if part >= 0 else 0):
         if not O.active[part, i]:
             continue
@@ -261,14 +258,16 @@ def collide(A):
         return NO_MODES
     if uneven > MASSES_LOST:
         return LOST
-    A.count[TRIED_COLLISION] = 1
     for j in range(I.held.shape[0]):
         I.held[j] = 0
     for k in range(M.y.shape[0]):
         M.y[k] = S.y[k]
     found = strike(L, W, U, M, A.decision, A.problem, I, COLLISIONLESS)
+    if found == FULL:
+        return MEMORY
+    A.count[TRIED_COLLISION] = 1
     if found != ONE:
-        return MEMORY if found == FULL else NO_COLLISION
+        return NO_COLLISION
     switch_off(L, W, U)
     set_jump(L, W, S, M, A.decision, I)
     forget_transition(M)

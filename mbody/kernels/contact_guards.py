@@ -54,6 +54,7 @@ from mbody.kernels.held_forces import (
     has_room,
     hold,
     least_margin,
+    load_multipliers,
     may_share,
 )
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
@@ -585,9 +586,7 @@ def guard_history(
                 records[m, n3 + n],
                 records[m, 2 * n3 + n],
             )
-        for e in range(L.primitive_node.shape[0]):
-            k, row = 2 * L.primitive_node[e], 3 * n3 + PER_PRIMITIVE * e
-            W.lam[k, 0], W.lam[k + 1, 0] = records[m, row], records[m, row + 1]
+        load_multipliers(L, W, records[m])
         if L.friction_kind.shape[0] > 0:
             for n in range(FRICTION_NUMBERS):
                 W.friction[n, 0] = records[m, numbers + n]

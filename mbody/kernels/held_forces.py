@@ -21,7 +21,6 @@ from mbody.kernels.contact_rows import UnilateralLayout, fill_row, row_rate
 from mbody.kernels.force_programs import BENT, COORDINATES, FORCES, LINES, OpenForces, share
 from mbody.kernels.friction import APART, ARMS, FORCE, PIN, TORQUE, law_size
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
-from mbody.kernels.linear_program import LinearProgram
 
 #: Numbers in `HeldForceTable.count`: closed contact points; those and the frictional joints that
 #: stick.
@@ -279,18 +278,34 @@ def hold(L, W, U, H, S):
 
 
 @njit
-def least_margin(L, W, U, H, S, P):
-    """The least of the greatest least margins of all parts of the forces that hold, in forces, by
-    W.lam, at the position that was read; infinite where all are determined.
+def weakest(S, P):
+    """The least of the greatest least margins of all parts of the forces that hold, in forces, and
+    whose it is; infinite, and −1, where all are determined.
     """
-    least = math.inf
-    hold(L, W, U, H, S)
+    least, part = math.inf, -1
     for n in range(share(S, P, FRICTION_RESERVE_MOST, False)):
-        least = min(least, S.least[n] * S.size[n])
+        if part < 0 or S.least[n] * S.size[n] < least:
+            least, part = S.least[n] * S.size[n], n
+    return least, part
+
+
+@njit
+def least_margin(L, W, U, H, S, P):
+    """That margin by W.lam, at the position that was read."""
+    hold(L, W, U, H, S)
+    least, _ = weakest(S, P)
     return least
 
 
 # -- As Python calls them ----------------------------------------------------------------------
+
+
+@inline
+def load_multipliers(L, W, record):
+    """W.lam ← the multipliers of a record (numbers,)."""
+    for e in range(L.primitive_node.shape[0]):
+        k, row = 2 * L.primitive_node[e], 9 * L.bodies + PER_PRIMITIVE * e
+        W.lam[k, 0], W.lam[k + 1, 0] = record[row], record[row + 1]
 
 
 @njit
@@ -298,10 +313,7 @@ def hold_record(L, W, U, H, S, record):
     """The same by a record (numbers,), at the position and velocities in W."""
     body_rotations(L, W, 0.0)
     rows(L, W, 0.0, True, True)
-    for e in range(L.primitive_node.shape[0]):
-        for number in range(2):
-            o = 9 * L.bodies + PER_PRIMITIVE * e + number
-            W.lam[2 * L.primitive_node[e] + number, 0] = record[o]
+    load_multipliers(L, W, record)
     hold(L, W, U, H, S)
 
 
@@ -311,19 +323,3 @@ def hold_forces(
 ) -> None:
     """All forces that hold and their limits by a record (numbers,)."""
     hold_record(L, W, U, H, S, record)
-
-
-@kernel
-def share_record(
-    L: Layout,
-    W: Work,
-    U: UnilateralLayout,
-    H: HeldForceTable,
-    S: OpenForces,
-    P: LinearProgram,
-    record: Floats,
-    most: float,
-) -> int:
-    """The parts of the forces that hold by a record (numbers,), how many, and their margins."""
-    hold_record(L, W, U, H, S, record)
-    return share(S, P, most, False)

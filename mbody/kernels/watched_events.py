@@ -14,8 +14,8 @@ from mbody.core.tolerances import EVENT_TOGETHER
 from mbody.kernels.layout import PER_PRIMITIVE, keep_some
 from mbody.kernels.number_program import NumberProgram, run
 
-#: Looks of which a whole motion has as many, at least; intervals between those at a part of a step.
-LOOKS_OF_ALL, INTERVALS = 400, 4
+#: Intervals between looks at a part of a step.
+INTERVALS = 4
 #: Numbers of `WatchedEvents.number`: the greatest time between two looks; begin and length of the
 #: part of the step that is looked at, as parts of it; by how much later rates are taken.
 APART, FIRST_PART, PART_LENGTH, LATER = range(4)

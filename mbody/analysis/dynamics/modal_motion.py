@@ -12,7 +12,6 @@ from mbody.analysis.contact.unilateral import Unilateral
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.core import tolerances as tol
 from mbody.kernels.complementarity import ContactProblem, problem_memory
-from mbody.kernels.contact_guards import Guards
 from mbody.kernels.contact_impacts import (
     STILL,
     impact_memory,
@@ -103,53 +102,22 @@ class ModalMotion(Protocol):
     """A motion with rows of the active set.
 
     `uni`: Its contact points and frictional joints.
-    `modes`, `pairs`: Their modes.
-    `groups`: Contact points that stick by the row of one of them, by its number.
-    `guard_table`: What is watched.
-    `y`, `K`, `record`, `scale`: State, derivatives, what is kept of the instant, sizes of the
-      coordinates.
-    `work`, `probe`: That of the steps, and one to look at other positions.
+    `y`: Its state.
+    `work`: The workspace of its steps.
     `motion`, `memory`: Bundles of the kernels of steps, and of those that decide modes.
     """
 
     system: System
     layout: Layout
     uni: Unilateral
-    guard_table: Guards
     y: Array
-    K: Array
-    record: Array
-    scale: Array
     work: Work
-    probe: Work
     motion: Motion
     memory: DecisionMemory
 
     @property
-    def modes(self) -> list[str]:
-        """Modes of the contact points."""
-
-    @property
-    def pairs(self) -> list[str]:
-        """Modes of the frictional joints."""
-
-    @property
-    def groups(self) -> dict[int, list[int]]:
-        """Contact points that stick by the row of one of them, by its number."""
-
-    @property
     def speeds(self) -> Array:
         """Velocity scales of contact points and frictional joints."""
-
-    @property
-    def gap_tolerance(self) -> float:
-        """Gaps up to this are none [length]."""
-
-    def load(self) -> None:
-        """The present state into the workspace."""
-
-    def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its record."""
 
 
 #: Refinements of accelerations, at most.
