@@ -80,6 +80,7 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.force_programs import limits_of
 from mbody.kernels.held_forces import NORMALS, hold_record, weakest
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
+from mbody.kernels.methods import Methods, begin_method
 from mbody.kernels.mode_problem import ContactDecision
 from mbody.kernels.state_derivative import first_derivative, load_state
 from mbody.kernels.step_state import (
@@ -91,7 +92,6 @@ from mbody.kernels.step_state import (
     Stepping,
     Tolerances,
 )
-from mbody.kernels.tableaus import Explicit
 from mbody.kernels.watched_steps import watched_steps
 
 #: What comes next: steps; what the guard decides that is zero; impacts, and the modes that go on;
@@ -140,7 +140,7 @@ class UnilateralMotion(Bundle):
     whole: Layout
     layout: Layout
     work: Work
-    method: Explicit
+    method: Methods
     stepping: Stepping
     tolerances: Tolerances
     unilateral: UnilateralLayout
@@ -345,6 +345,7 @@ def begin_steps(A):
     L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
     S.state[NEAR_SINGULAR] = S.state[JACOBIAN_VALID] = 0.0
     first_derivative(L, W, S, A.tolerances.full_refinements, G.page)
+    begin_method(L, A.method, S)
     close_present(M)
     find_speeds(L, W, U, S, M)
     for k in range(M.speed.shape[0]):

@@ -234,8 +234,8 @@ def keep_work(S, O):
 
 @njit
 def hermite_output(L, W, S, h, refinements):
-    """S.F (5, states) and S.G (4, causes) of a step from S.last to S.y, by derivatives at
-    both ends: rows 0 and 1 of K and P; rows 2 and 3 are workspace.
+    """S.F (5, states) and S.G (4, causes) of a step from S.last to S.end, by derivatives at both
+    ends: rows 0 and 3 of K and P; rows 1 and 2 are workspace.
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
     Δ″(0) = h² a₀ and Δ″(1) = h² a₁ are half of the values below. The velocity is the cubic and one
@@ -246,42 +246,42 @@ def hermite_output(L, W, S, h, refinements):
     and the node.
     """
     least, least_at = 1.0, SECOND
-    K, P, F, G, y, last, stage = S.K, S.P, S.F, S.G, S.y, S.last, S.stage
+    K, P, F, G, y, last, stage = S.K, S.P, S.F, S.G, S.end, S.last, S.stage
     n3 = 3 * L.bodies
     for n in range(n3):
         m = n3 + n
         change = y[n] - last[n]
-        hermite_cubic(F, n, change, h * K[0, n], h * (K[0, n] + K[1, n]))
+        hermite_cubic(F, n, change, h * K[0, n], h * (K[0, n] + K[3, n]))
         # ½ Δ″(0) = −F₁ + F₂ + F₃,  ½ Δ″(1) = −F₁ − 2 F₂ + F₃ + F₄
         F[3, n] = 0.5 * h * h * K[0, m] + F[1, n] - F[2, n]
-        F[4, n] = 0.5 * h * h * K[1, m] + F[1, n] + 2.0 * F[2, n] - F[3, n]
+        F[4, n] = 0.5 * h * h * K[3, m] + F[1, n] + 2.0 * F[2, n] - F[3, n]
         change = y[m] - last[m]
-        hermite_cubic(F, m, change, h * K[0, m], h * (K[0, m] + K[1, m]))
+        hermite_cubic(F, m, change, h * K[0, m], h * (K[0, m] + K[3, m]))
         # Δ′(½)/h of the position, and the cubic of the velocity there; F₃ has the factor 1/16
         middle = (F[0, n] + 0.25 * F[2, n] + 0.0625 * F[4, n]) / h
         cubic = last[m] + 0.5 * (F[0, m] + 0.5 * (F[1, m] + 0.5 * F[2, m]))
         F[3, m] = 16.0 * (middle - cubic)
         F[4, m] = 0.0
     for n in range(2 * n3, y.shape[0]):
-        hermite_cubic(F, n, y[n] - last[n], h * K[0, n], h * (K[0, n] + K[1, n]))
+        hermite_cubic(F, n, y[n] - last[n], h * K[0, n], h * (K[0, n] + K[3, n]))
         F[3, n] = F[4, n] = 0.0
-    for row in range(2, 4):
-        x = FIRST if row == 2 else SECOND
+    for row in range(1, 3):
+        x = FIRST if row == 1 else SECOND
         for n in range(y.shape[0]):
             stage[n] = last[n] + along(F, n, x, 0.0)
         state_derivative(L, W, S, S.state[TIME] + x * h, stage, row, refinements, False)
         S.state[EVALUATIONS] += 1
-        part = sample_conditioning(L, W, 0.0, row - 1)
+        part = sample_conditioning(L, W, 0.0, row)
         if part < least:
             least, least_at = part, x
     x = FIRST
     for c in range(G.shape[1]):
-        first, end = h * P[0, c], h * P[1, c]
-        G[0, c] = (first + end + 5.0 * h * (P[2, c] + P[3, c])) / 12.0
+        first, end = h * P[0, c], h * P[3, c]
+        G[0, c] = (first + end + 5.0 * h * (P[1, c] + P[2, c])) / 12.0
         G[1, c] = first - G[0, c]
         G[2, c] = 2.0 * G[0, c] - first - end
         # rate of the cubic at the first inner node: what it lacks to the power there is that of F₃
-        left = h * P[2, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
+        left = h * P[1, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
         G[3, c] = left / (2.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
     return least, least_at
 

@@ -49,6 +49,13 @@ from mbody.kernels.step_state import (
     SINGULAR_AHEAD,
     STEPS,
     TIME,
+    TRIED,
+    TRIED_CONDITIONING,
+    TRIED_END,
+    TRIED_GROWTH,
+    TRIED_LEAST,
+    TRIED_LEAST_AT,
+    TRIED_LENGTH,
     Outputs,
     Stepping,
     Tolerances,
@@ -79,11 +86,11 @@ ROUNDS, MANY = 25, 6
 
 @njit
 def generalized_alpha_step(L, W, M, S, h, refinements):
-    """S.y ← the state after one step from the time in its slot; row 0 of K is its derivative, rows
-    1 to 3 are workspace. M: a `FixedStep`, whose `acceleration` (â, r̂) is carried on. Returns
-    whether Newton's method converged.
+    """S.end ← the state after one step from S.y; row 0 of K is its derivative, rows 1 to 3 are
+    workspace. M: a `FixedStep`, whose `acceleration` (â, r̂) is carried on to `end_acceleration`.
+    Returns whether Newton's method converged.
     """
-    y, stage, K, state, scale = S.y, S.stage, S.K, S.state, S.scale
+    y, end, stage, K, state, scale = S.y, S.end, S.stage, S.K, S.state, S.scale
     hat, rho, t = M.acceleration, M.spectral_radius, S.state[TIME]
     count, n3 = hat.shape[0], 3 * L.bodies
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
@@ -144,12 +151,12 @@ def generalized_alpha_step(L, W, M, S, h, refinements):
     if not good:
         return False
     for n in range(n3):
-        y[n] += h * (y[n3 + n] + h * ((0.5 - beta) * hat[n] + beta * new[n]))
-        y[n3 + n] += h * ((1.0 - gamma) * hat[n] + gamma * new[n])
-        hat[n] = new[n]
+        end[n] = y[n] + h * (y[n3 + n] + h * ((0.5 - beta) * hat[n] + beta * new[n]))
+        end[n3 + n] = y[n3 + n] + h * ((1.0 - gamma) * hat[n] + gamma * new[n])
     for n in range(n3, count):
-        y[n3 + n] += h * ((1.0 - theta) * hat[n] + theta * new[n])
-        hat[n] = new[n]
+        end[n3 + n] = y[n3 + n] + h * ((1.0 - theta) * hat[n] + theta * new[n])
+    for n in range(count):
+        M.end_acceleration[n] = new[n]
     return True
 
 
@@ -181,14 +188,14 @@ RATTLE_ITERATIONS = 60
 
 @njit
 def rattle_step(L, W, M, S, t, h, refinements):
-    """S.y ← the state after one step from t.
+    """S.end ← the state after one step from there, at t.
 
     Row 0 of K holds an acceleration to begin with, and that of the end. M: a `FixedStep`, whose
     `blocks` is workspace for those of the rows. Needs the rows and the factor of the position (of
     `factor_position` or of the step before) and its multipliers; leaves those of the end. Returns
     whether Newton's method converged.
     """
-    n3, w, y, blocks = 3 * L.bodies, 0.0, S.y, M.blocks
+    n3, w, y, blocks = 3 * L.bodies, 0.0, S.end, M.blocks
     u = S.K[0, n3:]
     for n in range(blocks.shape[0]):
         blocks[n] = W.block[n, 0]
@@ -298,9 +305,9 @@ class FixedStep(Bundle):
     `spectral_radius`: Of generalised-α at infinite frequency.
     `samples` (samples,): The parts of a step at which it is sampled (see
       `mbody.kernels.singularity_monitor`).
-    `acceleration`, `saved` (coordinates + owns,): The algorithmic acceleration, with the
-      algorithmic rates of auxiliary states, and that before the step.
-    `multipliers` (2·nodes,): Carried on by RATTLE.
+    `acceleration`, `end_acceleration` (coordinates + owns,): The algorithmic acceleration, with the
+      algorithmic rates of auxiliary states, and that at the end of a step that was tried.
+    `multipliers`, `end_multipliers` (2·nodes,): Carried on by RATTLE, and at that end.
     `blocks`: Workspace for the blocks of the rows.
     `J` (coordinates + owns, states): See `mbody.kernels.state_derivative`.
     `matrix` (coordinates + owns, coordinates + owns): The iteration matrix and its factors.
@@ -312,12 +319,85 @@ class FixedStep(Bundle):
     spectral_radius: float
     samples: Floats
     acceleration: Floats
-    saved: Floats
+    end_acceleration: Floats
     multipliers: Floats
+    end_multipliers: Floats
     blocks: Floats
     J: Rows
     matrix: Rows
     exchanges: Ints
+
+
+@njit
+def attempt_even(L, W, M, S, T, until):
+    """One step of the method's length towards `until`, the last one shorter, is tried from S.y:
+    TRIED where it is good, its end in S.end and row 3 of K, its polynomials in S.F and S.G; else
+    why there is none (DONE, LAST_STEP, NOT_FINITE, SINGULAR_AHEAD).
+    """
+    state, length, refinements = S.state, M.length, T.full_refinements
+    t = state[TIME]
+    if t >= until:
+        return DONE
+    clipped = t + length >= until - TIMES_SAME_SAMPLE * length
+    if clipped and state[LAST_STEP_ALLOWED] < 0.5:
+        return LAST_STEP
+    if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
+        return SINGULAR_AHEAD
+    h = until - t if clipped else length
+    now = until if clipped else t + length
+    for n in range(S.y.shape[0]):
+        S.last[n] = S.end[n] = S.y[n]
+    if M.composition.shape[0] > 0:
+        good = composed_step(L, W, M, S, h, refinements)
+    else:
+        good = generalized_alpha_step(L, W, M, S, h, refinements)
+    if good:
+        # RATTLE ends on the manifold to rounding; its projection is of rounding too
+        _, _, good = state_derivative(L, W, S, now, S.end, 3, refinements, True)
+        state[EVALUATIONS] += 1
+    part = sample_conditioning(L, W, 0.0, 3)
+    lost = not good or not math.isfinite(S.end[0])
+    refused = lost or part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
+    least, least_at = 1.0, 0.0
+    if not refused:
+        for n in range(M.multipliers.shape[0]):
+            M.end_multipliers[n] = W.lam[n, 0]
+        least, least_at = hermite_output(L, W, S, h, refinements)
+        refused = may_be_singular(L, W, S, M.samples, S.end, False)
+    if refused:
+        state[JACOBIAN_VALID] = 0.0
+        return NOT_FINITE if lost else SINGULAR_AHEAD
+    state[TRIED_LENGTH], state[TRIED_END] = h, now
+    state[TRIED_GROWTH], state[TRIED_CONDITIONING] = 1.0, part
+    state[TRIED_LEAST], state[TRIED_LEAST_AT] = least, t + least_at * h
+    return TRIED
+
+
+@njit
+def accept_even(L, W, M, S, T, O):
+    """Accept the step that was tried, keeping every output instant that it meets."""
+    n3, K, P, state = 3 * L.bodies, S.K, S.P, S.state
+    h, now, part = state[TRIED_LENGTH], state[TRIED_END], state[TRIED_CONDITIONING]
+    least, least_at = state[TRIED_LEAST], state[TRIED_LEAST_AT]
+    for n in range(S.y.shape[0]):
+        S.y[n], K[0, n] = S.end[n], K[3, n]
+    for c in range(P.shape[1]):
+        P[0, c] = P[3, c]
+    for n in range(M.acceleration.shape[0]):
+        M.acceleration[n] = M.end_acceleration[n]
+    for n in range(M.multipliers.shape[0]):
+        M.multipliers[n] = M.end_multipliers[n]
+    state[CONDITIONING] = part
+    state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
+    if part < least:
+        least, least_at = part, now
+    for n in range(n3):
+        W.v[n, 0] = S.y[n3 + n]
+    record_accepted(L, W, S, 3, least, least_at, True)
+    state[STEPS] += 1
+    state[LAST_STEP_ALLOWED] = 0.0
+    deliver(L, W, S, O, h, now, T.full_refinements)
+    state[TIME], state[NEXT] = now, M.length
 
 
 @kernel
@@ -337,78 +417,20 @@ def fixed_step(
     M: a `FixedStep`; S: a `Stepping` with K and P (4, ·), F (5, ·); T: a `Tolerances`; O: an
     `Outputs`. Returns DONE, MORE, LAST_STEP, NOT_FINITE or SINGULAR_AHEAD.
     """
-    states, n3 = S.y.shape[0], 3 * L.bodies
-    y, last, K, P, state = S.y, S.last, S.K, S.P, S.state
-    hat, multipliers, length, refinements = (
-        M.acceleration,
-        M.multipliers,
-        M.length,
-        T.full_refinements,
-    )
     for _ in range(steps):
-        t = state[TIME]
-        if t >= until:
-            return DONE
-        clipped = t + length >= until - TIMES_SAME_SAMPLE * length
-        if clipped and state[LAST_STEP_ALLOWED] < 0.5:
-            return LAST_STEP
-        if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
-            return SINGULAR_AHEAD
-        h = until - t if clipped else length
-        now = until if clipped else t + length
-        for n in range(states):
-            last[n] = y[n]
-        for n in range(hat.shape[0]):
-            M.saved[n] = hat[n]
-        if M.composition.shape[0] > 0:
-            good = composed_step(L, W, M, S, h, refinements)
-        else:
-            good = generalized_alpha_step(L, W, M, S, h, refinements)
-        if good:
-            # RATTLE ends on the manifold to rounding; its projection is of rounding too
-            _, _, good = state_derivative(L, W, S, now, y, 1, refinements, True)
-            state[EVALUATIONS] += 1
-        part = sample_conditioning(L, W, 0.0, 3)
-        lost = not good or not math.isfinite(y[0])
-        refused = lost or part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
-        least, least_at = 1.0, 0.0
-        if not refused:
-            for n in range(multipliers.shape[0]):
-                multipliers[n] = W.lam[n, 0]
-            least, least_at = hermite_output(L, W, S, h, refinements)
-            refused = may_be_singular(L, W, S, M.samples, last, False)
-        if refused:
-            for n in range(states):
-                y[n] = last[n]
-            for n in range(hat.shape[0]):
-                hat[n] = M.saved[n]
-            state[JACOBIAN_VALID] = 0.0
-            return NOT_FINITE if lost else SINGULAR_AHEAD
-        # ---- the step is accepted
-        state[CONDITIONING] = part
-        state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
-        if part < least:
-            least, least_at = part, 1.0
-        for n in range(n3):
-            W.v[n, 0] = y[n3 + n]
-        record_accepted(L, W, S, 3, least, t + least_at * h, True)
-        state[STEPS] += 1
-        state[LAST_STEP_ALLOWED] = 0.0
-        for n in range(states):
-            K[0, n] = K[1, n]
-        for c in range(P.shape[1]):
-            P[0, c] = P[1, c]
-        deliver(L, W, S, O, h, now, refinements)
-        state[TIME], state[NEXT] = now, length
-        if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
+        code = attempt_even(L, W, M, S, T, until)
+        if code != TRIED:
+            return code
+        accept_even(L, W, M, S, T, O)
+        if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
             return MORE
     return MORE
 
 
 @njit
 def composed_step(L, W, M, S, h, refinements):
-    """S.y ← the state after steps of RATTLE of the parts of h, one after the other. Returns whether
-    all converged.
+    """S.end ← the state after steps of RATTLE of the parts of h, one after the other, from S.y.
+    Returns whether all converged.
     """
     n3, t, K = 3 * L.bodies, S.state[TIME], S.K
     # row 0 of K, the derivative at the beginning, serves as the acceleration meanwhile

@@ -74,6 +74,13 @@ from mbody.kernels.step_state import (
     STEP_VANISHED,
     STEPS,
     TIME,
+    TRIED,
+    TRIED_CONDITIONING,
+    TRIED_END,
+    TRIED_GROWTH,
+    TRIED_LEAST,
+    TRIED_LEAST_AT,
+    TRIED_LENGTH,
     Outputs,
     Stepping,
     Tolerances,
@@ -81,8 +88,11 @@ from mbody.kernels.step_state import (
 
 #: Newton iterations, at most.
 NEWTON = 7
-#: Row of `Radau.past` whose first number is the length of the last step, zero before there is one.
+#: Row of `Radau.past` whose first number is the length of the last step, zero before there is one;
+#: the places there of the length whose systems are factored, below zero of none, and of the rate of
+#: convergence of the step that was tried.
 LENGTH = 3
+FACTORED, RATE = 1, 2
 
 
 class Radau(Bundle):
@@ -90,7 +100,8 @@ class Radau(Bundle):
 
     `Z`, `X` (3, states): What the state gains until the stages, and the same in eigenvectors.
     `xc` (2, states): Workspace, and right-hand sides of the complex system.
-    `past` (4, states): The polynomial of the last step; row `LENGTH` has its length.
+    `past` (4, states): The polynomial of the last step; row `LENGTH` has its length and what of a
+      step the next one takes.
     `J` (coordinates + owns, states): See `mbody.kernels.state_derivative`.
     `matrix`, `complex_matrix` (coordinates + owns, coordinates + owns): Factors of both systems.
     `exchanges` (2, coordinates + owns): Exchanges of rows of either.
@@ -261,6 +272,156 @@ def error_estimate(L, W, M, S, T, h):
     return size
 
 
+@njit
+def forget_factors(M):
+    """The systems are to be factored anew, as where others have set the Jacobian."""
+    M.past[LENGTH, FACTORED] = -1.0
+
+
+@njit
+def factor_stages(L, W, M, S, T, h):
+    """Jacobian at S.y where it is not valid, and factors of the systems of a step of length h;
+    whether they are regular.
+    """
+    state, made = S.state, M.past[LENGTH]
+    if state[JACOBIAN_VALID] < 0.5:
+        state_jacobian(L, W, S, T.refinements, M.J)
+        state[JACOBIAN_VALID], made[FACTORED] = 1.0, -1.0
+    if made[FACTORED] == h:
+        return True
+    mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
+    iteration_matrix(M.J, S.scale, mu * mu, mu, 1.0, mu, 1.0, M.matrix)
+    square = turn * turn
+    iteration_matrix(M.J, S.scale, square, turn, 1.0, turn, 1.0, M.complex_matrix)
+    regular = eliminate(M.matrix, M.exchanges[0])
+    regular = regular and eliminate(M.complex_matrix, M.exchanges[1])
+    made[FACTORED] = h if regular else -1.0
+    return regular
+
+
+@njit
+def attempt_implicit(L, W, M, S, T, until):
+    """One step towards `until` is tried from S.y: TRIED where it is good, its end in S.end and row
+    3 of K; MORE where it is to be tried again with another length or Jacobian; else why there is
+    none (DONE, LAST_STEP, STEP_VANISHED, NOT_FINITE, SINGULAR_AHEAD).
+    """
+    states = S.y.shape[0]
+    y, stage, end, Z, C, past, state = S.y, S.stage, S.end, M.Z, M.C, M.past, S.state
+    t, h, regular = state[TIME], state[NEXT], T.refinements
+    if t >= until:
+        return DONE
+    clipped = t + h >= until - TIME_END_ROUNDING * abs(until)
+    if clipped and state[LAST_STEP_ALLOWED] < 0.5:
+        return LAST_STEP
+    if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
+        return SINGULAR_AHEAD
+    if clipped:
+        h = until - t
+    if h < TIME_STEP_SHORTEST * max(abs(t), abs(until)) and not clipped:
+        return STEP_VANISHED
+    here = state[JACOBIAN_VALID] < 0.5
+    if not factor_stages(L, W, M, S, T, h):
+        state[NEXT] = 0.5 * h
+        state[REJECTED] += 1
+        return MORE
+    # ---- stages, first by the polynomial of the last step continued
+    for i in range(3):
+        x = 1.0 + C[i] * h / past[LENGTH, 0] if past[LENGTH, 0] > 0.0 else 1.0
+        for n in range(states):
+            Z[i, n] = along(past[:LENGTH], n, x, 0.0) - past[0, n]
+    good, past[LENGTH, RATE] = solve_stages(L, W, M, S, T, h)
+    if not good:
+        state[REJECTED] += 1
+        state[JACOBIAN_VALID] = 1.0 if here else 0.0
+        state[NEXT] = 0.5 * h if here else h
+        if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
+            return NOT_FINITE
+        return MORE
+    for n in range(states):
+        end[n] = y[n] + Z[2, n]
+    error = error_estimate(L, W, M, S, T, h)
+    growth = 8.0 if error < STEP_ERROR_NONE_RADAU else min(8.0, 0.9 * error**-0.25)
+    state[LAST_ERROR] = error
+    if not error <= 1.0:
+        state[REJECTED] += 1
+        state[NEXT] = h * max(0.2, growth) if error < FINITE else 0.2 * h
+        if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
+            return NOT_FINITE
+        return MORE
+    for n in range(states):
+        S.last[n] = y[n]
+    # the stages once more, where they are now, for their powers and their distances
+    least, least_at = state[CONDITIONING], t
+    for i in range(2):
+        for n in range(states):
+            stage[n] = y[n] + Z[i, n]
+        state_derivative(L, W, S, t + C[i] * h, stage, 1 + i, regular, False)
+        state[EVALUATIONS] += 1
+        part = sample_conditioning(L, W, 0.0, 1 + i)
+        if part < least:
+            least, least_at = part, t + C[i] * h
+    _, _, good = state_derivative(L, W, S, t + h, end, 3, T.full_refinements, True)
+    state[EVALUATIONS] += 1
+    if not good:
+        state[REJECTED] += 1
+        state[NEXT] = 0.5 * h
+        return MORE
+    part = sample_conditioning(L, W, 0.0, 3)
+    weak = part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
+    if weak or may_be_singular(L, W, S, M.at, end, False):
+        state[JACOBIAN_VALID] = 0.0
+        return SINGULAR_AHEAD
+    state[TRIED_LENGTH], state[TRIED_END] = h, until if clipped else t + h
+    state[TRIED_GROWTH], state[TRIED_CONDITIONING] = growth, part
+    state[TRIED_LEAST], state[TRIED_LEAST_AT] = least, least_at
+    return TRIED
+
+
+@njit
+def dense_implicit(M, S):
+    """S.F and S.G of the polynomials of state and work over the step that was tried."""
+    for n in range(S.y.shape[0]):
+        M.Z[2, n] = S.end[n] - S.last[n]
+    collocation_polynomial(M.C, M.Z, S.F)
+    work_polynomial(M.C, M.B, S.state[TRIED_LENGTH], S.P, S.G)
+
+
+@njit
+def accept_implicit(L, W, M, S, T, O, until, dense):
+    """Accept the step that was tried, keeping every output instant that it meets. `dense`: whether
+    its polynomials are known.
+    """
+    states, y, past, state = S.y.shape[0], S.y, M.past, S.state
+    h, now, growth = state[TRIED_LENGTH], state[TRIED_END], state[TRIED_GROWTH]
+    part, least, least_at = state[TRIED_CONDITIONING], state[TRIED_LEAST], state[TRIED_LEAST_AT]
+    for n in range(states):
+        y[n] = S.end[n]
+    state[CONDITIONING] = part
+    state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
+    if part < least:
+        least, least_at = part, now
+    record_accepted(L, W, S, 3, least, least_at, T.refinements > 0)
+    state[STEPS] += 1
+    state[LAST_STEP_ALLOWED] = 0.0
+    if not dense:
+        dense_implicit(M, S)
+    for n in range(states):
+        S.K[0, n] = S.K[3, n]
+        for i in range(3):
+            past[i, n] = S.F[i, n]
+    for c in range(S.P.shape[1]):
+        S.P[0, c] = S.P[3, c]
+    past[LENGTH, 0] = h
+    deliver(L, W, S, O, h, now, T.full_refinements)
+    # ---- the length of the next step: one factor serves while steps would grow little
+    state[TIME] = now
+    wanted = h * max(0.2, growth)
+    if 1.0 <= wanted / h < 1.2:
+        wanted = h
+    state[NEXT] = max(wanted, state[NEXT]) if now == until else wanted
+    state[JACOBIAN_VALID] = 1.0 if past[LENGTH, RATE] < STEP_JACOBIAN_VALID else 0.0
+
+
 @kernel
 def radau(
     L: Layout, W: Work, M: Radau, S: Stepping, T: Tolerances, O: Outputs, until: float, steps: int
@@ -270,117 +431,13 @@ def radau(
     M: a `Radau`; S: a `Stepping` with K and P (4, ·), F and G (3, ·); T: a `Tolerances`; O: an
     `Outputs`. Returns DONE, MORE, STEP_VANISHED, NOT_FINITE, LAST_STEP or SINGULAR_AHEAD.
     """
-    states = S.y.shape[0]
-    y, stage, end, last, K, P, Z = S.y, S.stage, S.end, S.last, S.K, S.P, M.Z
-    C, past, state, regular = M.C, M.past, S.state, T.refinements
-    factored = -1.0
+    forget_factors(M)
     for _ in range(steps):
-        t, h = state[TIME], state[NEXT]
-        if t >= until:
-            return DONE
-        clipped = t + h >= until - TIME_END_ROUNDING * abs(until)
-        if clipped and state[LAST_STEP_ALLOWED] < 0.5:
-            return LAST_STEP
-        if state[CONDITIONING] < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]:
-            return SINGULAR_AHEAD
-        if clipped:
-            h = until - t
-        if h < TIME_STEP_SHORTEST * max(abs(t), abs(until)) and not clipped:
-            return STEP_VANISHED
-        # ---- Jacobians and factors
-        here = state[JACOBIAN_VALID] < 0.5
-        if here:
-            state_jacobian(L, W, S, regular, M.J)
-            state[JACOBIAN_VALID], factored = 1.0, -1.0
-        if factored != h:
-            mu, turn = M.eigenvalue / h, complex(M.eigenvalue_re, M.eigenvalue_im) / h
-            iteration_matrix(M.J, S.scale, mu * mu, mu, 1.0, mu, 1.0, M.matrix)
-            square = turn * turn
-            iteration_matrix(M.J, S.scale, square, turn, 1.0, turn, 1.0, M.complex_matrix)
-            regular_real = eliminate(M.matrix, M.exchanges[0])
-            if not (regular_real and eliminate(M.complex_matrix, M.exchanges[1])):
-                state[NEXT] = 0.5 * h
-                state[REJECTED] += 1
-                continue
-            factored = h
-        # ---- stages, first by the polynomial of the last step continued
-        for i in range(3):
-            x = 1.0 + C[i] * h / past[LENGTH, 0] if past[LENGTH, 0] > 0.0 else 1.0
-            for n in range(states):
-                Z[i, n] = along(past[:LENGTH], n, x, 0.0) - past[0, n]
-        good, rate = solve_stages(L, W, M, S, T, h)
-        if not good:
-            state[REJECTED] += 1
-            state[JACOBIAN_VALID] = 1.0 if here else 0.0
-            state[NEXT] = 0.5 * h if here else h
-            if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
-                return NOT_FINITE
-            continue
-        for n in range(states):
-            end[n] = y[n] + Z[2, n]
-        error = error_estimate(L, W, M, S, T, h)
-        growth = 8.0 if error < STEP_ERROR_NONE_RADAU else min(8.0, 0.9 * error**-0.25)
-        state[LAST_ERROR] = error
-        if not error <= 1.0:
-            state[REJECTED] += 1
-            state[NEXT] = h * max(0.2, growth) if error < FINITE else 0.2 * h
-            if h < TIME_STEP_SHORTEST_REJECTED * max(abs(t), abs(until)):
-                return NOT_FINITE
-            continue
-        for n in range(states):
-            last[n] = y[n]
-        # the stages once more, where they are now, for their powers and their distances
-        least, least_at = state[CONDITIONING], t
-        for i in range(2):
-            for n in range(states):
-                stage[n] = y[n] + Z[i, n]
-            state_derivative(L, W, S, t + C[i] * h, stage, 1 + i, regular, False)
-            state[EVALUATIONS] += 1
-            part = sample_conditioning(L, W, 0.0, 1 + i)
-            if part < least:
-                least, least_at = part, t + C[i] * h
-        _, _, good = state_derivative(L, W, S, t + h, end, 3, T.full_refinements, True)
-        state[EVALUATIONS] += 1
-        if not good:
-            state[REJECTED] += 1
-            state[NEXT] = 0.5 * h
-            continue
-        part = sample_conditioning(L, W, 0.0, 3)
-        weak = part < CONDITIONING_NEAR_SINGULAR * state[BEST_CONDITIONING]
-        if weak or may_be_singular(L, W, S, M.at, end, False):
-            state[JACOBIAN_VALID] = 0.0
-            return SINGULAR_AHEAD
-        # ---- the step is accepted
-        for n in range(states):
-            y[n] = end[n]
-        state[CONDITIONING] = part
-        state[BEST_CONDITIONING] = max(part, state[BEST_CONDITIONING])
-        now = until if clipped else t + h
-        if part < least:
-            least, least_at = part, now
-        record_accepted(L, W, S, 3, least, least_at, regular > 0)
-        state[STEPS] += 1
-        state[LAST_STEP_ALLOWED] = 0.0
-        for n in range(states):
-            K[0, n] = K[3, n]
-        for c in range(P.shape[1]):
-            P[0, c] = P[3, c]
-        for n in range(states):
-            Z[2, n] = y[n] - last[n]
-        collocation_polynomial(C, Z, S.F)
-        work_polynomial(C, M.B, h, P, S.G)
-        for i in range(3):
-            for n in range(states):
-                past[i, n] = S.F[i, n]
-        past[LENGTH, 0] = h
-        deliver(L, W, S, O, h, now, T.full_refinements)
-        # ---- the length of the next step: one factor serves while steps would grow little
-        state[TIME] = now
-        wanted = h * max(0.2, growth)
-        if 1.0 <= wanted / h < 1.2:
-            wanted = h
-        state[NEXT] = max(wanted, state[NEXT]) if clipped else wanted
-        state[JACOBIAN_VALID] = 1.0 if rate < STEP_JACOBIAN_VALID else 0.0
-        if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
-            return MORE
+        code = attempt_implicit(L, W, M, S, T, until)
+        if code == TRIED:
+            accept_implicit(L, W, M, S, T, O, until, False)
+            if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
+                return MORE
+        elif code != MORE:
+            return code
     return MORE

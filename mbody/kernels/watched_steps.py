@@ -1,4 +1,4 @@
-"""Explicit steps of a motion with contacts and events, as long as its modes hold.
+"""Steps of a motion with contacts and events, as long as its modes hold.
 
 A step is tried, its end looked at, and accepted if it is quiet: if no guard can have been zero
 within it (`mbody.kernels.contact_guards`). A step that is short beside what the tolerance allows
@@ -57,7 +57,7 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.dense_output import along
 from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, UNSEEN, first_guard, slope
 from mbody.kernels.layout import keep
-from mbody.kernels.runge_kutta import accept, attempt, dense_output
+from mbody.kernels.methods import accept_step, attempt_step, dense_step, resume_method
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,
@@ -69,6 +69,7 @@ from mbody.kernels.step_state import (
     NEAR_SINGULAR,
     NEXT,
     NOT_QUIET,
+    SINGULAR_AHEAD,
     TIME,
     TRIED,
     TRIED_END,
@@ -183,7 +184,7 @@ def find_first(L, W, method, S, T, U, G):
         return False
     for n in range(S.y.shape[0]):
         stage[n] = S.stage[n]
-    dense_output(L, W, method, S, h, T.refinements)
+    dense_step(L, W, method, S, h, T.refinements)
     look_again(G, FIRST, BEGIN)
     look_again(G, LAST, END)
     search(L, W, S, T, U, G)
@@ -209,7 +210,9 @@ def step_to_zero(L, W, method, S, T, U, G):
         return False
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
-        if not end > t or attempt(L, W, method, S, T, end) != TRIED or state[NEAR_SINGULAR] > 0.5:
+        if not end > t or attempt_step(L, W, method, S, T, end) != TRIED:
+            return False
+        if state[NEAR_SINGULAR] > 0.5:
             return False
         look(L, W, U, G, END, False)
         look_at_events(L, W, G, END)
@@ -276,22 +279,24 @@ def go_back(G, S):
 
 @njit
 def watched_steps(L, W, method, S, T, O, U, G):
-    """Steps as `runge_kutta` makes them, as G.asked says, up to the first zero of a guard.
+    """Steps of a method, as G.asked says, up to the first zero of a guard.
 
-    Returns what `runge_kutta` does; ZERO at a zero of guard G.passed; CROSSED at an event, where
-    the motion ends, or else is still before the step in which the event lies; or NOT_QUIET: the
-    next step, which is not made, may meet one that its looks do not show, or that is not to be
-    located. G.page is the record of where the steps end, or of the event.
+    Returns what the kernels of methods do; ZERO at a zero of guard G.passed; CROSSED at an event,
+    where the motion ends, or else is still before the step in which the event lies; or NOT_QUIET:
+    the next step, which is not made, may meet one that its looks do not show, or that is not to be
+    located, or leads to a singular position that only explicit steps pass. G.page is the record of
+    where the steps end, or of the event.
     """
     code, until, E, state, waits = MORE, G.asked[UNTIL], G.events, S.state, False
     E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
+    resume_method(method)
     if G.known[0] < KNOWN_ALL:
         look_at_present(L, W, S, U, G, T.refinements)
     for _ in range(int(G.asked[COUNT])):
         for n in range(state.shape[0]):
             E.saved[n] = state[n]
         E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
-        code, longest = attempt(L, W, method, S, T, until), state[NEXT]
+        code, longest = attempt_step(L, W, method, S, T, until), state[NEXT]
         if code == TRIED:
             dense = find_first(L, W, method, S, T, U, G)
             quiet, located, n = G.part[0] == NO_ZERO, False, G.passed[0]
@@ -306,7 +311,7 @@ def watched_steps(L, W, method, S, T, O, U, G):
                 code = CROSSED
                 break
             h, G.known[0] = state[TRIED_LENGTH], 0
-            code = accept(L, W, method, S, T, O, until, dense and quiet)
+            code = accept_step(L, W, method, S, T, O, until, dense and quiet)
             forget_seen(E)
             if not quiet:
                 state[NEXT] = longest  # the step was only cut short
@@ -317,6 +322,7 @@ def watched_steps(L, W, method, S, T, O, U, G):
             if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
                 break
         if code != MORE:
+            code = NOT_QUIET if code == SINGULAR_AHEAD else code
             break
     if G.asked[LOCATES] > 0.0:
         for n in range(S.y.shape[0]):

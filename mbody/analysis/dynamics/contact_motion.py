@@ -30,7 +30,7 @@ from mbody.analysis.dynamics.events import (
     extrema,
 )
 from mbody.analysis.dynamics.integration import AT_ONCE
-from mbody.analysis.dynamics.integrators import ExplicitSteps, Motion
+from mbody.analysis.dynamics.integrators import Motion
 from mbody.analysis.dynamics.modal_motion import (
     MODES,
     DecisionMemory,
@@ -269,10 +269,10 @@ class ModalIntegration(JumpIntegration):
 
     @property
     def watches(self) -> bool:
-        """Whether the kernel watches steps: it knows no implicit methods, nor events that no
-        program evaluates or that are of forces that are shared.
+        """Whether the kernel watches steps: it knows no events that no program evaluates or that
+        are of forces that are shared.
         """
-        if self.sided or not isinstance(self.steps, ExplicitSteps):
+        if self.sided:
             return False
         if not self.events:
             return True
@@ -407,7 +407,7 @@ class ModalIntegration(JumpIntegration):
         """Steps leave out the blocks of rows that are off: what the kernels work on then."""
         key = self.work.on.tobytes()
         if key not in self.motions:
-            off, m, steps = np.zeros(self.layout.nodes, dtype=bool), self.motion, self.steps
+            off, m = np.zeros(self.layout.nodes, dtype=bool), self.motion
             off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
             D, P = self.memory.ready(self, 0)
             m = replace(m, layout=without_nodes(self.layout, off))
@@ -415,8 +415,7 @@ class ModalIntegration(JumpIntegration):
                 whole=self.layout,
                 layout=m.layout,
                 work=self.work,
-                # implicit methods pass singular positions by an explicit one
-                method=steps.method if isinstance(steps, ExplicitSteps) else steps.explicit.method,
+                method=self.steps.methods,
                 stepping=self.stepping,
                 tolerances=m.tolerances,
                 unilateral=self.uni.table,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import functools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -12,6 +13,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.dense_output import FIRST, SECOND
 from mbody.kernels.fixed_step import FixedStep, fixed_step
+from mbody.kernels.methods import EVEN, EXPLICIT, IMPLICIT, Methods
 from mbody.kernels.radau import LENGTH, Radau, radau
 from mbody.kernels.runge_kutta import runge_kutta
 from mbody.kernels.step_state import (
@@ -274,12 +276,17 @@ class Integrator(Protocol):
     `fixed`: Whether its steps are of one length.
     `rows`, `terms`: Derivatives and terms of polynomials that its `stepping` needs.
     `own`: What it carries on from step to step beyond that.
+    `methods`: As the kernel of watched steps takes it.
     """
 
     fixed: bool
     rows: int
     terms: int
     own: tuple[Array, ...]
+
+    @functools.cached_property
+    def methods(self) -> Methods:
+        """See above."""
 
     def slack(self, until: float) -> float:
         """How near to the last time a step is stretched to it."""
@@ -301,6 +308,11 @@ class ExplicitSteps:
         self.method = method
         self.rows, self.terms = len(method.A), 3 + len(method.D)
 
+    @functools.cached_property
+    def methods(self) -> Methods:
+        """As the kernel of watched steps takes it."""
+        return Methods(kind=EXPLICIT, explicit=self.method, **_blank_memory())
+
     def slack(self, until: float) -> float:
         """Rounding."""
         return tol.TIME_END_ROUNDING * abs(until)
@@ -318,9 +330,20 @@ class ExplicitSteps:
 class _WithPassages:
     """Steps of a kernel, and explicit ones near singular positions, which it does not pass."""
 
+    #: Its name in `Methods`, and its kind there.
+    named: tuple[str, int]
+    method: Any
+
     def __init__(self) -> None:
         self.explicit = ExplicitSteps(order_8())
         self.inner: Stepping | None = None
+
+    @functools.cached_property
+    def methods(self) -> Methods:
+        """As the kernel of watched steps takes it."""
+        name, kind = self.named
+        memory = _blank_memory() | {name: self.method}
+        return Methods(kind=kind, explicit=self.explicit.method, **memory)
 
     def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
         """Steps until a singular position, at most."""
@@ -379,21 +402,11 @@ class RadauSteps(_WithPassages):
     """Implicit steps of adapted length."""
 
     fixed, rows, terms = False, 4, 3
+    named = "implicit", IMPLICIT
 
     def __init__(self, coordinates: int, owns: int) -> None:
         super().__init__()
-        n, states = coordinates + owns, 2 * coordinates + owns
-        self.method = Radau(
-            **radau_5()._asdict(),
-            Z=np.zeros((3, states)),
-            X=np.zeros((3, states)),
-            xc=np.zeros((2, states), dtype=complex),
-            past=np.zeros((4, states)),
-            J=np.zeros((n, states)),
-            matrix=np.zeros((n, n)),
-            complex_matrix=np.zeros((n, n), dtype=complex),
-            exchanges=np.zeros((2, n), dtype=np.int64),
-        )
+        self.method = radau_memory(coordinates, owns)
         self.own: tuple[Array, ...] = self.method.past, self.method.J
 
     def slack(self, until: float) -> float:
@@ -418,29 +431,13 @@ class FixedSteps(_WithPassages):
     """Steps of one length: RATTLE in parts, or generalised-α without."""
 
     fixed, rows, terms = True, 4, 5
+    named = "even", EVEN
 
     def __init__(self, layout: Any, blocks: int, step: float, parts: Any) -> None:
         super().__init__()
-        composition = np.asarray(parts, dtype=float)
         self.coordinates = 3 * layout.bodies
-        unknowns = self.coordinates + layout.owns
-        # RATTLE has no matrices
-        n, states = (1, 2) if len(composition) else (unknowns, unknowns + self.coordinates)
-        self.method = FixedStep(
-            length=step,
-            composition=composition,
-            spectral_radius=RADIUS,
-            samples=SAMPLED,
-            # not known before the first derivative
-            acceleration=np.full(unknowns, np.nan),
-            saved=np.zeros(unknowns),
-            multipliers=np.zeros(2 * layout.nodes),
-            blocks=np.zeros(blocks),
-            J=np.zeros((n, states)),
-            matrix=np.zeros((n, n)),
-            exchanges=np.zeros(n, dtype=np.int64),
-        )
-        m = self.method
+        sizes = self.coordinates, layout.owns, 2 * layout.nodes, blocks
+        self.method = m = fixed_memory(*sizes, step, parts)
         self.own: tuple[Array, ...] = m.acceleration, m.multipliers, m.J
 
     def slack(self, until: float) -> float:
@@ -468,6 +465,53 @@ class FixedSteps(_WithPassages):
         weak = S.state[CONDITIONING] < tol.CONDITIONING_NEAR_SINGULAR * S.state[BEST_CONDITIONING]
         if not (weak or S.state[NEAR_SINGULAR]):
             S.state[NEXT] = self.method.length
+
+
+def radau_memory(coordinates: int, owns: int) -> Radau:
+    """The implicit method with memory for so many coordinates and auxiliary states."""
+    n, states = coordinates + owns, 2 * coordinates + owns
+    return Radau(
+        **radau_5()._asdict(),
+        Z=np.zeros((3, states)),
+        X=np.zeros((3, states)),
+        xc=np.zeros((2, states), dtype=complex),
+        past=np.zeros((4, states)),
+        J=np.zeros((n, states)),
+        matrix=np.zeros((n, n)),
+        complex_matrix=np.zeros((n, n), dtype=complex),
+        exchanges=np.zeros((2, n), dtype=np.int64),
+    )
+
+
+def fixed_memory(
+    coordinates: int, owns: int, rows: int, blocks: int, step: float, parts: Sequence[float]
+) -> FixedStep:
+    """A method of steps of one length with memory for so many coordinates, auxiliary states and
+    rows.
+    """
+    composition, unknowns = np.asarray(parts, dtype=float), coordinates + owns
+    # RATTLE has no matrices
+    n, states = (1, 2) if len(composition) else (unknowns, unknowns + coordinates)
+    return FixedStep(
+        length=step,
+        composition=composition,
+        spectral_radius=RADIUS,
+        samples=SAMPLED,
+        # not known before the first derivative
+        acceleration=np.full(unknowns, np.nan),
+        end_acceleration=np.zeros(unknowns),
+        multipliers=np.zeros(rows),
+        end_multipliers=np.zeros(rows),
+        blocks=np.zeros(blocks),
+        J=np.zeros((n, states)),
+        matrix=np.zeros((n, n)),
+        exchanges=np.zeros(n, dtype=np.int64),
+    )
+
+
+def _blank_memory() -> dict[str, Any]:
+    """No memory for methods of other kinds."""
+    return {"implicit": radau_memory(0, 0), "even": fixed_memory(0, 0, 0, 0, 0.0, ())}
 
 
 def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
