@@ -711,6 +711,9 @@ RATE_JUMP_SAME = 1e-12
 #: By what part the tangents of a state may differ from what the modes that follow allow;
 TANGENTS_DIFFER = 1e-5
 TANGENTS_DIFFER_TOLERANCES = 1e3  # by so many tolerances besides.
+TANGENTS_DIFFER_AT_REST = (
+    1e-3  # The same where impacts come to rest, the last of which are not met.
+)
 #: What may be left of a tangent of Φ beside the greatest, where redundant rows close.
 TANGENTS_LEFT = 1e-6
 #: By what part of the greatest value an instant may differ when it is solved once more.
@@ -877,8 +880,6 @@ DERIVATIVES_EQUAL = 1e-6  # Their derivatives this close are equal.
 #: Part of the size that a quantity may have in a mechanism that is rounding.
 QUANTITY_ROUNDING = 1e-12
 TANGENT_WEIGHT_SAME = 1e-9  # A weight is the inverse of its mass within this part.
-#: An impact on complex numbers is that on floats within this part of the greatest.
-TANGENT_IMPACT_SAME = 1e-9
 #: A motion that an element allows and that is greater than this is looked at for its power.
 USER_POWER_NONE = 1e-6
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+import math
+import types
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import ClosedContacts, StageImpulses
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
-from mbody.analysis.dynamics.events import Guard
+from mbody.analysis.contact.unilateral import Unilateral, arc_rows, edge_rows
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
 from mbody.analysis.dynamics.shared_friction import InstantModes, reported_instant
@@ -22,15 +23,34 @@ from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
 from mbody.derivatives.dual_solution import DualRecord, EventTime, dual_solution
-from mbody.derivatives.mode_record import JumpGuard, LostNumbers, ModeStretch, without_functions
+from mbody.derivatives.mode_record import (
+    Guarded,
+    ImpactStage,
+    JumpGuard,
+    LostNumbers,
+    ModeStretch,
+    Strike,
+    independent,
+    without_functions,
+)
 from mbody.errors import SolveError
-from mbody.kernels.friction import FRICTION_KINDS
-from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, artificial_masses
+from mbody.kernels.contact_guards import (
+    CLOSE,
+    EDGE,
+    ENTER,
+    LOCK,
+    PARADOX,
+    SHARE,
+    STOP,
+    look,
+)
+from mbody.kernels.contact_modes import tangent_of
+from mbody.kernels.contact_rows import fill_row, phase_offset, row_rate, written
+from mbody.kernels.layout import Layout, Work, artificial_masses
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
 from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
-from mbody.model.contact import ContactCandidate
 from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import IntegrationSettings, Solution
@@ -81,30 +101,61 @@ class Tangents:
         return Tangents(*(0.0 * part[..., :1] for part in vars(self).values()))
 
 
+class DualRows:
+    """Rows of workspaces of dual numbers, as if each had one lane: (row, 0) is a dual number. Of
+    more directions than a workspace has lanes for, several have the tangents.
+    """
+
+    ndim = 2
+
+    def __init__(self, parts: Sequence[tuple[Array, int]]) -> None:
+        self.parts, self.shape = parts, (len(parts[0][0]), 1)
+
+    def __getitem__(self, place: Any) -> DualNumber:
+        row = place[0] if isinstance(place, tuple) else place
+        tangents = [lanes[row, 1 : 1 + width] for lanes, width in self.parts]
+        whole = tangents[0].copy() if len(tangents) == 1 else np.concatenate(tangents, axis=-1)
+        return DualNumber(self.parts[0][0][row, 0], whole)
+
+    def __setitem__(self, place: Any, number: Any) -> None:
+        row, first = place[0] if isinstance(place, tuple) else place, 0
+        for lanes, width in self.parts:
+            lanes[row, 0] = value(number)
+            own = number.tangents[first : first + width] if isinstance(number, DualNumber) else 0.0
+            lanes[row, 1 : 1 + width], first = own, first + width
+
+
+class DualWork:
+    """A workspace at one instant, its rows `DualRows`."""
+
+    def __init__(self, parts: Sequence[tuple[Work, int]]) -> None:
+        self._parts = parts
+
+    @property
+    def values(self) -> Work:
+        """That of the values."""
+        return self._parts[0][0]
+
+    def __getattr__(self, name: str) -> DualRows:
+        found = DualRows([(getattr(work, name), width) for work, width in self._parts])
+        setattr(self, name, found)
+        return found
+
+
 @dataclass(frozen=True, eq=False)
 class DualInstant:
     """One instant in dual numbers.
 
     `y`, `derivative`: The state, projected on the constraints, and its derivative.
     `record`: As of `mbody.kernels.motion_duals.keep_duals`.
-    `value`, `rate`: Of the rows of the active set: Φ and its rate.
-    `block`: Φ_q of these.
-    `joints`: Φ_q of all others.
-    `par`, `signal`, `blocks`, `formula`: Of the workspace.
+    `work`: The workspace.
     """
 
     t: float
     y: DualNumber
     derivative: DualNumber
     record: DualNumber
-    value: DualNumber
-    rate: DualNumber
-    block: DualNumber
-    joints: DualNumber
-    par: DualNumber
-    signal: DualNumber
-    blocks: DualNumber
-    formula: DualNumber
+    work: DualWork
 
 
 class DualMotion:
@@ -155,7 +206,7 @@ class DualMotion:
         self, stretch: ModeStretch, t: DualNumber, y: DualNumber, tangents: Tangents
     ) -> DualInstant:
         """One instant in the modes of a stretch; the time may have tangents, too."""
-        parts = []
+        works, found = list[tuple[Work, int]](), list[list[Array]]()
         for first in range(0, max(tangents.count, 1), TANGENTS):
             part = slice(first, min(first + TANGENTS, tangents.count))
             width = slice(1, 1 + part.stop - part.start)
@@ -164,13 +215,13 @@ class DualMotion:
             some = DualNumber(y.value, y.tangents[:, part])
             now = np.array([t.value])
             free = self._called(L, work, float(t.value), some, tangents.resolved[part], now)
-            parts.append(self._instant(work, free, width))
-        if len(parts) == 1:
-            return parts[0]
-        names = [n for n in vars(parts[0]) if n != "t"]
-        return DualInstant(
-            parts[0].t, *(_concatenated([getattr(one, n) for one in parts]) for n in names)
+            works.append((work, width.stop - 1))
+            found.append([free.y[:-1], free.K[0][:-1], free.output[0]])
+        y, derivative, record = (
+            DualRows([(lanes, width) for lanes, (_, width) in zip(one, works, strict=True)])[:]
+            for one in zip(*found, strict=True)
         )
+        return DualInstant(float(t.value), y, derivative, record, DualWork(works))
 
     def reported_row(
         self, stretch: ModeStretch, t: float, system: System, row: Array, phases: Array
@@ -191,35 +242,6 @@ class DualMotion:
         modes = InstantModes(list(stretch.modes), list(stretch.pairs), stretch.on)
         found = reported_instant(uni, work, uni.read(work), row, modes)
         return None if found.forces is None else found.record
-
-    def _instant(self, work: Work, free: FreeDuals, width: slice) -> DualInstant:
-        uni, L = self.uni, self.layout
-        nodes, rows, places, columns = uni.places
-        lanes = np.r_[0, width]
-        v = work.v[:, lanes]
-        blocks = work.block[:, lanes]
-        count, n3 = len(nodes), self.system.coordinates
-        parts = uni.units[rows, None] * blocks[places]
-        block = np.zeros((count, n3 + 3, len(lanes)))
-        block[rows, columns] = parts
-        moving = _product(_dual(parts), _dual(v[columns]))
-        rate = np.zeros((count, len(lanes)))
-        np.add.at(rate, rows, np.column_stack([moving.value, moving.tangents]))
-        rate -= uni.units[:, None] * work.nu[2 * nodes][:, lanes]
-        return DualInstant(
-            t=float(free.t[0]),
-            y=_dual(free.y[:-1, lanes]),
-            derivative=_dual(free.K[0][:-1, lanes]),
-            record=_dual(free.output[0][:, lanes]),
-            value=_dual(uni.units[:, None] * work.phi[2 * nodes][:, lanes]),
-            rate=_dual(rate),
-            block=_dual(block[:, :n3]),
-            joints=_dual(joint_rows(self.system, blocks)),
-            par=_dual(work.par[: len(self.system.par), lanes]),
-            signal=_dual(work.signal[:, lanes]),
-            blocks=_dual(blocks[: 12 * L.nodes]),
-            formula=_dual(work.formula[:, lanes]),
-        )
 
     def _layout(self, stretch: ModeStretch) -> tuple[Layout, dict[int, float]]:
         """The layout in which formulas are on the sides of a stretch, with what is held."""
@@ -305,161 +327,114 @@ class DualMotion:
         return work
 
 
-def _dual(lanes: Array) -> DualNumber:
-    """Numbers (…, lanes) of a workspace."""
-    return DualNumber(lanes[..., 0].copy(), lanes[..., 1:].copy())
+# -- Kernels on dual numbers -------------------------------------------------------------------
+# Gaps, rates and guards are what kernels say that they are. Of single instants these run as the
+# plain Python that they were written in, on dual numbers in the place of floats.
 
 
-def _product(a: DualNumber, b: DualNumber) -> DualNumber:
-    """a b, of each pair; NumPy's chain rule costs more here."""
-    tangents = a.tangents * b.value[..., None] + a.value[..., None] * b.tangents
-    return DualNumber(a.value * b.value, tangents)
+class _Mathematics:
+    """The functions of `math` that these kernels call, of dual numbers, too."""
+
+    inf, nan, pi = math.inf, math.nan, math.pi
+    atan2, sqrt = np.arctan2, np.sqrt
+
+    @staticmethod
+    def floor(x: Any) -> float:
+        """The greatest whole number up to x, which has no derivative."""
+        return math.floor(value(x))
+
+    @staticmethod
+    def ceil(x: Any) -> float:
+        """The least whole number from x on, which has no derivative."""
+        return math.ceil(value(x))
 
 
-def _concatenated(parts: Sequence[DualNumber]) -> DualNumber:
-    """The first number's value with the tangents of all parts side by side."""
-    return DualNumber(parts[0].value, np.concatenate([one.tangents for one in parts], axis=-1))
+@functools.cache
+def on_duals(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function of a kernel, and all that it calls, in plain Python."""
+    plain: Any = getattr(function, "py_func", function)
+    names = dict(plain.__globals__)
+    found = types.FunctionType(plain.__code__, names, plain.__name__)
+    for name in plain.__code__.co_names:
+        one = names.get(name)
+        if one is math:
+            names[name] = _Mathematics
+        elif callable(one) and getattr(one, "__module__", "").startswith("mbody.kernels."):
+            names[name] = found if one is function else on_duals(one)
+    return found
 
 
-# -- Guards of contact modes in dual numbers ---------------------------------------------------
-# The same quantities as of `mbody.analysis.dynamics.contact_guards`, each of one instant.
-
-
-class GuardDuals:
-    """The guards of one system."""
+class DualUnilateral:
+    """The contact points of one system by dual numbers, as kernels take them."""
 
     def __init__(self, uni: Unilateral, numbers: Mapping[str, Any]) -> None:
-        self.uni, self.system = uni, uni.system
-        contacts = {one.name: one for one in self.system.mechanism.contacts}
-        self.numbers = numbers
-        at: Any = numbers
-        static = {name: one.coefficients(at)[1] for name, one in contacts.items()}
-        #: Of every contact point its static friction.
-        self.static = [static[point.name] for point in uni.contact_points]
-
-    def value(self, guard: Guard | JumpGuard, stretch: ModeStretch, now: DualInstant) -> Any:
-        """The value of a guard, a dual number; None of one that has no derivatives here."""
-        if isinstance(guard, JumpGuard):
-            return now.formula[guard.number]
-        points = self.uni.contact_points
-        if guard.kind == "close":
-            found = points[guard.number].candidate.sign * now.value[points[guard.number].normal]
-            return None if self.behind(guard, now) else found
-        if guard.kind == "lock":
-            return points[guard.number].candidate.sign * now.rate[points[guard.number].normal]
-        if guard.kind == "open":
-            return self._pressing(now.record, guard.number)
-        if guard.kind in ("edge", "enter"):
-            along = self._along(guard.number, now)
-            return along if guard.kind == "edge" or along is None else -along
-        if guard.kind == "stop":
-            row, mode = self._sliding(stretch, guard.number)
-            return SLIP_SIGNS[mode] * now.rate[row]
-        if guard.kind == "slip" and guard.number < len(points):
-            group = stretch.groups.get(guard.number, [guard.number])
-            most = sum(self.static[k] * self._pressing(now.record, k) for k in group)
-            return most - abs(self._multiplier(now.record, points[guard.number].tangent))
-        if guard.kind == "slip":
-            return self._reserve(guard.number - len(points), now)
-        return None
-
-    def behind(self, guard: Guard | JumpGuard, now: DualInstant) -> bool:
-        """Whether what has no gap to close only passes an end of the edge that it is behind."""
-        if guard.kind != "close":
-            return False
-        point = self.uni.contact_points[guard.number]
-        gap = float(point.candidate.sign * value(now.value)[point.normal])
-        return gap < -tol.CONTACT_GAP_NONE * self.system.length
-
-    def kind_of(self, guard: Guard | JumpGuard) -> bool:
-        """Whether a guard follows from forces, not from positions and rates alone."""
-        return guard.kind in ("open", "slip", "share", "paradox")
-
-    @functools.cached_property
-    def _candidates(self) -> list[ContactCandidate]:
-        """Of every contact point where it is, by the numbers."""
+        self.uni, self.system, self.layout = uni, uni.system, uni.layout
         machine = self.system.mechanism
-        at = Numbers(dict(self.numbers), polar_points(machine), machine.bodies)
-        return [candidate for contact in machine.contacts for candidate in contact.candidates(at)]
-
-    def _along(self, number: int, now: DualInstant) -> Any:
-        """Distance of a contact point from the nearer end of its edge, within it; None of arcs."""
-        candidate = self._candidates[number]
-        if candidate.edge is None or candidate.arcs:
-            return None
-        (ax, ay), (ux, uy), length = candidate.edge
-        (xi, yi, ti), (xj, yj, tj) = (self._pose(body, now) for body in self.uni.bodies[number])
-        jx, jy = candidate.position
-        px = xj + np.cos(tj) * jx - np.sin(tj) * jy - xi
-        py = yj + np.sin(tj) * jx + np.cos(tj) * jy - yi
-        x, y = np.cos(ti) * px + np.sin(ti) * py - ax, np.cos(ti) * py - np.sin(ti) * px - ay
-        along = ux * x + uy * y
-        return along if value(along) <= value(length - along) else length - along
-
-    def _pose(self, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
-        """x, y and angle of a body; the ground is the last one."""
-        if 3 * body >= self.system.coordinates:
-            return 0.0, 0.0, 0.0
-        return now.y[3 * body], now.y[3 * body + 1], now.y[3 * body + 2]
-
-    def _sliding(self, stretch: ModeStretch, number: int) -> tuple[int, str]:
-        points = self.uni.contact_points
-        if number < len(points):
-            return points[number].tangent, stretch.modes[number]
-        return self.uni.friction_joints[number - len(points)].tangent, stretch.pairs[
-            number - len(points)
+        at: Any = Numbers(dict(numbers), polar_points(machine), machine.bodies)
+        contacts = {one.name: one for one in machine.contacts}
+        candidates = [one for contact in machine.contacts for one in contact.candidates(at)]
+        owners = [contacts[point.name] for point in uni.contact_points]
+        self.friction = [one.coefficients(at)[0] for one in owners]
+        self.restitution = [one.restitution_of(at) for one in owners]
+        self.static = [
+            one.coefficients(at)[1] if point.tangent >= 0 else 0.0
+            for one, point in zip(owners, uni.contact_points, strict=True)
         ]
+        self.edges, self.arcs = edge_rows(candidates, uni.bodies), arc_rows(candidates, uni.bodies)
 
-    def _multiplier(self, record: DualNumber, row: int) -> DualNumber:
-        e = int(self.uni.layout.active_set[row])
-        return record[3 * self.system.coordinates + PER_PRIMITIVE * e]
+    def of(self, owner: int) -> Any:
+        """The table of the kernels, of edges and arcs those of one contact point alone."""
+        table = self.uni.table
+        edges = [n for n, point in enumerate(table.edge_point) if point == owner]
+        arcs = [n for n, point in enumerate(table.arc_point) if point == owner]
+        found = SimpleNamespace(**{name: getattr(table, name) for name in table.fields})
+        found.static, found.curve_point = self.static, np.zeros(0, dtype=int)
+        found.edge_point, found.edge_bodies = table.edge_point[edges], table.edge_bodies[edges]
+        found.arc_point, found.arc_bodies = table.arc_point[arcs], table.arc_bodies[arcs]
+        found.edge, found.arc = [self.edges[n][3:] for n in edges], [self.arcs[n][4:] for n in arcs]
+        return found
 
-    def _pressing(self, record: DualNumber, number: int) -> Any:
-        point = self.uni.contact_points[number]
-        return -point.candidate.sign * self._multiplier(record, point.normal)
-
-    def _reserve(self, m: int, now: DualInstant) -> Any:
-        """How much more friction a frictional joint that sticks could have: of the nearer
-        direction.
+    def guard(
+        self,
+        guard: Guarded | JumpGuard,
+        stretch: ModeStretch,
+        now: DualInstant,
+        values: Work | None = None,
+    ) -> Any:
+        """The value of a guard, a dual number, or without its tangents by a workspace of values
+        alone; None of one that has no derivatives here: margins of forces that no equation decides,
+        ends of curves, gaps that do not close.
         """
-        pair, L = self.uni.friction_joints[m], self.uni.layout
-        force = self._multiplier(now.record, pair.tangent)
-        node = int(L.friction_node[pair.pair])
-        first = 3 * self.system.coordinates
-        first += PER_PRIMITIVE * int(np.flatnonzero(L.primitive_node == node)[0])
-        x, y = now.record[first], now.record[first + 1]
-        ahead = self._limit(pair.pair, now, x, y, 1.0) - force
-        back = self._limit(pair.pair, now, x, y, -1.0) + force
-        return ahead if value(ahead) <= value(back) else back
-
-    def _limit(self, f: int, now: DualInstant, x: Any, y: Any, sign: float) -> Any:
-        """Static friction of pair f by the multipliers of what presses it, as of
-        `mbody.analysis.contact.friction_problem`.
-        """
-        L = self.uni.layout
-        kind, o = FRICTION_KINDS[int(L.friction_kind[f])], int(L.friction_par[f])
-        mu, one, two = now.par[o + 1], now.par[o + 4], now.par[o + 5]
-        if kind in ("torque", "force"):
-            given = mu * now.signal[int(L.friction_signal[f])]
-            size = given * (1.0 + two * sign)
-            return size if value(given) > 0.0 and value(size) > 0.0 else 0.0 * size
-        if kind == "pin":
-            return mu * one / np.sqrt(1.0 + mu * mu) * np.hypot(x, y)
-        if kind == "couple":
-            return mu * abs(x) + two * sign * x
-        if kind == "follower":
-            at = 12 * int(L.friction_node[f]) + 6
-            push = np.sqrt(now.blocks[at] ** 2 + now.blocks[at + 1] ** 2)
-            if value(one) <= 0.0:
-                return mu * push * abs(x)
-            sine = one * mu / np.sqrt(1.0 + mu * mu)
-            return push * sine / np.sqrt(1.0 - sine * sine) * abs(x)
-        size = mu * abs(x)
-        if kind == "guide" and value(one) > 0.0:
-            moment = y + 0.5 * mu * sign * two * x
-            ends = 2.0 * mu / one * abs(moment)
-            return ends if value(ends) > value(size) else size
-        return size
+        if isinstance(guard, JumpGuard):
+            return now.work.formula[guard.number, 0]
+        table, owner = self.uni.table, guard.owner
+        if guard.kind == SHARE or (
+            guard.kind in (CLOSE, EDGE, ENTER) and owner in table.curve_point
+        ):
+            return None
+        looks = {
+            name: np.empty((1, 1), dtype=object)
+            for name in ("value", "rate", "gap", "past", "past_rate")
+        }
+        ways = {
+            name: np.empty((len(table.normal), 2), dtype=object) for name in ("ends", "end_rates")
+        }
+        G = SimpleNamespace(
+            count=[1],
+            kind=[guard.kind],
+            owner=[owner],
+            sense=[guard.sense],
+            fresh=[0.0],
+            slow=stretch.slow,
+            leader=stretch.leader,
+            arm=np.empty(7, dtype=object),
+            **looks,
+            **ways,
+        )
+        on_duals(look)(self.layout, values or now.work, self.of(owner), G, 0, False)
+        # what is at an end of its edge and leaves that first closes nothing
+        leaves = guard.kind == CLOSE and value(G.rate[0, 0]) != value(G.rate[0, 0])
+        return None if leaves else G.value[0, 0]
 
 
 # -- Times of mode changes and events, with derivatives ----------------------------------------
@@ -472,9 +447,9 @@ class ChangeTimes:
         self, run: Solution, motion: DualMotion, values: dict[str, Any], lost: LostNumbers
     ) -> None:
         self.run, self.motion, self.values, self.lost = run, motion, values, lost
-        self.guards = GuardDuals(motion.uni, values)
+        self.rows = DualUnilateral(motion.uni, values)
         #: By time alone, along which no number changes.
-        self.along = GuardDuals(motion.uni, {name: value(one) for name, one in values.items()})
+        self.along = DualUnilateral(motion.uni, {name: value(one) for name, one in values.items()})
         self.width = len(lost.names)
         self.short = tol.TIMES_SAME_CHANGES * float(run.t[-1] - run.initial_states[0].start.t[0])
         self.events: list[EventTime] = []
@@ -486,28 +461,27 @@ class ChangeTimes:
         #: The last change, and its derivatives.
         self.before: tuple[float, Array] = (-np.inf, np.zeros(self.width))
 
-    def when(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> DualNumber:
-        """The time at which the guard of a stretch is zero."""
+    def when(
+        self, stretch: ModeStretch, now: DualInstant, tangents: Tangents, after: ModeStretch
+    ) -> DualNumber:
+        """The time at which the guard of a stretch is zero, before another one."""
         guard, end = stretch.guard, stretch.end
         assert guard is not None
         ahead = self.ahead(stretch, now, tangents)
-        row = self._zero(stretch, guard, now, ahead)
+        # what is thrown back comes more slowly each time
+        again = isinstance(guard, Guarded) and any(
+            guard.owner in one.owner for one in stretch.strikes
+        )
+        row = self._zero(stretch, guard, now, ahead, 0.0 if again else tol.GUARD_GRAZING)
         if row is None:
             why = "the derivative of when that changes is not there"
-            if self.guards.value(guard, stretch, now) is not None:
+            if self.rows.guard(guard, stretch, now) is not None:
                 why = "what changes there only grazes its limit"
             self.lost.lose(True, end, why)
             row = np.zeros(self.width)
         together = "two changes fall together there, in another order beside it"
-        for other in stretch.also:
-            if self.guards.kind_of(other) != self.guards.kind_of(guard):
-                continue
-            if self.guards.behind(other, now):
-                continue
-            zero = self._zero(stretch, other, now, ahead)
-            if zero is None and other.kind == "close":
-                # of edges on one line one comes upon the other where it passes its end
-                zero = self._zero(stretch, Guard("enter", other.number), now, ahead)
+        for other in self._others(stretch, now, after):
+            zero = self._zero(stretch, other, now, ahead, tol.GUARD_GRAZING)
             gone = True if zero is None else self._differ(row, zero)
             self.lost.lose(gone, end, together)
         if end - self.before[0] <= self.short:
@@ -515,6 +489,32 @@ class ChangeTimes:
         self.before = end, row
         self._record(stretch, row)
         return DualNumber(end, np.where(self.lost.gone, 0.0, row))
+
+    def _others(
+        self, stretch: ModeStretch, now: DualInstant, after: ModeStretch
+    ) -> Iterator[Guarded]:
+        """Guards that are zero together with that of a stretch, and follow from the same."""
+        guard = stretch.guard
+        if not isinstance(guard, Guarded):
+            return
+        for other in stretch.guards:
+            if other == guard or other.fresh or other.of_forces != guard.of_forces:
+                continue
+            found = self.along.guard(other, stretch, now, now.work.values)
+            if found is not None and abs(found) <= tol.GUARD_ZERO * self._size(other, after):
+                yield other
+
+    def _size(self, guard: Guarded, stretch: ModeStretch) -> float:
+        """With what a guard is compared, as of `mbody.kernels.contact_guards.find_sizes`."""
+        if guard.of_forces:
+            return 1.0 if guard.kind == PARADOX else float(stretch.force[guard.owner])
+        if guard.kind not in (LOCK, STOP):
+            return self.motion.system.length
+        speed = float(stretch.slow[guard.owner]) / tol.RATE_NONE_FRICTION
+        if guard.kind == LOCK:
+            return speed
+        table = self.motion.uni.table
+        return speed / float(table.speed_unit[tangent_of(table, guard.owner)])
 
     def ahead(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> DualInstant:
         """An instant with derivatives by time along the motion, its one direction."""
@@ -544,30 +544,28 @@ class ChangeTimes:
         )
 
     def _zero(
-        self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant
+        self, stretch: ModeStretch, guard: Any, now: DualInstant, ahead: DualInstant, grazing: float
     ) -> Array | None:
         """−(g_y S + g_p)/ġ of a guard; None where it has no derivative, or grazes zero."""
-        g = self.guards.value(guard, stretch, now)
-        rate = self.along.value(guard, stretch, ahead)
+        g = self.rows.guard(guard, stretch, now)
+        rate = self.along.guard(guard, stretch, ahead)
         if g is None or rate is None:
             return None
         change = float(rate.tangents[0])
-        return (
-            None
-            if not abs(change) > tol.GUARD_GRAZING * self._usual(guard)
-            else -g.tangents / change
-        )
+        if not abs(change) > grazing * self._usual(guard):
+            return None
+        return np.asarray(-g.tangents / change)
 
-    def _usual(self, guard: Guard | JumpGuard) -> float:
+    def _usual(self, guard: Guarded | JumpGuard) -> float:
         """With what rate a guard changes as a rule; of forces it is not known."""
         n = self.motion.system.coordinates
         scale = self.motion.scale
         speed = float((scale[n : 2 * n] / scale[:n]).max()) * self.motion.system.length
         if isinstance(guard, JumpGuard):
             return guard.size / float(self.run.t[-1] - self.run.initial_states[0].start.t[0])
-        if guard.kind == "close":
+        if guard.kind == CLOSE:
             return speed
-        if guard.kind in ("stop", "lock"):
+        if guard.kind in (STOP, LOCK):
             return speed * speed / self.motion.system.length
         return 0.0
 
@@ -575,7 +573,8 @@ class ChangeTimes:
         """The events at the end of a stretch."""
         row = np.where(self.lost.gone, np.nan, row)
         for one in self.run.events:
-            if one.contact and abs(one.t - stretch.end) <= self.short:
+            # the time of what comes to rest is that at which its last flights end
+            if one.contact and abs(float(one.state.t[0]) - stretch.end) <= self.short:
                 self.events.append(EventTime(one.name, one.contact, one.t, row))
 
     def _measured(self, name: str, now: DualInstant, part: int) -> Any:
@@ -594,202 +593,130 @@ class ChangeTimes:
 
 
 # -- Velocities after an impact with their derivatives -----------------------------------------
-# An impact solves problems of complementarity; which of their unknowns are not zero is known from
-# the motion, and with that it is a chain of linear systems. They are solved once more for every
-# direction with its tangents as tiny imaginary parts (complex step), which loses no figure.
-#
-# Squire, Trapp: Using complex variables to estimate derivatives of real functions (1998).
+# An impact solves problems of complementarity; which of their unknowns are not zero the kernel has
+# found, and with that it is a chain of linear systems A x = b, whose tangents are those of
+# A ẋ = ḃ − Ȧ x. Of numbers that may have tangents the last axis is (value, tangents …).
 
 
 class ImpactDuals:
     """The impacts of one system."""
 
-    def __init__(self, uni: Unilateral, numbers: Mapping[str, Any], mass: DualNumber) -> None:
-        self.uni, self.mass = uni, mass
-        at: Any = numbers
-        contacts = {one.name: one for one in uni.system.mechanism.contacts}
-        self.friction = [contacts[one.name].coefficients(at)[0] for one in uni.contact_points]
-        self.restitution = [contacts[one.name].restitution_of(at) for one in uni.contact_points]
+    def __init__(self, rows: DualUnilateral, mass: DualNumber) -> None:
+        self.rows, self.mass = rows, mass
 
-    def velocities(self, now: DualInstant, closed: tuple[int, ...]) -> DualNumber | None:
-        """Velocities (coordinates,) after an impact of closed contact points at an instant; None
-        where which of them take part is at its limit.
+    def velocities(
+        self, now: DualInstant, strike: Strike, resolved: Array
+    ) -> tuple[DualNumber, Array]:
+        """Velocities (coordinates,) after an impact at an instant; of what holds by neither an
+        impulse nor a rate how room for it changes (limits, directions), beside impulses: it holds
+        on where that grows. `resolved`: As of `Tangents`.
         """
-        n = self.uni.system.coordinates
-        modes: list[tuple[Array, Array]] = []
+        rows, system, width = self.rows, self.rows.system, now.y.tangents.shape[-1]
+        n, m = system.coordinates, int((strike.normal < 0).sum())
+        U, L, row = rows.uni.table, system.layout, np.empty(system.coordinates, dtype=object)
 
-        def first(contacts: ClosedContacts, before: Array, given: Array) -> Array | None:
-            one = contacts.solution(before, given)
-            if one is None or _undecided(contacts, one, before, given):
-                return None
-            hold, slip_signs = contacts.modes(one)
-            scale = 1.0 / np.sqrt(np.maximum(np.diag(contacts.delassus), tol.TINY))
-            rows = np.flatnonzero(hold)
-            kept = _independent((scale[:, None] * contacts.delassus * scale)[np.ix_(rows, rows)])
-            hold[:] = False
-            hold[rows[kept]] = True
-            modes.append((hold, slip_signs))
-            return _impulses_of_modes(contacts, before, given, hold, slip_signs)
+        def measured(s: int, sign: float) -> tuple[Array, Array]:
+            """A row and its rate."""
+            on_duals(fill_row)(L, now.work, U, s, sign, row)
+            rate = sign * on_duals(row_rate)(L, now.work, U, s)
+            return np.array([_lanes(one, width) for one in row]), _lanes(rate, width)
 
-        plain = self._after(now, closed, -1, first)
-        if plain is None:
-            return None
-        tangents = np.zeros((n, now.y.tangents.shape[1]))
-        # what an impact stops is rounding of the velocities before it
-        size = max(np.abs(plain).max(), np.abs(now.y.value[n : 2 * n]).max())
-        for k in range(tangents.shape[1]):
-            left = iter(modes)
+        signs = [(U.normal[k], U.gap_sign[k]) for k in strike.owner[:m]]
+        signs += [(U.tangent[k], 1.0) for k in strike.owner[m:]]
+        W, shifted = (np.array(one) for one in zip(*(measured(*one) for one in signs), strict=True))
+        G = joint_rows(system, _lanes(now.work.block[:], width)) * system.row_units[:, None, None]
+        held = [measured(s, 1.0)[0] for s in strike.held]
+        G = np.concatenate([G, np.array(held).reshape(-1, n, 1 + width)])
+        unit = system.coordinate_units[:, None]
+        G = (G * unit)[independent((G[:, :, 0] * unit[:, 0]).T)] if len(G) else G
+        W, mass = W * unit, _lanes(self.mass[:n], width) * unit**2
+        mass = mass / np.abs(mass[:, 0]).max()
+        mu = np.array([_lanes(rows.friction[k], width) for k in strike.owner])
+        e = np.array([_lanes(rows.restitution[k], width) for k in strike.owner[:m]])
+        newton = np.array([rows.uni.contact_points[k].law == "newton" for k in strike.owner[:m]])
+        bounce = _times(e, shifted[:m]) * strike.rebounds
+        shifted[:m] += np.where((newton & (shifted[:m, 0] < 0.0))[:, None], bounce, 0.0)
+        v, given = np.zeros((n, 1 + width)), np.zeros((m, 1 + width))
+        room, most = list[Array](), np.zeros(1 + width)
+        for stage in strike.stages:
+            change, impulse = self._stage(stage, strike.normal, mass, G, W, shifted, mu, given)
+            v, shifted = v + change, shifted + _applied(W, change)
+            room += _rooms(stage.limit, strike.normal, impulse, mu, given)
+            most = np.maximum(most, np.abs(impulse).max(axis=0, initial=0.0))
+            given = np.where(newton[:, None], 0.0, _times(e, impulse[:m]))
+        y = _lanes(now.y[n : 2 * n], width) + unit * v
+        least = most[1:] + most[0] * resolved
+        changes = np.array(room).reshape(-1, 1 + width)[:, 1:]
+        return DualNumber(y[:, 0], y[:, 1:]), changes / np.maximum(least, tol.TINY)
 
-            def again(
-                contacts: ClosedContacts, before: Array, given: Array, left: Any = left
-            ) -> Array | None:
-                return _impulses_of_modes(contacts, before, given, *next(left))
-
-            found = self._after(now, closed, k, again)
-            assert found is not None
-            if not np.allclose(
-                found.real, plain.real, rtol=0.0, atol=tol.TANGENT_IMPACT_SAME * size
-            ):
-                return None
-            tangents[:, k] = found.imag / tol.COMPLEX_STEP
-        return DualNumber(plain.real, tangents)
-
-    def _after(self, now: DualInstant, closed: tuple[int, ...], k: int, solve: Any) -> Array | None:
-        """Velocities after the impact, with the tangents of direction k as imaginary parts."""
-        uni, n, m = self.uni, self.uni.system.coordinates, len(closed)
-        block, rate, joints, mass = (
-            _with(one, k) for one in (now.block, now.rate, now.joints, self.mass)
-        )
-        W, rates = np.zeros((2 * m, n), dtype=block.dtype), np.zeros(2 * m, dtype=block.dtype)
-        for place, number in enumerate(closed):
-            point = uni.contact_points[number]
-            W[place] = point.candidate.sign * block[point.normal]
-            rates[place] = point.candidate.sign * rate[point.normal]
-            if point.tangent >= 0:
-                W[m + place], rates[m + place] = block[point.tangent], rate[point.tangent]
-        Y = self._responses(joints, mass[:n], W)
-        friction = _with_all([self.friction[one] for one in closed], k)
-        restitution = _with_all([self.restitution[one] for one in closed], k)
-        contacts = ClosedContacts(W @ Y, friction)
-        newton = np.array([uni.contact_points[one].law == "newton" for one in closed])
-        impulse = _impulses(contacts, rates, restitution, newton, solve)
-        if impulse is None:
-            return None
-        v = _with(now.y, k)[n : 2 * n]
-        return np.asarray(v + Y @ impulse)
-
-    def _responses(self, joints: Array, mass: Array, W: Array) -> Array:
-        """How velocities change by an impulse along each row, (coordinates, rows), as far as joints
-        allow: from [M Gᵀ; G 0], G of rows that do not depend on each other.
+    def _stage(
+        self,
+        stage: ImpactStage,
+        normal: Array,
+        mass: Array,
+        G: Array,
+        W: Array,
+        shifted: Array,
+        mu: Array,
+        given: Array,
+    ) -> tuple[Array, Array]:
+        """By how much velocities change, and impulses, where rows W have the rates `shifted`: from
+        M Δv = Gᵀ Λ_G + Wᵀ Λ, G Δv = 0 and W Δv = −shifted of what holds.
         """
-        system, n = self.uni.system, len(mass)
-        unit = system.coordinate_units
-        G = system.row_units[:, None] * joints * unit
-        if len(G):
-            # the others follow from these
-            G = G[_independent(G.real.T)]
-        size = float(np.abs(mass.real * unit**2).max())
-        inertia = np.diag(mass * unit**2) / size
-        count = len(G)
-        whole = np.block([[inertia, G.T], [G, np.zeros((count, count))]])
-        right = np.vstack([(W * unit).T / size, np.zeros((count, len(W)))])
-        return np.asarray(unit[:, None] * np.linalg.solve(whole, right)[:n])
+        n, g, hold = len(mass), len(G), np.flatnonzero(stage.hold)
+        sliding = [r for r in np.flatnonzero(stage.slip) if not stage.hold[r]]
+        size, lanes = n + g + len(hold), mass.shape[1:]
+        pushed = W.copy()
+        for r in sliding:
+            pushed[normal[r]] -= stage.slip[r] * _times(mu[r], W[r])
+        A, b = np.zeros((size, size, *lanes)), np.zeros((size, *lanes))
+        A[range(n), range(n)] = mass
+        whole = np.concatenate([G, pushed[hold]])
+        A[:n, n:] = -whole.transpose(1, 0, 2)
+        A[n:, :n] = np.concatenate([G, W[hold]])
+        for k, one in enumerate(given):
+            b[:n] += _times(pushed[k], one)
+        b[n + g :] = -shifted[hold]
+        x = np.zeros_like(b)
+        x[:, 0] = np.linalg.solve(A[..., 0], b[:, 0])
+        moved = b[:, 1:] - np.einsum("ijk,j->ik", A[..., 1:], x[:, 0])
+        x[:, 1:] = np.linalg.solve(A[..., 0], moved)
+        impulse = np.zeros((len(W), *lanes))
+        impulse[hold] = x[n + g :]
+        for r in sliding:
+            k = normal[r]
+            impulse[r] = -stage.slip[r] * _times(mu[r], impulse[k] + given[k])
+        return x[:n], impulse
 
 
-def _impulses(
-    contacts: ClosedContacts, before: Array, restitution: Array, newton: Array, solve: Any
-) -> Array | None:
-    """Impulses (2 m,) of an impact, of any kind of number, stage by stage of `solve`; see
-    `mbody.kernels.mode_problem.impact`.
-    """
-    m, D = len(contacts), contacts.delassus
-    shifted = before.copy()
-    approach = np.where(before[:m].real < 0.0, before[:m], 0.0)
-    shifted[:m] += np.where(newton, restitution, 0.0) * approach
-    impulse = solve(contacts, shifted, np.zeros(m))
-    if impulse is None:
-        return None
-    given = np.where(newton, 0.0, restitution) * impulse[:m]
-    if not given.any():
-        return np.asarray(impulse)
-    more = solve(contacts, shifted + D @ impulse + D[:, :m] @ given, given)
-    if more is None:
-        return None
-    more[:m] += given
-    return np.asarray(impulse + more)
+def _rooms(limit: Array, normal: Array, impulse: Array, mu: Array, given: Array) -> Iterator[Array]:
+    """Of rows at a limit the impulse, of tangents what is left of that by friction."""
+    for r in np.flatnonzero(limit):
+        k = normal[r]
+        if k < 0:
+            yield impulse[r]
+        else:
+            sign = 1.0 if impulse[r, 0] > 0.0 else -1.0
+            yield _times(mu[r], impulse[k] + given[k]) - sign * impulse[r]
 
 
-def _impulses_of_modes(
-    contacts: ClosedContacts, before: Array, given: Array, hold: Array, slip_signs: Array
-) -> Array | None:
-    """(Λ_N, Λ_T) (2 m,) by linear equations, of any kind of number: of rows that `hold` (2 m,), of
-    tangents that slide (m,); other impulses are zero. None where rows depend on each other.
-    """
-    m, D, mu = len(contacts), contacts.delassus, contacts.friction
-    size = np.diag(D).real
-    # a power of two: unlike its root, dividing by it changes no digit
-    unit = float(np.ldexp(1.0, np.frexp(size[size > 0.0][:1])[1]).sum()) or 1.0
-    scale = 1.0 / np.sqrt(np.maximum(size / unit, tol.TINY))
-    kind = np.result_type(D, before, given, mu)
-    A, b = np.eye(2 * m, dtype=kind), np.zeros(2 * m, dtype=kind)
-    A[hold] = (scale[:, None] * (D / unit) * scale)[hold]
-    b[hold] = -(scale * before / unit)[hold]
-    for k in np.flatnonzero(slip_signs):
-        if not hold[m + k]:
-            A[m + k, k] += slip_signs[k] * mu[k] * scale[k] / scale[m + k]
-            b[m + k] = -slip_signs[k] * mu[k] * given[k] / scale[m + k]
-    try:
-        return np.asarray(scale * np.linalg.solve(A, b))
-    except np.linalg.LinAlgError:
-        return None
+def _lanes(one: Any, width: int) -> Array:
+    """(value, tangents …) of a number, or an array of them."""
+    if isinstance(one, DualNumber):
+        return np.concatenate([np.asarray(one.value)[..., None], one.tangents], axis=-1)
+    return np.append(float(one), np.zeros(width))
 
 
-def _undecided(contacts: ClosedContacts, one: StageImpulses, before: Array, given: Array) -> bool:
-    """Whether a row is at the limit of its mode: neither force nor velocity, or a full force that
-    nothing opposes.
-    """
-    m, rows = len(contacts), contacts.rows
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(contacts.delassus)[rows], tol.TINY))
-    forces, rates = one.forces / scale, one.rates * scale
-    small = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(forces).max(initial=tol.TINY)
-    slow = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(before[rows] * scale).max(initial=tol.TINY)
-    if ((forces[:m] <= small) & (rates[:m] <= slow)).any():
-        return True
-    for r, k in enumerate(rows[m:] - m, start=m):
-        limit = contacts.friction[k] * (one.forces[k] + given[k]) / scale[r]
-        # friction of what does not press is none, whatever its rate
-        if limit > small and limit - abs(forces[r]) <= small and abs(rates[r]) <= slow:
-            return True
-    return False
+def _times(a: Array, b: Array) -> Array:
+    """a b of each pair of numbers."""
+    found = a[..., :1] * b + a * b[..., :1]
+    found[..., 0] = a[..., 0] * b[..., 0]
+    return np.asarray(found)
 
 
-def _independent(A: Array) -> Array:
-    """Columns of A that do not depend on each other, ascending."""
-    from scipy.linalg import qr
-
-    if not A.size:
-        return np.zeros(0, dtype=int)
-    _, R, order = qr(A, mode="economic", pivoting=True)
-    sizes = np.abs(np.diag(R))
-    return np.sort(order[: len(sizes)][sizes > tol.ROWS_DEPENDENT * max(float(sizes[0]), tol.TINY)])
-
-
-def _with(one: DualNumber, k: int) -> Array:
-    """Values, with the tangents of direction k as imaginary parts; without any for k = −1."""
-    if k < 0:
-        return np.asarray(one.value)
-    return np.asarray(one.value + 1j * tol.COMPLEX_STEP * one.tangents[..., k])
-
-
-def _with_all(some: list[Any], k: int) -> Array:
-    """Complex-step numbers x + i·TINY·tangent k of numbers of which some are dual; plain floats for
-    k < 0.
-    """
-    plain = np.array([float(value(one)) for one in some])
-    if k < 0:
-        return plain
-    parts = [one.tangents[k] if isinstance(one, DualNumber) else 0.0 for one in some]
-    return np.asarray(plain + 1j * tol.COMPLEX_STEP * np.array(parts))
+def _applied(A: Array, x: Array) -> Array:
+    """A x of a matrix."""
+    return np.asarray(_times(A, x).sum(axis=1))
 
 
 # -- Anchors of sticking and closing, with derivatives -----------------------------------------
@@ -801,41 +728,19 @@ def anchored(
     """Tangents with the anchors of contacts that begin to stick at an instant, which depend on the
     parameters.
     """
-    anchor, phases = 0.0 * tangents.anchor, tangents.phases.copy()
-    for n, point in enumerate(uni.contact_points):
-        if uni.one_way[n] and stretch.on[point.normal]:
-            anchor[point.normal] = now.value[point.normal].tangents / uni.unit_of(n)
-        if point.tangent < 0 or not stretch.on[point.tangent]:
-            continue
-        if point.candidate.solid == "circle":
-            e = int(uni.layout.active_set[point.tangent])
-            row = int(uni.layout.primitive_par[e])
-            place = uni.phase_rows.index(row + 6)
-            phases[place] = now.par[row + 6].tangents + _phase_tangents(uni, n, row, now)
-        else:
-            anchor[point.tangent] = now.value[point.tangent].tangents
-    for pair in uni.friction_joints:
-        if stretch.on[pair.tangent]:
-            anchor[pair.tangent] = now.value[pair.tangent].tangents
+    anchor, phases, work = 0.0 * tangents.anchor, tangents.phases.copy(), now.work
+    for k in range(len(uni.every_body)):
+        s = tangent_of(uni.table, k)
+        rows = [s] if s >= 0 else []
+        if k < len(uni.contact_points) and uni.one_way[k]:
+            rows.append(uni.contact_points[k].normal)
+        for row in rows:
+            if not stretch.on[row]:
+                continue
+            if row == s and k < len(uni.contact_points) and uni.table.circles[k]:
+                place = int(uni.layout.primitive_par[uni.layout.active_set[s]]) + 6
+                off = on_duals(phase_offset)(uni.layout, work, uni.table, k)
+                phases[uni.phase_rows.index(place)] = (work.par[place, 0] + off).tangents
+            else:
+                anchor[row] = work.phi[2 * written(uni.layout, row), 0].tangents
     return replace(tangents, anchor=anchor, phases=phases)
-
-
-def _phase_tangents(uni: Unilateral, n: int, row: int, now: DualInstant) -> Array:
-    """Tangents of the angle by which the row along contact point n, of two circles, is rotated."""
-    found = []
-    for b, k in zip(uni.bodies[n], (0, 2), strict=True):
-        x, y, angle = _pose(uni, b, now)
-        c, s = np.cos(angle), np.sin(angle)
-        ax, ay = now.par[row + k], now.par[row + k + 1]
-        found.append((x + c * ax - s * ay, y + s * ax + c * ay, angle))
-    (ax, ay, i), (bx, by, j) = found
-    psi = now.par[row + 4] * i + now.par[row + 5] * j + now.par[row + 6]
-    return np.asarray((np.arctan2(by - ay, bx - ax) - psi).tangents)
-
-
-def _pose(uni: Unilateral, body: int, now: DualInstant) -> tuple[Any, Any, Any]:
-    if 3 * body >= uni.system.coordinates:
-        zero = DualNumber(0.0, np.zeros(now.y.tangents.shape[1]))
-        return zero, zero, zero
-    x, y, angle = (now.y[3 * body + k] for k in range(3))
-    return x, y, angle

@@ -349,14 +349,14 @@ class DualWalk:
         begun = DualNumber(self.first.t, np.zeros(width))
         before: ModeStretch | None = None
         last: DualNumber | None = None
-        for stretch in self.stretches:
+        for stretch, after_it in zip(self.stretches, [*self.stretches[1:], None], strict=True):
             if stretch.sampled:
                 known = last if not begun.tangents.any() else None
                 begun, y = self._sampled(before or stretch, begun, y, known)
             self.tangents = self.inputs.enter(stretch, self.tangents)
             self._set_sides(before, stretch, begun, y)
             y = self._entered(before, stretch, begun, y)
-            after = stretch.t if before is not None else -np.inf
+            after = before.end if before is not None else -np.inf
             own = [one for one in self.times.own if after < one.t <= stretch.end]
             inside = np.flatnonzero((t > after) & (t <= stretch.end))
             wanted = _within(stretch, np.concatenate([t[inside], [one.t for one in own]]))
@@ -372,7 +372,7 @@ class DualWalk:
             last = found[len(times) - 1]
             y = self._state(last)
             self._check_sides(stretch, y)
-            begun, now = self._end_time(stretch, y)
+            begun, now = self._end_time(stretch, y, after_it)
             if stretch.guard is not None:
                 at_end = inside[np.abs(t[inside] - stretch.end) <= self.times.short]
                 changes[at_end] = np.nan
@@ -445,7 +445,10 @@ class DualWalk:
             self.lost.lose(True, stretch.t, stretch.lost)
         old, moved = before or stretch, y
         if len(stretch.on):
-            if stretch.strikes:
+            if stretch.jerked:
+                begun = DualNumber(stretch.t, begun.tangents)
+                y = motion.at(old.all_off(), begun, y, self.tangents).y
+            if stretch.strikes and not stretch.lost:
                 y = self._struck(old, stretch, begun, y)
             now = motion.at(old.all_off(), begun, y, self.tangents)
             self.tangents = anchored(motion.uni, self.tangents, stretch, now)
@@ -462,16 +465,27 @@ class DualWalk:
         self._at_the_beginning(stretch, begun, moved, y)
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         after = motion.at(stretch, still, y, self.tangents).y
-        units = motion.scale[: len(first), None]
-        most = np.abs(tangents / units).max(axis=0, initial=0.0)
-        difference = np.abs((after.tangents - tangents) / units).max(axis=0, initial=0.0)
-        limit = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
-        wrong = difference > limit * np.maximum(most, self.tangents.resolved)
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
             why = "other numbers move apart what touches, or move what sticks, at the beginning"
+        wrong = self._differ(after.tangents, tangents)
+        if stretch.rests:
+            self.lost.remark(
+                stretch.t,
+                "impacts come to rest there, of which there are infinitely many: derivatives from "
+                "there on are those of the last that is located, and have some 4 figures",
+            )
+            wrong &= self._differ(after.tangents, tangents, tol.TANGENTS_DIFFER_AT_REST)
         self.lost.lose(wrong, stretch.t, why)
         return DualNumber(first, np.where(wrong, 0.0, after.tangents))
+
+    def _differ(self, some: Array, others: Array, part: float = tol.TANGENTS_DIFFER) -> Array:
+        """By which numbers tangents of a state differ by more than this part, and errors."""
+        units = self.motion.scale[: len(some), None]
+        most = np.abs(others / units).max(axis=0, initial=0.0)
+        difference = np.abs((some - others) / units).max(axis=0, initial=0.0)
+        limit = part + tol.TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol
+        return np.asarray(difference > limit * np.maximum(most, self.tangents.resolved))
 
     def _at_the_beginning(
         self, stretch: ModeStretch, begun: DualNumber, before: DualNumber, after: DualNumber
@@ -497,28 +511,47 @@ class DualWalk:
         self, old: ModeStretch, stretch: ModeStretch, begun: DualNumber, y: DualNumber
     ) -> DualNumber:
         """The state after the impacts with which a stretch begins."""
-        n = self.system.coordinates
+        n, motion = self.system.coordinates, self.motion
+        own = slice(n, 2 * n)
+        units = motion.scale[own]
         for strike in stretch.strikes:
-            if stretch.lost:
-                break
-            now = self.motion.at(old.all_off(), begun, y, self.tangents)
-            v = self.impacts.velocities(now, strike.closed)
-            if v is None:
-                why = "whether contacts take part in the impact, or stick, is at its limit"
+            now = motion.at(old.all_off(), begun, y, self.tangents)
+            v, room = self.impacts.velocities(now, strike, self.tangents.resolved)
+            jump = np.abs((strike.after - now.y.value[own]) / units).max()
+            off = np.abs((strike.after - v.value) / units).max()
+            rounding = tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
+            size = np.abs(now.y.value[own] / units).max()
+            if not off <= tol.TANGENTS_DIFFER * jump + rounding * size:
+                why = "which contacts take part in the impact is not known"
                 self.lost.lose(True, stretch.t, why)
                 break
-            state, changes = y.value.copy(), y.tangents.copy()
-            state[n : 2 * n], changes[n : 2 * n] = v.value, v.tangents
+            self._one_sided(room, stretch.t)
+            state, changes = now.y.value.copy(), now.y.tangents.copy()
+            state[own], changes[own] = strike.after, v.tangents
             y = DualNumber(state, changes)
         return y
+
+    def _one_sided(self, room: Array, t: float) -> None:
+        """Of what holds by neither an impulse nor a rate: by numbers for which the room for it
+        (limits, directions) grows it goes on to, and does not where it shrinks.
+        """
+        if not len(room):
+            return
+        least = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol
+        grows = np.asarray((room > least).any(axis=0))
+        shrinks = np.asarray((room < -least).any(axis=0))
+        why = "whether contacts take part in the impact, or stick, is at its limit"
+        self.lost.lose(grows & shrinks, t, why)
+        for which, side in ((grows & ~shrinks, "greater"), (shrinks & ~grows, "smaller")):
+            self.lost.halve(which, t, side, why)
 
     # -- the end of a stretch -----------------------------------------------------------------
 
     def _end_time(
-        self, stretch: ModeStretch, y: DualNumber
+        self, stretch: ModeStretch, y: DualNumber, after: ModeStretch | None
     ) -> tuple[DualNumber, DualInstant | None]:
-        """The time at which a stretch ends; the instant there that moves with it, where the motion
-        ends by an event.
+        """The time at which a stretch ends, before another; the instant there that moves with it,
+        where the motion ends by an event.
         """
         motion = self.motion
         t = DualNumber(stretch.end, np.zeros(len(self.lost.names)))
@@ -536,7 +569,7 @@ class DualWalk:
             moved = DualNumber(stretch.end, np.nan_to_num(row))
             state = self._moved(y, now, moved)
             return moved, motion.at(stretch, moved, state, self.tangents)
-        t = self.times.when(stretch, now, self.tangents)
+        t = self.times.when(stretch, now, self.tangents, after or stretch)
         y.tangents[:] = self._moved(y, now, t).tangents
         return t, None
 
@@ -574,7 +607,8 @@ class DualWalk:
         now = self.motion.at(stretch, still, y, self.tangents)
         ahead = self.times.ahead(stretch, now, self.tangents)
         for place, size in stretch.sizes.items():
-            g, rate = now.formula[place], float(ahead.formula.tangents[place, 0])
+            g = now.work.formula[place, 0]
+            rate = float(ahead.work.formula[place, 0].tangents[0])
             side = float(np.sign(g.value))
             if abs(g.value) <= tol.GUARD_ZERO * size:
                 side = float(np.sign(rate))
@@ -590,7 +624,8 @@ class DualWalk:
         """Loses the derivatives where a jump of a formula holds its own argument at zero."""
         still = DualNumber(begun.value, 0.0 * begun.tangents)
         now = self.motion.at(stretch, still, y, self.tangents)
-        rate = float(self.times.ahead(stretch, now, self.tangents).formula.tangents[place, 0])
+        ahead = self.times.ahead(stretch, now, self.tangents)
+        rate = float(ahead.work.formula[place, 0].tangents[0])
         if not rate * stretch.sides[place] > 0.0:
             why = "the jump of a formula (sign, step) holds its own argument at zero"
             self.lost.lose(True, stretch.t, why)
@@ -600,7 +635,7 @@ class DualWalk:
         if not stretch.sizes:
             return
         t = DualNumber(stretch.end, np.zeros(y.tangents.shape[1]))
-        g = self.motion.at(stretch, t, y, self.tangents).formula.value
+        g = self.motion.at(stretch, t, y, self.tangents).work.values.formula[:, 0]
         for place, size in stretch.sizes.items():
             side = stretch.sides.get(place, 0.0)
             if side * g[place] < -tol.GUARD_BEYOND_ZERO * size or (
@@ -674,7 +709,7 @@ class FreeInstants:
         )
         self.lost = self._nothing_lost()
         if before is not None:
-            self.lost.why = before.lost.why | self.lost.why
+            self.lost.go_on_from(before.lost)
         times = ChangeTimes(self.run, motion, self.values, self.lost)
         uni = motion.uni
         tangents = Tangents(
@@ -685,7 +720,7 @@ class FreeInstants:
             np.zeros((len(motion.hold), len(self.names))),
             self.resolved,
         )
-        impacts = ImpactDuals(uni, self.values, DualNumber(system.mass[:, 0], self.mass))
+        impacts = ImpactDuals(times.rows, DualNumber(system.mass[:, 0], self.mass))
         inputs = SampledInputs(self.run, motion, self.values, self.sizes, self.lost)
         if before is not None and before.walk is not None:
             inputs.go_on_from(before.walk.inputs)

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
 from mbody.analysis.dynamics.contact_motion import ContactIntegration
-from mbody.analysis.dynamics.events import EventIntegration, Guard
+from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
+from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
-from mbody.core.tolerances import GUARD_ZERO
 from mbody.kernels.accelerations import free_motion
-from mbody.kernels.contact_guards import guard_sizes
+from mbody.kernels.advance import BEGUN, COLLISION, DECIDED, FOUND, IMPACT, PASSED, SETTLING
+from mbody.kernels.contact_guards import LIFT, PARADOX, SHARE, SLIP
+from mbody.kernels.contact_impacts import RESTED
+from mbody.kernels.contact_modes import SEVERAL
 from mbody.kernels.layout import Layout, Work
+from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
 from mbody.laws.kernels import MAX, OPERATIONS, SIGN, STEP, VARIABLE
@@ -206,11 +211,15 @@ def _holds(law: Any) -> bool:
 
 
 class LostNumbers:
-    """Numbers by which there is no derivative from some time on."""
+    """Numbers by which there is no derivative from some time on, or one for greater or smaller
+    numbers alone.
+    """
 
     def __init__(self, names: Sequence[str], first: float, why: Mapping[str, str]) -> None:
         self.names = list(names)
         self.why = {name: (first, one) for name, one in why.items()}
+        self.sides: dict[str, tuple[float, str, str]] = {}
+        self.remarks: dict[str, float] = {}
 
     @property
     def gone(self) -> Array:
@@ -224,6 +233,21 @@ class LostNumbers:
             if gone:
                 self.why.setdefault(name, (t, why))
 
+    def halve(self, which: Array, t: float, side: str, why: str) -> None:
+        """There are derivatives for greater, or smaller, numbers alone from a time on."""
+        for name, some in zip(self.names, which, strict=True):
+            if some and self.sides.setdefault(name, (t, side, why))[1] != side:
+                self.why.setdefault(name, (t, why))
+
+    def remark(self, t: float, text: str) -> None:
+        """What is to be said once."""
+        self.remarks.setdefault(text, t)
+
+    def go_on_from(self, before: LostNumbers) -> None:
+        """With what is lost, and said, of the part of a motion before."""
+        self.why = before.why | self.why
+        self.sides, self.remarks = dict(before.sides), dict(before.remarks)
+
     def without(self, changes: Array, instants: Array) -> None:
         """NaN by these numbers in changes (instants, rows, names), at some instants."""
         gone = np.flatnonzero(self.gone)
@@ -231,24 +255,133 @@ class LostNumbers:
 
     def notes(self, unit: str) -> list[str]:
         """Sentences; times have the unit."""
-        found = []
+        found = [f"at t = {t:.6g} {unit} {text}" for text, t in self.remarks.items()]
         for t, why in dict.fromkeys(self.why.values()):
             names = [name for name, one in self.why.items() if one == (t, why)]
             by = "" if len(names) == len(self.names) else f" by {listed(names)}"
             found.append(f"from t = {t:.6g} {unit} on there is no derivative{by}: {why}")
+        sided = {name: one for name, one in self.sides.items() if name not in self.why}
+        for t, side, why in dict.fromkeys(sided.values()):
+            names = [name for name, one in sided.items() if one == (t, side, why)]
+            found.append(
+                f"from t = {t:.6g} {unit} on derivatives by {listed(names)} are those for {side} "
+                f"numbers alone: {why}"
+            )
         return found
 
 
-#: What an impact is that has derivatives; another comes to rest, or is one without collision.
-REBOUND = "impact"
+# -- What happens in a motion, as the kernel that leads it says -------------------------------
 
 
-@dataclass(frozen=True)
+class Guarded(NamedTuple):
+    """A guard of `mbody.kernels.contact_guards`: its kind and owner, the direction of what slides,
+    and what is rounding of one that began at zero.
+    """
+
+    kind: int
+    owner: int = 0
+    sense: float = 0.0
+    fresh: float = 0.0
+
+    @property
+    def of_forces(self) -> bool:
+        """Whether it follows from forces, not from positions and rates alone."""
+        return self.kind in (LIFT, SLIP, SHARE, PARADOX)
+
+
+class ImpactStage(NamedTuple):
+    """One part of an impact, of rows of normals and then of tangents: which hold, and the
+    directions in which others slide. `limit`: Rows that hold by neither an impulse nor a rate.
+    """
+
+    hold: Array
+    slip: Array
+    limit: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Strike:
-    """An impact: what was closed, and what it is called."""
+    """An impact.
 
-    closed: tuple[int, ...]
-    kind: str
+    `owner` (rows,): The contact points of its rows, those of normals first.
+    `normal` (rows,): Of tangents the row of their normal, else −1.
+    `rebounds`: Whether restitution acts.
+    `stages`: Compression, or all of it; expansion by Poisson's law.
+    `held`: Rows of frictional joints that take their part.
+    `after`: Velocities after it.
+    """
+
+    owner: Array
+    normal: Array
+    rebounds: bool
+    stages: tuple[ImpactStage, ...]
+    held: Array
+    after: Array
+
+
+def strike_of(motion: ContactIntegration, rebounds: bool) -> Strike:
+    """The impact that the kernel has just resolved."""
+    D, I = motion.memory.problem[0], motion.memory.impact
+    n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
+    velocities = slice(motion.system.coordinates, 2 * motion.system.coordinates)
+    delassus, before = D.delassus[:n, :n].copy(), D.before[:n].copy()
+    normal, mu = np.where(np.arange(n) < m, -1, D.normal[:n]), D.mu[:n]
+    newton = rebounds & (D.newton[:m] == 1)
+    shifted, given = before.copy(), D.given_law[:m] * rebounds
+    shifted[:m] += newton * D.restitution[:m] * np.minimum(before[:m], 0.0)
+    expands = bool(given.any())
+    more = D.more[:n] * expands
+    forces = D.impulse[:n] - more
+    forces[:m] -= given
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(delassus), tol.TINY))
+
+    def stage(forces: Array, rates: Array, given: Array) -> ImpactStage:
+        """Which rows hold by their impulses, and rates after them."""
+        own, slow = forces / scale, np.abs(rates * scale)
+        small = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(D.impulse[:n] / scale).max(initial=0.0)
+        rests = slow <= tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(before * scale).max(initial=0.0)
+        room, k = own.copy(), normal[m:]
+        room[m:] = mu[m:] * (forces[k] + given[k]) / scale[m:] - np.abs(own[m:])
+        presses = mu[m:] * (forces[k] + given[k]) / scale[m:] > small
+        hold, slip = room > small, np.zeros(n)
+        hold |= rests & (np.append(np.ones(m, dtype=bool), presses) | (not rebounds))
+        slip[m:] = np.where(presses & ~hold[m:], -np.sign(own[m:]), 0.0)
+        whole, rows = scale[:, None] * delassus * scale, np.flatnonzero(hold)
+        kept = rows[independent(whole[np.ix_(rows, rows)])]
+        limit = rests & (room <= small) & rebounds
+        # what other rows with room can take over has some
+        others = np.setdiff1d(rows[room[rows] > small], kept)
+        shared = np.linalg.solve(whole[np.ix_(kept, kept)], whole[np.ix_(kept, others)])
+        limit[kept] &= ~(np.abs(shared) > tol.ROWS_DEPENDENT).any(axis=1)
+        hold[:] = False
+        hold[kept] = True
+        return ImpactStage(hold, slip, limit & hold)
+
+    stages = [stage(forces, shifted + delassus @ forces, np.zeros(m))]
+    if expands:
+        pushed = forces.copy()
+        pushed[:m] += given
+        stages.append(stage(more, shifted + delassus @ (pushed + more), given))
+    held = [one.tangent for one, h in zip(motion.uni.friction_joints, I.held, strict=True) if h]
+    return Strike(
+        owner=D.owner[:n].copy(),
+        normal=normal,
+        rebounds=rebounds,
+        stages=tuple(stages),
+        held=np.array([] if rebounds else held, dtype=int),
+        after=motion.y[velocities].copy(),
+    )
+
+
+def independent(A: Array) -> Array:
+    """Columns of A that do not depend on each other, ascending."""
+    from scipy.linalg import qr
+
+    if not A.size:
+        return np.zeros(0, dtype=int)
+    _, R, order = qr(A, mode="economic", pivoting=True)
+    sizes = np.abs(np.diag(R))
+    return np.sort(order[: len(sizes)][sizes > tol.ROWS_DEPENDENT * max(float(sizes[0]), tol.TINY)])
 
 
 @dataclass(eq=False)
@@ -262,11 +395,14 @@ class ModeStretch:
     `on`, `anchor`, `phases`, `slip_sign`: Rows that are on, where sticking began, phases of the
       rows along two circles, directions of sliding.
     `modes`, `pairs`: Of contact points and of frictional joints.
-    `groups`: Contact points that stick by the row of one of them, by that one.
+    `leader`, `slow`, `force` (owners,): By whose row what sticks is held; rates that are none;
+      sizes of forces where it begins.
+    `guards`: What is watched in it.
     `inputs`: Inputs that keep their values.
     `guard`: What is zero at the end; None of a set time and of the end of the motion.
-    `also`: Others that are zero at the end.
     `lost`: Why there are no derivatives from here on; empty where there are.
+    `rests`: Whether the impacts before it are those of which there are infinitely many.
+    `jerked`: Whether rates of drivers have jumped, just after the end of the one before.
     `sides`: On which side arguments of jumps are, 1 or −1, by place: set by what follows the
       motion.
     `crossed`: The argument that was zero where it begins.
@@ -284,12 +420,16 @@ class ModeStretch:
     slip_sign: Array = field(default_factory=lambda: np.zeros(0))
     modes: tuple[str, ...] = ()
     pairs: tuple[str, ...] = ()
-    groups: dict[int, list[int]] = field(default_factory=dict)
+    leader: Array = field(default_factory=lambda: np.zeros(0, dtype=int))
+    slow: Array = field(default_factory=lambda: np.zeros(0))
+    force: Array = field(default_factory=lambda: np.zeros(0))
+    guards: tuple[Guarded, ...] = ()
     inputs: dict[str, float] = field(default_factory=dict)
     end: float = np.inf
-    guard: Guard | JumpGuard | None = None
-    also: tuple[Guard, ...] = ()
+    guard: Guarded | JumpGuard | None = None
     lost: str = ""
+    rests: bool = False
+    jerked: bool = False
     sides: dict[int, float] = field(default_factory=dict)
     crossed: int | None = None
     sizes: dict[int, float] = field(default_factory=dict)
@@ -297,17 +437,94 @@ class ModeStretch:
 
     def all_off(self) -> ModeStretch:
         """A stretch with no active constraint and no sliding, as rows are measured alone."""
-        return ModeStretch(
-            self.t,
-            on=0.0 * self.on,
-            anchor=0.0 * self.anchor,
-            phases=self.phases,
-            slip_sign=0.0 * self.slip_sign,
-            modes=self.modes,
-            pairs=self.pairs,
-            inputs=self.inputs,
-            sides=self.sides,
+        return replace(
+            self, on=0.0 * self.on, anchor=0.0 * self.anchor, slip_sign=0.0 * self.slip_sign
         )
+
+    def divided(self, t: float, **other: Any) -> ModeStretch:
+        """What goes on of it from a time on, where it ends: with nothing that began it."""
+        after = replace(self, t=t, strikes=(), y=None, derivative=None, lost="", **other)
+        after.rests = after.jerked = False
+        self.end, self.guard = t, None
+        return after
+
+
+class MotionRecord:
+    """The stretches of a motion, as the kernel says that they begin and end."""
+
+    def __init__(self, motion: ContactIntegration) -> None:
+        self.motion = motion
+        self.stretches: list[ModeStretch] = []
+        motion.told = self.happened
+        self._forget()
+
+    def _forget(self) -> None:
+        self.strikes: list[Strike] = []
+        self.lost, self.rests, self.jerked, self.goes_on = "", False, False, False
+
+    def happened(self, stage: int, code: int) -> None:
+        """What came next in a motion, and what has come of it: see `mbody.kernels.advance`."""
+        motion, G = self.motion, self.motion.guard_table
+        if code < IMPACT:
+            return
+        if stage == PASSED:
+            n = int(G.passed[0])
+            self.stretches[-1].guard = _guards_of(motion)[n]
+        elif stage == SETTLING and not self.goes_on:
+            self.jerked = True
+        self.goes_on = True
+        rests = code == IMPACT and motion.counts[FOUND] == RESTED
+        self.rests |= rests
+        if code in (IMPACT, COLLISION):
+            self.strikes.append(strike_of(motion, code == IMPACT and not rests))
+        elif code == DECIDED and motion.counts[FOUND] == SEVERAL:
+            self.lost = "several accelerations are consistent with the friction there"
+        elif code == BEGUN:
+            self._begin()
+
+    def _begin(self) -> None:
+        motion, G = self.motion, self.motion.guard_table
+        t, count = float(motion.state[TIME]), len(motion.uni)
+        if self.stretches:
+            self.stretches[-1].end = t
+        self.stretches.append(
+            ModeStretch(
+                t,
+                strikes=tuple(self.strikes),
+                y=motion.y.copy(),
+                derivative=motion.K[0].copy(),
+                on=motion.on,
+                anchor=motion.work.anchor[:count, 0].copy(),
+                phases=motion.work.par[motion.uni.phase_rows, 0].copy(),
+                slip_sign=motion.work.slip_sign[: len(motion.layout.friction_kind), 0].copy(),
+                modes=tuple(motion.modes),
+                pairs=tuple(motion.pairs),
+                leader=G.leader.copy(),
+                slow=G.slow.copy(),
+                force=G.force.copy(),
+                guards=_guards_of(motion),
+                inputs=motion.interruptions.inputs(),
+                lost=self.lost,
+                rests=self.rests,
+                jerked=self.jerked and bool(self.stretches),
+            )
+        )
+        self._forget()
+
+
+def _guards_of(motion: ContactIntegration) -> tuple[Guarded, ...]:
+    G = motion.guard_table
+    tables = (one[: G.count[0]].tolist() for one in (G.kind, G.owner, G.sense, G.fresh))
+    return tuple(itertools.starmap(Guarded, zip(*tables, strict=True)))
+
+
+# -- The stretches of a motion -----------------------------------------------------------------
+
+
+class _ModalJumpWatch(JumpWatch, ContactIntegration):
+    """With contacts."""
+
+    located = True
 
 
 def stretches_of(run: Solution) -> list[ModeStretch]:
@@ -315,148 +532,69 @@ def stretches_of(run: Solution) -> list[ModeStretch]:
     (initial,) = run.initial_states
     system, settings, events = initial.system, initial.request.settings, initial.request.events
     t, q, v = state_of(system, initial.start)
-    watch: JumpWatch | None = None
     times = initial.request.times
     going_on = initial.start.restart
     carried = None if going_on is None else (going_on.inputs, going_on.sampled)
-    if has_modes(system):
-        watch = recorder = ModeRecorder(system, initial.start, settings, events)
-        recorder.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
-        found = recorder.stretches
-    else:
-        found = _between_set_times(run, t, carried)
-        if arguments(system.layout):
-            watch = JumpWatch(system, initial.start, settings, events)
-            watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
+    found = [ModeStretch(t)]
+    watch: JumpWatch | None = None
+    if has_modes(system) or arguments(system.layout):
+        kind = _ModalJumpWatch if has_modes(system) else JumpWatch
+        watch = kind(system, initial.start, settings, events)
+        record = MotionRecord(watch) if isinstance(watch, ContactIntegration) else None
+        watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
+        found = found if record is None else record.stretches
     found[-1].end = float(run.t[-1])
-    return found if watch is None else _at_jumps(found, watch)
-
-
-def _at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> list[ModeStretch]:
-    """The stretches, parted where arguments of jumps are zero."""
-    found = list(stretches)
-    for t, place in sorted(watch.crossings):
-        k = next((k for k, one in enumerate(found) if one.t < t <= one.end), None)
-        if k is None:
-            continue
-        after = replace(
-            found[k],
-            t=t,
-            strikes=(),
-            y=None,
-            derivative=None,
-            inputs=dict(found[k].inputs),
-            lost="",
-            crossed=place,
-            sizes={},
-            sampled=False,
-        )
-        found[k].end, found[k].also = t, ()
-        found[k].guard = JumpGuard(place, watch.greatest[place])
-        found.insert(k + 1, after)
-    for one in found:
-        one.sizes = dict(watch.greatest)
+    _divide_at_set_times(found, run, t, carried)
+    if watch is not None:
+        _divide_at_jumps(found, watch)
     return found
 
 
-def _between_set_times(run: Solution, first: float, carried: Any) -> list[ModeStretch]:
-    """The stretches of a motion whose modes do not change; what controllers set is left open."""
+def _part_at(stretches: list[ModeStretch], t: float) -> int | None:
+    """The stretch that a time divides."""
+    return next((k for k, one in enumerate(stretches) if one.t < t <= one.end), None)
+
+
+def _divide_at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> None:
+    """Part the stretches where arguments of jumps are zero."""
+    for t, place in sorted(watch.crossings):
+        if (k := _part_at(stretches, t)) is not None:
+            end, guard, one = stretches[k].end, stretches[k].guard, stretches[k]
+            after = one.divided(t, crossed=place, sampled=False, inputs=dict(one.inputs))
+            after.end, after.guard = end, guard
+            one.guard = JumpGuard(place, watch.greatest[place])
+            stretches.insert(k + 1, after)
+    for one in stretches:
+        one.sizes = dict(watch.greatest)
+
+
+def _divide_at_set_times(
+    stretches: list[ModeStretch], run: Solution, first: float, carried: Any
+) -> None:
+    """Part the stretches at set times; what controllers set there is left open."""
     last = float(run.t[-1])
     times = Interruptions(run.system, run.system.work(), first, last, located=True)
     if carried is not None:
         times.restore(*carried)
-    for one in times.sampled:
-        one.function = functools.partial(_nothing, len(one.controller.sets))
-    times.at(first, lambda *_: [])
-    found = [ModeStretch(first, inputs=times.inputs(), sampled=True)]
-    while (due := times.next(found[-1].t)) < last:
+    for state in times.sampled:
+        state.function = functools.partial(_nothing, len(state.controller.sets))
+    due = t = first
+    while due < last:
+        times.at(t, lambda *_: [])
+        k = next((k for k, one in enumerate(stretches) if one.t >= t), len(stretches))
+        if k == len(stretches) or stretches[k].t > t:
+            before = stretches[k - 1]
+            stretches.insert(k, before.divided(t, end=before.end, guard=before.guard))
+        stretches[k].sampled = True
+        if stretches[k].jerked:
+            stretches[k - 1].end = due
+        for after in stretches[k:]:
+            after.inputs = times.inputs()
+        due = times.next(t)
         jump = times.jump_after(due)
         t = due if jump is None else jump
-        times.at(t, lambda *_: [])
-        found[-1].end = t
-        found.append(ModeStretch(t, inputs=times.inputs(), sampled=True))
-    return found
 
 
 def _nothing(count: int, *_: float) -> list[float]:
     """In the place of a controller."""
     return [0.0] * count
-
-
-class ModeRecorder(JumpWatch, ContactIntegration):
-    """Integrates a motion once more, and notes where its modes change."""
-
-    located = True
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self.stretches: list[ModeStretch] = []
-        self.strikes: list[Strike] = []
-        self.why = ""
-        #: Whether the next stretch begins at a set time.
-        self.set_time = True
-
-    def _begun(self) -> None:
-        super()._begun()
-        self._begin_stretch()
-
-    def _interrupt(self, t: float) -> None:
-        count, self.set_time = len(self.stretches), True
-        super()._interrupt(t)
-        if self.guards and len(self.stretches) == count:
-            self._begin_stretch()
-
-    def _begin_stretch(self) -> None:
-        t, count = float(self.state[TIME]), len(self.uni)
-        if self.stretches:
-            self.stretches[-1].end = t
-        self.stretches.append(
-            ModeStretch(
-                t,
-                strikes=tuple(self.strikes),
-                y=self.y.copy(),
-                derivative=self.K[0].copy(),
-                on=self.on,
-                anchor=self.work.anchor[:count, 0].copy(),
-                phases=self.work.par[self.uni.phase_rows, 0].copy(),
-                slip_sign=self.work.slip_sign[: len(self.layout.friction_kind), 0].copy(),
-                modes=tuple(self.modes),
-                pairs=tuple(self.pairs),
-                groups={k: list(group) for k, group in self.groups.items()},
-                inputs=self.interruptions.inputs(),
-                lost=self.why,
-                sampled=self.set_time,
-            )
-        )
-        self.strikes, self.why, self.set_time = [], "", False
-
-    def _settle_jump(self) -> None:
-        self.why = "the rate of a driver jumps there, where bodies touch or rub"
-        super()._settle_jump()
-
-    def _passed(self, guard: Guard) -> str:
-        one = self.stretches[-1]
-        one.guard = guard
-        m, G = self.motion, self.guard_table
-        found = self._guard_values(self.state[[TIME]], self.record[None])[:, 0]
-        guard_sizes(m.layout, m.work, m.stepping, self.uni.table, G, self.record)
-        sizes = zip(self.guards, found, G.size, strict=False)
-        zero = [each for each, value, size in sizes if abs(value) <= GUARD_ZERO * size]
-        one.also = tuple(each for each in zero if each != guard and each not in self.fresh)
-        return super()._passed(guard)
-
-    def _impact(self, record: Array) -> None:
-        super()._impact(record)
-        kind = self.occurred[-1].name if self.occurred else ""
-        closed = np.flatnonzero(self.memory.modes.touches).tolist()
-        self.strikes.append(Strike(tuple(closed), kind))
-        if kind != REBOUND:
-            self.why = "impacts come to rest there, of which there are infinitely many"
-
-    def _collided(self, record: Array) -> None:
-        super()._collided(record)
-        self.why = "an impact without collision follows there (Painlevé's paradox)"
-
-    def _note_several(self, record: Array) -> None:
-        self.why = "several accelerations are consistent with the friction there"
-        super()._note_several(record)

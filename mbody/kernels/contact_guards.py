@@ -59,7 +59,6 @@ from mbody.kernels.held_forces import (
 )
 from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
-from mbody.kernels.step_state import Stepping
 from mbody.kernels.watched_events import WatchedEvents, events_of, find_events
 
 #: Kinds of guards.
@@ -547,14 +546,6 @@ def find_guards(L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: 
     find_held(L, W, U, M, G.held)
     collect_guards(L, W, U, M, G)
     return not may_share(G.held) or has_room(L, U, G.held, G.open)
-
-
-@kernel
-def guard_sizes(
-    L: Layout, W: Work, S: Stepping, U: UnilateralLayout, G: Guards, record: Rows
-) -> None:
-    """See `find_sizes`."""
-    find_sizes(L, W, S, U, G, record)
 
 
 @kernel

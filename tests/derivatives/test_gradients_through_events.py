@@ -334,17 +334,6 @@ def test_a_woodpecker():
         assert (np.abs(g.jacobian[:, k] - numeric) <= band + 1e-6 * size).all(), name
 
 
-@pytest.mark.slow
-def test_impacts_that_come_to_rest_have_none():
-    g = mbody.gradient(
-        ball(1e-10, until=5.0), "last(ball.y)", ["e"], analysis="simulate", instants=3
-    )
-    assert np.isnan(g.jacobian).all()
-    assert any("impacts come to rest" in note for note in g.notes)
-    early = mbody.gradient(ball(1e-10, until=5.0), "first(ball.y)", ["e"], analysis="simulate")
-    assert np.isfinite(early.jacobian).all()
-
-
 def two_balls(lower, upper):
     """Which strike their floors at one time, the walls of one piece."""
     machine = Mechanism("two balls", simulation=SimulationSettings(1.0, {}, rtol=1e-10, instants=3))

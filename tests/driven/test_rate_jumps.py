@@ -199,13 +199,6 @@ def test_a_rope_pulls_a_sledge_and_does_not_push_it(before, after, speed):
     assert run.status == "completed" and run.energy.error < CLOSE
 
 
-def test_derivatives_end_where_a_driver_jerks_what_touches():
-    machine = box_on_cart(1.0)
-    found = gradient(machine, "last(box.vx)", ["at_a.friction"], "simulate")
-    assert np.isnan(found.jacobian).all()
-    assert any("the rate of a driver jumps there" in note for note in found.notes)
-
-
 def test_derivatives_go_through_a_jerk_of_what_only_joints_hold():
     """Against differences of motions."""
     machine = pendulum(straight(1.0, -0.6))

@@ -83,19 +83,6 @@ class JointFriction:
 
 
 @dataclass(frozen=True, eq=False)
-class StageImpulses:
-    """Impulses that fulfil the laws of contact, of the rows of contacts.
-
-    `forces`, `rates` (rows,): Impulses, and velocities after them.
-    `mode` (rows,): Of normals 0 open, 1 closed; of tangents 0 stick, ±1 slip.
-    """
-
-    forces: Array
-    rates: Array
-    mode: Array
-
-
-@dataclass(frozen=True, eq=False)
 class ClosedContacts:
     """Closed contacts at one instant.
 
@@ -126,31 +113,17 @@ class ClosedContacts:
         D.law[:], D.normal[m:], D.mu[m:] = CONE, rows[m:] - m, self.friction[rows[m:] - m]
         return D, P
 
-    def solution(self, before: Array, given: Array) -> StageImpulses | None:
-        """(Λ_N, Λ_T) and their modes from velocities `before` (2 m,) without them, with normal
-        impulses `given` (m,) that count in the cones; None where there are none.
+    def solve(self, before: Array, given: Array) -> Array | None:
+        """(Λ_N, Λ_T) (2 m,) from velocities `before` (2 m,) without them, with normal impulses
+        `given` (m,) that count in the cones; None where there are none.
         """
         D, P = self.loaded()
         D.shifted[:], D.given_law[: len(self)] = before[self.rows], given
         if not solve_decision(D, P, kernels.STAGE, 0):
             return None
-        return StageImpulses(D.f.copy(), D.w.copy(), D.mode.copy())
-
-    def solve(self, before: Array, given: Array) -> Array | None:
-        """The impulses (2 m,) of `solution`."""
-        one, found = self.solution(before, given), np.zeros(2 * len(self))
-        if one is None:
-            return None
-        found[self.rows] = one.forces
+        found = np.zeros(2 * len(self))
+        found[self.rows] = D.f
         return found
-
-    def modes(self, one: StageImpulses) -> tuple[Array, Array]:
-        """Rows that hold (2 m,) and directions of tangents that slide (m,) by a solution."""
-        m, frictional = len(self), np.flatnonzero(self.friction > 0.0)
-        hold, slip_signs = np.zeros(2 * m, dtype=bool), np.zeros(m)
-        hold[:m], slip_signs[frictional] = one.mode[:m] == 1, one.mode[m:]
-        hold[m + frictional] = (one.mode[m:] == 0) & hold[frictional]
-        return hold, slip_signs
 
 
 def arresting_impulses(D: Array, rates: Array) -> Array:

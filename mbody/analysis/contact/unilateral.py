@@ -31,7 +31,7 @@ from mbody.kernels.contact_rows import (
     read_rows,
 )
 from mbody.kernels.friction import FRICTION_KINDS
-from mbody.kernels.layout import PER_PRIMITIVE, Work, first_beyond
+from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.contact import ContactCandidate
 from mbody.model.joints import Fixed
 from mbody.system.system import System
@@ -384,29 +384,6 @@ class Unilateral:
         return Rows(value, rate, gamma, block, ends)
 
     @functools.cached_property
-    def places(self) -> tuple[Array, Array, Array, Array]:
-        """Places of the rows: their nodes; of all numbers of their blocks the row, the place and
-        the coordinate.
-        """
-        L = self.layout
-        nodes = L.written_node[L.active_set]
-        number = {int(k): s for s, k in enumerate(L.primitive_node[L.active_set])}
-        beyond = 12 * (first_beyond(L.nodes, len(L.more)) + len(nodes))
-        found = []
-        for s, e in enumerate(L.active_set):
-            found += [
-                (s, 12 * nodes[s], L.primitive_i[e]),
-                (s, 12 * nodes[s] + 6, L.primitive_j[e]),
-            ]
-        for n, (k, column) in enumerate(L.more):
-            if int(k) in number:
-                found.append((number[int(k)], beyond + 6 * n, L.slot_body[column // 3]))
-        rows, places, bodies = np.array(found, dtype=np.int64).reshape(-1, 3).T
-        three = np.arange(3)
-        columns = 3 * bodies[:, None] + three
-        return nodes, np.repeat(rows, 3), (places[:, None] + three).ravel(), columns.ravel()
-
-    @functools.cached_property
     def _normals(self) -> tuple[Array, Array]:
         """Rows of the normals of the contact points, and the signs of their gaps."""
         rows = np.array([point.normal for point in self.contact_points], dtype=np.int64)
@@ -437,46 +414,25 @@ class Unilateral:
 
     @functools.cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
-        """Of the contact points on edges with ends: numbers; bodies (edges, 2); beginning,
-        direction, length and position (edges, 7).
-        """
-        found = [
-            (n, *self.bodies[n], *edge[0], *edge[1], edge[2], *point.candidate.position)
-            for n, point in enumerate(self.contact_points)
-            if (edge := point.candidate.edge) is not None and np.isfinite(edge[2])
-        ]
-        table = np.array(found, dtype=float).reshape(-1, 10)
+        """The rows of `edge_rows`: numbers, bodies (edges, 2), and the rest (edges, 7)."""
+        table = np.array(edge_rows(self.candidates, self.bodies), dtype=float).reshape(-1, 10)
         return table[:, 0].astype(int), table[:, 1:3].astype(int), table[:, 3:]
 
     @functools.cached_property
     def _arcs(self) -> tuple[Array, Array, Array]:
-        """Of the arcs of the contact points: their contact points; bodies of their rows and the one
-        that they are on (arcs, 3); both body-fixed positions, what to add to the direction from one
-        to the other, that direction where an edge gives it, begin, half of the extent and radius
-        (arcs, 9).
-        """
-        found = []
-        for n, point in enumerate(self.contact_points):
-            candidate = point.candidate
-            for arc in candidate.arcs:
-                positions = candidate.normal.parameters[:4]
-                # a circle touches an edge against the normal of this one
-                fixed = (
-                    math.atan2(-candidate.edge[1][0], candidate.edge[1][1])
-                    if candidate.edge
-                    else math.nan
-                )
-                flip = math.pi if arc.ahead == -1.0 else 0.0
-                own = self.bodies[n][int(arc.second)]
-                numbers = (*positions, flip, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
-                found.append((n, *self.bodies[n], own, *numbers))
-        table = np.array(found, dtype=float).reshape(-1, 13)
+        """The rows of `arc_rows`: numbers, bodies (arcs, 3), and the rest (arcs, 9)."""
+        table = np.array(arc_rows(self.candidates, self.bodies), dtype=float).reshape(-1, 13)
         return table[:, 0].astype(int), table[:, 1:4].astype(int), table[:, 4:]
+
+    @property
+    def candidates(self) -> list[ContactCandidate]:
+        """Where the contact points are."""
+        return [one.candidate for one in self.contact_points]
 
     @functools.cached_property
     def corners(self) -> Corners:
         """Which edges run through the same corners."""
-        return Corners([one.candidate for one in self.contact_points], self.system.length)
+        return Corners(self.candidates, self.system.length)
 
     def within_edges(
         self, rows: Rows, work: Work, gap_tolerance: float, velocity_tolerance: float | Array
@@ -567,6 +523,42 @@ class Unilateral:
     def separates_wheels(self, f: int) -> bool:
         """Whether pair f is of teeth that press their wheels apart."""
         return FRICTION_KINDS[int(self.layout.friction_kind[f])] == "apart"
+
+
+# -- Edges and arcs that end, of numbers of any kind -------------------------------------------
+
+
+def edge_rows(
+    candidates: Sequence[ContactCandidate], bodies: Sequence[tuple[int, int]]
+) -> list[tuple[Any, ...]]:
+    """Of the contact points on edges with ends: number; both bodies; beginning, direction, length
+    and position.
+    """
+    return [
+        (n, *bodies[n], *edge[0], *edge[1], edge[2], *candidate.position)
+        for n, candidate in enumerate(candidates)
+        if (edge := candidate.edge) is not None and np.isfinite(edge[2])
+    ]
+
+
+def arc_rows(
+    candidates: Sequence[ContactCandidate], bodies: Sequence[tuple[int, int]]
+) -> list[tuple[Any, ...]]:
+    """Of the arcs of the contact points: their contact point; bodies of its rows and the one that
+    they are on; both body-fixed positions, what to add to the direction from one to the other, that
+    direction where an edge gives it, begin, half of the extent and radius.
+    """
+    found = []
+    for n, candidate in enumerate(candidates):
+        for arc in candidate.arcs:
+            positions, edge = candidate.normal.parameters[:4], candidate.edge
+            # a circle touches an edge against the normal of this one
+            fixed = np.arctan2(-edge[1][0], edge[1][1]) if edge else math.nan
+            flip = math.pi if arc.ahead == -1.0 else 0.0
+            own = bodies[n][int(arc.second)]
+            numbers = (*positions, flip, fixed, arc.begin, 0.5 * arc.extent, arc.radius)
+            found.append((n, *bodies[n], own, *numbers))
+    return found
 
 
 # -- Overlapping shapes ------------------------------------------------------------------------

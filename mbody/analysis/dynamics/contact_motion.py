@@ -188,6 +188,8 @@ class ModalIntegration(JumpIntegration):
         self.guard_table = blank_guards(self, watched_by_program(system, *every))
         #: What comes next, what is counted at one instant, and when modes changed last.
         self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
+        #: Who is told what came next, and what has come of it: see `mbody.kernels.advance`.
+        self.told: Callable[[int, int], None] | None = None
         self.changed = np.array([-np.inf])
         #: The least value of them where the derivative was just evaluated, else not a number.
         self.least_guard = np.inf
@@ -748,10 +750,12 @@ class ContactIntegration(ModalIntegration):
 
     def _next(self, outputs: Outputs) -> int:
         """What happens next: see `mbody.kernels.advance`; memory grows as needed."""
-        found = self.present or self.eliminate_rows_that_are_on()
+        found, stage = self.present or self.eliminate_rows_that_are_on(), int(self.stage[0])
         while (code := advance_motion(found, outputs)) == MEMORY:
             self._make_room()
             found = self.eliminate_rows_that_are_on()
+        if self.told is not None:
+            self.told(stage, code)
         return int(code)
 
     def _quiet_steps(self) -> int:
