@@ -284,7 +284,8 @@ def look(L, W, U, G, at, shifts):
         if shifts and abs(value) <= least:
             value = gap = least
             if rate == rate:
-                rate = 0.0
+                # at which it leaves zero is known; others are rounding
+                rate = max(rate, 0.0) if at == BEGIN else 0.0
         G.value[at, n], G.rate[at, n], G.gap[at, n] = value, rate, gap
         G.past[at, n], G.past_rate[at, n] = past, past_rate
 

@@ -98,6 +98,8 @@ def as_events(given: Any) -> tuple[Event, ...]:
 ADAPTIVE = ("dop853", "dopri5", "radau5")
 EVEN = ("generalized-alpha", "rattle", "rattle4", "moreau")
 METHODS = (*ADAPTIVE, *EVEN)
+#: Methods whose steps end where contacts, stops and frictional joints change their modes.
+WITH_MODES = (*ADAPTIVE, "generalized-alpha")
 #: Instants of a motion that are kept, unless something says how many, or how far apart.
 INSTANTS = 201
 #: What may be said of a body at the beginning of a motion, with its dimension; x and y are the

@@ -53,7 +53,7 @@ from mbody.kernels.step_state import (
     Stepping,
 )
 from mbody.laws import Constant
-from mbody.model.simulation import ADAPTIVE, Event
+from mbody.model.simulation import WITH_MODES, Event
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.measures import evaluate_measure
@@ -755,7 +755,7 @@ def stepwise(
 ) -> Stepwise:
     """The integration of a system."""
     if has_modes(system):
-        if settings.method not in ADAPTIVE:
+        if settings.method not in WITH_MODES:
             refuse_modes(system, f"the method '{settings.method}'")
         return StepwiseContacts(system, start, settings, events)
     if events:

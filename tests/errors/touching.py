@@ -189,7 +189,7 @@ SCENARIOS = {
         Fixed("weld", "ground.O", "wheel.C"), y=0.0, radius=0.01, i="ground.wall", j="wheel.E"
     ),
     "a contact by steps of one length": lambda: simulate(
-        resting(), 0.01, method="generalized-alpha", step=0.001
+        resting(), 0.01, method="rattle4", step=0.001
     ),
     "a contact led step by step by another method": lambda: Simulator(
         resting(), method="rattle", step=0.01
@@ -253,7 +253,7 @@ a disc that overlaps a block | ModelError | foot | the shapes 'ground.block' and
 a disc that leaves its ring | ModelError | foot | the shapes 'ground.bore' and 'wheel.rim' of contact 'foot' overlap by 0.4 m at the beginning, at (0, 1.9) m: begin with them apart, or touching
 a rope that is too short | ModelError | leash | rope 'leash' is 0.1 m too short at the beginning: begin with its ends nearer to each other, or give it more length
 a contact between bodies that are welded | ModelError | foot | contact 'foot' is between 'ground' and 'wheel', which joint 'weld' ties to each other: leave out one of them
-a contact by steps of one length | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'generalized-alpha' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
+a contact by steps of one length | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'rattle4' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
 a contact led step by step by another method | ModelError | foot | 'foot' of 'rest' may open, stick or slide, which the method 'rattle' does not decide: follow the motion by simulate with dop853, dopri5 or radau5, or leave out contacts and friction
 an impulse of a contact that there is not | ModelError | hand | there is no contact 'hand' (there are: 'foot')
 a mode of what has none | ModelError | door | 'door' is no contact, rope or joint with friction (there are: 'foot'): give a joint friction, as in friction=0.1

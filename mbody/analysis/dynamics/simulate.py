@@ -46,7 +46,7 @@ from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
-from mbody.model.simulation import ADAPTIVE, EVEN, Event
+from mbody.model.simulation import EVEN, WITH_MODES, Event
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.types import Number, PlainNumbers
 from mbody.solution.doubts import Doubt, doubted
@@ -333,7 +333,7 @@ def integrate_phases(
         now = {name: t for name, t in later.items() if t == until}
         state = state or state_of(free, start)
         first_part, decided = None, has_modes(free)
-        if decided and request.settings.method not in ADAPTIVE:
+        if decided and request.settings.method not in WITH_MODES:
             refuse_modes(free, f"the method '{request.settings.method}'")
         if restart is None and not decided:
             first_part = singular_start(free, start, state, request, until)
