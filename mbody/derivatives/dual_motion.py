@@ -19,6 +19,7 @@ from mbody.analysis.dynamics.shared_friction import InstantModes, reported_insta
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
+from mbody.core.bundle import Bundle
 from mbody.core.dual_number import DualNumber, value
 from mbody.core.duals import TANGENTS
 from mbody.core.lanes import LANES, aligned
@@ -40,7 +41,6 @@ from mbody.kernels.contact_guards import (
     ENTER,
     LOCK,
     PARADOX,
-    SHARE,
     STOP,
     look,
 )
@@ -336,7 +336,7 @@ class _Mathematics:
     """The functions of `math` that these kernels call, of dual numbers, too."""
 
     inf, nan, pi = math.inf, math.nan, math.pi
-    atan2, sqrt = np.arctan2, np.sqrt
+    atan2, sqrt, sin, cos = np.arctan2, np.sqrt, np.sin, np.cos
 
     @staticmethod
     def floor(x: Any) -> float:
@@ -356,12 +356,21 @@ def on_duals(function: Callable[..., Any]) -> Callable[..., Any]:
     names = dict(plain.__globals__)
     found = types.FunctionType(plain.__code__, names, plain.__name__)
     for name in plain.__code__.co_names:
-        one = names.get(name)
+        one: Any = names.get(name)
+        own = getattr(one, "py_func", one)
         if one is math:
             names[name] = _Mathematics
-        elif callable(one) and getattr(one, "__module__", "").startswith("mbody.kernels."):
-            names[name] = found if one is function else on_duals(one)
+        elif isinstance(own, types.FunctionType) and own.__module__.startswith("mbody.kernels."):
+            names[name] = found if own is plain else on_duals(one)
     return found
+
+
+def _of_any_number(bundle: Bundle | None) -> Any:
+    """A copy of a bundle whose floats may be dual numbers."""
+    every = {} if bundle is None else bundle.as_dict()
+    return SimpleNamespace(
+        **{name: one.astype(object if one.dtype == float else int) for name, one in every.items()}
+    )
 
 
 class DualUnilateral:
@@ -388,7 +397,8 @@ class DualUnilateral:
         edges = [n for n, point in enumerate(table.edge_point) if point == owner]
         arcs = [n for n, point in enumerate(table.arc_point) if point == owner]
         found = SimpleNamespace(**{name: getattr(table, name) for name in table.fields})
-        found.static, found.curve_point = self.static, np.zeros(0, dtype=int)
+        found.friction, found.static = self.friction, self.static
+        found.curve_point = np.zeros(0, dtype=int)
         found.edge_point, found.edge_bodies = table.edge_point[edges], table.edge_bodies[edges]
         found.arc_point, found.arc_bodies = table.arc_point[arcs], table.arc_bodies[arcs]
         found.edge, found.arc = [self.edges[n][3:] for n in edges], [self.arcs[n][4:] for n in arcs]
@@ -402,15 +412,12 @@ class DualUnilateral:
         values: Work | None = None,
     ) -> Any:
         """The value of a guard, a dual number, or without its tangents by a workspace of values
-        alone; None of one that has no derivatives here: margins of forces that no equation decides,
-        ends of curves, gaps that do not close.
+        alone; None of one that has no derivatives here: ends of curves, gaps that do not close.
         """
         if isinstance(guard, JumpGuard):
             return now.work.formula[guard.number, 0]
         table, owner = self.uni.table, guard.owner
-        if guard.kind == SHARE or (
-            guard.kind in (CLOSE, EDGE, ENTER) and owner in table.curve_point
-        ):
+        if guard.kind in (CLOSE, EDGE, ENTER) and owner in table.curve_point:
             return None
         looks = {
             name: np.empty((1, 1), dtype=object)
@@ -431,6 +438,7 @@ class DualUnilateral:
             **looks,
             **ways,
         )
+        G.held, G.open, G.program = map(_of_any_number, stretch.shared or (None,) * 3)
         on_duals(look)(self.layout, values or now.work, self.of(owner), G, 0, False)
         # what is at an end of its edge and leaves that first closes nothing
         leaves = guard.kind == CLOSE and value(G.rate[0, 0]) != value(G.rate[0, 0])
@@ -503,6 +511,19 @@ class ChangeTimes:
             found = self.along.guard(other, stretch, now, now.work.values)
             if found is not None and abs(found) <= tol.GUARD_ZERO * self._size(other, after):
                 yield other
+
+    def rooms(self, stretch: ModeStretch, now: DualInstant, tangents: Tangents) -> Iterator[Array]:
+        """How the forces of a stretch change (1, directions), in their sizes and where numbers
+        change by theirs, that are at their limits where it begins, and stay there.
+        """
+        which = [one for one in stretch.guards if one.fresh and one.of_forces]
+        for guard in which:
+            size = self._size(guard, stretch)
+            rate = self.along.guard(guard, stretch, self.ahead(stretch, now, tangents))
+            leaves = float(rate.tangents[0]) * (stretch.end - stretch.t)
+            if guard.kind != PARADOX and abs(leaves) <= tol.GUARD_ZERO * size:
+                g = self.rows.guard(guard, stretch, now).tangents
+                yield g[None] * tol.CHANGE_RESOLVED / (tangents.resolved * max(size, tol.TINY))
 
     def _size(self, guard: Guarded, stretch: ModeStretch) -> float:
         """With what a guard is compared, as of `mbody.kernels.contact_guards.find_sizes`."""

@@ -464,7 +464,11 @@ class DualWalk:
             return y
         self._at_the_beginning(stretch, begun, moved, y)
         still = DualNumber(begun.value, 0.0 * begun.tangents)
-        after = motion.at(stretch, still, y, self.tangents).y
+        entered = motion.at(stretch, still, y, self.tangents)
+        for room in self.times.rooms(stretch, entered, self.tangents):
+            why = "whether what touches presses, or sticks, is at its limit"
+            self._one_sided(room, stretch.t, why)
+        after = entered.y
         why = "what touches or sticks from there on would not, with other numbers: another order"
         if before is None:
             why = "other numbers move apart what touches, or move what sticks, at the beginning"
@@ -525,22 +529,22 @@ class DualWalk:
                 why = "which contacts take part in the impact is not known"
                 self.lost.lose(True, stretch.t, why)
                 break
-            self._one_sided(room, stretch.t)
+            why = "whether contacts take part in the impact, or stick, is at its limit"
+            self._one_sided(room, stretch.t, why)
             state, changes = now.y.value.copy(), now.y.tangents.copy()
             state[own], changes[own] = strike.after, v.tangents
             y = DualNumber(state, changes)
         return y
 
-    def _one_sided(self, room: Array, t: float) -> None:
-        """Of what holds by neither an impulse nor a rate: by numbers for which the room for it
-        (limits, directions) grows it goes on to, and does not where it shrinks.
+    def _one_sided(self, room: Array, t: float, why: str) -> None:
+        """Of what is at its limit: by numbers for which the room for it (limits, directions) grows
+        it goes on as it does, and not where it shrinks.
         """
         if not len(room):
             return
         least = tol.TANGENTS_DIFFER + tol.TANGENTS_DIFFER_TOLERANCES * self.motion.settings.rtol
         grows = np.asarray((room > least).any(axis=0))
         shrinks = np.asarray((room < -least).any(axis=0))
-        why = "whether contacts take part in the impact, or stick, is at its limit"
         self.lost.lose(grows & shrinks, t, why)
         for which, side in ((grows & ~shrinks, "greater"), (shrinks & ~grows, "smaller")):
             self.lost.halve(which, t, side, why)

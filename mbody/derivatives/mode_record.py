@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import itertools
 import re
@@ -17,6 +18,7 @@ from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core import tolerances as tol
+from mbody.core.bundle import Bundle
 from mbody.core.dual_number import DualNumber
 from mbody.kernels.accelerations import free_motion
 from mbody.kernels.advance import BEGUN, COLLISION, DECIDED, FOUND, IMPACT, PASSED, SETTLING
@@ -398,6 +400,7 @@ class ModeStretch:
     `leader`, `slow`, `force` (owners,): By whose row what sticks is held; rates that are none;
       sizes of forces where it begins.
     `guards`: What is watched in it.
+    `shared`: Forces that no equation decides, limits and program, as of `Guards`: the bundles.
     `inputs`: Inputs that keep their values.
     `guard`: What is zero at the end; None of a set time and of the end of the motion.
     `lost`: Why there are no derivatives from here on; empty where there are.
@@ -424,6 +427,7 @@ class ModeStretch:
     slow: Array = field(default_factory=lambda: np.zeros(0))
     force: Array = field(default_factory=lambda: np.zeros(0))
     guards: tuple[Guarded, ...] = ()
+    shared: tuple[Bundle, ...] = ()
     inputs: dict[str, float] = field(default_factory=dict)
     end: float = np.inf
     guard: Guarded | JumpGuard | None = None
@@ -483,8 +487,9 @@ class MotionRecord:
             self._begin()
 
     def _begin(self) -> None:
-        motion, G = self.motion, self.motion.guard_table
+        motion, G, guards = self.motion, self.motion.guard_table, _guards_of(self.motion)
         t, count = float(motion.state[TIME]), len(motion.uni)
+        shares = any(one.kind == SHARE for one in guards)
         if self.stretches:
             self.stretches[-1].end = t
         self.stretches.append(
@@ -502,7 +507,8 @@ class MotionRecord:
                 leader=G.leader.copy(),
                 slow=G.slow.copy(),
                 force=G.force.copy(),
-                guards=_guards_of(motion),
+                guards=guards,
+                shared=copy.deepcopy((G.held, G.open, G.program)) if shares else (),
                 inputs=motion.interruptions.inputs(),
                 lost=self.lost,
                 rests=self.rests,
