@@ -13,8 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
-from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core import tolerances as tol
@@ -90,6 +89,7 @@ class JumpWatch(EventIntegration):
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
+        self.located = self.has_modes
         self.jumps = [JumpGuard(place) for place in arguments(self.layout)]
         self.first_jump = len(self.events)
         every: list[Any] = self.events
@@ -100,12 +100,13 @@ class JumpWatch(EventIntegration):
         self.greatest = dict.fromkeys((one.number for one in self.jumps), 0.0)
         self.aside: Work = self.work.copied()
 
-    def _values(self, which: list[int], t: Array, records: Array) -> Array:
+    def values_of(self, which: list[int], t: Array, records: Array) -> Array:
+        """Also of arguments of jumps."""
         last = self.first_jump + len(self.jumps)
         ours = [k for k, n in enumerate(which) if self.first_jump <= n < last]
         others = [k for k, n in enumerate(which) if not self.first_jump <= n < last]
         found = np.empty((len(which), len(t)))
-        found[others] = super()._values([which[k] for k in others], t, records)
+        found[others] = super().values_of([which[k] for k in others], t, records)
         if ours:
             places = [self.jumps[which[k] - self.first_jump].number for k in ours]
             found[ours] = self._arguments(places, t, records[:, :, 0])
@@ -129,11 +130,12 @@ class JumpWatch(EventIntegration):
             found[:, k] = work.formula[places, 0]
         return found
 
-    def _record(self, event: Any, t: float, record: Array) -> None:
+    def record_event(self, event: Any, t: float, record: Array) -> None:
+        """Keep where an argument is zero; record an event of the motion."""
         if isinstance(event, JumpGuard):
             self.crossings.append((t, event.number))
         else:
-            super()._record(event, t, record)
+            super().record_event(event, t, record)
 
 
 # -- Laws and loads that may jump along a motion, followed as formulas or not ------------------
@@ -456,7 +458,7 @@ class ModeStretch:
 class MotionRecord:
     """The stretches of a motion, as the kernel says that they begin and end."""
 
-    def __init__(self, motion: ContactIntegration) -> None:
+    def __init__(self, motion: EventIntegration) -> None:
         self.motion = motion
         self.stretches: list[ModeStretch] = []
         motion.told = self.happened
@@ -518,19 +520,13 @@ class MotionRecord:
         self._forget()
 
 
-def _guards_of(motion: ContactIntegration) -> tuple[Guarded, ...]:
+def _guards_of(motion: EventIntegration) -> tuple[Guarded, ...]:
     G = motion.guard_table
     tables = (one[: G.count[0]].tolist() for one in (G.kind, G.owner, G.sense, G.fresh))
     return tuple(itertools.starmap(Guarded, zip(*tables, strict=True)))
 
 
 # -- The stretches of a motion -----------------------------------------------------------------
-
-
-class _ModalJumpWatch(JumpWatch, ContactIntegration):
-    """With contacts."""
-
-    located = True
 
 
 def stretches_of(run: Solution) -> list[ModeStretch]:
@@ -544,9 +540,8 @@ def stretches_of(run: Solution) -> list[ModeStretch]:
     found = [ModeStretch(t)]
     watch: JumpWatch | None = None
     if has_modes(system) or arguments(system.layout):
-        kind = _ModalJumpWatch if has_modes(system) else JumpWatch
-        watch = kind(system, initial.start, settings, events)
-        record = MotionRecord(watch) if isinstance(watch, ContactIntegration) else None
+        watch = JumpWatch(system, initial.start, settings, events)
+        record = MotionRecord(watch) if watch.has_modes else None
         watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = found if record is None else record.stretches
     found[-1].end = float(run.t[-1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.errors import ModelError
 from mbody.image.arena import Arena
@@ -22,9 +22,9 @@ MOST_BYTES = 64e6
 
 def contact_motion(
     system: System, start: Solution, settings: IntegrationSettings
-) -> ContactIntegration:
+) -> EventIntegration:
     """The motion of a system, with memory for everything that may act at once."""
-    motion = ContactIntegration(system, start, settings, ())
+    motion = EventIntegration(system, start, settings, ())
     points, joints = len(motion.uni.contact_points), len(motion.uni.friction_joints)
     rows = 2 * points + len(motion.layout.friction_kind)
     forces, lines = system.rows + 2 * points + joints, 3 * points + 2 * joints
@@ -41,27 +41,26 @@ def contact_motion(
     return motion
 
 
-def fitted_start(motion: ContactIntegration, q: np.ndarray) -> np.ndarray:
+def fitted_start(motion: EventIntegration, q: np.ndarray) -> np.ndarray:
     """The first position (coordinates,), fitted to contacts, once the motion has begun; refuses
     shapes that overlap, and what an image cannot begin with.
     """
     motion.load()
     if fit_contacts(motion.uni, motion.work) is not None:
         q = motion.work.q[: motion.system.coordinates, 0].copy()
-    trial = ContactIntegration(motion.system, motion.start, motion.settings, ())
+    trial = EventIntegration(motion.system, motion.start, motion.settings, ())
     n = motion.system.coordinates
     trial.begin(motion.first, q, motion.y[n : 2 * n], motion.until)
-    trial.wanted, trial.instants, trial.records, trial.works = np.zeros(0), [], [], []
     status = trial.begin_modes()
-    if status or any("rolls at once" in note for note in trial.contact_notes):
+    if status or any("rolls at once" in note for note in trial.log.notes):
         raise ModelError(
             f"an image cannot begin the motion of '{motion.system.mechanism.name}': "
-            f"{status or trial.contact_notes[-1]}"
+            f"{status or trial.log.notes[-1]}"
         )
     return q
 
 
-def enter_contacts(arena: Arena, motion: ContactIntegration, steps: int) -> UnilateralMotion:
+def enter_contacts(arena: Arena, motion: EventIntegration, steps: int) -> UnilateralMotion:
     """Enter what a program reads and sets of a motion with contacts; the motion."""
     G = motion.guard_table
     G.asked[:] = motion.first, steps, motion.swings, 1.0
@@ -76,6 +75,6 @@ def enter_contacts(arena: Arena, motion: ContactIntegration, steps: int) -> Unil
     return motion.eliminate_rows_that_are_on().replaced(layout=motion.layout)
 
 
-def keep_phases(motion: ContactIntegration, numbers: NumberProgram) -> None:
+def keep_phases(motion: EventIntegration, numbers: NumberProgram) -> None:
     """Where circles that stick have met is no number of the model: other numbers leave it."""
     numbers.targets[motion.uni.phase_rows] = -1

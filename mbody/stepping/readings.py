@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import load_forces
+from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.simulate import certified_motion
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.linear.linearize import StateMatrices, linearize
@@ -28,7 +29,6 @@ from mbody.solution.histories import EventRecord, Record, Unique, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
-from mbody.stepping.stepwise import Stepwise, StepwiseContacts
 from mbody.system.rank import jacobian, rank_of
 from mbody.system.system import System, too_large
 
@@ -217,7 +217,7 @@ class Readings:
     """Readings of the present instant; what steps is in `Simulator`."""
 
     system: System
-    _integration: Stepwise
+    _integration: Integration
     _slots: memoryview
     #: The first part of a motion that leaves a singular position.
     _before: Solution | None = None
@@ -228,7 +228,7 @@ class Readings:
     _beyond: tuple[Doubt, ...] = ()
     _settings: IntegrationSettings
 
-    def _show(self, integration: Stepwise, settings: IntegrationSettings) -> None:
+    def _show(self, integration: Integration, settings: IntegrationSettings) -> None:
         """Read from this integration."""
         self._integration, self._settings = integration, settings
         y, slots, record = integration.y, integration.state, integration.present_record.reshape(-1)
@@ -319,7 +319,7 @@ class Readings:
             For what has none.
         """
         engine = self._integration
-        known = engine.named_modes() if isinstance(engine, StepwiseContacts) else {}
+        known = engine.named_modes
         if name not in known:
             raise ModelError(
                 f"{brief(name)} is no contact, rope or joint with friction (there are: "

@@ -10,12 +10,14 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import with_contacts_of_joints
+from mbody.analysis.contact.systems_with_modes import has_modes, with_contacts_of_joints
 from mbody.analysis.dynamics.branch_passage import choose_branch, singular_start
+from mbody.analysis.dynamics.integration import Checkpoint
 from mbody.analysis.dynamics.integrators import first_auxiliary_states
 from mbody.analysis.dynamics.options import motion_request, tolerances, with_inputs
 from mbody.analysis.dynamics.simulate import (
     first_instant_with_contacts,
+    motion_of,
     refuse_readings_of_released,
 )
 from mbody.analysis.freedom.free_motions import free_motions
@@ -41,8 +43,8 @@ from mbody.solution.doubts import Doubt
 from mbody.solution.histories import with_fields
 from mbody.solution.solution import Solution
 from mbody.stepping.input_values import Inputs
+from mbody.stepping.monitor import Monitor
 from mbody.stepping.readings import MechanicsNow
-from mbody.stepping.stepwise import Checkpoint, Monitor, StepwiseContacts, stepwise
 from mbody.system.formula_rows import driver_inputs
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import lock
@@ -353,7 +355,7 @@ class Simulator(MechanicsNow):
             self.system = released(whole, gone)
             t, q, v = state_of(self.system, self._start)
         settings, events = self._request.settings, self._request.events
-        self._show(stepwise(self.system, self._start, settings, events), settings)
+        self._show(motion_of(self.system, self._start, settings, events), settings)
         self._monitor = Monitor(self._integration, self._present, bool(self._request.events))
         self.inputs = self._find_inputs()
         self._begin(t, q, v)
@@ -409,8 +411,7 @@ class Simulator(MechanicsNow):
         engine = self._integration
         self._origin, self._before = None, None
         self._ended, self._notes, self._beyond, self._stale = "", notes, (), False
-        decides = isinstance(engine, StepwiseContacts)
-        if decides or choose_branch(self.system, self._start, (t, q, v)) is None:
+        if has_modes(self.system) or choose_branch(self.system, self._start, (t, q, v)) is None:
             engine.start_at(t, q, v, own)
             self._invalidate()
             return

@@ -31,7 +31,7 @@ def force_sizes(motion):
     ("name", "until"), [("woodpecker", 0.05), ("braking_vehicle", 0.3), ("geneva_drive", 0.2)]
 )
 def test_sizes_are_those_of_the_record(monkeypatch, name, until):
-    met, own = [], contact_motion.ContactIntegration._begun
+    met, own = [], contact_motion.EventIntegration._begun
 
     def begun(motion):
         own(motion)
@@ -54,6 +54,6 @@ def test_sizes_are_those_of_the_record(monkeypatch, name, until):
             assert size == pytest.approx(expected, rel=1e-14)
             met.append(guard.kind)
 
-    monkeypatch.setattr(contact_motion.ContactIntegration, "_begun", begun)
+    monkeypatch.setattr(contact_motion.EventIntegration, "_begun", begun)
     mbody.simulate(mbody.gallery.load(name), until)
     assert {"close", "open", "slip"} & set(met)

@@ -20,7 +20,7 @@ from mbody import (
     Stop,
     simulate,
 )
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_log import ContactLog
 from mbody.laws import ConstantSpeed
 from tests.support.impact_cones import check_impacts
 
@@ -176,13 +176,13 @@ def test_a_planted_impulse_beyond_its_cone_is_seen():
 
 @pytest.mark.parametrize("wrong", [1.5, -1e-3])
 def test_an_impact_that_its_impulses_do_not_explain_is_doubted(monkeypatch, wrong):
-    check = ContactIntegration._check_impact
+    check = ContactLog.check_impact
 
-    def planted(motion):
-        motion.memory.impact.jump[:] *= 1.0 + wrong
-        check(motion)
+    def planted(log):
+        log.motion.memory.impact.jump[:] *= 1.0 + wrong
+        check(log)
 
-    monkeypatch.setattr(ContactIntegration, "_check_impact", planted)
+    monkeypatch.setattr(ContactLog, "check_impact", planted)
     run = simulate(kane("poisson"))
     assert (run.doubts[0].kind, run.doubts[0].elements) == ("energy", ("end",))
     assert "do not rely" in run.status
@@ -217,13 +217,13 @@ def test_a_driver_gives_what_holds_its_carriage_in_an_impact(monkeypatch):
         Contact("hit", "ground.wall", "bob.C", restitution=kept),
     )
     made.simulation = SimulationSettings(0.35, {"bob": {"angle": 0.0, "omega": 0.0}})
-    check, found = ContactIntegration._check_impact, []
+    check, found = ContactLog.check_impact, []
 
-    def kept_impact(motion):
-        found.extend(motion.memory.impact.driven)
-        check(motion)
+    def kept_impact(log):
+        found.extend(log.motion.memory.impact.driven)
+        check(log)
 
-    monkeypatch.setattr(ContactIntegration, "_check_impact", kept_impact)
+    monkeypatch.setattr(ContactLog, "check_impact", kept_impact)
     run = simulate(made)
     assert ([one.name for one in run.events], run.status) == (["impact"], "completed")
     # about the pin: (m l² + I) Δω = l Λ, of which the mass centre gets l Δω = (1 + e) v

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.kernels.contact_guards import BEGIN, SHARE
 from mbody.kernels.step_state import NOT_QUIET, TIME, ZERO
 from tests.contact.test_shared_forces import Held
@@ -28,7 +28,7 @@ def test_the_margin_of_a_ladder_is_that_of_a_program(monkeypatch):
     c, s = math.cos(TILT), math.sin(TILT)
     start = {"ladder": {"x": c, "y": s, "angle": math.pi - TILT}}
     machine.simulation = mbody.SimulationSettings(until=2.0, rtol=1e-13, start=start)
-    codes, margins, own = [], {}, ContactIntegration._quiet_steps
+    codes, margins, own = [], {}, EventIntegration._quiet_steps
 
     def steps(motion):
         codes.append(int(own(motion)))
@@ -37,7 +37,7 @@ def test_the_margin_of_a_ladder_is_that_of_a_program(monkeypatch):
             margins[float(motion.state[TIME])] = float(G.value[BEGIN, n])
         return codes[-1]
 
-    monkeypatch.setattr(ContactIntegration, "_quiet_steps", steps)
+    monkeypatch.setattr(EventIntegration, "_quiet_steps", steps)
     for until in (0.1, 0.7, 1.5, 2.0):
         run = mbody.simulate(machine, until, instants=2)
     assert ZERO in codes and NOT_QUIET not in codes

@@ -11,7 +11,7 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism
-from mbody.analysis.dynamics.events import EventIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 
 G = 9.81
 

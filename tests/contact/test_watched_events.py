@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Event, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.kernels.step_state import NOT_QUIET
 
 G, THROWN, RADIUS = 9.81, 3.0, 0.1
@@ -16,13 +16,13 @@ G, THROWN, RADIUS = 9.81, 3.0, 0.1
 @pytest.fixture
 def codes(monkeypatch):
     """What the kernel of steps has returned."""
-    found, own = [], ContactIntegration._quiet_steps
+    found, own = [], EventIntegration._quiet_steps
 
     def steps(motion):
         found.append(int(own(motion)))
         return found[-1]
 
-    monkeypatch.setattr(ContactIntegration, "_quiet_steps", steps)
+    monkeypatch.setattr(EventIntegration, "_quiet_steps", steps)
     return found
 
 
@@ -126,7 +126,7 @@ def test_events_are_those_of_steps_looked_at_by_samples(name, monkeypatch):
     events = [Event(one, direction=(0, 1, -1)[n % 3]) for n, one in enumerate(of)]
     runs = [mbody.simulate(model, until, events=events, instants=9, rtol=1e-10)]
     plain = mbody.simulate(model, until, events=[], instants=9, rtol=1e-10)
-    monkeypatch.setattr(ContactIntegration, "watches", False)
+    monkeypatch.setattr(EventIntegration, "watches", False)
     runs.append(mbody.simulate(model, until, events=events, instants=9, rtol=1e-10))
     fast, slow = ([(one.name, one.contact, one.t) for one in run.events] for run in runs)
     assert [one[:2] for one in fast] == [one[:2] for one in slow]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.kernels.contact_guards import (
     LOOKS,
     PARADOX,
@@ -113,7 +113,7 @@ def test_watched_in_the_kernel_or_step_by_step(name, until, monkeypatch):
     """The same events and the same end whichever way steps are watched."""
     model = mbody.gallery.load(name)
     runs = [mbody.simulate(model, until, instants=20, rtol=1e-10)]
-    monkeypatch.setattr(ContactIntegration, "watches", False)
+    monkeypatch.setattr(EventIntegration, "watches", False)
     runs.append(mbody.simulate(model, until, instants=20, rtol=1e-10))
     fast, slow = runs
     assert [(one.name, one.contact) for one in fast.events] == [

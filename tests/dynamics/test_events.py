@@ -29,7 +29,7 @@ from mbody import (
     simulate,
     to_toml,
 )
-from mbody.analysis.dynamics.events import bracketed_root, extrema, refined, sign_changes
+from mbody.analysis.dynamics.sampled_steps import bracketed_root, extrema, refined, sign_changes
 from mbody.files.model import in_units
 from tests.support.falling import ball
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
 from mbody.analysis.contact.friction_problem import ClosedContacts
-from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.integration import Integration, KeptInstants
 from mbody.analysis.dynamics.integrators import REFINEMENTS, FixedSteps, Integrator
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart import check_restart
@@ -660,16 +660,17 @@ class ImpulseIntegration(Integration):
         if not self.instants or self.instants[-1] < now:
             self._keep(now, now, float(self.impulses.state[LENGTH]))
 
-    def _kept_instants(self) -> tuple[Array, Array, Array]:
+    def _kept_instants(self) -> KeptInstants:
         records = np.array(self.records).reshape(-1, self.system.record_rows, 1)
         works = np.array(self.works).reshape(len(records), -1)
         self.state[DELIVERED] = len(records)
-        return np.array(self.instants), records, works
+        return KeptInstants(np.array(self.instants), records, works)
 
     # -- the result ---------------------------------------------------------------------------
 
-    def _solution(self, status: str) -> Solution:
-        found = super()._solution(status)
+    def solution(self, status: str, kept: KeptInstants | None = None) -> Solution:
+        """With the contacts of the steps."""
+        found = super().solution(status, kept)
         spans = [len(one) for one in self.which]
         stepped = SteppedContacts(
             laws=self.tables.laws,

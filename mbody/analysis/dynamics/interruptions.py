@@ -20,18 +20,14 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from mbody.core.tolerances import ENERGY_IMPACT, RATE_JUMP_SAME, TIMES_SAME_SAMPLE
+from mbody.core.tolerances import TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
-from mbody.kernels.loop_closure import laws_of_time, violation
-from mbody.kernels.step_state import JACOBIAN_VALID, TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.inputs import Controller
 from mbody.model.states import State
-from mbody.solution.doubts import Doubt
-from mbody.solution.energy import causes, gain_of_jump
-from mbody.system.rank import dense, dense_rates
+from mbody.system.rank import dense
 from mbody.system.system import System
 
 # -- Progress of a long motion, on one line of standard error ----------------------------------
@@ -137,92 +133,6 @@ def works_of_drivers(system: System, work: Work, momentum: Array, nu: Array) -> 
         if name in found:
             found[name] += float(part)
     return found
-
-
-class RateJumps:
-    """The part of an integration that passes such times."""
-
-    system: System
-    layout: Layout
-    work: Work
-    y: Array
-    K: Array
-    state: Array
-    motion: Any
-    steps: Any
-    work_done: Array
-    passage: Any
-
-    def evaluate(self) -> bool:
-        """Project the state, evaluate its derivative and its record; whether the loops close."""
-        raise NotImplementedError
-
-    def _check_finite(self, K: Array, t: float) -> None:
-        raise NotImplementedError
-
-    def _pass_jump(self, corner: float) -> None:
-        """Go from just before a time to it: velocities jump with the rates of the drivers."""
-        work, n = self.work, self.system.coordinates
-        work.q[:n, 0], v = self.y[:n], self.y[n : 2 * n].copy()
-        before, after = (self._prescribed(t) for t in (float(self.state[TIME]), corner))
-        self.state[TIME] = corner
-        size = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
-        if not np.abs(after - before).max(initial=0.0) > RATE_JUMP_SAME * size:
-            return
-        self._loosen()
-        self.evaluate()
-        self._check_finite(self.K, corner)
-        work.q[:n, 0] = self.y[:n]
-        mass, jump = self.system.mass[:n, 0], self.y[n : 2 * n] - v
-        works = works_of_drivers(self.system, work, mass * jump, 0.5 * (before + after))
-        self._give(works)
-        self._check_jump(corner, *gain_of_jump(mass, v, jump), works)
-        self.state[JACOBIAN_VALID] = 0.0
-        self.steps.jumped(self.motion)
-        self._settle_jump()
-
-    def _check_jump(
-        self, t: float, gained: float, rounding: float, works: Mapping[str, float]
-    ) -> None:
-        """A doubt where a jump of velocities changes the energy by more or less than drivers do."""
-        given = sum(works.values())
-        allowed = rounding + ENERGY_IMPACT * sum(map(abs, works.values()))
-        if abs(gained - given) <= allowed:
-            return
-        units = self.system.mechanism.units
-        energy = units.of("torque")
-        message = (
-            f"at t = {t:.6g} {units.time} rates of drivers jump, which changes the energy by "
-            f"{gained:.3g} {energy}, their impulses by {given:.3g} {energy}: do not rely on the "
-            "motion from there on, and look at bodies without mass or inertia"
-        )
-        self.passage.doubts += (Doubt("energy", message, t, tuple(works)),)
-
-    def _prescribed(self, t: float) -> Array:
-        """ν of every row at a time, the position being in the workspace; lengths by the model
-        length.
-        """
-        self.work.time[0, 0] = t
-        laws_of_time(self.layout, self.work)
-        violation(self.layout, self.work)
-        return dense_rates(self.system, self.work)
-
-    def _loosen(self) -> None:
-        """Releases contact constraints before a jump of driver rates; nothing without contacts."""
-
-    def _settle_jump(self) -> None:
-        """Impacts and openings that follow from a jump of driver rates; none without contacts."""
-
-    def _give(self, works: Mapping[str, float]) -> None:
-        """Add what drivers gave at one instant to the work since the beginning."""
-        names, gained = causes(self.system), self._gained
-        for name, part in works.items():
-            gained[names.index(name)] += part
-
-    @property
-    def _gained(self) -> Array:
-        """Work of every cause since the beginning, in place."""
-        return np.asarray(self.work_done[-1])
 
 
 #: What measures the quantities that a controller reads, at the present instant; whether inputs have

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -17,7 +16,6 @@ from mbody.analysis.contact.systems_with_modes import (
     with_contacts_of_joints,
 )
 from mbody.analysis.dynamics.branch_passage import singular_start
-from mbody.analysis.dynamics.events import EventIntegration
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.options import (
     MotionRequest,
@@ -346,19 +344,12 @@ def integrate_phases(
         first, q, v = state or state_of(free, start)
         times = request.times[(request.times >= first) & (request.times <= until)]
         wanted = np.append(times, until) if not times.size or times[-1] < until else times
-        kind = EventIntegration if request.events or _one_sided(free) else None
-        if decided:
-            from mbody.analysis.dynamics.contact_motion import ContactIntegration
-
-            kind = ContactIntegration
-        parts = (kind or Integration, free, start, request.events if kind else None)
-        integration = _integration(*parts, request.settings)
+        parts = free, start, request.settings, request.events
+        integration = motion_of(*parts, meets_forces=True)
         try:
             run = integration.run(first, q, v, wanted, progress, restart, carried)
         except SolveError as error:
-            if integration.vanished and _implicit_goes_on(
-                functools.partial(_integration, *parts), integration, carried
-            ):
+            if integration.vanished and _implicit_goes_on(integration, request.events, carried):
                 error.args = (f"{error}, or take the method 'radau5', which goes on from there",)
             reached = [one for one in (*found, error.solution) if one is not None and len(one)]
             if reached and free_since:
@@ -375,19 +366,29 @@ def integrate_phases(
     return joined(system, found, free_since, struck, request.times)
 
 
-def _integration(
-    kind: Callable[..., Integration],
+def motion_of(
     system: System,
     start: Solution,
-    events: tuple[Event, ...] | None,
     settings: IntegrationSettings,
+    events: tuple[Event, ...],
+    meets_forces: bool = False,
 ) -> Integration:
-    return kind(system, start, settings, *(() if events is None else (events,)))
+    """What integrates a motion. `meets_forces`: Whether forces of what holds in one direction only
+    are met within its steps.
+    """
+    decided = has_modes(system)
+    if decided and settings.method not in ADAPTIVE:
+        refuse_modes(system, f"the method '{settings.method}'")
+    if decided or events or (meets_forces and _one_sided(system)):
+        from mbody.analysis.dynamics.contact_motion import EventIntegration
+
+        return EventIntegration(system, start, settings, events)
+    return Integration(system, start, settings)
 
 
 def _implicit_goes_on(
-    made: Callable[[IntegrationSettings], Integration],
     stopped: Integration,
+    events: tuple[Event, ...],
     carried: tuple[dict[str, float], Sequence[Any]] | None,
 ) -> bool:
     """Whether the implicit method passes the state at which explicit steps vanished."""
@@ -396,9 +397,9 @@ def _implicit_goes_on(
         return False
     end = np.array([t + tol.STEPS_VANISHED_BEYOND * (stopped.until - stopped.first)])
     try:
-        made(replace(stopped.settings, method="radau5")).run(
-            t, stopped.y[:n].copy(), stopped.y[n:].copy(), end, None, None, carried
-        )
+        settings = replace(stopped.settings, method="radau5")
+        again = motion_of(stopped.system, stopped.start, settings, events, meets_forces=True)
+        again.run(t, stopped.y[:n].copy(), stopped.y[n:].copy(), end, None, None, carried)
     except (ModelError, SolveError):
         return False
     return True

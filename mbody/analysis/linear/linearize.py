@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.dynamics.contact_motion import ContactIntegration
+from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.analysis.dynamics.integrators import (
     REFINEMENTS,
     auxiliary_sizes,
@@ -64,10 +64,8 @@ class ActiveContacts:
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
         settings = IntegrationSettings("dop853", tol.RTOL_LINEARIZED, tol.RTOL_LINEARIZED)
-        engine = ContactIntegration(system, given, settings, ())
+        engine = EventIntegration(system, given, settings, ())
         engine.begin(t, q, v, t + system.mechanism.units.second)
-        engine.wanted, engine.instants = np.array([t]), []
-        engine.records, engine.works = [], []
         status = engine.begin_modes()
         if status or any(event.name == "impact" for event in engine.occurred):
             unit = system.mechanism.units.time
@@ -75,7 +73,7 @@ class ActiveContacts:
                 f"linearize of '{system.mechanism.name}': something strikes at t = {t:.6g} {unit}, "
                 "so that there are no linear equations; take an instant beside it"
             )
-        self.names = engine.named_modes()
+        self.names = engine.named_modes
         self.uni, self._work = engine.uni, engine.work
         self._on = np.flatnonzero(engine.on)
         self._unit = np.where(self.uni.angular, 1.0, 1.0 / system.length)[self._on]

@@ -1,6 +1,6 @@
-"""Motion over time with events: zero crossings are located.
+"""A step of a motion looked at by samples, where no kernel locates what it meets.
 
-Every step is sampled by its polynomial, values and rates; where a sample has another sign than the
+The step is sampled by its polynomial, values and rates; where a sample has another sign than the
 one before, or a cubic between two of them reaches beyond zero, the step is run again from its
 beginning to trial times until the crossing is closed in.
 """
@@ -10,25 +10,26 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.integration import AT_ONCE, Integration, StepTaker
-from mbody.analysis.initial.initial_state import event_measure
+from mbody.analysis.dynamics.integration import AT_ONCE
 from mbody.core import tolerances as tol
-from mbody.kernels.step_state import DELIVERED, DONE, EVALUATIONS, MORE, NEXT, TIME, Outputs
+from mbody.kernels.step_state import DONE, MORE, NEXT, TIME
 from mbody.model.driver import DRIVEN
 from mbody.model.simulation import Event
 from mbody.model.study import Measure
 from mbody.quantities import parse
-from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
+from mbody.solution.histories import Record
 from mbody.solution.measures import measured
-from mbody.solution.solution import IntegrationSettings, Solution
+from mbody.solution.solution import Solution
 from mbody.system.system import System
+
+if TYPE_CHECKING:
+    from mbody.analysis.dynamics.contact_motion import EventIntegration
 
 # -- Zero crossings between samples, by values and rates ---------------------------------------
 # Two crossings between two samples leave no change of sign, but an extremum, and its place is where
@@ -293,144 +294,53 @@ OF_A_STEP, OF_ALL = 4, 400
 #: Where these do not resolve what is watched they become so many times more, up to so many a step,
 #: which is made shorter then.
 FINER, MOST_OF_A_STEP = 4, 4**8
-#: What is noted of contacts and ropes.
-FORCES = tuple(part.name for part in fields(OneSidedForce))
 
 
-class EventIntegration(Integration):
-    """Integrates one system and locates events."""
+class SampledSteps:
+    """Steps of a motion that are sampled, and what is zero within them.
 
-    def __init__(
-        self,
-        system: System,
-        start: Solution,
-        settings: IntegrationSettings,
-        events: tuple[Event, ...],
-    ) -> None:
-        super().__init__(system, start, settings)
-        self.events = list(events)
-        self.measures = [event_measure(system.mechanism, event) for event in self.events]
-        #: What each of `stops` has gained by impacts, below zero.
-        self.lost = np.zeros(len(self.stops))
-        self.total = np.zeros(self.causes)
-        carried = [has_exact_rates(measure) for measure in self.measures]
-        self.carried = np.array(carried, dtype=bool)
-        self.sided = one_sided(system)
-        self.forces: dict[str, list[OneSidedForce]] = {one.name: [] for one in self.sided}
-        #: Events that vary faster than they were looked at, and how far apart that was.
-        self.missed: dict[str, float] = {}
+    `span`: Begin and end of the present step.
+    `missed`: Events that vary faster than they were looked at, and how far apart that was.
+    """
 
-    @property
-    def guards(self) -> list[Guard]:
-        """What is located besides, as guards of contacts are."""
-        return []
+    def __init__(self, motion: EventIntegration) -> None:
+        self.motion, self.missed = motion, dict[str, float]()
+        self.span = (0.0, 0.0)
 
-    # -- the motion ---------------------------------------------------------------------------
-
-    def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
-        self.wanted, self.instants = times, list[float]()
-        self.records, self.works = list[Array](), list[Array]()
-        if times[0] <= self.first:
-            self._keep(self.first, self.record, self.total)
-        self.total = self.initial_work.copy()
-        self._begin()
-        code, status = MORE, ""
-        while code == MORE and not status:
-            code, status = self._step()
-            self._check_progress()
-            if progress is not None:
-                progress(float(self.state[TIME]))
-        return (MORE if status else code), status or "completed"
-
-    def _begin(self) -> None:
-        """Before the first step, the first instant being kept."""
-
-    def _kept_instants(self) -> tuple[Array, Array, Array]:
-        count = len(self.instants)
-        return (
-            np.array(self.instants),
-            np.array(self.records).reshape(count, self.rows, 1),
-            np.array(self.works).reshape(count, self.causes + len(self.stops)),
-        )
-
-    def _keep_now(self) -> None:
-        if self.instants:
-            self.restart_point = None if self.stops else self._restart_state(self.total)
-            self._keep(float(self.state[TIME]), self.record, self.total)
-
-    def _keep(self, t: float, record: Array, work: Array) -> None:
-        """Keep an instant; once, the last state of it."""
-        if self.instants and self.instants[-1] == t:
-            for kept in (self.instants, self.records, self.works):
-                kept.pop()
-        self.instants.append(t)
-        self.records.append(record.copy())
-        self.works.append(np.concatenate([work, self.lost]))
-
-    def _save(self) -> StepStart:
-        parts = (self.y, self.K[0], self.P[0], self.state, self.record, self.total, self.work.near)
-        y, K, P, state, record, total, near = (part.copy() for part in parts)
-        own = tuple(part.copy() for part in self.steps.own)
-        return StepStart(y, K, P, state, record, total, near, own, self.passage.known)
-
-    def _restore(self, saved: StepStart) -> None:
-        """Go back, or ahead; the count of evaluations goes on."""
-        evaluations = self.state[EVALUATIONS]
-        self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
-        self.record, self.total = saved.record.copy(), saved.total.copy()
-        self.work.near[:], self.passage.known = saved.near, saved.passage
-        for part, was in zip(self.steps.own, saved.own, strict=True):
-            part[:] = was
-        self.state[EVALUATIONS] = evaluations
-
-    def _run(
-        self, until: float, steps: int, times: Array, take: StepTaker | None = None
-    ) -> tuple[int, Array, Array]:
-        """Steps of the kernel: its code, records and work at the times; `take` as of `_advance`."""
-        output = np.empty((len(times), self.rows, 1))
-        work_done = np.zeros((len(times) + 1, self.causes))
-        work_done[-1], self.state[DELIVERED] = self.total, 0.0
-        outputs = Outputs(times=times, pages=output, work=work_done)
-        code = self._advance(until, steps, outputs, take)
-        self.total = work_done[-1].copy()
-        return code, output, work_done
-
-    def _step(self) -> tuple[int, str]:
+    def step(self) -> tuple[int, str]:
         """One step, or one that was refused: the code of the kernel, and the status at an end."""
-        state = self.state
+        m, state = self.motion, self.motion.state
         t = float(state[TIME])
-        if t >= self.until:
+        if t >= m.until:
             return DONE, ""
-        if t >= self.target and (t := self._pass_set_time(t)) >= self.until:
-            return DONE, ""
-        saved, h = self._save(), float(state[NEXT])
+        saved, h = m.save(), float(state[NEXT])
         end = t + h
-        if end >= self.target - self.steps.slack(self.target):  # as the kernel clips it
-            h, end = self.target - t, self.target
-        self.step = (t, end)
-        first, last = np.searchsorted(self.wanted, [t, end], side="right")
-        wanted = self.wanted[first:last]
-        count = self._sample_count(h)
+        if end >= m.target - m.steps.slack(m.target):  # as the kernel clips it
+            h, end = m.target - t, m.target
+        self.span = (t, end)
+        first, last = np.searchsorted(m.wanted, [t, end], side="right")
+        wanted = m.wanted[first:last]
+        count = self.count_of(h)
         while True:
             times = self._sample_times(t, h, count, wanted)
             times = np.append(t, np.unique(np.append(times[(times > t) & (times < end)], end)))
             marks = np.union1d(self._marks(times[1:], times), wanted)
-            code, records, work_done = self._run(self.target, 1, marks)
+            code, records, work_done = m.run_steps(m.target, 1, marks)
             if state[TIME] == t:
                 return code, ""
-            self.record = records[-1].copy()
-            after = self._save()
+            m.record = records[-1].copy()
+            after = m.save()
             found, rising = self._sampled(
                 times, np.append(t, marks), np.concatenate([saved.record[None], records])
             )
             if h > 1.5 * (longest := self._longest_from(times[:2], found, rising)):
-                self._restore(saved)
+                m.restore(saved)
                 state[NEXT] = longest
                 return MORE, ""
             resolved = self._resolved(times, found, rising)
             if resolved and not self._varies_faster(times, found, rising, count):
                 break
-            self._restore(saved)
+            m.restore(saved)
             count *= FINER
             if count > MOST_OF_A_STEP:
                 state[NEXT] = h / FINER**2
@@ -438,177 +348,157 @@ class EventIntegration(Integration):
         crossings = self._crossings(saved, times, found, rising)
         together = max(tol.EVENT_TOGETHER * (end - t), tol.TIME_ROUNDING * abs(end))
         cut = _first_end(crossings, together)
-        self._record_forces(np.append(t, marks), np.concatenate([saved.record[None], records]), cut)
+        ends = math.inf if cut is None else cut.t
+        m.meet_forces(np.append(t, marks), np.concatenate([saved.record[None], records]), ends)
         for n in np.flatnonzero(np.isin(marks, wanted)):
-            if cut is None or marks[n] <= cut.t:
-                self._keep(float(marks[n]), records[n], work_done[n])
+            if marks[n] <= ends:
+                m.keep(float(marks[n]), records[n], work_done[n])
         for one in crossings:
-            if one.t <= self.first:  # reported by the motion that this one continues
+            if one.t <= m.first:  # reported by the motion that this one continues
                 continue
             late = cut is not None and (one is cut or one.t > cut.t + together)
             if late or isinstance(one.event, Guard):
                 continue
-            if not self._is_known(one.event, one.t, together):
-                self._record(one.event, one.t, one.saved.record)
+            if not m.is_known(one.event, one.t, together):
+                m.record_event(one.event, one.t, one.saved.record)
         if cut is None:
-            self._restore(after)
+            m.restore(after)
             at_end = times[:-3:-1], found[:, ::-1], rising[:, ::-1]
             state[NEXT] = min(state[NEXT], self._longest_from(*at_end))
             return code, ""
-        self._restore(cut.saved)
+        m.restore(cut.saved)
         state[NEXT] = min(state[NEXT], h)
         if isinstance(cut.event, Guard):
-            return MORE, self._passed(cut.event)
-        self._record(cut.event, cut.t, self.record)
-        return MORE, self._ended(f"'{cut.event.of}' is zero")
-
-    def _is_known(self, event: Event, t: float, together: float) -> bool:
-        """Whether a crossing was recorded beside the change of modes that ended the last step."""
-        own = (one for one in self.occurred if one.name == event.name and not one.contact)
-        return any(abs(one.t - t) <= together for one in own)
-
-    def _pass_set_time(self, t: float) -> float:
-        """Do what is due at a set time, or just after it where rates of drivers jump; the time from
-        which it goes on.
-        """
-        self._interrupt(t)
-        now = float(self.state[TIME])
-        if now > t and now in self.wanted:
-            self._keep(now, self.record, self.total)
-        if now >= self.until:
-            self.restart_point = self._restart_state(self.total)
-        return now
+            return MORE, m.passed(cut.event)
+        m.record_event(cut.event, cut.t, m.record)
+        return MORE, m.ended(f"'{cut.event.of}' is zero")
 
     @property
-    def _gained(self) -> Array:
-        return self.total
-
-    def _passed(self, guard: Guard) -> str:
-        """Go on from where a guard is zero; a status where the motion ends there."""
-        raise NotImplementedError
-
-    def _sample_count(self, h: float) -> int:
-        """Samples of a step of length h."""
-        return max(OF_A_STEP, math.ceil(OF_ALL * h / (self.until - self.first)))
-
-    def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
-        """Times at which a step from t on is sampled."""
-        return np.concatenate([t + np.arange(1, count) / count * h, wanted])
-
-    def _longest_from(self, times: Array, found: Array, rising: Array) -> float:
-        """How long a step from the first of two times may be, by values and rates of all that is
-        watched (events, …) there.
-        """
-        return math.inf
-
-    def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
-        """Whether samples, values and rates (events, times), are near enough to each other."""
-        return True
-
-    def _varies_faster(self, times: Array, found: Array, rising: Array, count: int) -> bool:
-        """Whether more samples are to be taken, as an event varies faster than these show; where
-        there are as many as a step may have, that is noted.
-        """
-        events = len(self.events)
-        if not events or len(times) < 3:
-            return False
-        fast = faster_than(times, found[:events], rising[:events])
-        if not fast.any():
-            return False
-        if count <= max(FINER * OF_A_STEP, self._sample_count(times[-1] - times[0])):
-            return True
-        apart = float(np.diff(times).max())
-        for n in np.flatnonzero(fast):
-            name = self.events[n].name
-            self.missed[name] = max(self.missed.get(name, 0.0), apart)
-        return False
-
-    def _solution(self, status: str) -> Solution:
-        """With notes of events that vary faster than they were looked at."""
-        found = super()._solution(status)
-        if not self.missed:
-            return found
-        unit = self.system.mechanism.units.time
-        notes = (
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on events that vary faster than they were looked at."""
+        unit = self.motion.system.mechanism.units.time
+        return tuple(
             f"event '{name}' varies faster than it was looked at, every {apart:.3g} {unit}: its "
             f"crossings are found up to some {0.5 / apart:.3g} in 1 {unit}, others may be missing; "
             "ask for a shorter motion, or for an event that varies less"
             for name, apart in self.missed.items()
         )
-        return with_fields(found, notes=(*reported_certificate(found).notes, *notes))
 
-    def _values(self, which: list[int], t: Array, records: Array) -> Array:
-        """Values (events, instants) of some of the events."""
-        return values(self.system, [self.measures[n] for n in which], t, records)
+    # -- samples ------------------------------------------------------------------------------
 
-    def _record_forces(self, marks: Array, records: Array, cut: LocatedZero | None) -> None:
-        """Record the forces of contacts and ropes over a step, within the output instants."""
-        if not self.sided:
-            return
-        last = float(self.wanted[-1]) if cut is None else min(cut.t, float(self.wanted[-1]))
-        inside = (marks >= self.wanted[0]) & (marks <= last)
-        if not inside.any():
-            return
-        run = motion_at(self.system, marks[inside], records[inside])
-        for one in self.sided:
-            self.forces[one.name].append(one_sided_force(run, one))
+    def count_of(self, h: float) -> int:
+        """Samples of a step of length h: of a motion without events of its own independent of its
+        end, so that one that goes on takes the same steps.
+        """
+        m = self.motion
+        if not m.events:
+            return OF_A_STEP
+        return max(OF_A_STEP, math.ceil(OF_ALL * h / (m.until - m.first)))
 
-    def _between(self) -> dict[str, OneSidedForce]:
-        found = {}
-        for name, parts in self.forces.items():
-            if parts:
-                whole = {k: np.concatenate([getattr(p, k) for p in parts]) for k in FORCES}
-                found[name] = OneSidedForce(**whole)
-        return found
-
-    def _record(self, event: Event, t: float, record: Array) -> None:
-        self.occurred.append(EventRecord(event.name, t, self._instant(t, record)))
-
-    def _instant(self, t: float, instant: Array) -> Solution:
-        """A record as a solution of one instant."""
-        record = Record([instant[None].copy()], 1, batch=False)
-        return Solution(
-            self.system, "simulate", np.array([t]), record, None, regularization=self.regularization
-        )
-
-    def _ended(self, why: str) -> str:
-        """Keep the last instant; the status of a motion that ends there."""
-        t, self.restart_point = float(self.state[TIME]), None
-        self._keep(t, self.record, self.total)
-        return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
-
-    # -- zeros --------------------------------------------------------------------------------
+    def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
+        """Times at which a step from t on is sampled."""
+        own = wanted if self.motion.events else wanted[:0]
+        return np.concatenate([t + np.arange(1, count) / count * h, own])
 
     def _marks(self, wanted: Array, times: Array) -> Array:
         """`wanted` and, where a rate follows from two samples, others beside `times`."""
-        if self.carried.all() and not self.guards:
+        if self.motion.carried.all() and not self.motion.guards:
             return wanted
         return np.unique(np.concatenate([wanted, self._second_samples(times)]))
 
     def _second_samples(self, times: Array) -> Array:
         """Times a little later than `times`, a little earlier than the end of the step."""
-        last = self.step[1]
-        little = tol.EVENT_SECOND_SAMPLE * (last - self.step[0]) / OF_A_STEP
+        last = self.span[1]
+        little = tol.EVENT_SECOND_SAMPLE * (last - self.span[0]) / OF_A_STEP
         return np.where(times + little < last, times + little, times - little)
 
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
         """Values and rates (events, times) by records at the marks, the times being among them."""
-        at = np.searchsorted(marks, times)
-        every = [*self.events, *self.guards]
-        found = self._values(list(range(len(every))), marks, records)
+        m, at = self.motion, np.searchsorted(marks, times)
+        every, first = [*m.events, *m.guards], len(m.events)
+        values = m.values_of(list(range(len(every))), marks, records)
         rising = np.empty((len(every), len(times)))
-        carried = np.append(self.carried, np.zeros(len(self.guards), dtype=bool))
+        carried = np.append(m.carried, np.zeros(len(m.guards), dtype=bool))
         if carried.any():
-            measures = [self.measures[n] for n in np.flatnonzero(self.carried)]
-            interval = (self.step[1] - self.step[0]) / OF_A_STEP
-            rising[carried] = rates(self.system, measures, times, records[at], interval)
+            measures = [m.measures[n] for n in np.flatnonzero(m.carried)]
+            interval = (self.span[1] - self.span[0]) / OF_A_STEP
+            rising[carried] = rates(m.system, measures, times, records[at], interval)
         if not carried.all():
             own = ~carried
             seconds = np.searchsorted(marks, self._second_samples(times))
-            change = found[own][:, seconds] - found[own][:, at]
+            change = values[own][:, seconds] - values[own][:, at]
             interval = marks[seconds] - times
             rising[own] = change / np.where(interval == 0.0, 1.0, interval)
-        return found[:, at], rising
+        found, least = values[:, at], m.fresh_sizes[:, None]
+        # what began at zero is a little more than zero until it leaves that
+        rounding = (np.abs(found[first:]) <= least) & (least > 0.0)
+        found[first:] = np.where(rounding, least, found[first:])
+        rising[first:] = np.where(rounding, 0.0, rising[first:])
+        return found, rising
+
+    def _longest_from(self, times: Array, found: Array, rising: Array) -> float:
+        """How long a step from the first of two times may be, by values and rates of all that is
+        watched (events, …) there: half the time to where det(I − φ′ B) would vanish, where forces
+        have a pole, beyond which a step would see them with the other sign.
+        """
+        m = self.motion
+        if not m.has_pole:
+            return np.inf
+        k = len(m.events) + m.guards.index(Guard("paradox"))
+        here, there = found[k, :2]
+        rate = (there - here) / (times[1] - times[0])
+        if rate >= 0.0:  # as where the contact does not press at the other one
+            rate = rising[k, 0]
+        until = -float(here / rate) if here > 0.0 > rate else np.inf
+        m.pole = float(times[0]) + until
+        return 0.5 * until
+
+    def _resolved(self, times: Array, found: Array, rising: Array) -> bool:
+        """Whether cubics over two samples show the forces at the one between: loads may swing while
+        nothing moves, so that steps know nothing of them.
+        """
+        m = self.motion
+        which = [
+            k
+            for k, guard in enumerate(m.guards, start=len(m.events))
+            if guard.kind in ("open", "slip", "share")
+        ]
+        g, r, h = found[which], rising[which], times[2:] - times[:-2]
+        x = (times[1:-1] - times[:-2]) / h
+        low, high, change = g[:, :-2], g[:, 2:], g[:, 2:] - g[:, :-2]
+        p, q = h * r[:, :-2], h * r[:, 2:]
+        interpolated = low + x * (p + x * (3.0 * change - 2.0 * p - q + x * (p + q - 2.0 * change)))
+        error = np.abs(interpolated - g[:, 1:-1])
+        distance = np.minimum(np.minimum(low, high), g[:, 1:-1])
+        size = np.abs(g).max(axis=1, initial=0.0, keepdims=True)
+        allowed = np.maximum(
+            tol.CONTACT_RESERVE_UNSEEN * distance, tol.CONTACT_RESERVE_RESOLVED * size
+        )
+        # what is taken for a little more than zero jumps where it falls below that
+        rounding = m.fresh_sizes[np.array(which, dtype=int) - len(m.events), None]
+        shifted = (g == rounding) & (rounding > 0.0)
+        shifted = shifted[:, :-2] | shifted[:, 1:-1] | shifted[:, 2:]
+        return bool((shifted | (error <= allowed)).all())
+
+    def _varies_faster(self, times: Array, found: Array, rising: Array, count: int) -> bool:
+        """Whether more samples are to be taken, as an event varies faster than these show; where
+        there are as many as a step may have, that is noted.
+        """
+        events = len(self.motion.events)
+        if not events or len(times) < 3:
+            return False
+        fast = faster_than(times, found[:events], rising[:events])
+        if not fast.any():
+            return False
+        if count <= max(FINER * OF_A_STEP, self.count_of(times[-1] - times[0])):
+            return True
+        apart = float(np.diff(times).max())
+        for n in np.flatnonzero(fast):
+            name = self.motion.events[n].name
+            self.missed[name] = max(self.missed.get(name, 0.0), apart)
+        return False
+
+    # -- zeros --------------------------------------------------------------------------------
 
     def _crossings(
         self, saved: StepStart, times: Array, found: Array, rising: Array
@@ -616,45 +506,76 @@ class EventIntegration(Integration):
         """The zero crossings of a step up to the first that ends it, located, in the order of
         time.
         """
-        brackets = []
-        watched: list[Event | Guard] = [*self.events, *self.guards]
-        tolerance = tol.EVENT_LOCATED * (self.step[1] - self.step[0])
+        m, brackets = self.motion, []
+        watched: list[Event | Guard] = [*m.events, *m.guards]
+        tolerance = tol.EVENT_LOCATED * (self.span[1] - self.span[0])
         for k in np.flatnonzero(may_be_zero(times, found, rising, tolerance)).tolist():
             event = watched[k]
             again = functools.partial(self._again, saved, k)
             t, history, _ = refined(again, (times, found[k], rising[k]), tolerance)
             for n in sign_changes(t, history):
-                left, right = ((float(t[m]), float(history[m])) for m in (n, n + 1))
+                left, right = ((float(t[e]), float(history[e])) for e in (n, n + 1))
                 if event.direction * left[1] <= 0.0:
                     brackets.append((left, right, event))
         crossings, ends = [], math.inf
         for left, right, event in sorted(brackets, key=lambda one: one[0][0]):
             if left[0] > ends:
                 break
-            if not self._may_count(saved, event, np.array([left[0], right[0]])):
+            if not self._may_close(saved, event, np.array([left[0], right[0]])):
                 continue
             one = self._located(saved, event, left, right)
             # what is zero but for rounding where the motion begins crosses nothing
-            begins = not isinstance(event, Guard) and one.t <= self.first + tolerance
-            if self._counts(one) and not begins:
+            begins = not isinstance(event, Guard) and one.t <= m.first + tolerance
+            if not begins and self._closes(one):
                 crossings.append(one)
                 ends = min(ends, one.t) if event.stop else ends
         return sorted(crossings, key=lambda one: one.t)
 
-    def _may_count(self, saved: StepStart, event: Event | Guard, times: Array) -> bool:
-        """Whether a zero between two times can be an event."""
-        return True
+    def _may_close(self, saved: StepStart, event: Event | Guard, times: Array) -> bool:
+        """False of a gap well behind an edge from one time to the other: it closes nothing."""
+        if not isinstance(event, Guard) or event.kind != "close":
+            return True
+        m, later = self.motion, times[times > saved.state[TIME]]
+        m.restore(saved)
+        _, records, _ = m.run_steps(m.target, 1, later)
+        before = np.broadcast_to(saved.record, (len(times) - len(later), *saved.record.shape))
+        rows = [m.look_at(t, one) for t, one in zip(times, [*before, *records], strict=True)]
+        gaps, closing = (
+            np.array([part(one)[event.number] for one in rows])
+            for part in (m.uni.gaps, m.uni.approach)
+        )
+        _, between = extrema(
+            np.diff(times), *(one[k : k + 1] for one in (gaps, closing) for k in (0, 1))
+        )
+        nearest = max(gaps.max(), np.nan_to_num(between, nan=-np.inf).max())
+        return bool(nearest >= min(-m.gap_tolerance, tol.CONTACT_EDGE_BEHIND * gaps.max()))
 
-    def _counts(self, one: LocatedZero) -> bool:
-        """Whether what is zero there is an event."""
-        return True
+    def _closes(self, one: LocatedZero) -> bool:
+        """Whether a gap that closes does so within the ends of its edge: what comes round an end
+        from behind closes none, nor does what touches on its way and goes away by itself, as the
+        end of an arc on which a disc slides.
+        """
+        if not isinstance(one.event, Guard) or one.event.kind != "close":
+            return True
+        m, number, record = self.motion, one.event.number, one.saved.record
+        rows = m.look_at(one.t, record)
+        if m.uni.gaps(rows)[number] < -m.gap_tolerance:
+            return False
+        pull = float(m.uni.pulls(rows, number, record[2 * m.system.coordinates :, 0]).sum())
+        overlap = tol.GUARD_ROUNDING_GAP * m.system.length
+        if 0.0 < m.uni.approach(rows)[number] ** 2 <= 2.0 * overlap * pull:
+            return False
+        within = m.uni.within_edges(
+            rows, m.probe, m.gap_tolerance, tol.RATE_NONE_FRICTION * m.speeds
+        )
+        return bool(within[number])
 
     def _again(self, saved: StepStart, k: int, times: Array) -> tuple[Array, Array]:
         """Values and rates of one event at further times of a step."""
         order = np.argsort(times, kind="stable")
         marks = self._marks(times[order], times)
-        self._restore(saved)
-        _, records, _ = self._run(self.target, 1, marks)
+        self.motion.restore(saved)
+        _, records, _ = self.motion.run_steps(self.motion.target, 1, marks)
         found, rising = self._sampled(times[order], marks, records)
         back = np.argsort(order, kind="stable")
         return found[k][back], rising[k][back]
@@ -667,22 +588,23 @@ class EventIntegration(Integration):
         right: tuple[float, float],
     ) -> LocatedZero:
         """The crossing between two times at which the value is known."""
-        which = [*self.events, *self.guards].index(event)
+        m = self.motion
+        which = [*m.events, *m.guards].index(event)
 
         def value(t: float, within: bool) -> float:
-            self._restore(saved)
+            m.restore(saved)
             # steps of one length have another error where they are cut
-            until, steps = (self.target, 1) if within else (t, AT_ONCE)
-            code, records, _ = self._run(until, steps, np.array([t]))
+            until, steps = (m.target, 1) if within else (t, AT_ONCE)
+            code, records, _ = m.run_steps(until, steps, np.array([t]))
             if code != DONE and not within:
-                raise self._stopped(self._solution(""), code)
-            self.record = records[-1].copy()
-            return float(self._values([which], np.array([t]), records)[0, 0])
+                raise m.stopped(m.solution(""), code)
+            m.record = records[-1].copy()
+            return float(m.values_of([which], np.array([t]), records)[0, 0])
 
         tolerance = tol.EVENT_LOCATED * float(saved.state[NEXT])
-        t = bracketed_root(lambda t: value(t, self.steps.fixed), left, right, tolerance)
+        t = bracketed_root(lambda t: value(t, m.steps.fixed), left, right, tolerance)
         value(t, within=False)
-        return LocatedZero(t, event, self._save())
+        return LocatedZero(t, event, m.save())
 
 
 def _first_end(crossings: list[LocatedZero], together: float) -> LocatedZero | None:
@@ -694,29 +616,3 @@ def _first_end(crossings: list[LocatedZero], together: float) -> LocatedZero | N
         return None
     own = (one for one in ends if not isinstance(one.event, Guard))
     return next((one for one in own if one.t <= ends[0].t + together), ends[0])
-
-
-# -- Forces that jump at set times, as of inputs and corners of tables: modes are decided anew -
-
-
-class JumpIntegration(EventIntegration):
-    """Looks at guards where forces have jumped: no sign change is found there."""
-
-    #: The status of a motion that ended where forces jumped.
-    ending = ""
-
-    def settle_jump(self) -> str:
-        """Decide the modes anew where forces have jumped beyond what the present ones allow; a
-        status where the motion ends.
-        """
-        raise NotImplementedError
-
-    def _interrupt(self, t: float) -> None:
-        super()._interrupt(t)
-        if self.guards and not self.ending:  # the first modes follow later
-            self.ending = self.settle_jump()
-
-    def _step(self) -> tuple[int, str]:
-        if self.target <= (t := float(self.state[TIME])) < self.until:
-            self._pass_set_time(t)
-        return (MORE, self.ending) if self.ending else super()._step()

@@ -1,0 +1,417 @@
+"""What happens at contacts and frictional joints of a motion: events, works, notes and doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
+from mbody.analysis.dynamics.modal_motion import ModalMotion
+from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
+from mbody.core import tolerances as tol
+from mbody.errors import SolveError
+from mbody.kernels.advance import (
+    CHANGES_WITHOUT_END,
+    FOUND,
+    IMPACTS_WITHOUT_END,
+    LOST,
+    NO_COLLISION,
+    NO_IMPACT,
+    NO_MODES,
+    POLE,
+    TRIED_COLLISION,
+)
+from mbody.kernels.contact_impacts import RESTED
+from mbody.kernels.friction import FRICTION_KINDS
+from mbody.kernels.mode_problem import TRIED
+from mbody.kernels.step_state import TIME
+from mbody.model.element import listed
+from mbody.solution.doubts import Doubt
+from mbody.solution.energy import causes, gain_of_jump, works_of_moving
+from mbody.solution.histories import EventRecord, with_fields
+from mbody.solution.shared_forces import ForceSet, SharedResult
+from mbody.solution.solution import Solution
+
+if TYPE_CHECKING:
+    from mbody.analysis.dynamics.contact_motion import EventIntegration
+
+Array = np.ndarray
+
+
+class ContactLog:
+    """The modes of a motion by name, and the log of what changes them.
+
+    `notes`: Sentences on what happened.
+    `lost`: Energy that impacts took of each contact that may strike.
+    `before`: Modes before those that are being decided.
+    `jerked`: Whether rates of drivers have jumped.
+    """
+
+    def __init__(self, motion: EventIntegration) -> None:
+        self.motion, system = motion, motion.system
+        self.notes: list[str] = []
+        self.jerked, self.before = False, InstantModes([], [], np.zeros(0))
+        self.stops = [one.name for one in system.mechanism.contacts]
+        self.lost = np.zeros(len(self.stops))
+        self.work_names = causes(system)
+        #: Where the work of stops that move is accounted.
+        self.moving = {
+            one.removesuffix(".moving"): self.work_names.index(one)
+            for one in works_of_moving(system)
+        }
+        #: Modes whose forces are determined; the last instant whose forces were not.
+        self.determined = b""
+        self.last_shown: tuple[bytes, Reported] | None = None
+
+    # -- modes, and forces that are shared -----------------------------------------------------
+
+    @property
+    def modes_now(self) -> InstantModes:
+        """The present modes."""
+        m = self.motion
+        return InstantModes(m.modes, m.pairs, m.on)
+
+    def shown(self, t: float, record: Array, modes: InstantModes | None = None) -> Reported:
+        """A record (rows, 1) with admissible forces, of the present modes or of others."""
+        m, plain = self.motion, Reported(record[:, 0], None)
+        if not len(m.uni):
+            return plain
+        modes = modes or self.modes_now
+        key = " ".join((*modes.modes, *modes.pairs)).encode() + modes.on.tobytes()
+        if not modes.on.any() or key == self.determined:
+            return plain
+        n, numbers = m.system.coordinates, m.system.friction_rows.start
+        place = key + record[: 2 * n].tobytes() + record[3 * n : numbers].tobytes()
+        if self.last_shown is not None and self.last_shown[0] == place:
+            known = self.last_shown[1]
+            found = record[:, 0].copy()
+            found[3 * n : numbers] = known.record[3 * n : numbers]
+            return known._replace(record=found)
+        rows = m.look_at(t, record)
+        found_now = reported_instant(m.uni, m.probe, rows, record[:, 0], modes)
+        if found_now.forces is None:
+            self.determined = key
+        else:
+            self.last_shown = place, found_now
+        return found_now
+
+    def shared_result(self, *forces: ForceSet | None) -> SharedResult | None:
+        """Admissible forces of instants; None where all are determined."""
+        if not any(one is not None for one in forces):
+            return None
+        return SharedResult(forces, tuple(self._owners))
+
+    @property
+    def _owners(self) -> list[str]:
+        """Names of the contact points, and of the frictional joints after them."""
+        uni = self.motion.uni
+        points = [one.name for one in uni.contact_points]
+        return points + [one.name for one in uni.friction_joints]
+
+    def instant(self, t: float, record: Array, modes: InstantModes | None = None) -> Solution:
+        """A record (rows, 1) as a solution of one instant, of the present modes or of others."""
+        shown = self.shown(t, record, modes)
+        found = self.motion.solution_at(t, shown.record[:, None])
+        return with_fields(found, shared=self.shared_result(shown.forces))
+
+    def named_modes(
+        self,
+        modes: list[str] | None = None,
+        pairs: list[str] | None = None,
+        rows: Rows | None = None,
+    ) -> dict[str, str]:
+        """The mode of every contact and frictional joint, by default the present one: of several
+        contact points that which holds most. `rows`, by default at the present state.
+        """
+        m, uni = self.motion, self.motion.uni
+        modes, pairs = modes or m.modes, pairs or m.pairs
+        found = {pair.name: mode for pair, mode in zip(uni.friction_joints, pairs, strict=True)}
+        order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
+        for n, (point, one) in enumerate(zip(uni.contact_points, modes, strict=True)):
+            mode = self._by_rate(n, rows) if one == "redundant" else one
+            named = "roll" if mode == "stick" and point.candidate.round else mode
+            if point.static == 0.0 and mode in SLIP_SIGNS:
+                named = "slip+"  # smooth: its direction changes nothing
+            if point.tangent < 0 and mode != "open":
+                named = "stick"
+            sticking = found.get(point.name, "open")
+            found[point.name] = max((sticking, named), key=order.index)
+        return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
+
+    def _by_rate(self, n: int, rows: Rows | None) -> str:
+        """The mode of a redundant contact point that slides."""
+        m = self.motion
+        point = m.uni.contact_points[n]
+        if point.tangent < 0:
+            return "redundant"
+        if rows is None:
+            m.load()
+            rows = m.uni.read(m.work)
+        rate = float(rows.rate[point.tangent])
+        if abs(rate) <= tol.RATE_NONE_FRICTION * m.speeds[n]:
+            return "redundant"
+        return "slip+" if rate > 0.0 else "slip-"
+
+    def modes_at(self, t: float, record: Array) -> dict[str, str]:
+        """The modes of an instant that is kept, by its record (rows, 1)."""
+        rows = self.motion.look_at(t, record) if "redundant" in self.motion.modes else None
+        return self.named_modes(rows=rows)
+
+    # -- ends ---------------------------------------------------------------------------------
+
+    def why_it_ends(self, code: int, record: Array) -> str:
+        """Why a motion ends, by what has happened; empty where it goes on. `record`: before all of
+        what happened.
+        """
+        m = self.motion
+        G, M, t = m.guard_table, m.memory.modes, float(m.state[TIME])
+        if code == POLE:
+            return self.pole(t)
+        if code == CHANGES_WITHOUT_END:
+            who = f"'{self._owners[int(G.owner[G.passed[0]])]}'"
+            return f"contacts and friction change their modes without end, last {who}"
+        if code == IMPACTS_WITHOUT_END:
+            return f"impacts at '{self._owners[int(m.memory.impact.first[0])]}' do not end"
+        touching = np.flatnonzero(M.touches).tolist()
+        if code == NO_IMPACT:
+            hit = np.flatnonzero(m.memory.impact.hit).tolist()
+            refuse_driven_impact(m, hit)
+            return self._wedged(touching, hit)
+        if code == LOST:
+            return lost_by_masses(m.uni, touching)
+        if code not in (NO_MODES, NO_COLLISION):
+            return ""
+        points, joints = m.uni.contact_points, m.uni.friction_joints
+        names = dict.fromkeys(points[k].name for k in touching)
+        if m.counts[TRIED_COLLISION] and code == NO_MODES:
+            return f"{self._none} at {_quoted(names)}"
+        name = next(iter(names), None) or joints[0].name
+        self.record("inconsistent", t, name, record, record)
+        if code == NO_COLLISION:
+            return f"no accelerations and no impact are consistent at {_quoted(names)}"
+        friction = _quoted(one.name for one in joints)
+        return f"{self._none} with the friction at {friction}"
+
+    @property
+    def _none(self) -> str:
+        """What is said where no modes go on: of so many contacts not every set may be tried."""
+        if self.motion.memory.problem[0].count[TRIED]:
+            return "no accelerations are consistent"
+        return "no consistent accelerations were found"
+
+    def _wedged(self, closed: list[int], hit: list[int]) -> str:
+        """No velocities keep all that strikes apart: friction wedges what Newton's law throws back,
+        or drivers lead it from two sides.
+        """
+        m = self.motion
+        quoted = _quoted(m.uni.contact_points[k].name for k in hit)
+        m.load()
+        if m.memory.rests(m, closed):
+            return (
+                f"an impact at {quoted} has no solution: friction wedges what Newton's law of "
+                'impact would throw back; Poisson\'s law (law = "poisson") or less friction has one'
+            )
+        return (
+            f"an impact at {quoted} has no solution: what strikes is driven against both sides at "
+            "once, as a pin that enters a slot without play; give it play, or begin within the slot"
+        )
+
+    def pole(self, t: float) -> str:
+        """Why a motion ends whose forces have a pole at a time, which it has come up to."""
+        m = self.motion
+        every = zip(self._owners, (*m.modes, *m.pairs), strict=True)
+        sliding = [name for name, mode in every if mode in SLIP_SIGNS]
+        self.record("paradox", t, sliding[0], m.record, m.record)
+        names = _quoted(sliding)
+        return f"the forces of what slides at {names} grow without bound (Painlevé's paradox)"
+
+    # -- impacts ------------------------------------------------------------------------------
+
+    def impact(self, record: Array) -> None:
+        """An impact has happened; `record`: that before it."""
+        m, I = self.motion, self.motion.memory.impact
+        self._add_losses()
+        kind = "rest" if m.counts[FOUND] == RESTED else "impact"
+        t, name = float(m.state[TIME]), self._owners[int(I.first[0])]
+        self.record(kind, t + float(I.rested[0]), name, record, m.record, self._impulses())
+
+    def collision(self, record: Array) -> None:
+        """An impact without collision has happened; `record`: that before it."""
+        m = self.motion
+        t, M = float(m.state[TIME]), m.memory.modes
+        names = [m.uni.contact_points[k].name for k in np.flatnonzero(M.touches)]
+        self.record("inconsistent", t, names[0], record, record)
+        self._add_losses()
+        self.record("impact", t, names[0], record, m.record, self._impulses())
+        self.notes.append(
+            f"at t = {t:.6g} {m.system.mechanism.units.time} {self._none} with the friction at "
+            f"{_quoted(names)} (Painlevé's paradox): an impact without collision followed"
+        )
+
+    def _add_losses(self) -> None:
+        """Energy that an impact took of contacts; what stops that move, and drivers, gave."""
+        m, I = self.motion, self.motion.memory.impact
+        self.check_impact()
+        for k in np.flatnonzero(m.memory.modes.touches).tolist():
+            name = m.uni.contact_points[k].name
+            self.lost[self.stops.index(name)] += I.gained[k]
+            if name in self.moving:
+                m.total[self.moving[name]] += I.moved[k]
+        for one, given in zip(m.system.drivers, I.driven.tolist(), strict=True):
+            m.total[self.work_names.index(one.name)] += given
+
+    def check_impact(self) -> None:
+        """A doubt where an impact gives energy, or more or less than its impulses do."""
+        m, I = self.motion, self.motion.memory.impact
+        n, t = m.system.coordinates, float(m.state[TIME])
+        closed = np.flatnonzero(m.memory.modes.touches)
+        velocities, taken_away = m.memory.modes.y[n : 2 * n], float(I.gained[closed].sum())
+        gained, rounding = gain_of_jump(m.system.mass[:n, 0], velocities, I.jump)
+        given = np.append(I.moved[closed], I.driven)
+        exchanged, taken, terms = I.energy.tolist()
+        exchanged += float(np.abs(given).sum())
+        gained -= float(given.sum())
+        none = rounding + tol.ENERGY_IMPACT * exchanged + tol.ENERGY_IMPACT_ARTIFICIAL * abs(taken)
+        off = abs(gained + taken - taken_away) > none
+        off |= abs(taken) > none + tol.ENERGY_IMPACT_ARTIFICIAL * terms
+        if not (off or gained > rounding + tol.ENERGY_IMPACT_GAIN * exchanged):
+            return
+        points = [m.uni.contact_points[k] for k in closed]
+        names, units = tuple(dict.fromkeys(one.name for one in points)), m.system.mechanism.units
+        energy = units.of("torque")
+        where = f"at t = {t:.6g} {units.time} the impact of {listed(names)}"
+        if off:
+            message = (
+                f"{where} changes the energy by {gained:.3g} {energy}, its impulses by "
+                f"{taken_away:.3g} {energy}: do not rely on the motion from there on, and "
+                "look at bodies without mass or inertia"
+            )
+        else:
+            newton = any(one.law == "newton" and one.friction > 0.0 for one in points)
+            why = "restitutions that differ do so; make them equal"
+            if newton:
+                why = "Newton's law does so with friction (Kane's paradox); take law = \"poisson\""
+            message = (
+                f"{where} gives {gained:.3g} {energy}, of {exchanged:.3g} {energy} that its "
+                f"impulses exchange: {why}"
+            )
+        m.passage.doubts += (Doubt("energy", message, t, names),)
+
+    def _impulses(self) -> dict[str, tuple[float, float]]:
+        """Normal and tangential impulse of every contact that took part in an impact."""
+        I, sums = self.motion.memory.impact, dict[str, tuple[float, float]]()
+        for k in np.flatnonzero(self.motion.memory.modes.touches).tolist():
+            before = sums.get(name := self._owners[k], (0.0, 0.0))
+            sums[name] = before[0] + float(I.normal[k]), before[1] + float(I.tangential[k])
+        return sums
+
+    # -- changes of modes ---------------------------------------------------------------------
+
+    def several(self, record: Array) -> None:
+        """Several accelerations are consistent: an event and a note."""
+        m = self.motion
+        t, M = float(m.state[TIME]), m.memory.modes
+        which = np.flatnonzero(M.closed if M.closed.any() else M.touches)
+        names = [m.uni.contact_points[k].name for k in which]
+        names = names or [one.name for one in m.uni.friction_joints]
+        self.record("indeterminate", t, names[0] if names else "", record, record)
+        why = "Painlevé's paradox): that of the least contact force was taken"
+        redundant = "redundant" in m.modes or any(
+            mode == "stick" and not m.work.on[pair.tangent, 0]
+            for pair, mode in zip(m.uni.friction_joints, m.pairs, strict=True)
+        )
+        if redundant:
+            why = "nothing decides the forces of what rests): one of them was taken"
+        self.notes.append(
+            f"at t = {t:.6g} {m.system.mechanism.units.time} several accelerations are "
+            f"consistent with the friction at {_quoted(names)} ({why}"
+        )
+
+    def changes(self, record: Array) -> None:
+        """Record mode changes of contacts that were closed before, and contacts that close without
+        an impact; `record`: before these.
+        """
+        points = self.motion.uni.contact_points
+        free = {points[n].name for n in np.flatnonzero(self.motion.uni.one_way)}
+        t, now = float(self.motion.state[TIME]), self.named_modes()
+        for name, old in self.named_modes(self.before.modes, self.before.pairs).items():
+            new = now[name]
+            if old == new or (old == "open" and name not in free):
+                continue
+            kind = "open" if new == "open" else "slip" if new in SLIP_SIGNS else "stick"
+            self.record(kind, t, name, record, self.motion.record)
+
+    def record(
+        self,
+        kind: str,
+        t: float,
+        name: str,
+        record: Array,
+        after: Array,
+        impulses: dict[str, tuple[float, float]] | None = None,
+    ) -> None:
+        """An event; `record`, `after`: those before and after it."""
+        m = self.motion
+        now = float(m.state[TIME])
+        if m.resumed is not None and now <= m.first:
+            return  # reported by the motion that this one continues
+        every = ((record, self.before), (after, None))
+        states = [self.instant(now, *one) for one in every]
+        m.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
+
+    def notes_of(self, found: Solution) -> tuple[str, ...]:
+        """Notes of a motion: also on the joints whose reactions have impulses in impacts, but whose
+        friction has none.
+        """
+        notes, kinds = tuple(self.notes), self.motion.system.layout.friction_kind
+        if not (self.jerked or any(event.name == "impact" for event in found.events)):
+            return notes
+        names = [
+            pair.name
+            for pair in self.motion.uni.friction_joints
+            if FRICTION_KINDS[int(kinds[pair.pair])] not in ("torque", "force")
+        ]
+        if not names:
+            return notes
+        return (*notes, f"friction in {listed(names)} has no impulse of its own at impacts")
+
+
+def _quoted(names: Iterable[str]) -> str:
+    return ", ".join(f"'{name}'" for name in dict.fromkeys(names))
+
+
+# -- Refusals ----------------------------------------------------------------------------------
+
+
+def ratio_of_masses(uni: Unilateral, closed: list[int]) -> float:
+    """The greatest ratio of masses that are joined to what touches at some contact points."""
+    bodies = {int(b) for k in closed for b in uni.bodies[k] if b < uni.layout.bodies}
+    return float(uni.unevenness[sorted(bodies)].max(initial=0.0))
+
+
+def lost_by_masses(uni: Unilateral, closed: list[int]) -> str:
+    """Why rounding decides what goes on at closed contact points; empty where it does not."""
+    ratio = ratio_of_masses(uni, closed)
+    if ratio <= tol.MASSES_LOST:
+        return ""
+    names = listed(list(dict.fromkeys(uni.contact_points[k].name for k in closed)))
+    return (
+        f"the accelerations at {names} are lost in rounding: masses that touch differ by a factor "
+        f"of {ratio:.2g}, more than numbers carry; take masses that differ by less than "
+        f"{tol.MASSES_LOST:.0e}"
+    )
+
+
+def refuse_driven_impact(motion: ModalMotion, hit: list[int]) -> None:
+    """Refuse an impact of what drivers lead, that has just been found to have no solution."""
+    D, place = motion.memory.problem[0].delassus, motion.memory.modes.place
+    for number in hit:
+        if not D[place[number], place[number]] > 0.0:
+            name = motion.uni.contact_points[number].name
+            raise SolveError(
+                f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
+                "them off, or record when it is reached by an Event",
+                name,
+            )
