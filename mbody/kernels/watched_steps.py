@@ -15,7 +15,6 @@ import math
 from mbody.core.decorators import njit
 from mbody.core.tolerances import (
     CONTACT_GAP_CLOSED,
-    EVENT_LOCATED,
     EVENT_RATE_STEP,
     EVENT_TOGETHER,
     GUARD_GRAZING,
@@ -224,7 +223,7 @@ def step_to_zero(L, W, method, S, T, U, G):
         if before > t and (here - value) / (end - before) * rate > 0.0:
             rate = (here - value) / (end - before)
         before, value, away = end, here, -here / rate
-        if abs(away) <= EVENT_LOCATED * h or end + away == end:
+        if abs(away) <= 16.0 * MACHINE_EPSILON * h or end + away == end:
             break
         end += away
     else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -34,22 +34,20 @@ from mbody.solution.histories import EventRecord, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult
 from mbody.solution.solution import Solution
 
-if TYPE_CHECKING:
-    from mbody.analysis.dynamics.contact_motion import EventIntegration
-
 Array = np.ndarray
 
 
 class ContactLog:
     """The modes of a motion by name, and the log of what changes them.
 
+    `motion`: An `mbody.analysis.dynamics.contact_motion.EventIntegration`.
     `notes`: Sentences on what happened.
     `lost`: Energy that impacts took of each contact that may strike.
     `before`: Modes before those that are being decided.
     `jerked`: Whether rates of drivers have jumped.
     """
 
-    def __init__(self, motion: EventIntegration) -> None:
+    def __init__(self, motion: Any) -> None:
         self.motion, system = motion, motion.system
         self.notes: list[str] = []
         self.jerked, self.before = False, InstantModes([], [], np.zeros(0))

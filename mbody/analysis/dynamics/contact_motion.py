@@ -751,9 +751,18 @@ class EventIntegration(Integration):
         )
 
     def _keep_now(self) -> None:
-        if self.kept:
-            self.restart_point = None if self.stops else self._restart_state(self.total)
-            self.keep(float(self.state[TIME]), self.record, self.total)
+        if not self.kept:
+            return
+        t = float(self.state[TIME])
+        self.restart_point = None if self.stops else self._restart_state(self.total)
+        self.evaluate()
+        self.keep(t, self.record, self.total)
+        self._forget_later_events(t)
+
+    def _forget_later_events(self, t: float) -> None:
+        """What lies in a step that is not made yet is met again."""
+        self.occurred = [one for one in self.occurred if one.t <= t]
+        self.guard_table.events.seen[:] = -1.0
 
     def meet_forces(self, marks: Array, records: Array, end: float) -> None:
         """Take forces of contacts and ropes over a step into their extremes, within the output
@@ -978,9 +987,8 @@ class EventIntegration(Integration):
     def go_on_from(self, given: Checkpoint) -> None:
         """Go on from there; later events are dropped."""
         super().go_on_from(given)
-        self.late, self.kept, t = False, [], float(self.state[TIME])
-        self.occurred = [one for one in self.occurred if one.t <= t]
-        self.guard_table.events.seen[:] = -1.0
+        self.late, self.kept = False, []
+        self._forget_later_events(float(self.state[TIME]))
         assert given.modes is not None
         self._take_modes(given.modes)
 

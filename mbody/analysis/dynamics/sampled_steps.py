@@ -11,7 +11,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from mbody.solution.histories import Record
 from mbody.solution.measures import measured
 from mbody.solution.solution import Solution
 from mbody.system.system import System
-
-if TYPE_CHECKING:
-    from mbody.analysis.dynamics.contact_motion import EventIntegration
 
 # -- Zero crossings between samples, by values and rates ---------------------------------------
 # Two crossings between two samples leave no change of sign, but an extremum, and its place is where
@@ -299,11 +296,12 @@ FINER, MOST_OF_A_STEP = 4, 4**8
 class SampledSteps:
     """Steps of a motion that are sampled, and what is zero within them.
 
+    `motion`: An `mbody.analysis.dynamics.contact_motion.EventIntegration`.
     `span`: Begin and end of the present step.
     `missed`: Events that vary faster than they were looked at, and how far apart that was.
     """
 
-    def __init__(self, motion: EventIntegration) -> None:
+    def __init__(self, motion: Any) -> None:
         self.motion, self.missed = motion, dict[str, float]()
         self.span = (0.0, 0.0)
 
