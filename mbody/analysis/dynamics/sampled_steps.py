@@ -385,17 +385,17 @@ class SampledSteps:
     # -- samples ------------------------------------------------------------------------------
 
     def count_of(self, h: float) -> int:
-        """Samples of a step of length h: of a motion without events of its own independent of its
-        end, so that one that goes on takes the same steps.
+        """Samples of a step of length h: of a motion with modes, but no events of users,
+        independent of its end, so that one that goes on takes the same steps.
         """
         m = self.motion
-        if not m.events:
+        if m.has_modes and not m.events:
             return OF_A_STEP
         return max(OF_A_STEP, math.ceil(OF_ALL * h / (m.until - m.first)))
 
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
         """Times at which a step from t on is sampled."""
-        own = wanted if self.motion.events else wanted[:0]
+        own = wanted[:0] if self.motion.has_modes and not self.motion.events else wanted
         return np.concatenate([t + np.arange(1, count) / count * h, own])
 
     def _marks(self, wanted: Array, times: Array) -> Array:
