@@ -538,6 +538,14 @@ class Simulator(MechanicsNow):
         return self._integration.y[2 * self.system.coordinates :].copy()
 
     @property
+    def reached(self) -> tuple[float, Array, str, tuple[Doubt, ...]]:
+        """The time, positions, rates and auxiliary states (rows,), the status of a motion that has
+        ended, else nothing, and doubts about the branch.
+        """
+        engine = self._integration
+        return engine.state.item(TIME), engine.y, self._ended, engine.passage.doubts
+
+    @property
     def state(self) -> SimulatorState:
         """The state, to be kept, copied, pickled, and set back: the same steps then give the same
         bits.

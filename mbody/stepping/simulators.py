@@ -209,6 +209,8 @@ def _repeated(system: System, count: int) -> System:
 
 # -- Motions among many that go on alone, by the steps of a single `Simulator`, and come back --
 
+#: Motions that each have a simulator of their own, at most, where none goes on lanes.
+MOST_APART = 1024
 #: Slots that a motion takes with it from the lanes to steps of its own.
 TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FASTEST]
 
@@ -220,10 +222,12 @@ class ScalarFallback(LaneReadings):
     _whole: System
     _how: dict[str, Any]
     _sims: dict[int, Simulator]
-    #: Whether ordinary steps are taken on lanes.
+    #: Whether ordinary steps are taken on lanes; whether each motion has a simulator of its own.
     _on_lanes: bool
-    #: States of the motions that are alone; why motions have ended or failed; doubts.
-    _states: dict[int, SimulatorState]
+    _apart = False
+    #: States of the motions that are alone, None where their own simulators have them; why motions
+    #: have ended or failed; doubts.
+    _states: dict[int, SimulatorState | None]
     _reasons: dict[int, str]
     _doubts: dict[int, str]
 
@@ -244,25 +248,46 @@ class ScalarFallback(LaneReadings):
         )
 
     def _sim(self, k: int) -> Simulator:
-        """The simulator that leads motion k on where it goes alone; one for all of one design."""
-        design = k if self._whole.batch is not None else 0
-        found = self._sims.get(design)
+        """The simulator that leads motion k on where it goes alone: its own, or one for all of one
+        design.
+        """
+        which = k if self._apart or self._whole.batch is not None else 0
+        found = self._sims.get(which)
         if found is None:
+            several = self._whole.batch is not None
             try:
-                found = Simulator(self._whole.design(design), **self._how)
+                found = Simulator(self._whole.design(k if several else 0), **self._how)
             except (ModelError, SolveError) as error:
-                if self._whole.batch is None:
+                if not several:
                     raise
-                raise type(error)(f"design {design}: {error}", error.element) from error
-            self._sims[design] = found
+                raise type(error)(f"design {k}: {error}", error.element) from error
+            self._sims[which] = found
         return found
 
     def _alone(self) -> Iterator[tuple[int, Simulator]]:
         for k, state in self._states.items():
-            sim = self._sim(k)
+            yield k, self._set_to(k, state)
+
+    def _set_to(self, k: int, state: SimulatorState | None) -> Simulator:
+        """The simulator of motion k, at this state or at that which it has, with the inputs of the
+        motion.
+        """
+        sim, inputs = self._sim(k), self._inputs_of(k)
+        if state is not None:
             sim.state = state
-            sim.inputs.set_all(self._inputs_of(k))
-            yield k, sim
+        if not np.array_equal(sim.inputs.array(), inputs):
+            sim.inputs.set_all(inputs)
+        return sim
+
+    def _state_of(self, k: int) -> SimulatorState:
+        """The state of a motion that is alone."""
+        return self._states[k] or self._sim(k).state
+
+    def _give_state(self, k: int, state: SimulatorState) -> None:
+        """Let a motion be alone, at this state."""
+        if self._apart:
+            self._sim(k).state = state
+        self._states[k] = None if self._apart else state
 
     def _inputs_of(self, k: int) -> Array:
         values = self._lanes.some(self._lanes.many.inputs, np.array([k]))[0]
@@ -270,11 +295,9 @@ class ScalarFallback(LaneReadings):
 
     def _sent_alone(self, k: int) -> Simulator:
         """The simulator of motion k, set to its present state."""
-        sim, state, one = self._sim(k), self._states.get(k), np.array([k])
-        if state is not None:
-            sim.state = state
-            sim.inputs.set_all(self._inputs_of(k))
-            return sim
+        if k in self._states:
+            return self._set_to(k, self._states[k])
+        sim, one = self._sim(k), np.array([k])
         lanes, n3 = self._lanes, self.system.coordinates
         y, slots = lanes.some(lanes.many.y, one)[0], lanes.some(lanes.many.state, one)[0]
         sim.reset(
@@ -300,6 +323,9 @@ class ScalarFallback(LaneReadings):
 
     def _take_back(self, k: int, sim: Simulator) -> None:
         """Returns a single motion's state; it goes back to the lanes where nothing forbids it."""
+        if self._apart:
+            self._take_from_own(k, sim)
+            return
         lanes, one, found = self._lanes, np.array([k]), sim.state
         many, checkpoint = lanes.many, found.checkpoint
         y = np.concatenate([found.q, found.v, found.own])[None]
@@ -326,6 +352,17 @@ class ScalarFallback(LaneReadings):
         lanes.put(many.state, MEAN_STEPS, one, slots[STEPS])
         lanes.put(many.state, MEAN_TIME, one, t)
         many.stale[k // many.stale.shape[1], k % many.stale.shape[1]] = 0.0
+
+    def _take_from_own(self, k: int, sim: Simulator) -> None:
+        """Place and time of a motion whose own simulator keeps its state."""
+        lanes, (t, y, ended, doubts) = self._lanes, sim.reached
+        lanes.put_all(lanes.many.y, np.array([k]), y[None])
+        lanes.put(lanes.many.state, TIME, np.array([k]), t)
+        if doubts:
+            self._doubts.setdefault(k, doubts[0].message)
+        if ended:
+            self._reasons[k] = ended
+        lanes.many.bad[k], self._states[k] = 1.0, None
 
 
 #: Of motions that all go alone: lanes make no steps of theirs.
@@ -356,9 +393,9 @@ class Simulators(ScalarFallback):
     processor. What a motion gets does not depend on the others, nor on the number of threads: its
     numbers are those of ``n = 1`` to the last bit, and those of a `Simulator` to rounding. A motion
     that meets anything out of the ordinary, a singular position near by or steps that vanish, goes
-    on alone and comes back; mechanisms with events, redundant joints, laws of time
-    in tables or code of the user go alone always, and so do other methods than ``"dop853"`` and
-    ``"dopri5"``.
+    on alone and comes back; mechanisms with contacts, events, redundant joints, laws of time in
+    tables or code of the user go alone always, up to 1024 of them each in a simulator of its own,
+    and so do other methods than ``"dop853"`` and ``"dopri5"``.
 
     Parameters
     ----------
@@ -437,12 +474,13 @@ class Simulators(ScalarFallback):
         places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
         self._input_names = names
         self._on_lanes = begun.checkpoint is not None and self._may_use_lanes(begun)
+        self._apart = not self._on_lanes and self.n <= MOST_APART
         settings = begun.checkpoint.restart.settings if begun.checkpoint is not None else UNKNOWN
         self._lanes = LaneMotion(
             self.system, self.n, settings, {name: places[name] for name in names}, _threads(threads)
         )
         self._measures = {}
-        self._states: dict[int, SimulatorState] = {}
+        self._states: dict[int, SimulatorState | None] = {}
         self._reasons: dict[int, str] = {}
         self._doubts: dict[int, str] = {}
         others = {
@@ -599,7 +637,7 @@ class Simulators(ScalarFallback):
         many = self._lanes.many
         return SimulatorsState(
             arrays={name: getattr(many, name).copy() for name in KEPT},
-            alone=dict(self._states),
+            alone={k: self._state_of(k) for k in self._states},
             reasons=dict(self._reasons),
             doubts=dict(self._doubts),
             bodies=tuple(body.name for body in self.system.mechanism.bodies),
@@ -621,8 +659,10 @@ class Simulators(ScalarFallback):
             )
         for name in KEPT:
             getattr(many, name)[:] = given.arrays[name]
-        self._states, self._reasons = dict(given.alone), dict(given.reasons)
+        self._states, self._reasons = {}, dict(given.reasons)
         self._doubts = dict(given.doubts)
+        for k, one in given.alone.items():
+            self._give_state(k, one)
         self._invalidate()
 
     def reset(
@@ -659,14 +699,17 @@ class Simulators(ScalarFallback):
         places = chosen // width, chosen % width
         rows = {name: lanes.some(getattr(many, name), chosen) for name in ROWS}
         flags = many.stale[places], many.bad[chosen]
-        kept = dict(self._states), dict(self._reasons), dict(self._doubts)
+        alone = {k: self._state_of(k) for k in self._states}
+        kept = dict(self._reasons), dict(self._doubts)
         try:
             return self._reset(chosen, to, t)
         except Exception:
             for name, values in rows.items():
                 lanes.put_all(getattr(many, name), chosen, values)
             many.stale[places], many.bad[chosen] = flags
-            self._states, self._reasons, self._doubts = kept
+            self._states, (self._reasons, self._doubts) = {}, kept
+            for k, one in alone.items():
+                self._give_state(k, one)
             self._invalidate()
             raise
 
@@ -686,7 +729,7 @@ class Simulators(ScalarFallback):
                 self._doubts.pop(k, None)
                 self._reasons.pop(k, None)
                 if k in first.alone:
-                    self._states[k] = first.alone[k]
+                    self._give_state(k, first.alone[k])
                 if k in first.doubts:
                     self._doubts[k] = first.doubts[k]
             self._invalidate()

@@ -273,7 +273,7 @@ class Integration:
         self.step_reference, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
         self.stops: list[str] = []
-        #: Of contacts and ropes the least force and the largest by size, since the beginning.
+        #: Of contacts and ropes the least force, the largest by size, and the first of wrong sign.
         self.extremes: dict[str, OneSidedForce] = {}
         #: The first instant as it is shown, and what is kept of the motion.
         self.reference, self.outputs = np.empty((0, 1)), self._no_outputs()
@@ -908,12 +908,13 @@ class Integration:
         return None
 
     def meet(self, name: str, forces: OneSidedForce) -> None:
-        """Take forces of a contact or a rope into its extremes."""
+        """Take forces of a contact or a rope into its extremes, and the first of wrong sign."""
         if name in self.extremes:
             known = self.extremes[name]
             parts = ((known.t, forces.t), (known.force, forces.force), (known.size, forces.size))
             forces = OneSidedForce(*(np.concatenate(part) for part in parts))
-        kept = np.unique([np.argmin(forces.force), np.argmax(forces.size)])
+        pulls = forces.force < -tol.FORCE_NONE * forces.size.max()
+        kept = np.unique([pulls.argmax(), forces.force.argmin(), forces.size.argmax()])
         self.extremes[name] = OneSidedForce(forces.t[kept], forces.force[kept], forces.size[kept])
 
     def _keep_now(self) -> None:
