@@ -323,7 +323,7 @@ class Strike:
     after: Array
 
 
-def strike_of(motion: ContactIntegration, rebounds: bool) -> Strike:
+def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
     """The impact that the kernel has just resolved."""
     D, I = motion.memory.problem[0], motion.memory.impact
     n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
