@@ -425,6 +425,7 @@ class EventIntegration(Integration):
         """Decide the first modes, refusing what overlaps; a status where the motion ends there."""
         if not self.has_modes:
             self.guards_again(np.zeros(0))
+            self.steps.jumped(self.motion)
             return ""
         self.load()
         if (fitted := fit_contacts(self.uni, self.work)) is not None:
