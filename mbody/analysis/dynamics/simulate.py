@@ -331,8 +331,6 @@ def integrate_phases(
         now = {name: t for name, t in later.items() if t == until}
         state = state or state_of(free, start)
         first_part, decided = None, has_modes(free)
-        if decided and request.settings.method not in WITH_MODES:
-            refuse_modes(free, f"the method '{request.settings.method}'")
         if restart is None and not decided:
             first_part = singular_start(free, start, state, request, until)
         if first_part is not None:
@@ -377,7 +375,7 @@ def motion_of(
     are met within its steps.
     """
     decided = has_modes(system)
-    if decided and settings.method not in ADAPTIVE:
+    if decided and settings.method not in WITH_MODES:
         refuse_modes(system, f"the method '{settings.method}'")
     if decided or events or (meets_forces and _one_sided(system)):
         from mbody.analysis.dynamics.contact_motion import EventIntegration
