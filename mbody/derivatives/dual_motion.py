@@ -44,7 +44,7 @@ from mbody.kernels.contact_guards import (
     STOP,
     look,
 )
-from mbody.kernels.contact_modes import tangent_of
+from mbody.kernels.contact_modes import MASSLESS, tangent_of
 from mbody.kernels.contact_rows import fill_row, phase_offset, row_rate, written
 from mbody.kernels.layout import Layout, Work, artificial_masses
 from mbody.kernels.loop_closure import laws_of_time
@@ -650,7 +650,12 @@ class ImpactDuals:
         G = np.concatenate([G, np.array(held).reshape(-1, n, 1 + width)])
         unit = system.coordinate_units[:, None]
         G = (G * unit)[independent((G[:, :, 0] * unit[:, 0]).T)] if len(G) else G
-        W, mass = W * unit, _lanes(self.mass[:n], width) * unit**2
+        mass, work, place = _lanes(self.mass[:n], width), now.work.values, np.arange(n)
+        slot = L.body_slot[place // 3]
+        weight = work.share[slot, 0] * work.weight[3 * slot + place % 3, 0]
+        light = mass[:, 0] * weight < 0.5
+        mass[light, 0] = 1.0 / (MASSLESS * weight[light])
+        W, mass = W * unit, mass * unit**2
         mass = mass / np.abs(mass[:, 0]).max()
         mu = np.array([_lanes(rows.friction[k], width) for k in strike.owner])
         e = np.array([_lanes(rows.restitution[k], width) for k in strike.owner[:m]])

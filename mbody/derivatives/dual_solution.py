@@ -13,6 +13,7 @@ from mbody.core import tolerances as tol
 from mbody.core.dual_number import DualNumber
 from mbody.core.lanes import LANES
 from mbody.derivatives.named_numbers import number_sizes
+from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.motion_duals import DualInstants, DualOutput
 from mbody.model.joints import CamFollower
@@ -141,10 +142,12 @@ class ReportedForces:
     """Derivatives of the forces of a result that no equation decides.
 
     `lost`: Times at which what stops them changes, so that there is no derivative.
+    `bounds`: Why there is none by a number, by name: it cannot be moved to both sides.
     """
 
     def __init__(self, run: Solution, names: Sequence[str]) -> None:
         self.run, self.names, self.lost = run, list(names), list[float]()
+        self.bounds: dict[str, str] = {}
         self.sizes = number_sizes(run.system, names)
         self.systems: dict[tuple[str, float], System] = {}
         first = 3 * run.system.coordinates
@@ -178,10 +181,14 @@ class ReportedForces:
             if not steps or not np.isfinite(way).all():
                 continue
             h = tol.DIFFERENCE_STEP_FOURTH_ORDER * min(steps)
-            ends = [
-                shown(self.system_at(name, c * h), plain + c * h * way, n, c * h)
-                for c in (-2, -1, 1, 2)
-            ]
+            try:
+                ends = [
+                    shown(self.system_at(name, c * h), plain + c * h * way, n, c * h)
+                    for c in (-2, -1, 1, 2)
+                ]
+            except ModelError as error:
+                self.bounds[name], tangents[own, n] = str(error), np.nan
+                continue
             found = [one[own] for one in ends if one is not None]
             if len(found) < len(ends):
                 tangents[own, n] = np.nan
@@ -208,14 +215,18 @@ class ReportedForces:
 
     @property
     def notes(self) -> list[str]:
-        """A sentence of where there is no derivative."""
-        if not self.lost:
-            return []
-        when = f"t = {min(self.lost):.6g} {self.run.mechanism.units.time}"
-        return [
-            f"forces that are not unique have no derivative at {when}: other limits decide beside "
-            "it which of them are given"
+        """Sentences of where there is no derivative."""
+        found = [
+            f"forces that are not unique have no derivative by '{name}', at its bound: {why}"
+            for name, why in self.bounds.items()
         ]
+        if self.lost:
+            when = f"t = {min(self.lost):.6g} {self.run.mechanism.units.time}"
+            found.append(
+                f"forces that are not unique have no derivative at {when}: other limits decide "
+                "beside it which of them are given"
+            )
+        return found
 
 
 # -- Workspaces of the kernels for instants in dual numbers ------------------------------------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -520,11 +521,13 @@ class DualWalk:
         units = motion.scale[own]
         for strike in stretch.strikes:
             now = motion.at(old.all_off(), begun, y, self.tangents)
-            v, room = self.impacts.velocities(now, strike, self.tangents.resolved)
             jump = np.abs((strike.after - now.y.value[own]) / units).max()
-            off = np.abs((strike.after - v.value) / units).max()
-            rounding = tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
             size = np.abs(now.y.value[own] / units).max()
+            rounding = tol.TANGENTS_DIFFER_TOLERANCES * motion.settings.rtol
+            off, room = np.inf, np.zeros((0, 1))
+            with contextlib.suppress(np.linalg.LinAlgError):
+                v, room = self.impacts.velocities(now, strike, self.tangents.resolved)
+                off = float(np.abs((strike.after - v.value) / units).max())
             if not off <= tol.TANGENTS_DIFFER * jump + rounding * size:
                 why = "which contacts take part in the impact is not known"
                 self.lost.lose(True, stretch.t, why)

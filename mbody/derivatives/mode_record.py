@@ -347,18 +347,20 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         room, k = own.copy(), normal[m:]
         room[m:] = mu[m:] * (forces[k] + given[k]) / scale[m:] - np.abs(own[m:])
         presses = mu[m:] * (forces[k] + given[k]) / scale[m:] > small
-        hold, slip = room > small, np.zeros(n)
-        hold |= rests & (np.append(np.ones(m, dtype=bool), presses) | (not rebounds))
-        slip[m:] = np.where(presses & ~hold[m:], -np.sign(own[m:]), 0.0)
+        has_room, slip = room > small, np.zeros(n)
+        hold = has_room | (rests & (np.append(np.ones(m, dtype=bool), presses) | (not rebounds)))
         whole, rows = scale[:, None] * delassus * scale, np.flatnonzero(hold)
-        kept = rows[independent(whole[np.ix_(rows, rows)])]
+        # of rows that depend on each other those at their limits are at these
+        rows = rows[np.argsort(~has_room[rows], kind="stable")]
+        kept = rows[in_order(whole[np.ix_(rows, rows)])]
+        hold[:] = False
+        hold[kept] = True
+        slip[m:] = np.where(presses & ~hold[m:] & ~has_room[m:], -np.sign(own[m:]), 0.0)
         limit = rests & (room <= small) & rebounds
         # what other rows with room can take over has some
         others = np.setdiff1d(rows[room[rows] > small], kept)
         shared = np.linalg.solve(whole[np.ix_(kept, kept)], whole[np.ix_(kept, others)])
         limit[kept] &= ~(np.abs(shared) > tol.ROWS_DEPENDENT).any(axis=1)
-        hold[:] = False
-        hold[kept] = True
         return ImpactStage(hold, slip, limit & hold)
 
     stages = [stage(forces, shifted + delassus @ forces, np.zeros(m))]
@@ -375,6 +377,19 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         held=np.array([] if rebounds else held, dtype=int),
         after=motion.y[velocities].copy(),
     )
+
+
+def in_order(A: Array) -> list[int]:
+    """Rows of a Gram matrix that do not depend on those before them, by Cholesky's method."""
+    kept, L = list[int](), np.zeros_like(A)
+    for r in range(len(A)):
+        known = L[kept, : len(kept)]
+        L[r, : len(kept)] = np.linalg.solve(known, A[kept, r])
+        left = A[r, r] - L[r] @ L[r]
+        if left > tol.ROWS_DEPENDENT * A[r, r]:
+            L[r, len(kept)] = np.sqrt(left)
+            kept.append(r)
+    return kept
 
 
 def independent(A: Array) -> Array:

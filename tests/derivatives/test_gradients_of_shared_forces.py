@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
 from tests.contact.test_shared_forces import G, four_bar, on_feet, on_two_lines
 
 
@@ -76,3 +77,21 @@ def test_pins_that_stick_in_a_motion():
     assert list(found.value.values()) == pytest.approx(printed(mbody.assemble(made)), rel=1e-9)
     assert found.jacobian == pytest.approx(differences(made, by, printed), rel=1e-5)
     assert math.isfinite(found.jacobian.sum())
+
+
+def test_a_number_at_its_bound():
+    """Static friction as great as that of sliding: the motion, and others, have derivatives."""
+    machine = Mechanism(
+        "rests", ground={"O": (0, 0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    points = {"a": (-0.3, -0.2), "b": (0.3, -0.2), "c": (0.3, 0.2), "d": (-0.3, 0.2)}
+    machine.add(
+        Body("b", mass=2.0, inertia=0.1, points=points, shapes={"s": {"polygon": list("abcd")}}),
+        Contact("k", "ground.floor", "b.s", friction=0.3, static=0.3),
+        Gravity("g", x=1.0, y=-9.81),
+    )
+    machine.simulation = SimulationSettings(0.1, {"b": {"y": 0.2}}, instants=2)
+    names = ["k.friction", "g.x"]
+    found = mbody.gradient(machine, ["last(k.force)", "last(b.x)"], names, analysis="simulate")
+    assert any("by 'k.friction', at its bound: 'k': friction is" in note for note in found.notes)
+    assert np.isfinite(found.jacobian[:, 1]).all() and not found.jacobian[1].any()
