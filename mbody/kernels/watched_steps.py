@@ -136,7 +136,7 @@ def search(L, W, S, T, U, G):
     known, part by part: as long as events ask for, shorter where the looks do not say what happens.
     """
     h, E, begin, tries, last = S.state[TRIED_LENGTH], G.events, 0.0, 0, False
-    parts = math.ceil(h / (INTERVALS * E.number[APART])) if events_of(E) > 0 else 1
+    parts = max(1, math.ceil(h / (INTERVALS * E.number[APART]))) if events_of(E) > 0 else 1
     longest = 1.0 / parts
     length = longest
     for n in range(G.count[0], watched(G)):
@@ -177,7 +177,8 @@ def find_first(L, W, method, S, T, U, G):
     if state[NEAR_SINGULAR] > 0.5:
         return False
     look_at_all(L, W, U, G, END)
-    short = STEP_SHORT * state[TRIED_GROWTH] >= 1.0 and events_of(G.events) == 0
+    short = events_of(G.events) == 0 or h <= G.events.number[APART]
+    short = short and STEP_SHORT * state[TRIED_GROWTH] >= 1.0
     if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h):
         G.part[0] = NO_ZERO
         return False

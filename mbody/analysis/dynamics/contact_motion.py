@@ -201,6 +201,8 @@ class EventIntegration(Integration):
         self.swings = self.layout.varying > 0 or system.has_user_code
         #: When det(I − φ′ B) of what slides would vanish, as the last step has it.
         self.pole = np.inf
+        #: How far apart events are looked at, at most: of a call of one step at its ends.
+        self.apart = math.inf
         #: Work of every cause since the beginning.
         self.total = np.zeros(self.causes)
         self.log = ContactLog(self)
@@ -401,6 +403,7 @@ class EventIntegration(Integration):
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         self.wanted, self.kept = times, []
+        self.apart = (self.until - self.first) / OF_ALL
         if self.resumed is None and (status := self.begin_modes()):
             return MORE, status
         if times[0] <= self.first:
@@ -518,7 +521,7 @@ class EventIntegration(Integration):
     def _quietly(self, until: float, count: int, outputs: Outputs, locates: bool) -> int:
         G, self.least_guard = self.guard_table, np.nan
         G.asked[:] = until, count, self.swings, locates
-        G.events.number[APART] = (self.until - self.first) / OF_ALL
+        G.events.number[APART] = self.apart
         return self._next(outputs)
 
     def _next(self, outputs: Outputs) -> int:
@@ -834,7 +837,7 @@ class EventIntegration(Integration):
         if not self.state[STEPS]:
             self.until = until
             self._begin_steps()
-        self.passage.whole = until - self.first
+        self.passage.whole, self.apart = until - self.first, math.inf
         return "" if self._one_step(until) else self._advance_in_steps(until)
 
     def _one_step(self, until: float) -> bool:
@@ -861,7 +864,9 @@ class EventIntegration(Integration):
         return super()._advance_in_steps(until)
 
     def _steps_to_end(self) -> str:
-        self.kept = []
+        t, self.kept = float(self.state[TIME]), []
+        if t + self.state[NEXT] < self.until:
+            self.apart = (self.until - t) / OF_ALL
         self.wanted = self._instants() if self.closely else np.array([self.until])
         return super()._steps_to_end()
 

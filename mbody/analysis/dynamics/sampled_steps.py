@@ -391,7 +391,7 @@ class SampledSteps:
         m = self.motion
         if m.has_modes and not m.events:
             return OF_A_STEP
-        return max(OF_A_STEP, math.ceil(OF_ALL * h / (m.until - m.first)))
+        return max(OF_A_STEP, math.ceil(h / m.apart))
 
     def _sample_times(self, t: float, h: float, count: int, wanted: Array) -> Array:
         """Times at which a step from t on is sampled."""
