@@ -516,14 +516,16 @@ class ChangeTimes:
         """How the forces of a stretch change (1, directions), in their sizes and where numbers
         change by theirs, that are at their limits where it begins, and stay there.
         """
-        which = [one for one in stretch.guards if one.fresh and one.of_forces]
-        for guard in which:
-            size = self._size(guard, stretch)
+        for guard in stretch.guards:
+            if not (guard.fresh and guard.of_forces) or guard.kind == PARADOX:
+                continue
+            none = tol.GUARD_ZERO * self._size(guard, stretch)
             rate = self.along.guard(guard, stretch, self.ahead(stretch, now, tangents))
             leaves = float(rate.tangents[0]) * (stretch.end - stretch.t)
-            if guard.kind != PARADOX and abs(leaves) <= tol.GUARD_ZERO * size:
-                g = self.rows.guard(guard, stretch, now).tangents
-                yield g[None] * tol.CHANGE_RESOLVED / (tangents.resolved * max(size, tol.TINY))
+            g = self.rows.guard(guard, stretch, now)
+            if max(abs(leaves), abs(g.value)) <= none:
+                room = tol.CHANGE_RESOLVED * tol.GUARD_ZERO / max(none, tol.TINY)
+                yield g.tangents[None] * room / tangents.resolved
 
     def _size(self, guard: Guarded, stretch: ModeStretch) -> float:
         """With what a guard is compared, as of `mbody.kernels.contact_guards.find_sizes`."""

@@ -496,21 +496,12 @@ class DualWalk:
         self, stretch: ModeStretch, begun: DualNumber, before: DualNumber, after: DualNumber
     ) -> None:
         """Where a change at the very beginning jumps, other numbers have it or have it not."""
-        motion, first = self.motion, self.first
-        if (
-            not begun.tangents.any()
-            or begun.value - first.t > tol.TIMES_SAME_BEGINNING * motion.run.t[-1]
-        ):
+        later = begun.value - self.first.t
+        if not begun.tangents.any() or later > tol.TIMES_SAME_BEGINNING * self.motion.run.t[-1]:
             return
-        units = motion.scale[: len(after.value), None]
-        jump = after.tangents - before.tangents
-        jump += np.outer(self.derivative_before, begun.tangents)
-        most = np.abs(after.tangents / units).max(axis=0, initial=0.0)
-        size = np.abs(jump / units).max(axis=0, initial=0.0)
+        kept = before.tangents - np.outer(self.derivative_before, begun.tangents)
         why = "the motion begins where its modes change, which it does or does not by other numbers"
-        self.lost.lose(
-            size > tol.TANGENTS_DIFFER * np.maximum(most, self.tangents.resolved), stretch.t, why
-        )
+        self.lost.lose(self._differ(kept, after.tangents), stretch.t, why)
 
     def _struck(
         self, old: ModeStretch, stretch: ModeStretch, begun: DualNumber, y: DualNumber
