@@ -20,7 +20,16 @@ from mbody.core import tolerances as tol
 from mbody.core.bundle import Bundle
 from mbody.core.dual_number import DualNumber
 from mbody.kernels.accelerations import free_motion
-from mbody.kernels.advance import BEGUN, COLLISION, DECIDED, FOUND, IMPACT, PASSED, SETTLING
+from mbody.kernels.advance import (
+    BEGUN,
+    COLLISION,
+    DECIDED,
+    FOUND,
+    IMPACT,
+    PASSED,
+    SETTLING,
+    UNBROKEN,
+)
 from mbody.kernels.contact_guards import LIFT, PARADOX, SHARE, SLIP
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.contact_modes import SEVERAL
@@ -486,7 +495,7 @@ class MotionRecord:
     def happened(self, stage: int, code: int) -> None:
         """What came next in a motion, and what has come of it: see `mbody.kernels.advance`."""
         motion, G = self.motion, self.motion.guard_table
-        if code < IMPACT:
+        if code < IMPACT or code == UNBROKEN:
             return
         if stage == PASSED:
             n = int(G.passed[0])
