@@ -115,6 +115,7 @@ def test_an_event_ends_the_motion_before_the_impact_that_it_meets(codes):
 
 EVENTS = {
     "woodpecker": (0.15, ["sleeve.omega", "bird.omega", "sleeve.vy + 0.1 m/s", "bird.ay"]),
+    "double_pendulum": (3.0, ["upper.omega", "lower.ax", "upper.angle - lower.angle"]),
     "sliding_ladder": (1.0, ["ladder.omega - 1 rad/s", "ladder.ay + 3 m/s^2", "ladder.y - 0.5 m"]),
 }
 

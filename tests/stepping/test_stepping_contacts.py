@@ -22,6 +22,7 @@ from mbody import (
     Simulator,
     Simulators,
 )
+from mbody.stepping import simulators
 from tests.support.cases import first_fast
 
 G = 9.81
@@ -258,6 +259,33 @@ def test_many_go_one_by_one():
     assert list(sims.status) == ["completed"] * 3
     sims.reset([2])
     assert sims.t == pytest.approx([0.5, 0.5, 0.0])
+
+
+@pytest.mark.parametrize("shared", [False, True])
+def test_states_of_many_are_set_back_and_reset_one_by_one(shared, monkeypatch):
+    """With a simulator for each, and with one for all of them: the same numbers."""
+    if shared:
+        monkeypatch.setattr(simulators, "MOST_APART", 2)
+    sims = Simulators(pushed(), 3)
+    sims.inputs["u"] = np.array([0.0, 6.0, 10.0])
+    sims.step(0.1)
+    before = sims.state
+    sims.step(0.1)
+    after = sims["stone"].x.copy(), sims["stone"].vx.copy()
+    assert after[0][0] == 0.0 and after[0][1] > 0.0
+    for back in (before, pickle.loads(pickle.dumps(before))):
+        sims.state = back
+        sims.step(0.1)
+        assert np.array_equal([sims["stone"].x, sims["stone"].vx], after)
+    sims.reset([1])
+    assert sims.t == pytest.approx([0.2, 0.0, 0.2]) and sims["stone"].x[1] == 0.0
+    sims.inputs["u"] = np.array([0.0, 6.0, 10.0])
+    sims.step(np.array([0.1, 0.2, 0.1]))
+    alone = 0.5 * 0.2**2 * (6.0 - 0.5 * G)
+    assert sims["stone"].x[1] == pytest.approx(alone, rel=1e-9)
+    with pytest.raises(mbody.ModelError):
+        sims.reset([1], {"stone.nothing": 1.0})
+    assert sims["stone"].x[1] == pytest.approx(alone, rel=1e-9)
 
 
 def test_designs_of_a_batch_have_their_own_friction():
