@@ -132,9 +132,9 @@ class DualWork:
         self._parts = parts
 
     @property
-    def values(self) -> Work:
-        """That of the values."""
-        return self._parts[0][0]
+    def values(self) -> DualWork:
+        """Without tangents."""
+        return DualWork([(self._parts[0][0], 0)])
 
     def __getattr__(self, name: str) -> DualRows:
         found = DualRows([(getattr(work, name), width) for work, width in self._parts])
@@ -409,10 +409,10 @@ class DualUnilateral:
         guard: Guarded | JumpGuard,
         stretch: ModeStretch,
         now: DualInstant,
-        values: Work | None = None,
+        work: DualWork | None = None,
     ) -> Any:
-        """The value of a guard, a dual number, or without its tangents by a workspace of values
-        alone; None of one that has no derivatives here: ends of curves, gaps that do not close.
+        """The value of a guard, by the workspace of the instant or another one; None of one that
+        has no derivatives here: ends of curves, gaps that do not close.
         """
         if isinstance(guard, JumpGuard):
             return now.work.formula[guard.number, 0]
@@ -439,7 +439,7 @@ class DualUnilateral:
             **ways,
         )
         G.held, G.open, G.program = map(_of_any_number, stretch.shared or (None,) * 3)
-        on_duals(look)(self.layout, values or now.work, self.of(owner), G, 0, False)
+        on_duals(look)(self.layout, work or now.work, self.of(owner), G, 0, False)
         # what is at an end of its edge and leaves that first closes nothing
         leaves = guard.kind == CLOSE and value(G.rate[0, 0]) != value(G.rate[0, 0])
         return None if leaves else G.value[0, 0]
@@ -652,9 +652,9 @@ class ImpactDuals:
         G = np.concatenate([G, np.array(held).reshape(-1, n, 1 + width)])
         unit = system.coordinate_units[:, None]
         G = (G * unit)[independent((G[:, :, 0] * unit[:, 0]).T)] if len(G) else G
-        mass, work, place = _lanes(self.mass[:n], width), now.work.values, np.arange(n)
+        mass, place = _lanes(self.mass[:n], width), np.arange(n)
         slot = L.body_slot[place // 3]
-        weight = work.share[slot, 0] * work.weight[3 * slot + place % 3, 0]
+        weight = (now.work.share[slot] * now.work.weight[3 * slot + place % 3]).value
         light = mass[:, 0] * weight < 0.5
         mass[light, 0] = 1.0 / (MASSLESS * weight[light])
         W, mass = W * unit, mass * unit**2

@@ -633,7 +633,7 @@ class DualWalk:
         if not stretch.sizes:
             return
         t = DualNumber(stretch.end, np.zeros(y.tangents.shape[1]))
-        g = self.motion.at(stretch, t, y, self.tangents).work.values.formula[:, 0]
+        g = self.motion.at(stretch, t, y, self.tangents).work.formula[:].value
         for place, size in stretch.sizes.items():
             side = stretch.sides.get(place, 0.0)
             if side * g[place] < -tol.GUARD_BEYOND_ZERO * size or (
