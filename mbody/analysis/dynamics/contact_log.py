@@ -111,8 +111,9 @@ class ContactLog:
     def instant(self, t: float, record: Array, modes: InstantModes | None = None) -> Solution:
         """A record (rows, 1) as a solution of one instant, of the present modes or of others."""
         shown = self.shown(t, record, modes)
-        found = self.motion.solution_at(t, shown.record[:, None])
-        return with_fields(found, shared=self.shared_result(shown.forces))
+        found: Solution = self.motion.solution_at(t, shown.record[:, None])
+        shared = self.shared_result(shown.forces)
+        return found if shared is None else with_fields(found, shared=shared)
 
     def named_modes(
         self,

@@ -501,13 +501,15 @@ class EventIntegration(Integration):
         self, until: float, steps: int, times: Array, take: StepTaker | None = None
     ) -> tuple[int, Array, Array]:
         """Steps of the kernel: its code, records and work at the times; `take` as of `_advance`."""
-        output = np.empty((len(times), self.rows, 1))
-        work_done = np.zeros((len(times) + 1, self.causes))
-        work_done[-1], self.state[DELIVERED] = self.total, 0.0
-        outputs = Outputs(times=times, pages=output, work=work_done)
+        outputs = self._nothing
+        if len(times):
+            records = np.empty((len(times), self.rows, 1))
+            work = np.zeros((len(times) + 1, self.causes))
+            outputs = Outputs(times=times, pages=records, work=work)
+        outputs.work[-1], self.state[DELIVERED] = self.total, 0.0
         code = self._advance(until, steps, outputs, take)
-        self.total = work_done[-1].copy()
-        return code, output, work_done
+        self.total = outputs.work[-1].copy()
+        return code, outputs.pages, outputs.work
 
     def _if_quiet(self, until: float, count: int, outputs: Outputs) -> int:
         """At most so many steps towards a time, if they are quiet, and the record of where they
@@ -549,7 +551,8 @@ class EventIntegration(Integration):
         code, records, work = self.run_steps(self.target, count, marks, self._if_quiet)
         met = int(self.state[DELIVERED])
         self.meet_forces(marks[:met], records[:met], math.inf)
-        for n in np.flatnonzero(np.isin(marks[:met], wanted)).tolist():
+        asked = np.isin(marks[:met], wanted) if self.sided else np.ones(met, dtype=bool)
+        for n in np.flatnonzero(asked).tolist():
             self.keep(float(marks[n]), records[n], work[n])
         return code
 
@@ -610,8 +613,12 @@ class EventIntegration(Integration):
 
     def is_known(self, event: Event, t: float, together: float) -> bool:
         """Whether a crossing was recorded beside the change of modes that ended the last step."""
-        own = (one for one in self.occurred if one.name == event.name and not one.contact)
-        return any(abs(one.t - t) <= together for one in own)
+        for one in reversed(self.occurred):
+            if t - one.t > together:
+                return False
+            if one.name == event.name and not one.contact and one.t - t <= together:
+                return True
+        return False
 
     def record_event(self, event: Event, t: float, record: Array) -> None:
         """Record an event."""

@@ -456,10 +456,14 @@ class Integration:
     @functools.cached_property
     def guarded(self) -> bool:
         """Whether a step may fail after it was accepted, so that the state must be kept before."""
+        return self.has_distances or self.system.has_user_code or self.timed
+
+    @functools.cached_property
+    def has_distances(self) -> bool:
+        """Whether joints, drivers or couplings are along distances, which may vanish."""
         machine = self.system.mechanism
         elements = (*machine.joints, *machine.drivers, *machine.couplings)
-        distances = any(list(one.distances()) for one in elements)
-        return distances or self.system.has_user_code or self.timed
+        return any(list(one.distances()) for one in elements)
 
     @functools.cached_property
     def timed(self) -> bool:
@@ -720,12 +724,12 @@ class Integration:
         distance has become zero.
         """
         n, unit = self.system.coordinates, self.system.mechanism.units.time
-        gone = vanishing(
-            self.system, self.y[:n], f"t = {self.state[TIME]:.6g} {unit}", tol.DISTANCE_LOST
-        )
-        if gone is not None:
-            gone.solution = self.solution("")
-            raise gone
+        if self.has_distances:
+            when = f"t = {self.state[TIME]:.6g} {unit}"
+            gone = vanishing(self.system, self.y[:n], when, tol.DISTANCE_LOST)
+            if gone is not None:
+                gone.solution = self.solution("")
+                raise gone
         (count, since), (done, t) = self.step_reference, (self.state[STEPS], self.state[TIME])
         if done - count < JUDGED:
             return
