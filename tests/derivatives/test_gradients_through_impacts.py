@@ -26,6 +26,7 @@ from mbody import (
 )
 from mbody.derivatives import free_instants
 from mbody.laws import ConstantSpeed, Table
+from tests.campaign.scenes import random_scene
 from tests.contact.test_shared_forces import four_bar
 from tests.derivatives.test_gradients_through_events import difference
 from tests.support import contact_models as models
@@ -158,6 +159,22 @@ def test_a_box_that_falls_flat():
     """Corners strike together and stick by rows of which one is at its limit; another has room."""
     names = ["foot.friction", "foot.restitution", "box.inertia"]
     check_beside_differences(box("poisson", 0.435, tilted=False), ["last(box.x)"], names)
+
+
+@pytest.mark.parametrize(
+    ("seed", "measure", "names"),
+    [
+        (24, "c.angle", ["c.mass", "floor c P0.restitution"]),
+        (47, "a.x", ["gravity.y"]),
+    ],
+)
+def test_random_scenes(seed, measure, names):
+    """Rows of an impact that depend on each other, one at its limit, by Poisson's law; a rim
+    without inertia that strikes.
+    """
+    scene = random_scene(seed)
+    how = {"until": scene.until, "instants": 2}
+    check_beside_differences(scene.mechanism("scene"), [f"last({measure})"], names, **how)
 
 
 def test_an_impact_that_the_linear_equations_do_not_give_has_none(monkeypatch):
