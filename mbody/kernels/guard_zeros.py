@@ -97,12 +97,14 @@ def first_zero(G, n, h):
     # what is never on one side of zero crosses nothing, nor does what is rounding of it
     none = G.fresh[n] if event else 0.0
     left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > none, 1
-    least = low
+    least, lowered = low, False
     while place <= PLACES_SCANNED:
         x = place / PLACES_SCANNED
         g = guard_between(G, n, h, x, rated)
         dips = event and known and min(side * before, side * g) <= GUARD_NEARLY_ZERO * most
-        if dips and side * slope(G, n, h, left) < 0.0 < side * slope(G, n, h, x):
+        dips = dips and not lowered  # from where it is lowest it goes on to the next place
+        lowered = dips and side * slope(G, n, h, left) < 0.0 < side * slope(G, n, h, x)
+        if lowered:
             x = lowest(G, n, h, left, x, side)
             g = guard_between(G, n, h, x, rated)
         else:
