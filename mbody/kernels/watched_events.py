@@ -10,7 +10,7 @@ import numpy as np
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
 from mbody.core.decorators import inline, njit
-from mbody.core.tolerances import EVENT_TOGETHER
+from mbody.core.tolerances import DIFFERENCE_STEP_FORWARD, EVENT_TOGETHER, MACHINE_EPSILON
 from mbody.kernels.layout import PER_PRIMITIVE, keep_some
 from mbody.kernels.number_program import NumberProgram, run
 
@@ -112,6 +112,26 @@ def find_events(L, W, E, value, rate):
     run_later(L, W, E, 0.0)
     for e in range(count):
         value[e] = slots[targets[e]]
+
+
+@njit
+def find_rounding(L, W, E, scale, value, rounding):
+    """rounding (e,) ← what rounding of positions and velocities is in the events, whose values at
+    the state that was looked at last are given: by a difference, all of them moved by the same part
+    of their `scale`, to and fro.
+    """
+    slots, targets = E.program.slots, E.program.targets
+    for n in range(E.row.shape[0]):
+        row, moved = E.row[n], 0.0
+        if row < 6 * L.bodies:
+            moved = DIFFERENCE_STEP_FORWARD * scale[row]
+        slots[n] = E.record[n, 0] + (moved if n % 2 == 0 else -moved)
+    if E.timed[0]:
+        slots[E.row.shape[0]] = W.time[0, 0]
+    run(E.program)
+    for e in range(events_of(E)):
+        change = abs(slots[targets[e]] - value[e])
+        rounding[e] = change * (MACHINE_EPSILON / DIFFERENCE_STEP_FORWARD)
 
 
 @inline

@@ -83,6 +83,7 @@ from mbody.kernels.watched_events import (
     LATER,
     PART_LENGTH,
     events_of,
+    find_rounding,
     forget_seen,
 )
 
@@ -139,8 +140,6 @@ def search(L, W, S, T, U, G):
     parts = max(1, math.ceil(h / (INTERVALS * E.number[APART]))) if events_of(E) > 0 else 1
     longest = 1.0 / parts
     length = longest
-    for n in range(G.count[0], watched(G)):
-        G.fresh[n] = MACHINE_EPSILON * max(abs(G.value[FIRST, n]), abs(G.value[LAST, n]))
     while not last:
         last = begin + length > 1.0 - GUARD_PART_LEAST * longest
         length = 1.0 - begin if last else length
@@ -182,6 +181,11 @@ def find_first(L, W, method, S, T, U, G):
     if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h):
         G.part[0] = NO_ZERO
         return False
+    if events_of(G.events) > 0:
+        find_rounding(L, W, G.events, S.scale, G.event_value, G.event_rate)
+        for n in range(G.count[0], watched(G)):
+            rounding = MACHINE_EPSILON * max(abs(G.value[BEGIN, n]), abs(G.value[END, n]))
+            G.fresh[n] = max(rounding, G.event_rate[n - G.count[0]])
     for n in range(S.y.shape[0]):
         stage[n] = S.stage[n]
     dense_step(L, W, method, S, h, T.refinements)
