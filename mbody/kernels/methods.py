@@ -81,8 +81,8 @@ def attempt_step(L, W, M, S, T, until):
     else:
         code = attempt_even(L, W, M.even, S, T, until)
         if code == TRIED:
-            # looks are at what was evaluated last
-            state_derivative(L, W, S, state[TRIED_END], S.end, 3, T.full_refinements, True)
+            # looks are at what was evaluated last; row 1 is workspace
+            state_derivative(L, W, S, state[TRIED_END], S.end, 1, T.full_refinements, False)
             state[EVALUATIONS] += 1
     nearly = state[CONDITIONING] < CONDITIONING_INTO_SINGULAR * best
     failed = code in (STEP_VANISHED, NOT_FINITE)

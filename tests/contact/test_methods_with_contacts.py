@@ -95,3 +95,24 @@ def test_a_motion_by_steps_of_one_length_goes_on_bit_for_bit():
     rest = mbody.simulate(machine, 3.0, start=part, times=[2.0, 3.0], method=EVEN, step=2e-3)
     assert float(rest["bob"].angle[-1]) == float(whole["bob"].angle[-1])
     assert float(rest["bob"].omega[-1]) == float(whole["bob"].omega[-1])
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"method": "dopri5"}, {"method": "radau5"}, {"method": EVEN, "step": 1e-2}],
+    ids=lambda options: options["method"],
+)
+def test_what_rests_at_zero_but_for_rounding_is_no_event(options):
+    """A ball that has come to rest has no top any more, whatever rounding makes of its speed."""
+    machine = ball()
+    start = {"ball": {"y": 0.0, "vy": 0.1}}
+    machine.simulation = mbody.SimulationSettings(until=0.6, start=start)
+    tops = [mbody.Event("ball.vy", direction=-1, name="top")]
+    run = mbody.simulate(machine, events=tops, instants=2, **options)
+    names = [e.name for e in run.events]
+    bounces = names.count("impact")
+    assert names == ["top", "impact"] * bounces + ["top", "rest"]
+    speeds = 0.1 * 0.8 ** np.arange(bounces + 1)
+    lands = np.cumsum(2.0 * speeds / G)
+    times = [float(e.t) for e in run.events if e.name == "top"]
+    assert times == pytest.approx((lands - speeds / G).tolist(), abs=1e-9)
