@@ -1,13 +1,17 @@
 """Events of users in the kernel of steps, against closed forms and the same motion step by step."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 import mbody
 from mbody import Body, Contact, Event, Gravity, Mechanism, SimulationSettings
 from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.kernels.contact_guards import BEGIN, END, EVENT, INSIDE, KEPT_LOOKS, node
+from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, UNSEEN, first_zero
 from mbody.kernels.step_state import NOT_QUIET
 
 G, THROWN, RADIUS = 9.81, 3.0, 0.1
@@ -139,3 +143,36 @@ def test_events_are_those_of_steps_looked_at_by_samples(name, monkeypatch):
     table = slice(0, 2 * plain.system.coordinates)
     found, expected = (run.record.table(table) for run in (runs[0], plain))
     assert np.abs(found - expected).max() <= 1e-7 * np.abs(expected).max()
+
+
+def looked_at(value, rate):
+    """What `first_zero` reads of one event, by the values and rates of its five looks."""
+    places = np.zeros((KEPT_LOOKS, 1))
+    values, rates = places.copy(), places.copy()
+    values[: len(value), 0], rates[: len(rate), 0] = value, rate
+    events = SimpleNamespace(
+        number=np.array([1.0, 0.0, 1.0, 0.0]), seen=np.array([-1.0]), stops=np.array([0])
+    )
+    return SimpleNamespace(
+        kind=np.array([EVENT]), owner=np.array([0]), value=values, rate=rates, gap=values,
+        past=np.full((KEPT_LOOKS, 1), -math.inf), past_rate=places, fresh=np.zeros(1),
+        sense=np.zeros(1), events=events, count=np.array([0]),
+    )  # fmt: skip
+
+
+def test_every_search_for_a_zero_ends_at_one_of_the_cubics():
+    """Values of any size, many of them none: beside the cubics by SciPy."""
+    rng, found = np.random.default_rng(1), 0
+    for _ in range(300):
+        size, h = 10.0 ** rng.integers(-60, 1), 10.0 ** rng.integers(-8, 2)
+        value = size * rng.normal(size=5) * (rng.random(5) < 0.6)
+        rate = size * 10.0 ** rng.integers(-3, 3) * rng.normal(size=5) * (rng.random(5) < 0.7)
+        x = first_zero(looked_at(value, rate), 0, h)
+        if x in (NO_ZERO, UNCLEAR, UNSEEN):
+            continue
+        order = [BEGIN, INSIDE, INSIDE + 1, INSIDE + 2, END]
+        cubics = CubicHermiteSpline([node(k) for k in order], value[order], h * rate[order])
+        near = np.abs(cubics(np.linspace(x - 1e-9, x + 1e-9, 3)))
+        assert near.min() <= 1e-6 * np.abs(cubics(np.linspace(0.0, 1.0, 200))).max()
+        found += 1
+    assert found > 10
