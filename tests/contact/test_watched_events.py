@@ -133,7 +133,11 @@ def test_events_are_those_of_steps_looked_at_by_samples(name, monkeypatch):
     plain = mbody.simulate(model, until, events=[], instants=9, rtol=1e-10)
     monkeypatch.setattr(EventIntegration, "watches", False)
     runs.append(mbody.simulate(model, until, events=events, instants=9, rtol=1e-10))
-    fast, slow = ([(one.name, one.contact, one.t) for one in run.events] for run in runs)
+    # samples take rounding of what begins at zero for a crossing, near the beginning
+    fast, slow = (
+        [(e.name, e.contact, e.t) for e in run.events if e.contact or e.t > 1e-8 * until]
+        for run in runs
+    )
     assert [one[:2] for one in fast] == [one[:2] for one in slow]
     assert any(not one[1] for one in fast)
     times = np.array([[one[2] for one in each] for each in (fast, slow)])
