@@ -417,7 +417,8 @@ class DualUnilateral:
         if isinstance(guard, JumpGuard):
             return now.work.formula[guard.number, 0]
         table, owner = self.uni.table, guard.owner
-        if guard.kind in (CLOSE, EDGE, ENTER) and owner in table.curve_point:
+        curved = owner in table.curve_point
+        if guard.kind in (EDGE, ENTER) and curved:
             return None
         looks = {
             name: np.empty((1, 1), dtype=object)
@@ -441,8 +442,11 @@ class DualUnilateral:
         G.held, G.open, G.program = map(_of_any_number, stretch.shared or (None,) * 3)
         on_duals(look)(self.layout, work or now.work, self.of(owner), G, 0, False)
         # what is at an end of its edge and leaves that first closes nothing
-        leaves = guard.kind == CLOSE and value(G.rate[0, 0]) != value(G.rate[0, 0])
-        return None if leaves else G.value[0, 0]
+        found, rate = G.value[0, 0], value(G.rate[0, 0])
+        leaves = guard.kind == CLOSE and rate != rate
+        # nor does what is behind a curve and passes its end
+        behind = curved and value(found) < -tol.CONTACT_GAP_NONE * self.system.length
+        return None if leaves or (behind and guard.kind == CLOSE) else found
 
 
 # -- Times of mode changes and events, with derivatives ----------------------------------------

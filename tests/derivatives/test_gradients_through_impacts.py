@@ -27,6 +27,7 @@ from mbody import (
 from mbody.derivatives import free_instants
 from mbody.laws import ConstantSpeed, Table
 from tests.campaign.scenes import random_scene
+from tests.contact.test_curves import on_curve, sine
 from tests.contact.test_shared_forces import four_bar
 from tests.derivatives.test_gradients_through_events import difference
 from tests.support import contact_models as models
@@ -374,3 +375,13 @@ def test_a_disc_that_slides_off_an_arc():
         for n in (-1, 1)
     ]
     assert end.by["g.y"] == pytest.approx((ends[1] - ends[0]) / (2.0 * h), rel=1e-6)
+
+
+def test_a_wheel_that_strikes_a_curve():
+    """A row whose foot moves along the curve; its ends are far."""
+    start = {"x": 0.6, "y": 0.45, "vx": 0.5, "vy": 0.0}
+    machine = on_curve(
+        {"road": sine()}, radius=0.1, friction=0.3, restitution=0.5, start=start, until=0.5
+    )
+    names = ["road.restitution", "wheel.inertia", "gravity.y"]
+    check_beside_differences(machine, ["last(wheel.x)", "last(wheel.omega)"], names, instants=3)
