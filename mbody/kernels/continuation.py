@@ -177,10 +177,10 @@ def place_before(W, place):
 
 @njit
 def compare_step(L, W, w, h, last):
-    """Squares of the step from the last place to q, and of how far the derivative at q (in W.v)
-    lies from the predicted one, q′₀ + h q″₀, with the size of its terms: a step onto another branch
-    turns the derivative. In model lengths and radians. And the most by which one body turns from
-    another, the ground among them.
+    """Squares of the step from the last place to q, and of h times how far the derivative at q (in
+    W.v) lies from the predicted one, q′₀ + h q″₀, with the size of its terms: a step onto another
+    branch turns the derivative. In model lengths and radians. And the most by which one body turns
+    from another, the ground among them.
     """
     per_length = 1.0 / ld(W.size, 0, w)
     size = W.q.shape[0]
@@ -207,8 +207,8 @@ def compare_step(L, W, w, h, last):
     square = per_length * per_length
     far, off, terms = (
         square * moved + turned,
-        square * off + turned_off,
-        square * terms + turned_terms,
+        h * h * (square * off + turned_off),
+        h * h * (square * terms + turned_terms),
     )
     return far, off, terms, most - least
 

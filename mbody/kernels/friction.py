@@ -73,6 +73,7 @@ FRICTION_KINDS = (
     "pull",
 )
 PIN, GUIDE, PRESSED, COUPLE, FOLLOWER, APART, TORQUE, FORCE, PULL = range(9)
+TURNING = (PIN, COUPLE, TORQUE)  # Kinds whose sliding is an angle and whose size a torque.
 #: Kinds whose sign lasts, and which lose nothing.
 LASTING = ("apart", "pull")
 #: What `Layout.slip_signs` means: the rates decide the signs; they are in W.slip_sign, of pairs
@@ -268,7 +269,7 @@ def slip_signs_by_rates(L, W, w):
         turning = ld(W.v, 3 * b + 2, w)
         velocity_scale = larger(velocity_scale, larger(turning, -turning))
     for f in range(L.friction_kind.shape[0]):
-        angular = L.friction_kind[f] in (PIN, COUPLE, TORQUE)
+        angular = L.friction_kind[f] in TURNING
         unit = 1.0 + zero if angular else per_length
         rate = ld(W.rate, f, w) * unit
         still = select_le(
@@ -357,6 +358,15 @@ def responses(L, W, w):
             st(W.response, size * s + n, ld(W.x, n, w), w)
 
 
+@inline
+def per_size(L, W, w, f):
+    """By what the size of a pair is multiplied to be a force: 1, of a torque 1 over the model
+    length.
+    """
+    length = ld(W.size, 0, w)
+    return 1.0 / length if L.friction_kind[f] in TURNING else 0.0 * length + 1.0
+
+
 @njit
 def certificate(L, W, w):
     """A bound of the spectral radius of the Lipschitz constants of φ along the columns of B: a
@@ -387,7 +397,7 @@ def spectral_bound(L, W, w, close):
             o = 2 * L.nodes * c + node
             x, y = ld(W.response, o, w), ld(W.response, o + 1, w)
             st(m, pairs * r + c, slides * greatest_slope(L, W, w, f, x, y, close), w)
-        st(m, pairs * pairs + r, one, w)
+        st(m, pairs * pairs + r, 1.0 / per_size(L, W, w, f), w)
     radius = FINITE * one
     for _ in range(POWERS):
         quotient, most = 0.0 * one, 0.0 * one
@@ -397,7 +407,7 @@ def spectral_bound(L, W, w, close):
                 total = total + ld(m, pairs * f + c, w) * ld(m, pairs * pairs + c, w)
             quotient = larger(quotient, total / ld(m, pairs * pairs + f, w))
             st(m, pairs * (pairs + 1) + f, total, w)
-            most = larger(most, total)
+            most = larger(most, per_size(L, W, w, pair_sliding(W, w, f)) * total)
         radius = select_le(
             radius, FRICTION_RADIUS_CERTIFIED * one, radius, smaller(radius, quotient)
         )
@@ -406,7 +416,8 @@ def spectral_bound(L, W, w, close):
         scale = 1.0 / select_le(most, 0.0 * one, one, most)
         for f in range(pairs):
             grown = ld(m, pairs * (pairs + 1) + f, w) * scale
-            st(m, pairs * pairs + f, larger(grown, FRICTION_RADIUS_POSITIVE * one), w)
+            floor = FRICTION_RADIUS_POSITIVE / per_size(L, W, w, pair_sliding(W, w, f))
+            st(m, pairs * pairs + f, larger(grown, floor), w)
     return radius
 
 
@@ -414,7 +425,7 @@ def spectral_bound(L, W, w, close):
 def newton_pass(L, W, w, moving):
     """One pass of Newton's method for x = φ(λ + B (x − x′)), where W.lam is the solution with
     x′ = W.kept_slip among the loads; of lanes that are `moving`, 1 or 0. Returns the greatest
-    change of x, the greatest x and det(I − φ′ B).
+    change of x, the greatest x, both as forces, and det(I − φ′ B).
     """
     pairs = number_sliding(W, w)
     m = W.newton
@@ -461,11 +472,12 @@ def newton_pass(L, W, w, moving):
             x = x - ld(m, pairs * k + c, w) * ld(m, right + c, w)
         x = moving * x / ld(m, pairs * k + k, w)
         st(m, right + k, x, w)
-        change = larger(change, larger(x, -x))
         f = pair_sliding(W, w, k)
+        per = per_size(L, W, w, f)
+        change = larger(change, per * larger(x, -x))
         whole = ld(W.slip, f, w) + x
         st(W.slip, f, whole, w)
-        greatest = larger(greatest, larger(whole, -whole))
+        greatest = larger(greatest, per * larger(whole, -whole))
     return change, greatest, determinant
 
 
@@ -530,7 +542,8 @@ def by_levels(L, W, w):
                     break
                 left -= 1
         for s in range(pairs):
-            size = lowest(ld(W.slip, pair_sliding(W, w, s), w))
+            f = pair_sliding(W, w, s)
+            size = lowest(per_size(L, W, w, f) * ld(W.slip, f, w))
             good = good and size >= -FRICTION_SIZE_NEGATIVE * highest(greatest)
         if good:
             determinant, reached = found, level
@@ -566,9 +579,9 @@ def friction_error(L, W, w):
         node = 2 * L.friction_node[f]
         size, _, _ = size_of(L, W, w, f, ld(W.lam, node, w), ld(W.lam, node + 1, w))
         slip, slides = ld(W.slip, f, w), ld(W.slip_sign, f, w) * ld(W.slip_sign, f, w)
-        rest = slides * size - slip
-        off = larger(off, larger(rest, -rest))
-        greatest = larger(greatest, larger(slip, -slip))
+        rest, per = slides * size - slip, per_size(L, W, w, f)
+        off = larger(off, per * larger(rest, -rest))
+        greatest = larger(greatest, per * larger(slip, -slip))
     return off - FRICTION_CHANGE_LANES * (1.0 - ld(W.friction, CERTIFICATE, w)) * greatest
 
 

@@ -779,7 +779,7 @@ def first_lengths(T, lanes):
         whole = S[UNTIL, lane] - S[TIME, lane]
         length = (
             0.01 * d0 / d1
-            if d0 > STEP_FIRST_SILENT and d1 > STEP_FIRST_SILENT
+            if d0 > STEP_FIRST_SILENT and whole * d1 > STEP_FIRST_SILENT
             else STEP_FIRST_LITTLE * whole
         )
         S[NEXT, lane] = min(length, STEP_FIRST_MOST * whole)
