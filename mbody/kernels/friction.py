@@ -262,21 +262,31 @@ def slip_signs_by_rates(L, W, w):
     """W.slip_sign ← the signs of the rates; zero where a pair is at rest."""
     per_length = 1.0 / ld(W.size, 0, w)
     zero = 0.0 * per_length
-    velocity_scale = zero
-    for b in range(L.bodies):
-        x, y = ld(W.v, 3 * b, w) * per_length, ld(W.v, 3 * b + 1, w) * per_length
-        velocity_scale = larger(velocity_scale, larger(larger(x, -x), larger(y, -y)))
-        turning = ld(W.v, 3 * b + 2, w)
-        velocity_scale = larger(velocity_scale, larger(turning, -turning))
     for f in range(L.friction_kind.shape[0]):
-        angular = L.friction_kind[f] in TURNING
-        unit = 1.0 + zero if angular else per_length
+        unit = 1.0 + zero if L.friction_kind[f] in TURNING else per_length
         rate = ld(W.rate, f, w) * unit
-        still = select_le(
-            larger(rate, -rate), RATE_NONE_FRICTION * velocity_scale, zero, zero + 1.0
-        )
+        least = RATE_NONE_FRICTION * velocity_scale(L, W, w, f)
+        still = select_le(larger(rate, -rate), least, zero, zero + 1.0)
         st(W.slip_sign, f, still * select_le(rate, zero, zero - 1.0, zero + 1.0), w)
     fixed_slip_signs(L, W, w)
+
+
+@njit
+def velocity_scale(L, W, w, f):
+    """The greatest rate of what is joined to the bodies of pair f, in model lengths and radians."""
+    _, i, j = tangent(L, W, w, f)
+    per_length = 1.0 / ld(W.size, 0, w)
+    scale = 0.0 * per_length
+    for b in range(L.bodies):
+        joined = (i < L.bodies and L.body_part[i] == L.body_part[b]) or (
+            j < L.bodies and L.body_part[j] == L.body_part[b]
+        )
+        if not joined:
+            continue
+        for n in range(3):
+            rate = ld(W.v, 3 * b + n, w) * (1.0 + 0.0 * per_length if n == 2 else per_length)
+            scale = larger(scale, larger(rate, -rate))
+    return scale
 
 
 @njit

@@ -8,6 +8,7 @@ import pytest
 
 import mbody
 from mbody import Force, Prismatic, Revolute, Torque
+from mbody.laws import ConstantSpeed
 from mbody.solution.contact_forces import pair_rates
 from tests.support.frictional import (
     CRANK,
@@ -96,6 +97,26 @@ def test_near_its_dead_centres_a_slider_does_not_drive_its_crank(degrees):
     limits = held.range("motor")
     assert abs(limits.high[1]) < 1e-11 * FORCE * CRANK  # at its limit, either way
     assert not any("self-locking" in note for note in held.notes) or limits.low[1] < 0.0
+
+
+def test_what_runs_fast_elsewhere_does_not_stop_friction():
+    """A crank that creeps in its rough bearing, beside a wheel that turns 1e12 times as fast."""
+
+    def efforts(*names):
+        machine = mbody.Mechanism("two", ground={"crank": (0.0, 0.0), "wheel": (1.0, 0.0)})
+        machine.add(mbody.Gravity("gravity", y=-9.81))
+        speeds = {"crank": 1e-9, "wheel": 1e3}
+        for name in names:
+            at = {"friction": 0.2, "pin_radius": 0.01} if name == "crank" else {}
+            machine.add(
+                mbody.Body(name, mass=2.0, inertia=0.1, points={"A": (0.0, 0.0)}),
+                Revolute(f"{name} pin", f"ground.{name}", f"{name}.A", **at),
+                mbody.AngleDriver(f"{name} motor", name, ConstantSpeed(0.0, speeds[name])),
+            )
+        return mbody.kinetostatics(machine, t=[0.0]).effort("crank motor")[0]
+
+    assert efforts("crank") == pytest.approx(2.0 * 9.81 * 0.2 / math.sqrt(1.04) * 0.01, rel=1e-12)
+    assert efforts("crank", "wheel") == pytest.approx(efforts("crank"), rel=1e-12)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.3, 0.49])
