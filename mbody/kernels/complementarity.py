@@ -773,6 +773,13 @@ def contact_solutions(P, every):
         for r in range(n):
             P.f[k, r] *= P.number[FORCES] * P.scale[r]
             P.w[k, r] *= kappa / P.scale[r]
+        # what rounding leaves outside of the cones is none
+        for r in range(n):
+            if r < P.count[NORMALS]:
+                P.f[k, r] = max(P.f[k, r], 0.0)
+            elif P.law[r] == CONE:
+                most = P.mu[r] * (P.f[k, P.normal[r]] + P.given[r])
+                P.f[k, r] = min(max(P.f[k, r], -most), most)
     return P.count[SOLUTIONS]
 
 

@@ -49,7 +49,10 @@ from mbody.kernels.mode_problem import (
     arresting_impulses,
     impact,
     impact_without_collision,
+    impulses_of_modes,
     prepare_arrest,
+    solve_impulses,
+    take_solution,
 )
 from mbody.kernels.state_derivative import load_state
 from mbody.kernels.step_state import NEXT, TIME
@@ -65,6 +68,8 @@ EXCHANGED, TAKEN, TERMS = range(3)
 QUIET, STRUCK, RESTED, WEDGED, SMALL = range(5)
 #: What rocks strikes with at most so many times the rate that its pull gives between two strikes.
 ROCKING = 100.0
+#: How often velocities after an impact are refined, at most.
+REFINEMENTS = 3
 #: The first step after a rebound is this much longer than the flight.
 FLIGHT = 1.2
 
@@ -216,22 +221,62 @@ def strike(L, W, U, M, D, P, I, kind):
     else:
         found = impact(D, P)
     if found:
+        for k in range(3 * L.bodies):
+            I.jump[k] = 0.0
+        add_jump(L, D, I, n, D.impulse)
+        if kind in (BY_LAWS, STILL):
+            refine_jump(L, M, D, P, I, n)
         spread_impulses(L, W, D, I, n, kind)
     return ONE if found else NONE
 
 
 @njit
+def add_jump(L, D, I, n, impulse):
+    """I.jump ← that by n impulses more."""
+    for k in range(3 * L.bodies):
+        for r in range(n):
+            I.jump[k] += D.Y[r, k] * impulse[r]
+
+
+@njit
+def refine_jump(L, M, D, P, I, n):
+    """I.jump, D.impulse ← with what is left of the laws: great impulses that cancel on a light body
+    have no digits for its velocities, little ones beside them do.
+    """
+    m = D.count[ALL_NORMALS]
+    take_solution(D, -1)
+    for _ in range(REFINEMENTS):
+        off, strikes = False, False
+        for r in range(n):
+            rate, normal = D.before[r], D.normal[r] if r >= m else r
+            for k in range(3 * L.bodies):
+                rate += D.R[r, k] * I.jump[k]
+            least = RATE_NONE_FRICTION * M.speed[D.owner[r]]
+            strikes = strikes or (r < m and rate < -least)
+            if r < m:
+                D.given_law[r] = 0.0
+                rate += D.restitution[r] * min(D.before[r], 0.0) if D.newton[r] == 1 else 0.0
+            holds = D.mode[normal] == 1 and (r < m or D.mode[r] == 0)
+            off, D.shifted[r] = off or (holds and abs(rate) > least), rate
+        if not (off or strikes):
+            return
+        found = off and impulses_of_modes(D, D.shifted, D.more)
+        if not (found or solve_impulses(D, P, D.more)):
+            return
+        add_jump(L, D, I, n, D.more)
+        for r in range(n):
+            D.impulse[r] += D.more[r]
+
+
+@njit
 def spread_impulses(L, W, D, I, n, kind):
-    """I ← the impulses of n rows by contact points, the jump, and its energies."""
+    """I ← the impulses of n rows by contact points, and the energies of the jump."""
     n3 = 3 * L.bodies
     for k in range(I.normal.shape[0]):
         I.normal[k] = I.tangential[k] = I.gained[k] = I.moved[k] = 0.0
     for i in range(I.energy.shape[0]):
         I.energy[i] = 0.0
     for k in range(n3):
-        I.jump[k] = 0.0
-        for r in range(n):
-            I.jump[k] += D.Y[r, k] * D.impulse[r]
         mass, v, jump = W.mass[k, 0], W.v[k, 0], I.jump[k]
         weight = W.share[L.body_slot[k // 3], 0] * weight_of(L, W, k)
         if mass * weight < 0.5:

@@ -498,14 +498,15 @@ def impact_without_collision(D, P):
     if solve_parts(D, P, False, True) == 0:
         return False
     take_solution(D, -1)
-    return impulses_of(D, n, m)
+    return impulses_of_modes(D, D.before, D.impulse)
 
 
 @njit
-def impulses_of(D, n, m):
-    """D.impulse ← impulses from D.before by the linear equations of D.mode; False where rows depend
-    on each other.
+def impulses_of_modes(D, rates, x):
+    """x ← impulses from velocities by the linear equations of D.mode; False where rows depend on
+    each other.
     """
+    n, m = D.count[ALL_ROWS], D.count[ALL_NORMALS]
     M, unit = D.dense, diagonal_unit(D, n)
     for r in range(n):
         D.terms[r] = 1.0 / np.sqrt(max(D.delassus[r, r] / unit, TINY))
@@ -514,7 +515,7 @@ def impulses_of(D, n, m):
         holds = closed and (r < m or D.mode[r] == 0)
         for c in range(n):
             M[r, c] = D.terms[r] * (D.delassus[r, c] / unit) * D.terms[c] if holds else 0.0
-        M[r, n] = -D.terms[r] * D.before[r] / unit if holds else 0.0
+        M[r, n] = -D.terms[r] * rates[r] / unit if holds else 0.0
         if holds:
             continue
         M[r, r] = 1.0
@@ -524,7 +525,7 @@ def impulses_of(D, n, m):
     if not eliminate(M, n):
         return False
     for r in range(n):
-        D.impulse[r] = D.terms[r] * M[r, n]
+        x[r] = D.terms[r] * M[r, n]
     return True
 
 

@@ -389,3 +389,19 @@ def test_a_part_does_not_depend_on_what_else_there_is():
             alone = FrictionProblem(2, tangents, rate, own / scale**k, np.zeros(4)).solve()
             rows = np.r_[2 * k : 2 * k + 2, 4 + 2 * k : 6 + 2 * k]
             assert np.array_equal(both.forces[rows], alone.forces)
+
+
+def test_forces_are_within_their_cones_to_the_last_digit():
+    """Nothing presses that pulls by rounding, nor is there friction of what does not press."""
+    rng, solved, open_ones = RNG(5), 0, 0
+    for _ in range(300):
+        m = int(rng.integers(1, 4))
+        R = rng.normal(size=(2 * m, int(rng.integers(m, 2 * m + 1))))
+        mu, c = rng.uniform(0.1, 1.5, m), rng.normal(size=2 * m)
+        tangents = tuple(cone(k, mu[k]) for k in range(m))
+        found = FrictionProblem(m, tangents, c, R @ R.T, np.zeros(2 * m)).solve()
+        if found is not None:
+            normal, along = found.forces[:m], found.forces[m:]
+            assert (normal >= 0.0).all() and (np.abs(along) <= mu * normal).all()
+            solved, open_ones = solved + 1, open_ones + int((normal == 0.0).sum())
+    assert solved > 250 and open_ones > 100

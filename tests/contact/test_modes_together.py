@@ -71,6 +71,22 @@ def test_a_rough_pin_beside_a_shoe_that_slides():
     assert run.contact("shoe")[0] == pytest.approx(pressed, rel=1e-9)
 
 
+def test_what_several_accelerations_follow_is_the_state_after_impacts():
+    """Two discs meet as the drum begins to turn: the event has the velocities that go on."""
+    machine, rim = brake(0.0, mu=0.3), {"rim": {"disc": "C", "radius": 0.1}}
+    machine.add(
+        *(Body(k, mass=1.0, inertia=1.0, points={"C": (0, 0)}, shapes=rim) for k in ("i", "j")),
+        Contact("hit", "i.rim", "j.rim"),
+    )
+    start = {"drum": {"omega": 30.0}, "lever": {"omega": 0.0}}
+    start |= {"i": {"x": 5.0, "y": 0.0, "vx": 1.0}, "j": {"x": 5.2, "y": 0.0, "vx": 0.0}}
+    machine.simulation = mbody.SimulationSettings(until=0.01, start=start)
+    hit, several = mbody.simulate(machine, 0.01).events
+    assert (hit.name, several.name) == ("impact", "indeterminate")
+    assert hit.after["i"].vx[0] == pytest.approx(0.5, abs=1e-15)
+    assert several.state["i"].vx[0] == several.after["i"].vx[0] == hit.after["i"].vx[0]
+
+
 def free_slider_crank(mu, start=0.1):
     """Four frictional joints, one free motion."""
     led = with_friction(

@@ -144,3 +144,34 @@ def test_a_massless_rim_of_a_heavy_disc_that_a_light_body_strikes_keeps_the_acco
     approach = v * math.sqrt(1.0 - (0.3 / (2.0 * r)) ** 2)
     assert abs(normal) == pytest.approx(1.4 * approach * m * M / (m + M), rel=1e-6)
     assert abs(tangential) < 1e-5 * abs(normal)
+
+
+@pytest.mark.parametrize(("light", "heavy"), [(1e-2, 1e2), (1e-5, 1e7)])
+def test_what_is_squeezed_by_an_impact_rests(light: float, heavy: float) -> None:
+    """Impulses of the floor and of a heavy disc cancel on a light one between them, to rounding
+    that is a velocity of its own: there is one impact, after which neither comes nearer nor leaves.
+    """
+    machine = Mechanism(
+        "squeezed", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    for name, mass, radius in (("light", light, 0.4), ("heavy", heavy, 0.2)):
+        rim = {"rim": {"disc": "C", "radius": radius}}
+        inertia = 0.4 * mass * radius**2
+        machine.add(Body(name, mass=mass, inertia=inertia, points={"C": (0, 0)}, shapes=rim))
+    machine.add(
+        Contact("under", "ground.floor", "light.rim", friction=1.0),
+        Contact("upon", "light.rim", "heavy.rim", friction=0.3),
+        Gravity("g", y=-G),
+    )
+    lean, fall = 0.05, 1e-3
+    x, y = 0.6 * math.sin(lean), 0.4 + 0.6 * math.cos(lean) + fall
+    start = {"light": {"y": 0.4}, "heavy": {"x": x, "y": y, "vy": -1.0}}
+    machine.simulation = mbody.SimulationSettings(until=1.2e-3, start=start)
+    run = mbody.simulate(machine, 1.2e-3)
+    assert (run.status, run.doubts) == ("completed", ())
+    (event,) = run.events
+    assert (event.name, event.contact) == ("impact", "upon")
+    below, above = event.after["light"], event.after["heavy"]
+    along = np.array([above.x[0] - below.x[0], above.y[0] - below.y[0]]) / 0.6
+    apart = along @ [above.vx[0] - below.vx[0], above.vy[0] - below.vy[0]]
+    assert abs(apart) < 1e-10 and abs(below.vy[0]) < 1e-10

@@ -661,7 +661,7 @@ class EventIntegration(Integration):
             elif code == DECIDED:
                 self.eliminate_rows_that_are_on()
                 if self.counts[FOUND] == SEVERAL:
-                    log.several(first)
+                    log.several(before)
             elif code == UNBROKEN:
                 return ""
             else:
