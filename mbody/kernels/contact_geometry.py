@@ -25,6 +25,7 @@ from mbody.core.tolerances import (
     CONTACT_CORNER_BEHIND,
     CONTACT_EDGE_PREFERRED,
     CONTACT_GAP_CANDIDATE,
+    CONTACT_OVERLAP_LEFT,
 )
 from mbody.kernels.contact_rows import placed
 
@@ -440,14 +441,16 @@ def polygons(W, C, B, pair, turned):
         return
     if C.kind[b] == SEGMENT and behind(W, C, b, a):
         return
-    edge_a, gap_a = widest_edge(W, C, a, b, near)
+    size = min(C.bounding_radius[a], C.bounding_radius[b])
+    none = 2.0 * CONTACT_OVERLAP_LEFT * max(C.bounding_radius[a], C.bounding_radius[b])
+    edge_a, gap_a, level_a = widest_edge(W, C, a, b, near, none)
     if gap_a >= near:
         return
-    edge_b, gap_b = widest_edge(W, C, b, a, near)
+    edge_b, gap_b, level_b = widest_edge(W, C, b, a, near, none)
     if gap_b >= near or max(edge_a, edge_b) < 0:
         return
-    size = min(C.bounding_radius[a], C.bounding_radius[b])
-    if edge_a < 0 or gap_b > gap_a + CONTACT_EDGE_PREFERRED * size:
+    wider = gap_b > gap_a + CONTACT_EDGE_PREFERRED * size
+    if edge_a < 0 or (level_b if level_a != level_b else wider):
         clipped(W, C, B, turned, edge_b)
     else:
         clipped(W, C, B, pair, edge_a)
@@ -462,11 +465,13 @@ def behind(W, C, x, y):
 
 
 @njit
-def widest_edge(W, C, x, y, near):
-    """The edge of x from which y is farthest, and how far; −1 where y is near to all of them and
-    touches none, as edges are covered or the corner of y has no such direction.
+def widest_edge(W, C, x, y, near, none):
+    """The edge of x from which y is farthest, how far, and whether y lies on it: one of which y is
+    on the free side but for an overlap that is `none` parts both, however far others do. −1 where y
+    is near to all of them and touches none, as edges are covered or the corner of y has no such
+    direction.
     """
-    best, widest = -1, -math.inf
+    best, widest, level = -1, -math.inf, False
     for n in range(edges_of(C, x)):
         ax, ay, _, _, nx, ny, _ = edge_of(W, C, x, n)
         corner, least = 0, math.inf
@@ -476,11 +481,12 @@ def widest_edge(W, C, x, y, near):
             if gap < least:
                 corner, least = k, gap
         if least >= near:
-            return n, least
+            return n, least, False
         touches = not C.covered[edge_number(C, x, n)] and may_touch(W, C, y, corner, -nx, -ny)
-        if least > widest and touches:
-            best, widest = n, least
-    return best, widest
+        lies = abs(least) <= none
+        if touches and (lies if lies != level else least > widest):
+            best, widest, level = n, least, lies
+    return best, widest, level
 
 
 @njit

@@ -182,6 +182,58 @@ def test_by_events_too_no_tile_is_struck(kind):
     assert run["m"].x[-1] == pytest.approx(1.9, abs=1e-10)
 
 
+def two_tiles(kind, mover, friction, fixed, above=0.0):
+    """What slides at 2 m/s over two bodies side by side, welded to the ground or upon a floor."""
+    places = {"O": (0.0, 0.0), "w0": (0.0, 0.3), "w1": (1.0, 0.3)}
+    shapes = {"floor": {"line": {"point": "O"}}}
+    machine = mbody.Mechanism("row", ground=places, ground_shapes=shapes)
+    corners = {"a": (0.0, 0.0), "b": (1.0, 0.0), "c": (1.0, -0.3), "d": (0.0, -0.3)}
+    top = {"top": {kind: ["a", "b"] if kind == "segment" else list("abcd")}}
+    start = {"m": {"vx": 2.0}}
+    for n in range(2):
+        tile = mbody.Body(
+            f"t{n}", mass=50.0, inertia=5.0, cg=(0.5, -0.15), points=corners, shapes=top
+        )
+        machine.add(tile)
+        if fixed:
+            machine.add(mbody.Fixed(f"weld{n}", f"ground.w{n}", f"t{n}.a"))
+        start[f"t{n}"] = {"x": float(n), "y": 0.3, "angle": 0.0}
+    if not fixed:
+        machine.add(mbody.Between("under", "ground.floor", "t*.top", friction=0.5))
+    y = 0.3 + above
+    made = box("m", 0.3, y + 0.1, 0.2, 0.2) if mover == "box" else disc("m", 0.3, y + RADIUS)
+    machine.add(made, mbody.Between("upon", "t*.top", "m.[br]*", friction=friction))
+    machine.add(mbody.Gravity("gravity", y=-G))
+    machine.simulation = mbody.SimulationSettings(0.5, start)
+    return machine
+
+
+@pytest.mark.parametrize("kind", ["segment", "polygon"])
+@pytest.mark.parametrize("mover", ["box", "disc"])
+def test_what_slides_from_one_welded_body_to_the_next_strikes_none(kind, mover):
+    run = stepped(two_tiles(kind, mover, 0.0, fixed=True), 0.5, 2e-3)
+    assert run["m"].x[-1] == pytest.approx(1.3, abs=1e-10)
+    assert np.ptp(run["m"].y) < 1e-10
+    run = stepped(two_tiles(kind, "box", 0.3, fixed=True), 0.5, 2e-3)
+    assert run["m"].x[-1] - 0.3 == pytest.approx(1.0 - 0.125 * 0.3 * G, abs=2e-3)
+
+
+def test_nor_does_a_box_that_slides_from_one_free_body_to_the_next():
+    """Tiles sink by what overlap steps leave; what lies on that is level with them."""
+    run = stepped(two_tiles("polygon", "box", 0.0, fixed=False), 0.5, 2e-3)
+    assert run["m"].x[-1] == pytest.approx(1.3, abs=1e-10)
+    # and after a fall upon one of them
+    run = stepped(two_tiles("polygon", "box", 0.0, fixed=False, above=0.01), 0.5, 2e-3)
+    assert run["m"].x[-1] == pytest.approx(1.3, abs=1e-5)
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_by_events_no_seam_of_two_bodies_is_struck(fixed):
+    run = mbody.simulate(two_tiles("polygon", "box", 0.0, fixed), 0.5)
+    assert run["m"].x[-1] == pytest.approx(1.3, abs=1e-10)
+    assert {one.name for one in run.events} == {"open"}
+
+
 def test_a_disc_rolls_down_a_road_of_polygons():
     """Beyond a tile its upper edge goes on above the road, which is no overlap."""
     x, y, angle, points, shapes = 0.0, 0.0, 0.0, {}, {}

@@ -40,6 +40,7 @@ from mbody.model.contact import (
     edge_of_side,
     shape_names,
 )
+from mbody.model.joints.fixed import Fixed
 from mbody.model.mechanism import Mechanism
 from mbody.model.touching_shapes import (
     CurveShape,
@@ -110,7 +111,7 @@ def contact_tables(system: System) -> ContactTables:
         body=integers([index[one.body] for one in found]),
         edge_start=integers(np.cumsum([0, *(len(one.edges) for one in found)])),
         edge=np.vstack([*(one.edges for one in found), np.zeros(5)]),
-        **_corners_beside(found, system.length),
+        **_corners_beside(found, _welded(machine, at), system.length),
         centre=_rows([one.centre for one in found], 2),
         bounding_radius=bounding_radius,
         radius=np.array([one.radius for one in found]),
@@ -153,6 +154,41 @@ def _ties(machine: Mechanism, index: dict[str, int]) -> list[list[int]]:
         for one, other in itertools.permutations(set(joint.bodies), 2):
             found[index[one]].add(index[other])
     return [sorted(one) for one in found]
+
+
+#: Where a body is in the axes of the first of those it is welded to: this one, angle and place.
+Welded = tuple[str, float, tuple[float, float]]
+
+
+def _welded(machine: Mechanism, at: Any) -> dict[str, Welded]:
+    """Of every body with shapes where it is among those that it is welded to, the ground apart."""
+    found: dict[str, Welded] = {}
+    beside: dict[str, list[tuple[str, float, Any, Any]]] = defaultdict(list)
+    for joint in machine.joints:
+        if isinstance(joint, Fixed):
+            turn = at.angle(joint, "i") - at.angle(joint, "j")
+            i, j = at.arm(joint, "i"), at.arm(joint, "j")
+            beside[joint.i.body].append((joint.j.body, turn, i, j))
+            beside[joint.j.body].append((joint.i.body, -turn, j, i))
+    for first in ("ground", *(body.name for body in machine.bodies)):
+        if first in found:
+            continue
+        found[first], reached = (first, 0.0, (0.0, 0.0)), [first]
+        for body in reached:
+            for other, turn, near, far in beside[body]:
+                if other not in found:
+                    _, angle, place = found[body]
+                    x, y = turned(angle, *near), turned(angle + turn, *far)
+                    there = place[0] + x[0] - y[0], place[1] + x[1] - y[1]
+                    found[other] = first, angle + turn, there
+                    reached.append(other)
+    return found
+
+
+def turned(angle: float, x: float, y: float) -> tuple[float, float]:
+    """A direction, turned."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
 
 
 def _sets(
@@ -224,32 +260,40 @@ class _Outline:
             length = np.hypot(*way.T)[:, None]
             self.edges = np.hstack([corners, way / length, length])
 
-    def ends(self, n: int, length: float) -> Edge | None:
+    def ends(self, n: int, welded: Welded, length: float) -> Edge | None:
         """Where edge n begins and ends; None of lines and of the far side of a segment."""
         if self.kind == LINE or (self.kind == SEGMENT and n > 0):
             return None
-        places = (tuple(self.edges[m % len(self.edges), :2]) for m in (n, n + 1))
-        begin, end = (corner_at(self.body, place, length) for place in places)
+        begin, end = (self.corner(m % len(self.edges), welded, length) for m in (n, n + 1))
         return begin, end
 
+    def corner(self, n: int, welded: Welded, length: float) -> Corner:
+        """The beginning of edge n."""
+        first, angle, (x, y) = welded
+        along, across = turned(angle, *self.edges[n, :2])
+        return corner_at(first, (x + along, y + across), length)
 
-def _corners_beside(found: list[_Outline], length: float) -> dict[str, Array]:
-    """Which edges other shapes of their body cover, which corners shapes share, and between which
-    normals these are touched.
+
+def _corners_beside(
+    found: list[_Outline], welded: dict[str, Welded], length: float
+) -> dict[str, Array]:
+    """Which edges other shapes of their body, or of what it is welded to, cover, which corners
+    shapes share, and between which normals these are touched.
     """
     rows = [(one, n) for one in found for n in range(len(one.edges))]
-    edges = [one.ends(n, length) for one, n in rows]
+    edges = [one.ends(n, welded[one.body], length) for one, n in rows]
     solid = [edge for edge, (one, _) in zip(edges, rows, strict=True) if one.kind == POLYGON]
     under = covered_edges(filter(None, edges), filter(None, solid))
     about: dict[Corner, list[tuple[_Outline, tuple[float, float], int]]] = defaultdict(list)
     for edge, (one, n) in zip(edges, rows, strict=True):
+        way = turned(welded[one.body][1], *one.edges[n, 2:4])
         for end, corner in enumerate(edge or ()):
-            about[corner].append((one, tuple(one.edges[n, 2:4]), end if edge not in under else -1))
+            about[corner].append((one, way, end if edge not in under else -1))
     joined, cone = np.full(len(rows) + 1, ALONE), np.zeros((len(rows) + 1, 4))
     for row, (one, n) in enumerate(rows):
         if one.kind == LINE:
             continue
-        place = corner_at(one.body, tuple(one.edges[n, :2]), length)
+        place = one.corner(n, welded[one.body], length)
         if len({id(other) for other, _, _ in about[place]}) < 2:
             continue
         left = [(way, end) for _, way, end in about[place] if end >= 0]
@@ -258,7 +302,8 @@ def _corners_beside(found: list[_Outline], length: float) -> dict[str, Array]:
             joined[row] = INNER
         elif len(begins) == len(ends) == 1:
             joined[row] = SHARED
-            cone[row] = [part for x, y in (*begins, *ends) for part in (-y, x)]
+            ways = [turned(-welded[one.body][1], *way) for way in (*begins, *ends)]
+            cone[row] = [part for x, y in ways for part in (-y, x)]
     covered = [edge in under for edge in edges] + [False]
     return {"covered": integers(covered), "joined": integers(joined), "cone": cone}
 
