@@ -72,7 +72,9 @@ def enter_contacts(arena: Arena, motion: EventIntegration, steps: int) -> Unilat
     for name in ("advance", "run"):
         arena.word(f"{name}.until", arena.put(G.asked))
         arena.word(f"{name}.steps", arena.put(G.asked) + 8)
-    return motion.eliminate_rows_that_are_on().replaced(layout=motion.layout)
+    found = motion.eliminate_rows_that_are_on()
+    whole = {"layout": motion.layout, "joints": motion.layout}
+    return found.replaced(**whole, reduced=motion.work, joint_work=motion.work)
 
 
 def keep_phases(motion: EventIntegration, numbers: NumberProgram) -> None:

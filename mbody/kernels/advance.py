@@ -130,8 +130,10 @@ STRIKES, CHANGES, FOUND, TRIED_COLLISION = range(4)
 class UnilateralMotion(Bundle):
     """A motion with contacts, ropes and frictional joints.
 
-    `whole`, `layout`: With the rows of all that may act; as steps take it, without those of what is
-      off.
+    `whole`, `work`: Layout with the rows of all that may act, and its workspace.
+    `layout`, `reduced`: The same as steps take it, without what is off.
+    `joints`, `joint_work`: The same without contacts, by which impacts and forces of contact are
+      found.
     `stage` (1,): What comes next: see above.
     `count` (4,): See above.
     `changed` (1,): When modes have changed last.
@@ -140,6 +142,9 @@ class UnilateralMotion(Bundle):
     whole: Layout
     layout: Layout
     work: Work
+    reduced: Work
+    joints: Layout
+    joint_work: Work
     method: Methods
     stepping: Stepping
     tolerances: Tolerances
@@ -245,7 +250,7 @@ def is_stuck(A):
 @njit
 def collide(A):
     """Painlevé's paradox: no accelerations are consistent, an impact without collision is."""
-    L, W, S, U, M, I = A.whole, A.work, A.stepping, A.unilateral, A.modes, A.impact
+    L, W, S, U, M, I = A.joints, A.joint_work, A.stepping, A.unilateral, A.modes, A.impact
     touching, uneven = 0, 0.0
     load_state(L, W, 0.0, S.y)
     find_touching(L, W, S, U, M)
@@ -302,7 +307,7 @@ def is_broken(A):
     """Whether a guard is below zero at the present state, where forces have jumped; what is closed
     in the present modes is then to be decided anew.
     """
-    L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    L, W, S, U, G, M = A.layout, A.reduced, A.stepping, A.unilateral, A.guards, A.modes
     broken = False
     evaluate_state(L, W, S, A.decision)
     keep(L, W, 0.0, G.page)
@@ -342,7 +347,7 @@ def begin_steps(A):
     begins at zero is rounding, and a little more than zero until it leaves that; what begins below
     it falls where it falls further.
     """
-    L, W, S, U, G, M = A.layout, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    L, W, S, U, G, M = A.layout, A.reduced, A.stepping, A.unilateral, A.guards, A.modes
     S.state[NEAR_SINGULAR] = S.state[JACOBIAN_VALID] = 0.0
     first_derivative(L, W, S, A.tolerances.full_refinements, G.page)
     begin_method(L, A.method, S)
@@ -372,7 +377,7 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
     """Go on to the next happening, or as far as A.guards.asked says."""
     L, W, S, U, G, M = A.whole, A.work, A.stepping, A.unilateral, A.guards, A.modes
     if A.stage[0] == STEPPING:
-        code = watched_steps(A.layout, W, A.method, S, A.tolerances, O, U, G)
+        code = watched_steps(A.layout, A.reduced, A.method, S, A.tolerances, O, U, G)
         if code == ZERO:
             A.stage[0] = PASSED
         return code
@@ -393,7 +398,8 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
         if kind == PARADOX:
             return POLE
     if A.stage[0] == SETTLING:
-        found = resolve(L, W, S, U, M, A.decision, A.problem, A.impact)
+        B, V = A.joints, A.joint_work
+        found = resolve(B, V, S, U, M, A.decision, A.problem, A.impact)
         if found in (SMALL, WEDGED):
             return MEMORY if found == SMALL else NO_IMPACT
         A.count[FOUND] = found
@@ -403,9 +409,9 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
                 return IMPACTS_WITHOUT_END
             for k in range(M.touches.shape[0]):
                 M.closed[k] = 0 if M.touches[k] == 1 else M.closed[k]
-            keep(L, W, 0.0, G.page)
+            keep(B, V, 0.0, G.page)
             return IMPACT
-        found = decide(L, W, S, U, M, A.decision, A.problem)
+        found = decide(A)
         if found == FULL:
             return MEMORY
         A.count[FOUND] = found
@@ -420,7 +426,7 @@ def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
     if A.stage[0] == COLLIDING:
         code = collide(A)
         if code == COLLISION:
-            keep(L, W, 0.0, G.page)
+            keep(A.joints, A.joint_work, 0.0, G.page)
             A.stage[0] = SETTLING
         return code
     begin_steps(A)

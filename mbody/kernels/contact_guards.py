@@ -249,7 +249,7 @@ def look(L, W, U, G, at, shifts):
             gap, rate = gap_of(L, W, U, k), approach_of(L, W, U, k)
             side = 0 if G.ends[k, 0] < G.ends[k, 1] else 1
             along, opens, slow = G.ends[k, side], rate > 0.0, abs(rate) <= G.slow[k]
-            value = gap
+            value, least = gap, least if gap >= -closed else -1.0
             if along < math.inf:
                 # past its ends it is as far from there as it is from them
                 past, past_rate = -along - closed, -G.end_rates[k, side]
@@ -316,8 +316,19 @@ def side_of(G, n, at):
     return -1.0 if G.kind[n] == EVENT and G.value[at, n] < 0.0 else 1.0
 
 
+@inline
+def is_behind(G, n, before, after, h, closed):
+    """Whether guard n is a gap that is behind its edge all the time h between two looks, by more
+    than `closed`, up to which gaps are none: what comes past the ends of the edge there meets
+    nothing.
+    """
+    if G.kind[n] != CLOSE or max(G.gap[before, n], G.gap[after, n]) >= -closed:
+        return False
+    return is_clear(-G.gap[before, n], -G.gap[after, n], -G.rate[before, n], -G.rate[after, n], h)
+
+
 @njit
-def between(G, n, before, after, h):
+def between(G, n, before, after, h, closed):
     """Whether guard n may have been zero between two looks, a time h apart."""
     side = side_of(G, n, before)
     p, q, past_p, past_q = (
@@ -329,6 +340,7 @@ def between(G, n, before, after, h):
     return not (
         is_clear(side * G.gap[before, n], side * G.gap[after, n], p, q, h)
         or is_clear(G.past[before, n], G.past[after, n], past_p, past_q, h)
+        or is_behind(G, n, before, after, h, closed)
     )
 
 
@@ -346,11 +358,11 @@ def is_clear(a, b, p, q, h):
 
 
 @njit
-def quiet_by_ends(G, h):
+def quiet_by_ends(G, h, closed):
     """Whether no guard can have been zero within a short step, by its ends."""
     quiet = True
     for n in range(watched(G)):
-        quiet = quiet and not (between(G, n, BEGIN, END, h) or not_far(G, n))
+        quiet = quiet and not (between(G, n, BEGIN, END, h, closed) or not_far(G, n))
     return quiet
 
 
@@ -367,24 +379,21 @@ def place(at):
 
 
 @njit
-def quiet_by_looks(G, h):
-    """Whether no guard can have been zero within what was looked at, a time h."""
-    for n in range(watched(G)):
-        before, x, low, bend = BEGIN, 0.0, math.inf, 0.0
-        for m in range(LOOKS - 1):
-            after = INSIDE + m if m < LOOKS - 2 else END
-            there = place(after) if m < LOOKS - 2 else 1.0
-            if between(G, n, before, after, (there - x) * h):
-                return False
-            low = min(low, min(abs(G.value[before, n]), abs(G.value[after, n])))
-            before, x = after, there
-        if not_far(G, n):
+def is_quiet(G, n, h, closed):
+    """Whether guard n cannot have been zero within what was looked at, a time h."""
+    before, x, low, bend = BEGIN, 0.0, math.inf, 0.0
+    for m in range(LOOKS - 1):
+        after = INSIDE + m if m < LOOKS - 2 else END
+        there = place(after) if m < LOOKS - 2 else 1.0
+        if between(G, n, before, after, (there - x) * h, closed):
             return False
-        if G.kind[n] == EVENT or not has_rates(G, n):
-            bend = fourth_difference(G.value, n)
-        if abs(bend) > GUARD_FORCE_VARIES * low:
-            return False
-    return True
+        low = min(low, min(abs(G.value[before, n]), abs(G.value[after, n])))
+        before, x = after, there
+    if not_far(G, n):
+        return False
+    if G.kind[n] == EVENT or not has_rates(G, n):
+        bend = fourth_difference(G.value, n)
+    return abs(bend) <= GUARD_FORCE_VARIES * low
 
 
 @njit

@@ -682,15 +682,17 @@ def most_rows(L, U, M):
 
 
 @njit
-def decide(L, W, S, U, M, D, P):
+def decide(A):
     """M.mode, M.leader, rows and directions of sliding ← modes that go on from the state S.y, which
-    stays as it is.
+    stays as it is. A: a `UnilateralMotion`; the problem is stated by the rows of joints alone.
     """
-    points = U.normal.shape[0]
+    L, W, S, U, M, D = A.joints, A.joint_work, A.stepping, A.unilateral, A.modes, A.decision
+    points, P = U.normal.shape[0], A.problem
     for k in range(M.y.shape[0]):
         M.y[k] = S.y[k]
     for k in range(M.mode.shape[0]):
         M.mode[k], M.leader[k] = OPEN if k < points else STICK, -1
+    all_off(A.whole, A.work, U)
     all_off(L, W, U)
     W.time[0, 0] = S.state[TIME]
     signals(L, W, 0.0, L.signal_law.shape[0])
@@ -712,12 +714,12 @@ def decide(L, W, S, U, M, D, P):
         take_solution(D, number)
         begin_sliding(D, P)
         modes_of_solution(U, M, D)
-        read_state(L, W, S.y)
-        set_modes(L, W, U, M)
-        evaluate_state(L, W, S, D)
+        read_state(A.whole, A.work, S.y)
+        set_modes(A.whole, A.work, U, M)
+        evaluate_state(A.whole, A.work, S, D)
         restore_state(S, M)
         number += 1
-        if goes_on(L, W, U, M):
+        if goes_on(A.whole, A.work, U, M):
             return SEVERAL if found > 1 else ONE
     return NONE
 

@@ -25,6 +25,8 @@ from mbody.kernels.contact_guards import (
     PARADOX,
     fourth_difference,
     has_rates,
+    is_behind,
+    is_quiet,
     node,
     side_of,
     watched,
@@ -45,15 +47,21 @@ def cubic(z, h, a, b, p, q):
     return a + z * (p + z * (3.0 * d - 2.0 * p - q + z * (p + q - 2.0 * d)))
 
 
+@inline
+def looks_beside(x):
+    """The looks before and after the part x of what is looked at."""
+    before, m = BEGIN, 0
+    while m < LOOKS - 2 and x > node(INSIDE + m):
+        before = INSIDE + m
+        m += 1
+    return before, INSIDE + m if m < LOOKS - 2 else END
+
+
 @njit
 def guard_between(G, n, h, x, rated):
     """Guard n at the part x of what is looked at, a time h."""
     if rated:
-        before, m = BEGIN, 0
-        while m < LOOKS - 2 and x > node(INSIDE + m):
-            before = INSIDE + m
-            m += 1
-        after = INSIDE + m if m < LOOKS - 2 else END
+        before, after = looks_beside(x)
         left, length = node(before), node(after) - node(before)
         z, whole = (x - left) / length, h * length
         found = cubic(
@@ -75,10 +83,17 @@ def guard_between(G, n, h, x, rated):
 
 
 @njit
-def first_zero(G, n, h):
+def is_behind_there(G, n, h, x, closed):
+    """Whether guard n is a gap that is behind its edge all the time between the looks beside x."""
+    before, after = looks_beside(x)
+    return is_behind(G, n, before, after, (node(after) - node(before)) * h, closed)
+
+
+@njit
+def first_zero(G, n, h, closed):
     """The part of what is looked at, a time h, at which guard n is zero first: one of a mode falls
     through it, an event as it is asked. NO_ZERO where there is none, UNCLEAR where the looks do not
-    say, UNSEEN where none do.
+    say, UNSEEN where none do. Gaps up to `closed` are none.
     """
     event, rated, most, low = G.kind[n] == EVENT, has_rates(G, n), 0.0, math.inf
     side, swaps = side_of(G, n, BEGIN), False
@@ -109,9 +124,13 @@ def first_zero(G, n, h):
             g = guard_between(G, n, h, x, rated)
         else:
             place += 1
-        least = min(least, side * g)
+        if side * g < least and not is_behind_there(G, n, h, x, closed):
+            least = side * g
         if known and side * g <= -none:
             zero = closed_in(G, n, h, left, x, side)
+            if is_behind_there(G, n, h, zero, closed):
+                left, before, known = x, g, False
+                continue
             if not event or (G.sense[n] * side <= 0.0 and is_new(G.events, G.owner[n], zero)):
                 hides = event and not (swaps or finest)
                 return UNCLEAR if hides else zero
@@ -202,13 +221,16 @@ def comes_first(G, n, here, first, x):
 
 
 @njit
-def first_guard(G, h):
+def first_guard(G, h, closed):
     """The guard that is zero first, and the part of what is looked at, a time h, at which it is:
-    NO_ZERO where none is, UNCLEAR where the looks do not say, UNSEEN where none do.
+    NO_ZERO where none is, UNCLEAR where the looks do not say, UNSEEN where none do. Gaps up to
+    `closed` are none.
     """
     first, x = -1, NO_ZERO
     for n in range(watched(G)):
-        here = first_zero(G, n, h)
+        if is_quiet(G, n, h, closed):
+            continue
+        here = first_zero(G, n, h, closed)
         if here < 0.0:
             # of modes many graze zero all the time, which no shorter parts show
             bends = G.value[BEGIN, n] > G.fresh[n] and G.value[END, n] < 0.0

@@ -39,12 +39,12 @@ from mbody.kernels.contact_guards import (
     PARADOX,
     SWINGS,
     UNTIL,
+    is_behind,
     look,
     look_again,
     look_at_events,
     node,
     quiet_by_ends,
-    quiet_by_looks,
     watched,
 )
 from mbody.kernels.contact_rows import (
@@ -137,6 +137,7 @@ def search(L, W, S, T, U, G):
     known, part by part: as long as events ask for, shorter where the looks do not say what happens.
     """
     h, E, begin, tries, last = S.state[TRIED_LENGTH], G.events, 0.0, 0, False
+    closed = CONTACT_GAP_CLOSED * W.size[0, 0]
     parts = max(1, math.ceil(h / (INTERVALS * E.number[APART]))) if events_of(E) > 0 else 1
     longest = 1.0 / parts
     length = longest
@@ -145,9 +146,7 @@ def search(L, W, S, T, U, G):
         length = 1.0 - begin if last else length
         E.number[FIRST_PART], E.number[PART_LENGTH] = begin, length
         look_inside(L, W, S, T, U, G, last)
-        first, x, tries = -1, NO_ZERO, tries + 1
-        if not quiet_by_looks(G, length * h):
-            first, x = first_guard(G, length * h)
+        tries, (first, x) = tries + 1, first_guard(G, length * h, closed)
         if first >= 0:
             G.passed[0], G.part[0] = first, begin + x * length
             rate = slope(G, first, length * h, x)
@@ -176,9 +175,10 @@ def find_first(L, W, method, S, T, U, G):
     if state[NEAR_SINGULAR] > 0.5:
         return False
     look_at_all(L, W, U, G, END)
+    closed = CONTACT_GAP_CLOSED * W.size[0, 0]
     short = events_of(G.events) == 0 or h <= G.events.number[APART]
     short = short and STEP_SHORT * state[TRIED_GROWTH] >= 1.0
-    if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h):
+    if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h, closed):
         G.part[0] = NO_ZERO
         return False
     if events_of(G.events) > 0:
@@ -208,7 +208,7 @@ def step_to_zero(L, W, method, S, T, U, G):
     that was looked at, so that its end has the order of the method; whether one is found.
     """
     state, n, rate = S.state, G.passed[0], G.part[1]
-    t, h = state[TIME], state[TRIED_LENGTH]
+    t, h, closed = state[TIME], state[TRIED_LENGTH], CONTACT_GAP_CLOSED * W.size[0, 0]
     end, before, value = t + G.part[0] * h, t, math.inf
     if not (rate < 0.0 or (G.kind[n] == EVENT and rate > 0.0)):
         return False
@@ -237,7 +237,8 @@ def step_to_zero(L, W, method, S, T, U, G):
     for m in range(G.count[0]):
         begin = G.value[BEGIN, m]
         least = -max(GUARD_ZERO * begin, G.fresh[m])
-        if m != n and begin > 0.0 and G.value[END, m] < least:
+        passed = m != n and begin > 0.0 and G.value[END, m] < least
+        if passed and not is_behind(G, m, BEGIN, END, state[TRIED_LENGTH], closed):
             return False
     return G.kind[n] != CLOSE or closes(L, W, U, G, G.owner[n])
 

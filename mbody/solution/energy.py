@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -132,11 +133,11 @@ def works_of_pairs(system: System) -> dict[str, str]:
     """The element of every friction pair, by the name that its work has: "A.friction", of an
     element with several of them "A.friction_2" and so on.
     """
-    L, found = system.layout, dict[str, str]()
+    L, found, counts = system.layout, dict[str, str](), Counter[str]()
     for tangent in L.friction_tangent:
         name = system.owners[int(L.active_set[tangent])][0].name
-        count = sum(owner == name for owner in found.values())
-        found[f"{name}.friction" + (f"_{count + 1}" if count else "")] = name
+        counts[name] += 1
+        found[f"{name}.friction" + (f"_{counts[name]}" if counts[name] > 1 else "")] = name
     return found
 
 

@@ -301,7 +301,7 @@ def sums_of(
 # Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
 # and elimination works on zeros there. Of many contact candidates where bodies may touch few do,
 # and most of the work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the
-# same numbers.
+# same numbers. Bodies that are split for rows that are off alone need no slots for these.
 
 Array = np.ndarray
 
@@ -342,6 +342,41 @@ def without_nodes(layout: Layout, off: Array) -> Layout:
         form_column=integers(L.form_column[formed]),
         form_more=integers(L.form_more[formed]),
         fill=moved(L.fill[filled]),
+    )
+
+
+def layout_of_rows(layout: Layout, off: Array) -> Layout:
+    """The layout without some rows of the active set, with nodes and slots of its own. `off`
+    (primitives,): those, which share one node that holds nothing.
+    """
+    L, kept = layout, np.flatnonzero(~off)
+    ends = zip(L.primitive_i[kept].tolist(), L.primitive_j[kept].tolist(), strict=True)
+    slots = split(L.bodies, [*ends, (L.bodies, L.bodies)])
+    plan, nodes = eliminate(slots), len(slots.sides)
+    place = np.empty(nodes, dtype=np.int64)
+    place[plan.order] = np.arange(nodes)
+    nothing = place[len(kept)]
+    node = np.full(len(off), nothing)
+    node[kept] = place[: len(kept)]
+    written = node.copy()
+    written[L.active_set] = first_beyond(nodes, 0) + np.arange(len(L.active_set))
+    # by the nodes that they have in the whole
+    now = np.full(L.nodes, nothing)
+    now[L.primitive_node] = node
+    names = ("node_start", "block_row", "update", "form_block", "form_a", "form_b", "form_column")
+    return layout.replaced(
+        slots=len(slots.body),
+        nodes=nodes,
+        primitive_node=node,
+        written_node=written,
+        friction_node=now[L.friction_node],
+        driver_node=now[L.driver_node],
+        node_column=integers([3 * s for n in plan.order for s in slots.sides[n]]),
+        **{name: getattr(plan, name) for name in names},
+        form_more=integers(plan.form_more),
+        fill=plan.fill,
+        slot_body=integers(slots.body),
+        body_slot=np.searchsorted(slots.body, np.arange(L.bodies)),
     )
 
 

@@ -22,6 +22,7 @@ from mbody.kernels.layout import (
     frame_of,
     integers,
     inverse_masses,
+    join,
 )
 from mbody.kernels.loop_closure import violation
 from mbody.laws import Expression, Law, MeasuredFormula, Table
@@ -67,7 +68,7 @@ def fixed_rows(
     equal x and y, then equal angle.
     """
     L = layout
-    weights, pad, blocks = (np.zeros((size * L.nodes, 1)) for size in (2, 2, 12))
+    weights, pad = np.zeros((2 * L.nodes, 1)), np.zeros((2 * L.nodes, 1))
     pairs = zip(row_kinds, L.primitive_node, strict=True)
     for e, (kinds, node) in enumerate(pairs):
         length = lengths[min(L.primitive_i[e], L.primitive_j[e])]
@@ -76,7 +77,12 @@ def fixed_rows(
                 weights[2 * node + row] = 1.0 if kinds[row] == "l" else 1.0 / (length * length)
             else:
                 pad[2 * node + row] = 1.0
-    seen: set[tuple[int, int]] = set()
+    return weights, pad, welds(L, pad)
+
+
+def welds(layout: Layout, pad: np.ndarray) -> np.ndarray:
+    """Blocks of the welds of one body's slots, (12 nodes, 1); sets their identity rows."""
+    L, blocks, seen = layout, np.zeros((12 * layout.nodes, 1)), set[tuple[int, int]]()
     for node in np.setdiff1d(np.arange(L.nodes), L.primitive_node):
         o = 12 * node
         pair = (int(L.node_column[2 * node]), int(L.node_column[2 * node + 1]))
@@ -86,7 +92,27 @@ def fixed_rows(
         else:
             blocks[o + 2], blocks[o + 8] = 1.0, -1.0
             pad[2 * node + 1] = 1.0
-    return weights, pad, blocks
+    return blocks
+
+
+def work_of_rows(system: System, layout: Layout, whole: Work, off: np.ndarray) -> Work:
+    """The workspace of one set for `layout_of_rows`, of a layout whose workspace is `whole`: they
+    have all in common that belongs to no node.
+    """
+    L = layout
+    frame = frame_of(L, system.par.shape[0], system.signals, 1)
+    work = Work(frame, frame.blank())
+    before, now = system.layout.primitive_node, L.primitive_node
+    for row in range(2):
+        work.pad[2 * now + row] = 1.0
+        kept, old = 2 * now[~off] + row, 2 * before[~off] + row
+        work.pad[kept] = whole.pad[old]
+        work.regularization_weight[kept] = whole.regularization_weight[old]
+    work.block[: 12 * L.nodes] = welds(L, work.pad)
+    work.share[: L.slots] = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body][:, None]
+    work.weight[: 3 * L.slots] = inverse_masses(L, whole.mass, system.sizes)
+    join(work, whole)
+    return work
 
 
 # -- Points that the user gave by distance and angle -------------------------------------------
@@ -543,6 +569,11 @@ class System:
         return {}
 
     @functools.cached_property
+    def derived(self) -> dict[Hashable, Any]:
+        """What analyses have made of its description and numbers, and take again."""
+        return {}
+
+    @functools.cached_property
     def _blanks(self) -> dict[int, tuple[Frame, np.ndarray]]:
         """Fresh workspaces by number of lanes."""
         return {}
@@ -627,7 +658,7 @@ class System:
 
     def __getstate__(self) -> dict[str, Any]:
         # handles belong to this process: the callables travel, the handles do not
-        own = ("_registered", "_user_names", "_blanks", "closed_positions")
+        own = ("_registered", "_user_names", "_blanks", "closed_positions", "derived")
         return {key: value for key, value in self.__dict__.items() if key not in own}
 
 

@@ -171,7 +171,7 @@ def test_every_search_for_a_zero_ends_at_one_of_the_cubics():
         size, h = 10.0 ** rng.integers(-60, 1), 10.0 ** rng.integers(-8, 2)
         value = size * rng.normal(size=5) * (rng.random(5) < 0.6)
         rate = size * 10.0 ** rng.integers(-3, 3) * rng.normal(size=5) * (rng.random(5) < 0.7)
-        x = first_zero(looked_at(value, rate), 0, h)
+        x = first_zero(looked_at(value, rate), 0, h, 0.0)
         if x in (NO_ZERO, UNCLEAR, UNSEEN):
             continue
         order = [BEGIN, INSIDE, INSIDE + 1, INSIDE + 2, END]

@@ -14,7 +14,7 @@ import math
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -250,6 +250,13 @@ class Rows:
     ends: Array
 
 
+def unilateral_of(system: System) -> Unilateral:
+    """All of them of a system, made once."""
+    if "unilateral" not in system.derived:
+        system.derived["unilateral"] = Unilateral(system)
+    return cast(Unilateral, system.derived["unilateral"])
+
+
 class Unilateral:
     """All of them of one system."""
 
@@ -291,6 +298,8 @@ class Unilateral:
             for f, s in enumerate(L.friction_tangent)
             if f not in tangent_pairs and may_stick(system, f)
         ]
+        #: Which friction pairs are those of contact points.
+        self.of_contacts = np.isin(np.arange(len(L.friction_tangent)), list(tangent_pairs))
         units = [system.row_kinds[int(e)] for e in L.active_set]
         #: Of every row of the active set, whether it is an angle.
         self.angular = np.array([kinds == "a" for kinds in units], dtype=bool)
@@ -299,8 +308,6 @@ class Unilateral:
         self.units = np.ones(len(L.active_set))
         normals = [point.normal for point in self.contact_points]
         self.units[normals] = np.where(self.angular[normals], system.length, 1.0)
-        #: Proximal term and refinements of the factor of the joints, as the motion has them.
-        self.regularization, self.refinements = 0.0, 0
 
     def __len__(self) -> int:
         return len(self.layout.active_set)

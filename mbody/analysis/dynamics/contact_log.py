@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from typing import Any
 
@@ -60,7 +61,7 @@ class ContactLog:
             for one in works_of_moving(system)
         }
         #: Modes whose forces are determined; the last instant whose forces were not.
-        self.determined = b""
+        self.determined: deque[bytes] = deque(maxlen=2)
         self.last_shown: tuple[bytes, Reported] | None = None
 
     # -- modes, and forces that are shared -----------------------------------------------------
@@ -78,7 +79,7 @@ class ContactLog:
             return plain
         modes = modes or self.modes_now
         key = " ".join((*modes.modes, *modes.pairs)).encode() + modes.on.tobytes()
-        if not modes.on.any() or key == self.determined:
+        if not modes.on.any() or key in self.determined:
             return plain
         n, numbers = m.system.coordinates, m.system.friction_rows.start
         place = key + record[: 2 * n].tobytes() + record[3 * n : numbers].tobytes()
@@ -90,7 +91,7 @@ class ContactLog:
         rows = m.look_at(t, record)
         found_now = reported_instant(m.uni, m.probe, rows, record[:, 0], modes)
         if found_now.forces is None:
-            self.determined = key
+            self.determined.append(key)
         else:
             self.last_shown = place, found_now
         return found_now
@@ -127,7 +128,8 @@ class ContactLog:
         m, uni = self.motion, self.motion.uni
         modes, pairs = modes or m.modes, pairs or m.pairs
         found = {pair.name: mode for pair, mode in zip(uni.friction_joints, pairs, strict=True)}
-        order = ("open", "redundant", "slip-", "slip+", "stick", "roll")
+        every = ("open", "redundant", "slip-", "slip+", "stick", "roll")
+        order = {mode: n for n, mode in enumerate(every)}
         for n, (point, one) in enumerate(zip(uni.contact_points, modes, strict=True)):
             mode = self._by_rate(n, rows) if one == "redundant" else one
             named = "roll" if mode == "stick" and point.candidate.round else mode
@@ -136,7 +138,7 @@ class ContactLog:
             if point.tangent < 0 and mode != "open":
                 named = "stick"
             sticking = found.get(point.name, "open")
-            found[point.name] = max((sticking, named), key=order.index)
+            found[point.name] = max((sticking, named), key=order.__getitem__)
         return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
 
     def _by_rate(self, n: int, rows: Rows | None) -> str:

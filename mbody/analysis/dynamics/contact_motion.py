@@ -19,7 +19,7 @@ import numpy as np
 
 from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, unilateral_of
 from mbody.analysis.driven.contact_report import one_sided, one_sided_force
 from mbody.analysis.dynamics.contact_log import ContactLog
 from mbody.analysis.dynamics.contact_start import fit_contacts, refuse_overlap
@@ -81,7 +81,7 @@ from mbody.kernels.contact_modes import MASSLESS, OPEN, SEVERAL
 from mbody.kernels.force_programs import BENT, FORCES, LINES, open_forces_memory
 from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.held_forces import held_force_table
-from mbody.kernels.layout import Work
+from mbody.kernels.layout import Layout, Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import (
     CROSSED,
@@ -107,8 +107,8 @@ from mbody.solution.doubts import doubted
 from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
-from mbody.system.assembler import without_nodes
-from mbody.system.system import System
+from mbody.system.assembler import layout_of_rows, without_nodes
+from mbody.system.system import System, work_of_rows
 
 Array = np.ndarray
 
@@ -177,7 +177,7 @@ class EventIntegration(Integration):
         settings: IntegrationSettings,
         events: tuple[Event, ...],
     ) -> None:
-        self.uni = Unilateral(system)
+        self.uni = unilateral_of(system)
         #: Whether something may open, stick or slide.
         self.has_modes = has_modes(system)
         super().__init__(system, start, settings)
@@ -225,7 +225,6 @@ class EventIntegration(Integration):
         #: What the kernels work on: by which rows are on, and at present.
         self.motions: dict[bytes, tuple[Motion, UnilateralMotion]] = {}
         self.present: UnilateralMotion | None = None
-        self.uni.regularization = self.regularization
         motion = super()._motion()
         return refined_where_uneven(motion, self.uni) if self.has_modes else motion
 
@@ -329,16 +328,19 @@ class EventIntegration(Integration):
 
     def eliminate_rows_that_are_on(self) -> UnilateralMotion:
         """Steps leave out the blocks of rows that are off: what the kernels work on then."""
-        key = self.work.on.tobytes()
+        pairs = len(self.layout.friction_kind)
+        on, sliding = self.on != 0.0, self.work.slip_sign[:pairs, 0] != 0.0
+        key = on.tobytes() + sliding.tobytes()
         if key not in self.motions:
-            off, m = np.zeros(self.layout.nodes, dtype=bool), self.motion
-            off[self.layout.primitive_node[self.layout.active_set]] = self.on == 0.0
+            m = self._rows_that_are_on(on, sliding)
             D, P = self.memory.ready(self, 0)
-            m = replace(m, layout=without_nodes(self.layout, off))
             found = UnilateralMotion(
                 whole=self.layout,
                 layout=m.layout,
                 work=self.work,
+                reduced=m.work,
+                joints=self.joints[0],
+                joint_work=self.joints[1],
                 method=self.steps.methods,
                 stepping=self.stepping,
                 tolerances=m.tolerances,
@@ -355,6 +357,34 @@ class EventIntegration(Integration):
             self.motions[key] = m, found
         self.motion, self.present = self.motions[key]
         return self.present
+
+    def _rows_that_are_on(self, on: Array, sliding: Array) -> Motion:
+        """What steps work on with these rows, and friction pairs that slide."""
+        L, m = self.layout, self.motion
+        if not self.steps.fixed and (found := self._without_rows(on, sliding)) is not None:
+            return replace(m, layout=found[0], work=found[1])
+        off = np.zeros(L.nodes, dtype=bool)
+        off[L.primitive_node[L.active_set]] = ~on
+        return replace(m, layout=without_nodes(L, off), work=self.work)
+
+    @functools.cached_property
+    def joints(self) -> tuple[Layout, Work]:
+        """What impacts and forces of contact are found by: the rows of joints."""
+        none = (np.zeros(count, dtype=bool) for count in (len(self.uni), len(self.uni.of_contacts)))
+        return self._without_rows(*none) or (self.layout, self.work)
+
+    def _without_rows(self, on: Array, sliding: Array) -> tuple[Layout, Work] | None:
+        """Layout and workspace without rows of contacts that are off. Bodies that are split for the
+        rows of all that may act are not for those that act: None where none are.
+        """
+        L, off = self.layout, np.zeros(len(self.layout.primitive_node), dtype=bool)
+        off[L.active_set] = ~on
+        off[L.active_set[L.friction_tangent[sliding | ~self.uni.of_contacts]]] = False
+        alike = not (len(L.more) or len(L.part) or len(L.formula_step))
+        if not (alike and L.slots > L.bodies and off.any()):
+            return None
+        layout = layout_of_rows(L, off)
+        return layout, work_of_rows(self.system, layout, self.work, off)
 
     # -- values of events and guards ----------------------------------------------------------
 
@@ -476,7 +506,7 @@ class EventIntegration(Integration):
         self.guard_table.known[0] = 0
         if self.has_modes:
             table = self.uni.table, self.guard_table
-            self.least_guard = present_guards(self.motion.layout, self.work, *table)
+            self.least_guard = present_guards(self.motion.layout, self.motion.work, *table)
         return closes
 
     def save(self) -> StepStart:
@@ -735,6 +765,7 @@ class EventIntegration(Integration):
             if point.pair >= 0:
                 slip_signs[point.pair] = 0.0
         self.uni.set_rows(self.work, np.zeros(len(self.uni)), slip_signs)
+        self.eliminate_rows_that_are_on()
 
     # -- instants that are kept ---------------------------------------------------------------
 

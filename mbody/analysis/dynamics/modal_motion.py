@@ -60,11 +60,9 @@ class DecisionMemory:
         """The problem, for so many rows, with the numbers of the factor of the joints."""
         if rows > len(self.problem[0].c):
             self.grow(2 * rows)
-        D, full = self.problem[0], motion.motion.tolerances.full_refinements
-        D.regularization[0], D.refinements[:] = (
-            self.uni.regularization,
-            (self.uni.refinements, full),
-        )
+        D, T = self.problem[0], motion.motion.tolerances
+        D.regularization[0] = motion.regularization
+        D.refinements[:] = T.refinements, T.full_refinements
         return self.problem
 
     @property
@@ -104,6 +102,7 @@ class ModalMotion(Protocol):
     `uni`: Its contact points and frictional joints.
     `y`: Its state.
     `work`: The workspace of its steps.
+    `regularization`: The proximal term of redundant rows.
     `motion`, `memory`: Bundles of the kernels of steps, and of those that decide modes.
     """
 
@@ -114,6 +113,7 @@ class ModalMotion(Protocol):
     work: Work
     motion: Motion
     memory: DecisionMemory
+    regularization: float
 
     @property
     def speeds(self) -> Array:
@@ -129,12 +129,11 @@ def refined_where_uneven(motion: Motion, uni: Unilateral) -> Motion:
     on the light.
     """
     tolerances, uneven = motion.tolerances, uni.unevenness.max(initial=0.0)
-    uni.refinements = tolerances.refinements
     if uneven <= tol.MASSES_UNEVEN:
         return motion
     count, left = MOST_REFINEMENTS, tol.REFINEMENT_LEAVES * uneven
     if left < 1.0:
         count = min(count, math.ceil(math.log(tol.MACHINE_EPSILON) / math.log(left)))
-    uni.refinements = most = max(tolerances.full_refinements, count)
+    most = max(tolerances.full_refinements, count)
     exact = tolerances.replaced(refinements=most, full_refinements=most)
     return replace(motion, tolerances=exact)

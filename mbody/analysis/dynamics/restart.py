@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral, unilateral_of
 from mbody.analysis.dynamics.integrators import integrator
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
 from mbody.core.tolerances import RESTART_STEPS_BEFORE
@@ -38,7 +38,7 @@ def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> None:
 
 def unfit_modes(system: System, found: ModalState) -> str | None:
     """Reason why modes do not fit a system; None where they fit."""
-    uni = Unilateral(system)
+    uni = unilateral_of(system)
     points, every = len(uni.contact_points), len(uni.contact_points) + len(uni.friction_joints)
     sizes = {
         "modes": points,
