@@ -241,10 +241,13 @@ def add_jump(L, D, I, n, impulse):
 @njit
 def refine_jump(L, M, D, P, I, n):
     """I.jump, D.impulse ← with what is left of the laws: great impulses that cancel on a light body
-    have no digits for its velocities, little ones beside them do.
+    have no digits for its velocities, little ones beside them do. Of the parts of the impact the
+    first has these.
     """
-    m = D.count[ALL_NORMALS]
+    m, little = D.count[ALL_NORMALS], D.f
     take_solution(D, -1)
+    for r in range(m):
+        D.w[r] = D.given_law[r]
     for _ in range(REFINEMENTS):
         off, strikes = False, False
         for r in range(n):
@@ -253,19 +256,24 @@ def refine_jump(L, M, D, P, I, n):
                 rate += D.R[r, k] * I.jump[k]
             least = RATE_NONE_FRICTION * M.speed[D.owner[r]]
             strikes = strikes or (r < m and rate < -least)
-            if r < m:
-                D.given_law[r] = 0.0
-                rate += D.restitution[r] * min(D.before[r], 0.0) if D.newton[r] == 1 else 0.0
+            if r < m and D.newton[r] == 1:
+                rate += D.restitution[r] * min(D.before[r], 0.0)
             holds = D.mode[normal] == 1 and (r < m or D.mode[r] == 0)
             off, D.shifted[r] = off or (holds and abs(rate) > least), rate
         if not (off or strikes):
             return
-        found = off and impulses_of_modes(D, D.shifted, D.more)
-        if not (found or solve_impulses(D, P, D.more)):
+        found = off and impulses_of_modes(D, D.shifted, little)
+        if not found:
+            for r in range(m):
+                D.given_law[r] = 0.0
+            found = solve_impulses(D, P, little)
+            for r in range(m):
+                D.given_law[r] = D.w[r]
+        if not found:
             return
-        add_jump(L, D, I, n, D.more)
+        add_jump(L, D, I, n, little)
         for r in range(n):
-            D.impulse[r] += D.more[r]
+            D.impulse[r] += little[r]
 
 
 @njit
