@@ -269,6 +269,14 @@ class EventIntegration(Integration):
         return self.guard_table.fresh[: self.guard_table.count[0]]
 
     @property
+    def rounding(self) -> Array:
+        """What is rounding of each event and guard (events and guards,), where it is known."""
+        G, count = self.guard_table, len(self.events)
+        first = int(G.count[0])
+        known = G.fresh[first : first + count] if self.watches else np.zeros(count)
+        return np.concatenate([known, self.fresh_sizes])
+
+    @property
     def fresh(self) -> dict[Guard, float]:
         """What is rounding of guards that began at zero."""
         found = zip(self.guards, self.fresh_sizes.tolist(), strict=True)

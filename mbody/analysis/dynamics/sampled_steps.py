@@ -413,7 +413,7 @@ class SampledSteps:
     def _sampled(self, times: Array, marks: Array, records: Array) -> tuple[Array, Array]:
         """Values and rates (events, times) by records at the marks, the times being among them."""
         m, at = self.motion, np.searchsorted(marks, times)
-        every, first = [*m.events, *m.guards], len(m.events)
+        every = [*m.events, *m.guards]
         values = m.values_of(list(range(len(every))), marks, records)
         rising = np.empty((len(every), len(times)))
         carried = np.append(m.carried, np.zeros(len(m.guards), dtype=bool))
@@ -427,12 +427,10 @@ class SampledSteps:
             change = values[own][:, seconds] - values[own][:, at]
             interval = marks[seconds] - times
             rising[own] = change / np.where(interval == 0.0, 1.0, interval)
-        found, least = values[:, at], m.fresh_sizes[:, None]
-        # what began at zero is a little more than zero until it leaves that
-        rounding = (np.abs(found[first:]) <= least) & (least > 0.0)
-        found[first:] = np.where(rounding, least, found[first:])
-        rising[first:] = np.where(rounding, 0.0, rising[first:])
-        return found, rising
+        found, least = values[:, at], m.rounding[:, None]
+        # what began at zero is a little more than zero until it leaves that, as events at rest are
+        rounding = (np.abs(found) <= least) & (least > 0.0)
+        return np.where(rounding, least, found), np.where(rounding, 0.0, rising)
 
     def _longest_from(self, times: Array, found: Array, rising: Array) -> float:
         """How long a step from the first of two times may be, by values and rates of all that is
