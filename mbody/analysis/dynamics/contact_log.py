@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.analysis.dynamics.modal_motion import ModalMotion
+from mbody.analysis.dynamics.modal_motion import MODES, ModalMotion
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -63,6 +63,8 @@ class ContactLog:
         #: Modes whose forces are determined; the last instant whose forces were not.
         self.determined: deque[bytes] = deque(maxlen=2)
         self.last_shown: tuple[bytes, Reported] | None = None
+        #: Modes that were named last, by their numbers.
+        self.last_named: tuple[bytes, dict[str, str]] = b"", {}
 
     # -- modes, and forces that are shared -----------------------------------------------------
 
@@ -157,8 +159,12 @@ class ContactLog:
 
     def modes_at(self, t: float, record: Array) -> dict[str, str]:
         """The modes of an instant that is kept, by its record (rows, 1)."""
-        rows = self.motion.look_at(t, record) if "redundant" in self.motion.modes else None
-        return self.named_modes(rows=rows)
+        m, numbers = self.motion, self.motion.memory.modes.mode
+        if (numbers == MODES.index("redundant")).any():
+            return self.named_modes(rows=m.look_at(t, record))
+        if (key := numbers.tobytes()) != self.last_named[0]:
+            self.last_named = key, self.named_modes()
+        return self.last_named[1]
 
     # -- ends ---------------------------------------------------------------------------------
 
