@@ -96,12 +96,15 @@ def first_zero(G, n, h, closed):
     say, UNSEEN where none do. Gaps up to `closed` are none.
     """
     event, rated, most, low = G.kind[n] == EVENT, has_rates(G, n), 0.0, math.inf
-    side, swaps = side_of(G, n, BEGIN), False
+    side, swaps, unknown = side_of(G, n, BEGIN), False, 0
     for m in range(LOOKS):
         value = G.value[m, n]
         if value != value:
-            return NO_ZERO if event else UNCLEAR
+            unknown += 1
+            continue
         most, low, swaps = max(most, abs(value)), min(low, side * value), swaps or side * value <= 0
+    if unknown > 0:
+        return NO_ZERO if event and unknown == LOOKS else UNCLEAR
     if G.kind[n] == PARADOX:
         # it jumps where the side that presses changes
         return NO_ZERO if low > GUARD_PARADOX_FAR else UNSEEN

@@ -22,7 +22,6 @@ from mbody.kernels.layout import (
     frame_of,
     integers,
     inverse_masses,
-    join,
 )
 from mbody.kernels.loop_closure import violation
 from mbody.laws import Expression, Law, MeasuredFormula, Table
@@ -93,26 +92,6 @@ def welds(layout: Layout, pad: np.ndarray) -> np.ndarray:
             blocks[o + 2], blocks[o + 8] = 1.0, -1.0
             pad[2 * node + 1] = 1.0
     return blocks
-
-
-def work_of_rows(system: System, layout: Layout, whole: Work, off: np.ndarray) -> Work:
-    """The workspace of one set for `layout_of_rows`, of a layout whose workspace is `whole`: they
-    have all in common that belongs to no node.
-    """
-    L = layout
-    frame = frame_of(L, system.par.shape[0], system.signals, 1)
-    work = Work(frame, frame.blank())
-    before, now = system.layout.primitive_node, L.primitive_node
-    for row in range(2):
-        work.pad[2 * now + row] = 1.0
-        kept, old = 2 * now[~off] + row, 2 * before[~off] + row
-        work.pad[kept] = whole.pad[old]
-        work.regularization_weight[kept] = whole.regularization_weight[old]
-    work.block[: 12 * L.nodes] = welds(L, work.pad)
-    work.share[: L.slots] = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body][:, None]
-    work.weight[: 3 * L.slots] = inverse_masses(L, whole.mass, system.sizes)
-    join(work, whole)
-    return work
 
 
 # -- Points that the user gave by distance and angle -------------------------------------------

@@ -5,11 +5,10 @@ import pytest
 
 import mbody
 from mbody import Between, Body, Contact, Gravity, Mechanism, Revolute, SimulationSettings, assemble
+from mbody.analysis.contact.active_layout import layout_of_rows, work_of_rows
 from mbody.analysis.contact.unilateral import unilateral_of
 from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.kernels.accelerations import free_motion
-from mbody.system.assembler import layout_of_rows
-from mbody.system.system import work_of_rows
 
 G = 9.81
 

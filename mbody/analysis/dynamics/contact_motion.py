@@ -17,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mbody.analysis.contact.active_layout import layout_of_rows, without_nodes, work_of_rows
 from mbody.analysis.contact.friction_problem import arresting_impulses
 from mbody.analysis.contact.systems_with_modes import has_modes
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, unilateral_of
@@ -107,8 +108,7 @@ from mbody.solution.doubts import doubted
 from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
-from mbody.system.assembler import layout_of_rows, without_nodes
-from mbody.system.system import System, work_of_rows
+from mbody.system.system import System
 
 Array = np.ndarray
 
