@@ -143,6 +143,16 @@ class Bundle:
             at += len(array_words(0, (0,) * axes)) if axes else 1
         raise AttributeError(f"a {type(self).__name__} has no {name!r}")
 
+    def take(self, other: Self, but: set[str]) -> None:
+        """All arrays but some become those of another bundle, between two calls of kernels."""
+        at = 0
+        for name, _, axes in self._plan:
+            size = len(array_words(0, (0,) * axes)) if axes else 1
+            if name not in but:
+                self._words[at : at + size] = other._words[at : at + size]
+                self.__dict__[name] = getattr(other, name)
+            at += size
+
     def replaced(self, **values: Any) -> Self:
         """A copy with other values of some fields."""
         return type(self)(**(self.as_dict() | values))

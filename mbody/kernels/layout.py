@@ -326,7 +326,7 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
     return Frame(count, lengths, lanes)
 
 
-#: Numbers of a workspace that belong to nodes or slots.
+#: Fields of a workspace that belong to nodes or slots.
 OF_NODES = set(
     [
         "weight",
@@ -351,17 +351,6 @@ OF_NODES = set(
         "response",
     ]
 )
-
-
-def join(work: Work, other: Work) -> None:
-    """Of a workspace all that belongs to no node and no slot becomes that of another one."""
-    at = 0
-    for name, _, axes in work._plan:
-        size = len(array_words(0, (0,) * axes))
-        if name not in OF_NODES:
-            work._words[at : at + size] = other._words[at : at + size]
-            work.__dict__[name] = getattr(other, name)
-        at += size
 
 
 def first_beyond(nodes: int, more: int) -> int:

@@ -11,13 +11,13 @@ from __future__ import annotations
 import numpy as np
 
 from mbody.kernels.layout import (
+    OF_NODES,
     Layout,
     Work,
     first_beyond,
     frame_of,
     integers,
     inverse_masses,
-    join,
 )
 from mbody.system.assembler import eliminate, split
 from mbody.system.system import System, welds
@@ -115,5 +115,5 @@ def work_of_rows(system: System, layout: Layout, whole: Work, off: np.ndarray) -
     work.block[: 12 * L.nodes] = welds(L, work.pad)
     work.share[: L.slots] = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body][:, None]
     work.weight[: 3 * L.slots] = inverse_masses(L, whole.mass, system.sizes)
-    join(work, whole)
+    work.take(whole, OF_NODES)
     return work
