@@ -485,7 +485,7 @@ class MotionRecord:
     def __init__(self, motion: EventIntegration) -> None:
         self.motion = motion
         self.stretches: list[ModeStretch] = []
-        motion.told = self.happened
+        motion.listener = self.happened
         self._forget()
 
     def _forget(self) -> None:

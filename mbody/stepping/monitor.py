@@ -14,10 +14,9 @@ from mbody.analysis.driven.law_doubts import (
     open_curves,
     open_tables,
 )
-from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.integration import Integration, solution_of_records
 from mbody.kernels.step_state import TIME
 from mbody.solution.doubts import Doubt
-from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import Present, Read
 
@@ -74,6 +73,4 @@ class Monitor:
 
     def _result(self, times: Array, records: Array) -> Solution:
         """Instants as a result."""
-        regular = self.integration.regularization
-        record = Record([records], len(times), batch=False)
-        return Solution(self.system, "simulate", times, record, None, regularization=regular)
+        return solution_of_records(self.system, times, records, self.integration.regularization)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import load_forces
-from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.integration import Integration, solution_of_records
 from mbody.analysis.dynamics.simulate import certified_motion
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.linear.linearize import StateMatrices, linearize
@@ -25,7 +25,7 @@ from mbody.model.loads import Gravity
 from mbody.model.states import ORIGIN
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
-from mbody.solution.histories import EventRecord, Record, Unique, with_fields
+from mbody.solution.histories import EventRecord, Unique, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
@@ -361,10 +361,8 @@ class Readings:
     def present(self) -> Solution:
         """The present instant as a result of `simulate`, without what the motion before it says."""
         instant = np.array(self._instant_record())[None, :, None]
-        record = Record([instant], 1, batch=False)
-        t = np.array([self.t])
-        regular = self._integration.regularization
-        found = Solution(self.system, "simulate", t, record, None, regularization=regular)
+        t, regular = np.array([self.t]), self._integration.regularization
+        found = solution_of_records(self.system, t, instant, regular)
         shared = self._integration.open_forces
         return found if shared is None else with_fields(found, shared=shared)
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
+from mbody.analysis.dynamics.integration import solution_of_records
 from mbody.analysis.dynamics.modal_motion import MODES, ModalMotion
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
@@ -113,8 +114,9 @@ class ContactLog:
 
     def instant(self, t: float, record: Array, modes: InstantModes | None = None) -> Solution:
         """A record (rows, 1) as a solution of one instant, of the present modes or of others."""
-        shown = self.shown(t, record, modes)
-        found: Solution = self.motion.solution_at(t, shown.record[:, None])
+        m, shown = self.motion, self.shown(t, record, modes)
+        records = shown.record[None, :, None].copy()
+        found = solution_of_records(m.system, np.array([t]), records, m.regularization)
         shared = self.shared_result(shown.forces)
         return found if shared is None else with_fields(found, shared=shared)
 

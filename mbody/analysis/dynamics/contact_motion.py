@@ -32,6 +32,7 @@ from mbody.analysis.dynamics.integration import (
     Integration,
     KeptInstants,
     StepTaker,
+    solution_of_records,
 )
 from mbody.analysis.dynamics.integrators import Motion
 from mbody.analysis.dynamics.modal_motion import (
@@ -47,7 +48,6 @@ from mbody.analysis.dynamics.sampled_steps import (
     SampledSteps,
     StepStart,
     has_exact_rates,
-    motion_at,
     values,
 )
 from mbody.analysis.initial.initial_state import event_measure
@@ -105,7 +105,7 @@ from mbody.kernels.watched_events import APART, WatchedEvents
 from mbody.model.element import listed
 from mbody.model.simulation import Event
 from mbody.solution.doubts import doubted
-from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
+from mbody.solution.histories import EventRecord, reported_certificate, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.system import System
@@ -192,8 +192,8 @@ class EventIntegration(Integration):
         self.guard_table = blank_guards(self, watched_by_program(system, *every))
         #: What comes next, what is counted at one instant, and when modes changed last.
         self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
-        #: Who is told what came next, and what has come of it: see `mbody.kernels.advance`.
-        self.told: Callable[[int, int], None] | None = None
+        #: Called with the stage and the code of each call of `mbody.kernels.advance`.
+        self.listener: Callable[[int, int], None] | None = None
         self.changed = np.array([-np.inf])
         #: The least value of guards where the derivative was just evaluated, else not a number.
         self.least_guard = np.inf
@@ -570,8 +570,8 @@ class EventIntegration(Integration):
         while (code := advance_motion(found, outputs)) == MEMORY:
             self._make_room()
             found = self.eliminate_rows_that_are_on()
-        if self.told is not None:
-            self.told(stage, code)
+        if self.listener is not None:
+            self.listener(stage, code)
         return int(code)
 
     def _quiet_steps(self) -> int:
@@ -823,17 +823,12 @@ class EventIntegration(Integration):
         inside = (marks >= self.wanted[0]) & (marks <= min(end, float(self.wanted[-1])))
         if not inside.any():
             return
-        run = motion_at(self.system, marks[inside], records[inside])
+        run = solution_of_records(self.system, marks[inside], records[inside])
         for one in self.sided:
             self.meet(one.name, one_sided_force(run, one))
 
     def _present_record(self) -> Array:
         return self.log.shown(float(self.state[TIME]), self.record).record[:, None]
-
-    def solution_at(self, t: float, record: Array) -> Solution:
-        """A record (rows, 1) as a solution of one instant."""
-        kept, regular = Record([record[None].copy()], 1, batch=False), self.regularization
-        return Solution(self.system, "simulate", np.array([t]), kept, None, regularization=regular)
 
     def solution(self, status: str, kept: KeptInstants | None = None) -> Solution:
         """With modes, shared forces, and notes on contacts and events."""

@@ -99,6 +99,16 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 
+def solution_of_records(
+    system: System, t: Array, records: Array, regularization: float = 0.0
+) -> Solution:
+    """Records (instants, rows, 1) of a motion at times (instants,) as a result, without what the
+    motion says beside them.
+    """
+    kept = Record([records], len(t), batch=False)
+    return Solution(system, "simulate", t, kept, None, regularization=regularization)
+
+
 class ControllerReadings:
     """Readings of the present instant of a motion."""
 
@@ -129,9 +139,8 @@ class ControllerReadings:
 
     def _instant(self) -> Solution:
         """The present instant as a result."""
-        record = Record([self.record()[None].copy()], 1, batch=False)
-        t, regular = np.array([self.state[TIME]]), self.regularization
-        return Solution(self.system, "simulate", t, record, None, regularization=regular)
+        t, records = np.array([self.state[TIME]]), self.record()[None].copy()
+        return solution_of_records(self.system, t, records, self.regularization)
 
 
 #: What takes at most so many steps towards a time, with what is kept on the way; a code.

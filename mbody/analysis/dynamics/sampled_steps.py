@@ -16,16 +16,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbody.analysis.dynamics.branch_passage import KnownCrossings
-from mbody.analysis.dynamics.integration import AT_ONCE
+from mbody.analysis.dynamics.integration import AT_ONCE, solution_of_records
 from mbody.core import tolerances as tol
 from mbody.kernels.step_state import DONE, MORE, NEXT, TIME
 from mbody.model.driver import DRIVEN
 from mbody.model.simulation import Event
 from mbody.model.study import Measure
 from mbody.quantities import parse
-from mbody.solution.histories import Record
 from mbody.solution.measures import measured
-from mbody.solution.solution import Solution
 from mbody.system.system import System
 
 # -- Zero crossings between samples, by values and rates ---------------------------------------
@@ -209,14 +207,9 @@ def faster_than(t: Array, g: Array, r: Array) -> Array:
 CARRIED = {"x", "y", "angle", "vx", "vy", "omega", *DRIVEN}
 
 
-def motion_at(system: System, t: Array, records: Array) -> Solution:
-    """Records (instants, rows, 1) of a motion as a solution."""
-    return Solution(system, "simulate", t, Record([records], len(t), batch=False), None)
-
-
 def values(system: System, measures: list[Measure], t: Array, records: Array) -> Array:
     """Measured quantities (measures, instants) of records (instants, rows, 1)."""
-    run = motion_at(system, t, records)
+    run = solution_of_records(system, t, records)
     return np.array([measured(run, measure)[0] for measure in measures]).reshape(-1, len(t))
 
 
