@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 from pathlib import Path
@@ -105,30 +104,6 @@ def atlas(args: Any) -> int:
 
 
 # -- `mbody linkages --to FOLDER`: a data set of random linkages with their motion and forces --
-
-
-def add_linkages(command: argparse.ArgumentParser) -> None:
-    """The arguments."""
-    for name, metavar, text in (
-        ("count", "N", "how many linkages (1000)"),
-        ("nodes", "K", "joints of each (8)"),
-        ("seed", "S", "of the random numbers (0)"),
-        ("instants", "N", "positions of each (200)"),
-        ("threads", "N", "by default as many as there are cores"),
-    ):
-        command.add_argument(f"--{name}", metavar=metavar, help=text)
-    command.add_argument(
-        "--groups", metavar="NAMES", help="of dyads,sliders,triads,assur, by default all"
-    )
-    command.add_argument("--turn", metavar="DEG", help="turn of the crank [deg] (360)")
-    command.add_argument("--speed", metavar="RATE", help="of the crank [rad/s] (1)")
-    command.add_argument(
-        "--scheduler", metavar="ADDRESS", help="of a Dask cluster, such as tcp://10.0.0.5:8786"
-    )
-    command.add_argument(
-        "--part", metavar="K/N", help="the K-th of N parts, each a process of its own (1/1)"
-    )
-    command.add_argument("--to", metavar="FOLDER", required=True, help="goes on where one is begun")
 
 
 def linkages(args: Any) -> int:
