@@ -149,3 +149,54 @@ def test_node_meets_the_events_of_simulate(tmp_path, name, until):
     n = own.system.coordinates
     last = own.record.table(slice(0, n))[-1]
     assert found["q"] == pytest.approx(last, abs=1e-8 * np.abs(last).max())
+
+
+LED = """
+import {{ readFileSync }} from "node:fs";
+import * as mbody from "{module}";
+const core = await mbody.Core.load(await WebAssembly.compile(readFileSync("{core}")));
+const model = core.open(new Uint8Array(readFileSync("{image}")));
+const cranks = {{ u1: "l1", u2: "r1" }};
+const start = model.start({{ t: 0, until: 1 }});
+let {{ angles, rates }} = {first};
+const held = {{ ...angles }};
+for (let n = 1; n <= {steps}; n++) {{
+  for (const u in cranks) model.set({{ [u]: -80 * (angles[u] - held[u]) - 2 * rates[u] }});
+  const motion = model.advance(1e-3 * n);
+  for (const u in cranks) {{
+    angles[u] = motion.measure(`${{cranks[u]}}.angle`)[0];
+    rates[u] = motion.measure(`${{cranks[u]}}.omega`)[0];
+  }}
+}}
+console.log(JSON.stringify({{ q: Array.from(model.advance({last}).position(0)), events: model.events }}));
+"""
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("node") is None, reason="there is no node")
+def test_a_leg_is_led_by_node_as_by_a_simulator(tmp_path):
+    sim = mbody.Simulator(leg())
+    cranks = {"u1": "l1", "u2": "r1"}
+    held = {u: sim[crank].angle for u, crank in cranks.items()}
+    first = {"angles": held, "rates": {u: sim[crank].omega for u, crank in cranks.items()}}
+    for _ in range(300):
+        for u, crank in cranks.items():
+            sim.inputs[u] = -80.0 * (sim[crank].angle - held[u]) - 2.0 * sim[crank].omega
+        sim.step(1e-3)
+    sim.step(1e-3)
+    image, script = tmp_path / "image", tmp_path / "lead.mjs"
+    image.write_bytes(to_image(leg()).content)
+    script.write_text(
+        LED.format(
+            module=MODULE, core=browser_core(), image=image, steps=300, last=0.301,
+            first=json.dumps(first),
+        ),
+        "utf-8",
+    )  # fmt: skip
+    done = subprocess.run(["node", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    strikes = [one for one in found["events"] if one["kind"] == "impact"]
+    assert len(strikes) == sum(one.name == "impact" for one in sim.events) > 0
+    assert found["q"] == pytest.approx(sim.q, abs=1e-7)

@@ -27,10 +27,11 @@ export const CODES = {
 };
 // Of motions in which something may open, stick or strike what comes next, and what has happened:
 // mbody/kernels/advance.py
-const STARTING = 5n;
+const [STARTING, JUMPED] = [5n, 6n];
 export const HAPPENED = {
   NOT_QUIET: 9, ZERO: 10, IMPACT: 11, COLLISION: 12, DECIDED: 13, BEGUN: 14, NO_IMPACT: 15, NO_MODES: 16,
   NO_COLLISION: 17, LOST: 18, POLE: 19, IMPACTS_WITHOUT_END: 20, CHANGES_WITHOUT_END: 21, MEMORY: 22,
+  UNBROKEN: 23,
 };
 // Steps that do not show what they meet are tried so much shorter, so often.
 const SHORTER = 0.25;
@@ -195,10 +196,12 @@ export class Model {
         place: Number(place), count: Number(size), unit: core._text(this._at + Number(unit)), index: n,
       });
     }
-    /** Names of the numbers that can be changed, and of the measured quantities. */
+    /** Names of the numbers that can be changed, of the inputs and of the measured quantities. */
     this.numbers = [...this._entries.number.keys()];
+    this.inputs = [...this._entries.input.keys()];
     this.measures = [...this._entries.measure.keys()];
     this._closed = true;
+    this._inputsOld = false; // whether the free motion has still to take an input
     this._drive = {}; // values of the drivers where they are known
   }
 
@@ -220,18 +223,22 @@ export class Model {
 
   /** The unit of a number or a measured quantity. */
   unit(name) {
-    return (this._entries.number.get(name) ?? this._entries.measure.get(name) ?? this._missing(name)).unit;
+    const entries = [this._entries.number, this._entries.input, this._entries.measure];
+    return (entries.map((one) => one.get(name)).find(Boolean) ?? this._missing(name)).unit;
   }
 
   /**
-   * Change numbers, all at once.
-   * @param {Object<string, number>} values  by dotted name
+   * Change numbers, all at once. A free motion that has begun goes on with other inputs; with other
+   * numbers it is to begin anew.
+   * @param {Object<string, number>} values  by dotted name, inputs by theirs
    */
   set(values) {
     const before = Object.keys(values).map((name) => [this._number(name), this.get(name)]);
     for (const [name, value] of Object.entries(values)) this._number(name)[0] = Number(value);
     const refused = this._setNumbers();
     if (refused < 0) {
+      const inputs = new Set(this.inputs.map((name) => this._place(name)));
+      this._inputsOld ||= Object.keys(values).some((name) => inputs.has(this._place(name)));
       this._closed = false;
       return;
     }
@@ -325,10 +332,28 @@ export class Model {
     if (q !== undefined) this._array("start.q").set(q);
     if (v !== undefined) this._array("start.v").set(v);
     if (this._acts) this._madeWith();
+    if (this._acts) this._array("motion.happened")[0] = 0;
+    this._evaluate(STARTING);
+    return this._array("begin.page").slice();
+  }
+
+  /** What the motion begins with, or goes on with after inputs have changed. */
+  _evaluate(stage) {
     const code = Number(this._call("begin")[0]);
     if (code) throw new MbodyError(`'${this.manifest.model}': ${BEGINNINGS[code]}`);
-    if (this._acts) this._settle();
-    return this._array("begin.page").slice();
+    this._inputsOld = false;
+    if (this._acts) this._settle(stage);
+  }
+
+  /** Let the motion that has begun go on with other inputs: the word tells the kernel so. */
+  _takeInputs() {
+    const goesOn = this._view(BigInt64Array, this._entries.array.get("begin.goes_on").place, 1);
+    goesOn[0] = 1n;
+    try {
+      this._evaluate(JUMPED);
+    } finally {
+      goesOn[0] = 0n;
+    }
   }
 
   /** Impacts and changes of modes that the free motion has met: time, kind, name of what is struck. */
@@ -370,13 +395,14 @@ export class Model {
 
   /** All that the model is now, to come back to with `restore`. */
   save() {
-    return { closed: this._closed, drive: this._drive, bytes: this._view(Uint8Array, 0, this._bytes).slice() };
+    const bytes = this._view(Uint8Array, 0, this._bytes).slice();
+    return { closed: this._closed, inputsOld: this._inputsOld, drive: this._drive, bytes };
   }
 
   /** Come back to what `save` returned. */
   restore(saved) {
     this._view(Uint8Array, 0, this._bytes).set(saved.bytes);
-    [this._closed, this._drive] = [saved.closed, saved.drive];
+    [this._closed, this._inputsOld, this._drive] = [saved.closed, saved.inputsOld, saved.drive];
   }
 
   // -- within -------------------------------------------------------------------------------------
@@ -391,8 +417,12 @@ export class Model {
     return this._view(Float64Array, entry.place, entry.count);
   }
 
+  _place(name) {
+    return (this._entries.number.get(name) ?? this._entries.input.get(name) ?? this._missing(name)).place;
+  }
+
   _number(name) {
-    return this._view(Float64Array, (this._entries.number.get(name) ?? this._missing(name)).place, 1);
+    return this._view(Float64Array, this._place(name), 1);
   }
 
   _missing(name) {
@@ -423,16 +453,15 @@ export class Model {
     if (other) throw new MbodyError(`${other} is not what the contacts of this image were made with: export it again with the new number`);
   }
 
-  /** The first modes of a motion. */
-  _settle() {
+  /** Modes are decided: first ones, or those after forces have jumped. */
+  _settle(stage) {
     const call = this.can("advance") ? "advance" : "run";
-    this._array("motion.happened")[0] = 0;
-    this._view(BigInt64Array, this._entries.array.get("motion.stage").place, 1)[0] = STARTING;
-    let code = HAPPENED.ZERO;
-    while (code !== HAPPENED.BEGUN) {
+    this._view(BigInt64Array, this._entries.array.get("motion.stage").place, 1)[0] = stage;
+    for (let code = HAPPENED.ZERO; code !== HAPPENED.BEGUN && code !== HAPPENED.UNBROKEN; ) {
       code = Number(this._call(call)[0]);
+      if (code === HAPPENED.UNBROKEN) continue;
       if (code < HAPPENED.ZERO || code > HAPPENED.BEGUN) {
-        throw new MbodyError(`the motion of '${this.manifest.model}' cannot begin: ${STOPPED[code]}`);
+        throw new MbodyError(`the motion of '${this.manifest.model}' cannot go on at t = ${this.time} s: ${STOPPED[code]}`);
       }
       if (code !== HAPPENED.BEGUN) this._note(code);
     }
@@ -520,6 +549,7 @@ export class Model {
 
   _steps(name, until, times, first) {
     this._needs(name);
+    if (this._inputsOld && name === "advance") this._takeInputs();
     if (!(until > this.time)) throw new MbodyError(`the motion is at t = ${this.time} s already: give a time after that, not ${until}`);
     this._array(`${name}.times`).set(times);
     this._array(`${name}.until`)[0] = until;
