@@ -33,190 +33,107 @@ if TYPE_CHECKING:
     from mbody import synthesis as synthesis
     from mbody import teaching as teaching
     from mbody import testing as testing
-    from mbody.analysis.assemblies.assembly_modes import assembly_modes
-    from mbody.analysis.assemblies.circuits import circuits, dead_centres
-    from mbody.analysis.driven.dead_centres import driver_range
-    from mbody.analysis.driven.driven import kinematics, kinetostatics, statics
-    from mbody.analysis.driven.free_body import free_body, member_forces
-    from mbody.analysis.driven.transmission import transmission
-    from mbody.analysis.dynamics.simulate import simulate
-    from mbody.analysis.equilibria.equilibrium import Equilibria, equilibrium
-    from mbody.analysis.freedom.mobility import Mobility, mobility
-    from mbody.analysis.inverse.conditions import Answer
-    from mbody.analysis.linear.modes import Modes, modes
-    from mbody.derivatives.fit import fit
-    from mbody.derivatives.gradient import gradient
-    from mbody.derivatives.tolerance_study import tolerances
-    from mbody.engines.crosscheck import crosscheck
-    from mbody.errors import ModelError, SolveError
-    from mbody.files.model import from_toml, load, save, to_toml
-    from mbody.files.saved import load_run, save_run
-    from mbody.inverse.solve_for import solve_for
-    from mbody.model.body import Body, SlenderRod
-    from mbody.model.contact import Between, Contact, Rope
-    from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
-    from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver
-    from mbody.model.element import Marker, number_field
-    from mbody.model.inputs import Controller, Input
-    from mbody.model.joints import (
-        BandBrake,
-        Belt,
-        CamFollower,
-        Clutch,
-        CustomJoint,
-        Distance,
-        Fixed,
-        FrictionForce,
-        Gear,
-        PinSlot,
-        Prismatic,
-        RackPinion,
-        Revolute,
-        Rolling,
-    )
-    from mbody.model.loads import (
-        Actuator,
-        CentrifugalField,
-        CustomLoad,
-        Damper,
-        DCMotor,
-        Force,
-        Gravity,
-        HydraulicCylinder,
-        InductionMotor,
-        ReciprocatingCylinder,
-        Spring,
-        Torque,
-        TorsionDamper,
-        TorsionSpring,
-        Tyre,
-    )
-    from mbody.model.mechanism import Mechanism
-    from mbody.model.simulation import Event, SimulationSettings
-    from mbody.model.states import State
-    from mbody.model.stop import Freewheel, Stop
-    from mbody.model.study import Instants
-    from mbody.optimization.optimize import optimize
-    from mbody.reports.mechanism_report import report
-    from mbody.solution.doubts import Doubt
-    from mbody.solution.energy import Energy
-    from mbody.solution.histories import BodyHistory, EventRecord, Reaction
-    from mbody.solution.solution import Solution
-    from mbody.stepping.simulator import Simulator
-    from mbody.stepping.simulators import Simulators
-    from mbody.sweeps.run import sweep
-    from mbody.synthesis.request import synthesize
-    from mbody.system.assembler import assemble
-    from mbody.system.system import System
-    from mbody.topologies.many_linkages import linkages
-    from mbody.views import animate, draw, plot, view
-
-# Type checkers read the imports above and this list. At run time a name is loaded when it is first
-# used, so that `import mbody` takes no time. `tests/project/test_public_names.py` compares the
-# three lists.
-__all__ = [
-    "Actuator",
-    "AngleCoupling",
-    "AngleDriver",
-    "Answer",
-    "Between",
-    "Body",
-    "BodyHistory",
-    "CamFollower",
-    "CentrifugalField",
-    "BandBrake",
-    "Belt",
-    "Clutch",
-    "Contact",
-    "Controller",
-    "CoordinateDriver",
-    "CouplingTerm",
-    "CustomJoint",
-    "CustomLoad",
-    "DCMotor",
-    "Damper",
-    "Distance",
-    "DistanceDriver",
-    "Doubt",
-    "Energy",
-    "Equilibria",
-    "Event",
-    "EventRecord",
-    "Fixed",
-    "Force",
-    "Freewheel",
-    "FrictionForce",
-    "Gear",
-    "Gravity",
-    "HydraulicCylinder",
-    "InductionMotor",
-    "Input",
-    "Instants",
-    "LengthCoupling",
-    "Marker",
-    "Mechanism",
-    "Mobility",
-    "ModelError",
-    "Modes",
-    "PinSlot",
-    "Prismatic",
-    "RackPinion",
-    "Reaction",
-    "ReciprocatingCylinder",
-    "Revolute",
-    "Rolling",
-    "Rope",
-    "SimulationSettings",
-    "Simulator",
-    "Simulators",
-    "SlenderRod",
-    "Solution",
-    "SolveError",
-    "Spring",
-    "State",
-    "Stop",
-    "System",
-    "Torque",
-    "TorsionDamper",
-    "TorsionSpring",
-    "Tyre",
-    "animate",
-    "assemble",
-    "assembly_modes",
-    "circuits",
-    "crosscheck",
-    "dead_centres",
-    "draw",
-    "driver_range",
-    "equilibrium",
-    "fit",
-    "free_body",
-    "from_toml",
-    "gradient",
-    "kinematics",
-    "kinetostatics",
-    "linkages",
-    "load",
-    "load_run",
-    "member_forces",
-    "mobility",
-    "modes",
-    "number_field",
-    "optimize",
-    "plot",
-    "report",
-    "save",
-    "save_run",
-    "simulate",
-    "solve_for",
-    "statics",
-    "sweep",
-    "synthesize",
-    "to_toml",
-    "tolerances",
-    "transmission",
-    "view",
-]
+    from mbody.analysis.assemblies.assembly_modes import assembly_modes as assembly_modes
+    from mbody.analysis.assemblies.circuits import circuits as circuits
+    from mbody.analysis.assemblies.circuits import dead_centres as dead_centres
+    from mbody.analysis.driven.dead_centres import driver_range as driver_range
+    from mbody.analysis.driven.driven import kinematics as kinematics
+    from mbody.analysis.driven.driven import kinetostatics as kinetostatics
+    from mbody.analysis.driven.driven import statics as statics
+    from mbody.analysis.driven.free_body import free_body as free_body
+    from mbody.analysis.driven.free_body import member_forces as member_forces
+    from mbody.analysis.driven.transmission import transmission as transmission
+    from mbody.analysis.dynamics.simulate import simulate as simulate
+    from mbody.analysis.equilibria.equilibrium import Equilibria as Equilibria
+    from mbody.analysis.equilibria.equilibrium import equilibrium as equilibrium
+    from mbody.analysis.freedom.mobility import Mobility as Mobility
+    from mbody.analysis.freedom.mobility import mobility as mobility
+    from mbody.analysis.inverse.conditions import Answer as Answer
+    from mbody.analysis.linear.modes import Modes as Modes
+    from mbody.analysis.linear.modes import modes as modes
+    from mbody.derivatives.fit import fit as fit
+    from mbody.derivatives.gradient import gradient as gradient
+    from mbody.derivatives.tolerance_study import tolerances as tolerances
+    from mbody.engines.crosscheck import crosscheck as crosscheck
+    from mbody.errors import ModelError as ModelError
+    from mbody.errors import SolveError as SolveError
+    from mbody.files.model import from_toml as from_toml
+    from mbody.files.model import load as load
+    from mbody.files.model import save as save
+    from mbody.files.model import to_toml as to_toml
+    from mbody.files.saved import load_run as load_run
+    from mbody.files.saved import save_run as save_run
+    from mbody.inverse.solve_for import solve_for as solve_for
+    from mbody.model.body import Body as Body
+    from mbody.model.body import SlenderRod as SlenderRod
+    from mbody.model.contact import Between as Between
+    from mbody.model.contact import Contact as Contact
+    from mbody.model.contact import Rope as Rope
+    from mbody.model.coupling import AngleCoupling as AngleCoupling
+    from mbody.model.coupling import CouplingTerm as CouplingTerm
+    from mbody.model.coupling import LengthCoupling as LengthCoupling
+    from mbody.model.driver import AngleDriver as AngleDriver
+    from mbody.model.driver import CoordinateDriver as CoordinateDriver
+    from mbody.model.driver import DistanceDriver as DistanceDriver
+    from mbody.model.element import Marker as Marker
+    from mbody.model.element import number_field as number_field
+    from mbody.model.inputs import Controller as Controller
+    from mbody.model.inputs import Input as Input
+    from mbody.model.joints import BandBrake as BandBrake
+    from mbody.model.joints import Belt as Belt
+    from mbody.model.joints import CamFollower as CamFollower
+    from mbody.model.joints import Clutch as Clutch
+    from mbody.model.joints import CustomJoint as CustomJoint
+    from mbody.model.joints import Distance as Distance
+    from mbody.model.joints import Fixed as Fixed
+    from mbody.model.joints import FrictionForce as FrictionForce
+    from mbody.model.joints import Gear as Gear
+    from mbody.model.joints import PinSlot as PinSlot
+    from mbody.model.joints import Prismatic as Prismatic
+    from mbody.model.joints import RackPinion as RackPinion
+    from mbody.model.joints import Revolute as Revolute
+    from mbody.model.joints import Rolling as Rolling
+    from mbody.model.loads import Actuator as Actuator
+    from mbody.model.loads import CentrifugalField as CentrifugalField
+    from mbody.model.loads import CustomLoad as CustomLoad
+    from mbody.model.loads import Damper as Damper
+    from mbody.model.loads import DCMotor as DCMotor
+    from mbody.model.loads import Force as Force
+    from mbody.model.loads import Gravity as Gravity
+    from mbody.model.loads import HydraulicCylinder as HydraulicCylinder
+    from mbody.model.loads import InductionMotor as InductionMotor
+    from mbody.model.loads import ReciprocatingCylinder as ReciprocatingCylinder
+    from mbody.model.loads import Spring as Spring
+    from mbody.model.loads import Torque as Torque
+    from mbody.model.loads import TorsionDamper as TorsionDamper
+    from mbody.model.loads import TorsionSpring as TorsionSpring
+    from mbody.model.loads import Tyre as Tyre
+    from mbody.model.mechanism import Mechanism as Mechanism
+    from mbody.model.simulation import Event as Event
+    from mbody.model.simulation import SimulationSettings as SimulationSettings
+    from mbody.model.states import State as State
+    from mbody.model.stop import Freewheel as Freewheel
+    from mbody.model.stop import Stop as Stop
+    from mbody.model.study import Instants as Instants
+    from mbody.optimization.optimize import optimize as optimize
+    from mbody.reports.mechanism_report import report as report
+    from mbody.solution.doubts import Doubt as Doubt
+    from mbody.solution.energy import Energy as Energy
+    from mbody.solution.histories import BodyHistory as BodyHistory
+    from mbody.solution.histories import EventRecord as EventRecord
+    from mbody.solution.histories import Reaction as Reaction
+    from mbody.solution.solution import Solution as Solution
+    from mbody.stepping.simulator import Simulator as Simulator
+    from mbody.stepping.simulators import Simulators as Simulators
+    from mbody.sweeps.run import sweep as sweep
+    from mbody.synthesis.request import synthesize as synthesize
+    from mbody.system.assembler import assemble as assemble
+    from mbody.system.system import System as System
+    from mbody.topologies.many_linkages import linkages as linkages
+    from mbody.views import animate as animate
+    from mbody.views import draw as draw
+    from mbody.views import plot as plot
+    from mbody.views import view as view
 
 registered.compiler, registered.builder = "mbody.compiler.install", "mbody.compiler.builder"
 
@@ -279,6 +196,8 @@ _FOLDERS = (
     "teaching",
     "testing",
 )
+#: Names by module. A name is loaded when it is first used, so that `import mbody` takes no time;
+#: type checkers read the imports above.
 _MODULES = {
     "analysis.assemblies.assembly_modes": "assembly_modes",
     "analysis.assemblies.circuits": "circuits dead_centres",
@@ -331,6 +250,7 @@ _MODULES = {
     "views": "animate draw plot view",
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
+__all__ = [*_MODULE_OF]
 
 if not TYPE_CHECKING:  # a type checker would take every name for one of these
 

@@ -385,11 +385,9 @@ def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], 
         run = analyse_system_at(system, "kinematics", Instants(at=wanted.at))
     except SolveError:
         return drive, None
-    return drive, np.concatenate([_coordinates(run), np.zeros(3)])
-
-
-def _coordinates(run: Any) -> np.ndarray:
-    return np.asarray(run.record.table(slice(None))[0, : run.system.coordinates])
+    return drive, np.concatenate(
+        [np.asarray(run.record.table(slice(None))[0, : run.system.coordinates]), np.zeros(3)]
+    )
 
 
 # -- `mbody transmission MODEL --output BODY`: how well a force comes through ------------------

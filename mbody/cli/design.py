@@ -256,7 +256,7 @@ def optimize(args: Any) -> int:
         except SolveError as error:
             doubts.append(Doubt("incomplete", f"{name}: {error}"))
             cases[name] = {"values": {}, **error_data(error)}
-            texts.append(_unsolved(mechanism.name, name, error))
+            texts.append("\n".join([f"{mechanism.name}: {name}", "", "no optimum:", str(error)]))
             continue
         doubts += found.doubts
         notes += found.notes
@@ -311,11 +311,6 @@ def _of_options(args: Any) -> OptimizationTask | None:
             f"--minimize and --maximize make a task of their own: leave out {args.name[:40]!r}"
         )
     return OptimizationTask(tuple(args.minimize), tuple(args.maximize), **given)
-
-
-def _unsolved(model: str, name: str, error: SolveError) -> str:
-    """The summary of a task that has no answer."""
-    return "\n".join([f"{model}: {name}", "", "no optimum:", str(error)])
 
 
 def _progress(name: str) -> Any:

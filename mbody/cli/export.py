@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from mbody.cli.option_values import model_of, whole_number
@@ -31,39 +32,18 @@ def _refuse_instants(args: Any) -> None:
 def _mjcf(args: Any) -> int:
     """Write a model for MuJoCo."""
     from mbody.engines.mjcf import to_mjcf
-    from mbody.files.writing import writing
 
     made = to_mjcf(model_of(args))
-    if args.output is None:
-        print(made.text, end="", flush=True)
-    else:
-        with writing(args.output) as file:
-            file.write(made.text)
-    for one in made.not_expressible:
-        message(f"mbody: not in the file: '{one.element}': {one.why}")
-    for note in made.notes:
-        message(f"mbody: {note}")
-    if args.output is not None:
-        message(f"wrote {args.output}")
-    return 0
+    missing = [f"not in the file: '{one.element}': {one.why}" for one in made.not_expressible]
+    return _write(args.output, made.text, [*missing, *made.notes])
 
 
 def _dxf(args: Any) -> int:
     """Write a drawing of all parts."""
     from mbody.exchange import to_dxf
-    from mbody.files.writing import writing
 
     made = to_dxf(model_of(args), args.width, args.hole)
-    if args.output is None:
-        print(made.text, end="", flush=True)
-    else:
-        with writing(args.output) as file:
-            file.write(made.text)
-    for note in made.notes:
-        message(f"mbody: {note}")
-    if args.output is not None:
-        message(f"wrote {args.output}")
-    return 0
+    return _write(args.output, made.text, made.notes)
 
 
 def _image(args: Any) -> int:
@@ -71,16 +51,10 @@ def _image(args: Any) -> int:
     if args.output is None:
         raise UsageError("an image is binary, it cannot be printed: name its file with -o FILE")
     instants = whole_number("--instants", args.instants)
-    from mbody.files.writing import writing
     from mbody.image.model_image import to_image
 
     made = to_image(model_of(args), instants)
-    with writing(args.output, binary=True) as file:
-        file.write(made.content)
-    for note in made.notes:
-        message(f"mbody: {note}")
-    message(f"wrote {args.output}: {len(made.content)} bytes")
-    return 0
+    return _write(args.output, made.content, made.notes, f": {len(made.content)} bytes")
 
 
 def _fmu(args: Any) -> int:
@@ -89,16 +63,27 @@ def _fmu(args: Any) -> int:
         raise UsageError("a unit is binary, it cannot be printed: name its file with -o FILE")
     from pathlib import Path
 
-    from mbody.files.writing import writing
     from mbody.image.fmu import VERSIONS, to_fmu
 
     made = to_fmu(model_of(args), args.fmi or VERSIONS[0], name=Path(args.output).stem)
-    with writing(args.output, binary=True) as file:
-        file.write(made.content)
-    for note in made.notes:
-        message(f"mbody: {note}")
     machines = ", ".join(made.platforms)
-    message(f"wrote {args.output}: {len(made.content)} bytes, with binaries for {machines}")
+    size = f": {len(made.content)} bytes, with binaries for {machines}"
+    return _write(args.output, made.content, made.notes, size)
+
+
+def _write(output: str | None, content: str | bytes, notes: Sequence[str], more: str = "") -> int:
+    """Write a file, or print its text, and say the notes on it; `more`: what it contains."""
+    from mbody.files.writing import writing
+
+    if output is None:
+        print(content, end="", flush=True)
+    else:
+        with writing(output, binary=isinstance(content, bytes)) as file:
+            file.write(content)
+    for note in notes:
+        message(f"mbody: {note}")
+    if output is not None:
+        message(f"wrote {output}{more}")
     return 0
 
 

@@ -32,7 +32,6 @@ from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.summaries.text_table import Column, number, paragraph, table
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 
@@ -84,9 +83,6 @@ class Fit(Inherited):
     count: int = 0
     evaluations: int = 0
     system: Any = None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def __getitem__(self, name: str) -> float:
         """The value of one number."""

@@ -17,7 +17,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -72,9 +71,6 @@ class BearingLoad(Inherited):
     life: float | None
     time: float | None
     t: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def spectrum(self, classes: int = 10) -> list[tuple[float, float, float, float]]:
         """The load spectrum: of equal classes of force (from, to, share of revolutions, share of

@@ -34,7 +34,6 @@ from mbody.summaries.text_table import (
     title,
 )
 from mbody.system.rank import dense
-from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers
@@ -228,9 +227,6 @@ class CamAnalysis(Inherited):
     limit: float | None
     face: tuple[float, float] | None
     run: Any = field(repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def contour(self, points: int = 361) -> Array:
         """The cam as a table for its making, (points, 6): ψ [rad], x and y of the contour, x and y

@@ -19,7 +19,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited, heading, unit_symbols
 from mbody.summaries.text_table import Column, even, number, paragraph, table, title
 from mbody.system.assembler import assemble
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 #: Points of the table, both ends included: every quarter of a degree.
@@ -173,9 +172,6 @@ class CamUndercut(Inherited):
     base_radius: float
     least_base: float
     greatest_roller: float | None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def data(self, angle: str = "deg") -> dict[str, Any]:
         """Plain values of the result, ready for JSON; infinite or undefined values are null."""

@@ -18,7 +18,6 @@ from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
-from mbody.system.read_only import lock
 
 # -- Whole cycles of a driver: how many revolutions they are, and whether a quantity repeats -------
 
@@ -121,9 +120,6 @@ class Fluctuation(Inherited):
     at_least: float
     at_greatest: float
     run: Any = None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def fluctuation(self) -> float:

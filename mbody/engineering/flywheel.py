@@ -23,7 +23,6 @@ from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, numbers, plain_notes
-from mbody.system.read_only import lock
 
 # -- Flywheel for a speed fluctuation, with its proof by the free motion -----------------------
 
@@ -62,9 +61,6 @@ class FlywheelProof(Inherited):
     angle: Array
     speed: Array
     run: Any
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -110,9 +106,6 @@ class FlywheelSizing(Inherited):
     fluctuation: Fluctuation
     run: Any
     driver: str
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def simulated(self) -> FlywheelProof:
         """The free motion over one cycle, from the speed at the first instant, under the mean

@@ -23,7 +23,7 @@ from mbody.solution.measures import point_history
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 from mbody.system.system import System
 
 # -- Counterweights: their momentum and inertia forces -----------------------------------------
@@ -244,7 +244,7 @@ def _spread(spread: str | SlenderRod | SecondMoments, inertia: float) -> tuple[A
 
 
 @dataclass(frozen=True, eq=False)
-class Shaking:
+class Shaking(Locked):
     """Resultant of the inertia forces of all links: arrays (instants,), world axes.
 
     Attributes
@@ -258,9 +258,6 @@ class Shaking:
     fx: Array
     fy: Array
     moment: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def magnitude(self) -> Array:

@@ -16,7 +16,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -60,9 +59,6 @@ class Harmonics(Inherited):
     mean: float
     turns: int
     folding: float
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def of(self, order: float) -> float:
         """The amplitude of an order; cosine and sine are at `place(order)`.

@@ -15,7 +15,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import labelled_rows, number, plain_notes
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -54,9 +53,6 @@ class Indicator(Inherited):
     suction: Array
     power: Array
     run: Any
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def __str__(self) -> str:
         units, t = self.run.mechanism.units, self.run.t

@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.model.joints import Fixed, Gear, Prismatic, RackPinion, Revolute, Rolling
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
@@ -28,7 +28,7 @@ BEGINNING = "the instant centres are those that it begins with, from acceleratio
 
 
 @dataclass(frozen=True, eq=False)
-class InstantCentre:
+class InstantCentre(Locked):
     """The instant centre of one pair of bodies: arrays (instants,).
 
     Attributes
@@ -61,9 +61,6 @@ class InstantCentre:
     direction: Array
     kind: tuple[str, ...]
     permanence: str
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def homogeneous(self, length: float = 1.0) -> Array:
         """(X, Y, W) of unit length, places by `length`: (instants, 3); NaN where there is none."""
@@ -363,9 +360,6 @@ class Centrodes(Inherited):
     fixed_y: Array
     moving_x: Array
     moving_y: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrodes:

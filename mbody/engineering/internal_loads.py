@@ -21,7 +21,7 @@ from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, paragraph, table
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 # -- Mass distribution along the bar of a link, and its weight and inertia up to a cut ---------
 
@@ -29,7 +29,7 @@ Array = np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class LinkMass:
+class LinkMass(Locked):
     """A mass along a line, or in one place of it.
 
     `mass`, `place`, `across`, `inertia`: Its mass centre is `place` along the bar and `across` it
@@ -45,9 +45,6 @@ class LinkMass:
     inertia: float
     length: float
     density: Array | None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def moments(self, s: Array, after: Array) -> tuple[Array, Array, Array]:
         """∫ λ dσ, ∫ λ (σ − place) dσ, ∫ λ (σ − place)² dσ from the beginning to cuts at s; a lump
@@ -320,9 +317,6 @@ class Stress(Inherited):
     shear: Array
     equivalent: Array
 
-    def __post_init__(self) -> None:
-        lock(self)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class InternalLoads(Inherited):
@@ -370,9 +364,6 @@ class InternalLoads(Inherited):
     lumped: bool
     section: CrossSection | None
     run: Any
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def stress(self, section: CrossSection | None = None) -> Stress:
         """Stress of the link's own section, or of another.

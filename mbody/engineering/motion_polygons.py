@@ -18,7 +18,6 @@ from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import BodyHistory, PointHistory, one_design, with_fields
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.read_only import lock
 
 # -- The motion of bodies and points in the axes of a body: places, velocities and accelerations
 # Places are complex numbers in the axes of that body, from its mass centre.
@@ -184,9 +183,6 @@ class MotionPolygon(Inherited):
     y: dict[str, Array] = field(default_factory=dict)
     links: dict[str, tuple[str, ...]] = field(default_factory=dict)
     joints: dict[str, tuple[str, ...]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def between(self, first: str, second: str) -> tuple[Array, Array]:
         """The side from the image of one point to that of another: the relative velocity or

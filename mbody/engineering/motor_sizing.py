@@ -19,7 +19,6 @@ from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -103,9 +102,6 @@ class MotorSizing(Inherited):
     torque: Array
     run: Any
     driver: str
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def suffices(self) -> bool:

@@ -11,7 +11,6 @@ from mbody.engineering.motion_polygons import check_moving, relative_motion, rel
 from mbody.model.element import Marker
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -43,9 +42,6 @@ class PathCurvature(Inherited):
     radius: Array
     centre_x: Array
     centre_y: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 def path_curvature(
@@ -127,9 +123,6 @@ class InflectionCircle(Inherited):
     diameter: Array
     acceleration_pole_x: Array
     acceleration_pole_y: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 def inflection_circle(run: Solution, body: str, relative_to: str = "ground") -> InflectionCircle:

@@ -26,7 +26,6 @@ from mbody.solution.histories import one_design, reaction_torque
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
 from mbody.summaries.text_table import Column, number, numbers, table
-from mbody.system.read_only import lock
 
 Array = np.ndarray
 
@@ -61,9 +60,6 @@ class ShakingForce(Inherited):
     fx_inertia: Array
     fy_inertia: Array
     moment_inertia: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def magnitude(self) -> Array:
@@ -204,9 +200,6 @@ class RockingCouple(Inherited):
 
     x: Array
     y: Array
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def magnitude(self) -> Array:
@@ -447,9 +440,6 @@ class ShakingOrders(Inherited):
     folding: float
     turns: int
     run: Any
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def of(self, order: float) -> float:
         """The greatest magnitude of the force of an order [force].

@@ -20,7 +20,6 @@ from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -75,9 +74,6 @@ class SpringBalance(Inherited):
     run: Any = None
     mechanism: Any = None
     system: Any = None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def data(self) -> dict[str, Any]:
         """Plain values of the result, ready for JSON."""

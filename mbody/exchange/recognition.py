@@ -25,11 +25,6 @@ _HEAD = re.compile(r"\s*(freeCAD|OndselSolver|Assembly)\b.*(\n|$)")
 _PARTS = re.compile(r"^\s*(\w+(?:Joint|Motion|Force|Torque))\s*$", re.MULTILINE)
 
 
-def is_asmt(text: str) -> bool:
-    """Whether a text is an assembly."""
-    return bool(_HEAD.match(text)) and "Assembly" in text[:2000]
-
-
 def refuse_asmt(text: str) -> NoReturn:
     """Refuse an assembly, with the kinds of its joints and motions."""
     kinds = list(dict.fromkeys(_PARTS.findall(text)))
@@ -131,7 +126,7 @@ def _imported(text: str, path: Path, units: str | None) -> Imported:
         return _from_xml(text, path, units)
     if start == "{":
         return _from_json(text, path.stem, units)
-    if is_asmt(text):
+    if bool(_HEAD.match(text)) and "Assembly" in text[:2000]:
         refuse_asmt(text)
     if is_pmks_text(text):
         return pmks_from_text(text, path.stem, units or UNITS)

@@ -367,7 +367,7 @@ class MultiStart:
                 "other numbers, or choose another aim"
             )
         return [
-            _unchanged(limit)
+            f"none of the numbers changes '{limit.text}'"
             for limit in limits
             if not moves(
                 [(rows.values, rows.derivatives) for rows in (limit.rows(at) for at in points)]
@@ -394,11 +394,6 @@ class MultiStart:
             f"{-worst.margin(sizes):.4g} {worst.unit}".rstrip()
             + f" at the nearest, {at}: give it more, or widen the bounds"
         )
-
-
-def _unchanged(limit: Limit) -> str:
-    """The note of a limit that decides nothing."""
-    return f"none of the numbers changes '{limit.text}'"
 
 
 def _by_merit(values: np.ndarray, margins: np.ndarray, closing: np.ndarray) -> np.ndarray:

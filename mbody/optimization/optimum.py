@@ -26,7 +26,6 @@ from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, even, noted, number, paragraph, table
 from mbody.system.assembler import assemble
-from mbody.system.read_only import lock
 
 # -- A mechanism with the numbers of a design, as a model file would have them -----------------
 
@@ -202,7 +201,7 @@ class Optimum(Inherited):
 
     def __post_init__(self) -> None:
         kept = self._cache
-        lock(self)
+        super().__post_init__()
         object.__setattr__(self, "_cache", kept)
 
     @property

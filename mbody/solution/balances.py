@@ -12,7 +12,7 @@ from mbody.core.presentation import present
 from mbody.errors import ModelError
 from mbody.model.element import Marker
 from mbody.solution.histories import Result
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 Array = np.ndarray
 #: A place: a point by name, or x and y in world axes.
@@ -20,7 +20,7 @@ PlaceLike: TypeAlias = "Marker | str | Sequence[float] | np.ndarray[Any, Any]"
 
 
 @dataclass(frozen=True, eq=False)
-class Momentum:
+class Momentum(Locked):
     """Momentum of a motion: arrays (instants,), of a batch with a first axis of designs.
 
     Attributes
@@ -40,9 +40,6 @@ class Momentum:
     angular: Array
     mass: Any
     centre: tuple[Array, Array]
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 def momentum(run: Result, about: PlaceLike = (0.0, 0.0)) -> Momentum:
@@ -120,7 +117,7 @@ def _reference_point(run: Result, about: PlaceLike) -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Equations:
+class Equations(Locked):
     """matrix · unknowns = right-hand side: Newton's and Euler's equations of every moving link.
 
     A row is Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
@@ -162,9 +159,6 @@ class Equations:
     values: Array
     rank: int
     heading: tuple[str, ...] = field(repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def residual(self) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from mbody._version import __version__
+from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
     from mbody.quantities.units import UnitSystem
@@ -144,6 +145,9 @@ class Inherited:
     status: str = field(default="completed", repr=False)
     doubts: tuple[Doubt, ...] = field(default=(), repr=False)
     notes: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        lock(self)
 
 
 class Several(tuple[T, ...]):

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.core.tolerances import ENERGY_ROUNDING, ENERGY_ROUNDING_STEP
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy
@@ -27,7 +27,7 @@ ACCOUNTED = 64
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Energy:
+class Energy(Locked):
     """Energies at every instant [force·length], arrays (instants,).
 
     Attributes
@@ -77,13 +77,6 @@ class Energy:
     by: dict[str, Array]
     lost: dict[str, Array] = field(default_factory=dict)
     rounding: float = 0.0
-
-    def __post_init__(self) -> None:
-        lock(self)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        lock(self)  # arrays forget in a file that they are locked
 
     def __repr__(self) -> str:
         return (

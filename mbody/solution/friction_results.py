@@ -32,7 +32,7 @@ from mbody.solution.doubts import Inherited
 from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
 from mbody.solution.shared_forces import greatest, primitive_numbers
 from mbody.system.rank import dense
-from mbody.system.read_only import lock, locked
+from mbody.system.read_only import Locked, locked
 from mbody.system.system import System
 
 if TYPE_CHECKING:
@@ -445,7 +445,7 @@ def _coefficient(solution: Result, pair: contact_forces.FrictionPair, design: in
 
 
 @dataclass(frozen=True)
-class ForceRange:
+class ForceRange(Locked):
     """Between what a force may lie, where joints rest that hold by friction.
 
     Attributes
@@ -458,12 +458,9 @@ class ForceRange:
     low: Any
     high: Any
 
-    def __post_init__(self) -> None:
-        lock(self)
-
 
 @dataclass(frozen=True)
-class FrictionReport:
+class FrictionReport(Locked):
     """Whether friction is unique, and where the mechanism jams.
 
     Attributes
@@ -477,9 +474,6 @@ class FrictionReport:
 
     certified: Array
     jams: tuple[Jam, ...]
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 @dataclass(frozen=True)

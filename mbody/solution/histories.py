@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.model.element import Element, Marker, Numbers, listed
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 from mbody.system.system import System
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class BodyHistory(Attributes):
 
 
 @dataclass(frozen=True)
-class PointHistory(Attributes):
+class PointHistory(Attributes, Locked):
     """Motion of a point of a body, world axes: arrays (instants,)."""
 
     name: str
@@ -137,12 +137,9 @@ class PointHistory(Attributes):
     ax: Array
     ay: Array
 
-    def __post_init__(self) -> None:
-        lock(self)
-
 
 @dataclass(frozen=True)
-class Reaction(Attributes):
+class Reaction(Attributes, Locked):
     """Force and torque on body `on` by body `by` at a joint, world axes: arrays (instants,).
 
     Attributes
@@ -171,9 +168,6 @@ class Reaction(Attributes):
     fy: Array
     torque: Array
     unique: Unique = (True, True, True)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def magnitude(self) -> Array:
@@ -228,7 +222,7 @@ class Checks:
 
 
 @dataclass(frozen=True)
-class LoadHistory(Attributes):
+class LoadHistory(Attributes, Locked):
     """Force and torque of a load on body `on`, world axes, and the quantities that it depends on;
     arrays (instants,), of a batch (designs, instants).
 
@@ -268,9 +262,6 @@ class LoadHistory(Attributes):
     speed: Array | None = None
     sinking: Array | None = None
     spin: Array | None = None
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 # -- Protocol that `Solution` fulfils ----------------------------------------------------------

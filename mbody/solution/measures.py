@@ -12,7 +12,7 @@ from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.laws import MeasuredFormula
 from mbody.model.driver import DRIVEN
-from mbody.model.element import Element, Marker, Numbers, as_marker, listed, owned
+from mbody.model.element import Marker, Numbers, as_marker, listed, owned
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure, reduce_history
@@ -142,7 +142,7 @@ def argument(solution: Result, element: Any, field: str) -> Array | None:
     if found is None:
         return None
     if kind in ("length", "angle"):
-        return found[0] - _number_column(solution, element, element.free)
+        return found[0] - column(solution.system.values[f"{element.name}.{element.free}"])
     return found[1]
 
 
@@ -160,11 +160,6 @@ def _measured(solution: Result, element: Any) -> tuple[Array, Array] | None:
     if element.along_line:
         return stretched(solution, element)[:2]
     return relative_angle(solution, element) if element.by_angle else None
-
-
-def _number_column(solution: Result, element: Element, key: str) -> Any:
-    """A number of an element, a column of designs in a batch."""
-    return column(solution.system.values[f"{element.name}.{key}"])
 
 
 def _on_all(solution: Result, load: Load, on: str | None) -> LoadHistory:

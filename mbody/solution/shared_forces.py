@@ -223,13 +223,6 @@ def _parts(S: OpenForces, count: int) -> list[OpenPart]:
     return found
 
 
-def active_owners(
-    S: OpenForces, n: int, owners: list[tuple[int, float]]
-) -> list[tuple[int, float]]:
-    """Whose limits stop part n, with the sign of the sliding."""
-    return [owners[k] for k in np.flatnonzero(S.active[n])]
-
-
 def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -> list[OpenPart]:
     """Forces in balance with themselves, those among which none of `own` is left out.
 
@@ -267,7 +260,9 @@ def reported(
     parts, margins = _parts(S, count), []
     for n in range(count):
         y = S.y[S.first[n] : S.first[n + 1]].copy()
-        margins.append(Margin(float(S.least[n]), y, active_owners(S, n, owners)))
+        margins.append(
+            Margin(float(S.least[n]), y, [owners[k] for k in np.flatnonzero(S.active[n])])
+        )
     moved = S.free[: S.count[COMBINATIONS]].T @ S.y[: S.count[COMBINATIONS]]
     return forces + S.unit * moved, parts, margins
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from mbody.errors import ModelError
 from mbody.model.element import listed
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 Array = np.ndarray
 
@@ -54,7 +53,7 @@ class ClosedPoints:
 
 
 @dataclass(frozen=True, eq=False)
-class SteppedContacts:
+class SteppedContacts(Locked):
     """Contacts of every kept instant, one after the other.
 
     Attributes
@@ -83,13 +82,6 @@ class SteppedContacts:
     numbers: Array
     residuals: Array
     nearer: float
-
-    def __post_init__(self) -> None:
-        lock(self)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        lock(self)
 
     def take(self, index: Array) -> SteppedContacts:
         """Only some of the instants."""

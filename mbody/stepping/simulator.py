@@ -47,7 +47,7 @@ from mbody.stepping.monitor import Monitor
 from mbody.stepping.readings import MechanicsNow
 from mbody.system.formula_rows import driver_inputs
 from mbody.system.rank import dense, rank_of
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 from mbody.system.system import System, too_large
 
 # -- States that a user sets: the nearest one that joints and drivers allow, and how far it is -
@@ -235,7 +235,7 @@ def _sentence(system: System, wrong: Sequence[tuple[Prescribed, float]]) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatorState:
+class SimulatorState(Locked):
     """The state of a motion at one instant.
 
     Set back in a `Simulator` of the same mechanism and method, the same steps give the same bits.
@@ -270,13 +270,6 @@ class SimulatorState:
     #: What the integrator carries on, and where a motion that leaves a singular position began.
     checkpoint: Checkpoint | None = field(default=None, repr=False)
     origin: tuple[float, Array, Array] | None = field(default=None, repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update(state)
-        lock(self)  # arrays forget in a file that they are locked
 
 
 class Simulator(MechanicsNow):

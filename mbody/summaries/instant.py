@@ -543,17 +543,6 @@ class _Rows:
 # -- The summary of many instants or designs: ranges and peaks, and where they occur -------------
 
 
-def range_lines(solution: Solution) -> list[str]:
-    """Lines of the summary of many instants, or of a batch of designs.
-
-    >>> import mbody
-    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
-    >>> range_lines(run)[1]
-    'kinematics at 361 instants, t = 0 … 0.628319 s; units SI: m, N, s, kg'
-    """
-    return _Summary(solution).lines()
-
-
 class _Summary:
     """Arrays are (instants,), of a batch (designs, instants)."""
 
@@ -740,7 +729,7 @@ def summary(solution: Solution) -> str:
     'four-bar'
     """
     many = solution.record.batch or len(solution) > 1
-    return "\n".join(even(range_lines(solution) if many else _Instant(solution).lines()))
+    return "\n".join(even(_Summary(solution).lines() if many else _Instant(solution).lines()))
 
 
 class _Instant:

@@ -363,11 +363,6 @@ def action_hook(action: ForcePrimitive) -> Hook | None:
     return None if action.function is None else _Hook(action.function, 6)
 
 
-def law_hook(law: Law, derivatives: bool) -> Hook | None:
-    """A law that is a Python function: y = (f, f′, f″)."""
-    return law.hook(derivatives)
-
-
 class _Hook:
     """Unpacks (t, side i, side j, parameters) for a user's physics, checks what it returns."""
 
@@ -829,9 +824,7 @@ class _Compiler:
             found.append((causes[cause].name, action_hook(action)))
         laws = self.first_laws
         names = self._law_names(laws)
-        found += [
-            (n, law_hook(law.law, law.derivatives)) for n, law in zip(names, laws, strict=True)
-        ]
+        found += [(n, law.law.hook(law.derivatives)) for n, law in zip(names, laws, strict=True)]
         return tuple(found)
 
     def _law_names(self, laws: list[RecordedLaw]) -> list[str]:

@@ -73,6 +73,17 @@ def lock(result: Any) -> None:
             object.__setattr__(result, name, safe)
 
 
+class Locked:
+    """Base of frozen dataclasses whose arrays and dicts cannot be changed."""
+
+    def __post_init__(self) -> None:
+        lock(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        lock(self)  # arrays forget in a file that they are locked
+
+
 @functools.cache
 def _names(kind: Any) -> tuple[str, ...]:
     """Of the fields of a dataclass: to list them takes longer than to lock them."""

@@ -472,7 +472,7 @@ def circuits_of(
         made.append(_circuit(number, walk, found.angular))
         if walk.trouble:
             complete = False
-            notes.append(_incomplete_note(number, walk.trouble))
+            notes.append(f"circuit {number} is not followed to its end: {walk.trouble}")
     ends = [x for one in made for x in one.dead_centres]
     if dead.complete:
         same = _same(dead, tol.POSITION_SAME)
@@ -557,10 +557,6 @@ def _between_lengths(values: list[float], value: float) -> list[float]:
     return [
         0.5 * (low + high) for low, high in pairwise(dict.fromkeys(ends)) if not low < value < high
     ]
-
-
-def _incomplete_note(number: int, trouble: str) -> str:
-    return f"circuit {number} is not followed to its end: {trouble}"
 
 
 def _incomplete(driver: str, dead: DeadCentres, notes: list[str]) -> Doubt:

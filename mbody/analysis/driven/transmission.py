@@ -37,7 +37,6 @@ from mbody.solution.histories import moved, one_design
 from mbody.solution.known_forces import not_unique
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.rank import dense, rank_of
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 # -- Grashof's class of four-bar loops, in words -----------------------------------------------
@@ -531,9 +530,6 @@ class Transmission(Inherited):
     joint_force_index: Array = field(repr=False)
     least: LeastAngle | None
     loops: tuple[tuple[str, str], ...] = ()
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def __len__(self) -> int:
         return len(self.t)

@@ -48,7 +48,7 @@ from mbody.solution.friction_results import (
 )
 from mbody.solution.histories import BodyHistory, Reaction, Record, link_poses
 from mbody.solution.solution import Solution
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 from mbody.system.system import DENSE, System, too_large
 
 # -- Bands of positions at which friction holds a single free motion, their ends located -------
@@ -292,7 +292,10 @@ class _Located:
         nodes, smooth = list(walks[0].nodes), list(walks[0].smooth)
         for walk in walks[1:]:
             # the way back, in the direction of the way on
-            back = [self._reversed(node) for node in reversed(walk.nodes[1:])]
+            back = [
+                Node(node.place, -node.along, -node.residual, node.derivative, node.side)
+                for node in reversed(walk.nodes[1:])
+            ]
             nodes, smooth = [*back, *nodes], [*reversed(walk.smooth), *smooth]
         for n, (one, other) in enumerate(itertools.pairwise(nodes)):
             yield one, self.reserve(one.place, one.along), smooth[n]
@@ -304,9 +307,6 @@ class _Located:
                     yield node, self.reserve(node.place, node.along), True
         last = nodes[-1]
         yield last, self.reserve(last.place, last.along), False
-
-    def _reversed(self, node: Node) -> Node:
-        return Node(node.place, -node.along, -node.residual, node.derivative, node.side)
 
     def refined(self, samples: list[Sample]) -> Iterator[Sample]:
         """The samples, and between them where the reserve comes nearest to zero without having
@@ -657,7 +657,7 @@ FREE = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium:
+class Equilibrium(Locked):
     """One equilibrium.
 
     Attributes
@@ -687,9 +687,6 @@ class Equilibrium:
     frequencies: tuple[float, ...]
     residual: float
     notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def __getitem__(self, body: str) -> BodyHistory:
         return self.solution[body]

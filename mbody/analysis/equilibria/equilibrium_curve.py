@@ -25,7 +25,6 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.solution import Solution
-from mbody.system.read_only import lock
 from mbody.system.system import System
 
 # -- Pseudo-arclength continuation of equilibria along one number of a system ------------------
@@ -527,9 +526,6 @@ class EquilibriumCurve(Inherited):
     crossings: tuple[int, ...]
     solution: Solution = field(repr=False)
     kinds: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def stable(self) -> Array:

@@ -62,11 +62,6 @@ class Fitted:
     q: Array
     off: Array
 
-    @property
-    def is_close(self) -> bool:
-        """Whether what is prescribed differs by no more than rounding of digits."""
-        return bool(np.abs(self.off).max(initial=0.0) <= tol.START_CHANGE_ALLOWED)
-
 
 def fitted_places(
     system: System, work: Work, prescribed: Sequence[Prescribed], first: Array
@@ -308,7 +303,9 @@ def _places(system: System, simulation: SimulationSettings) -> tuple[np.ndarray,
                 Prescribed(body, key, float(value)) for _, (body, key, _), value, _ in some
             ]
             found = fitted_places(system, work, candidates, first) if candidates else None
-            if found is not None and found.is_close:
+            if found is not None and bool(
+                np.abs(found.off).max(initial=0.0) <= tol.START_CHANGE_ALLOWED
+            ):
                 return found.q, fitted_note(system, candidates, found)
         if found is not None and system.rows + len(sure) > system.coordinates:
             raise misplaced(system, candidates, found)

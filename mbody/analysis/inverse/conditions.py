@@ -19,13 +19,13 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import Doubt
 from mbody.solution.measures import check_measure, checked_sides, sides
 from mbody.solution.solution import Solution
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 
 # -- Answers of questions: the solutions that were found ---------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class AnswerCase:
+class AnswerCase(Locked):
     """One solution of a question.
 
     Attributes
@@ -56,9 +56,6 @@ class AnswerCase:
     objective: float | None
     residual: float
     run: Solution = field(repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,7 +40,6 @@ from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.formula_rows import driver_inputs, driver_states
 from mbody.system.rank import dense, dense_rates, rank_of
-from mbody.system.read_only import lock
 from mbody.system.system import System, too_large
 
 # -- Contact modes of an instant as constraints ------------------------------------------------
@@ -357,9 +356,6 @@ class StateMatrices(Inherited):
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        lock(self)
-
 
 def state_matrices(
     linear: Linear, measures: str | Measure | Sequence[str | Measure]
@@ -448,9 +444,6 @@ class Linearization(Inherited):
     solution: Solution = field(repr=False)
     nearby: Callable[[], Moving] = field(repr=False)
     modes: Mapping[str, str] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     @property
     def leaders(self) -> tuple[str, ...]:

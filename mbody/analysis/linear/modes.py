@@ -21,7 +21,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.states import ORIGIN
 from mbody.solution.doubts import Inherited, certificate, heading, inherited, unit_symbols
 from mbody.solution.solution import Solution
-from mbody.system.read_only import lock
+from mbody.system.read_only import Locked
 from mbody.system.system import System
 
 # -- The quadratic eigenproblem of small motions, free motions without inertia among them ------
@@ -188,7 +188,7 @@ def _pointed(mechanism: Mechanism) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Mode:
+class Mode(Locked):
     """One mode: all bodies move as Re(shape · exp(s t)).
 
     Attributes
@@ -214,9 +214,6 @@ class Mode:
     leader: str
     shape: dict[str, Array] = field(repr=False)
     linear: Linearization = field(repr=False)
-
-    def __post_init__(self) -> None:
-        lock(self)
 
     def amplitude(self, place: str) -> complex:
         """The amplitude of a coordinate, [rad] or [length], at the scale of `amplitudes`.

@@ -136,10 +136,6 @@ def _field(field: dataclasses.Field[Any], words: tuple[str, ...]) -> Any:
     return {"bool": StrictBool, "int": StrictInt, "str": str}[str(field.type)]
 
 
-def _default(field: dataclasses.Field[Any]) -> Any:
-    return ... if field.default is dataclasses.MISSING or "place" in field.metadata else None
-
-
 @functools.cache
 def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
     """The table of one kind of element: its kind with the main fields, then the others."""
@@ -156,7 +152,10 @@ def _entry(kind: str, cls: type[Element], words: tuple[str, ...]) -> Any:
     for name, field in own.items():
         columns[name] = (
             _field(field, words),
-            Field(_default(field), description=descriptions.get(name)),
+            Field(
+                ... if field.default is dataclasses.MISSING or "place" in field.metadata else None,
+                description=descriptions.get(name),
+            ),
         )
     lines = (cls.__doc__ or "").split("\n\n")[0].split("\n")
     about = " ".join(line.strip() for line in lines)

@@ -101,7 +101,7 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
         for key, value in table.items()
         if isinstance(value, dict)
         and name not in INLINE
-        and (name in SECTIONED or _too_long(key, value))
+        and (name in SECTIONED or len(key) + 3 + len(_value(value)) > WIDTH)
     }
     # the order of entries is kept: from the first that is long on, all are sections
     keys = list(table)
@@ -113,10 +113,6 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
         yield [f"[{name}]", *_pairs(own)]
     for key in nested:
         yield [f"[{name}.{_key(key)}]", *_pairs(table[key])]
-
-
-def _too_long(key: str, value: Any) -> bool:
-    return len(key) + 3 + len(_value(value)) > WIDTH
 
 
 def _pairs(table: dict[str, Any]) -> Iterator[str]:
@@ -403,7 +399,9 @@ class Writer:
             if section == "contacts":
                 elements = (*elements, *machine.groups)
             # the section of gravity is the last of the loads
-            gravity = next((e for e in elements[-1:] if _is_gravity(e)), None)
+            gravity = next(
+                (e for e in elements[-1:] if problems.kind_of(e) == e.name == "gravity"), None
+            )
             table = {e.name: self.element(e) for e in elements if e is not gravity}
             if table:
                 data[section] = table
@@ -674,10 +672,6 @@ class Writer:
         if self.is_open(formula) and formula.angle != self.angle:
             return f"({formula.text}) {formula.angle}"
         return formula.text
-
-
-def _is_gravity(element: Element) -> bool:
-    return problems.kind_of(element) == element.name == "gravity"
 
 
 def _is_default(field: dataclasses.Field[Any], value: Any) -> bool:
