@@ -186,20 +186,12 @@ MADE: dict[str, Callable[..., Any]] = {
 class NumberRecording:
     """Operations on inputs.
 
-    Parameters
-    ----------
-    inputs : list of hashable
-        Names of the inputs.
-    finite : bool
-        Whether all numbers are finite, so that zero times one of them is zero.
+    `inputs`: Names of the inputs.
+    `finite`: Whether all numbers are finite, so that zero times one of them is zero.
 
-    Attributes
-    ----------
-    made : list of tuples
-        Of every place ``("input", name)``, ``("constant", value)``, or an operation of `FUNCTIONS`
-        or ``"select_le"`` with the places that it takes.
-    inputs : dict
-        The inputs as traced numbers, by name.
+    `made`: Of every place ``("input", name)``, ``("constant", value)``, or an operation of
+      `FUNCTIONS` or ``"select_le"`` with the places that it takes.
+    `inputs`: The inputs as traced numbers, by name.
 
     Examples
     --------

@@ -50,16 +50,10 @@ class PreparedGradient:
     **options
         The instants, as of `mbody.gradient`.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Dotted names of the numbers, in the order of the arrays.
-    measures : tuple of str
-        Names of the measures.
-    start : array (names,)
-        The numbers that the system has.
-    spaces : list of DualWorkspace
-        Workspaces that are free.
+    `names`: Dotted names of the numbers, in the order of the arrays.
+    `measures`: Names of the measures.
+    `start` (names,): The numbers that the system has.
+    `spaces`: Workspaces that are free.
 
     Examples
     --------
@@ -169,12 +163,9 @@ class PreparedGradient:
 class DesignPoint:
     """One design of a `PreparedGradient`.
 
-    Attributes
-    ----------
-    numbers : array (names,)
-    run : Solution
-        The result of the analysis.
-    value : array (measures,), or (measures, instants) of histories
+    `numbers` (names,)
+    `run`: The result of the analysis.
+    `value` (measures,), or (measures, instants) of histories
     """
 
     def __init__(

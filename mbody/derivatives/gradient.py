@@ -43,13 +43,8 @@ from mbody.system.system import System
 class EventGradient:
     """When something happens in a motion, an `EventRecord`, with derivatives.
 
-    Attributes
-    ----------
-    name, contact : str
-        As of the record.
-    t : float
-    by : dict
-        Derivatives of the time by number; NaN where there is none.
+    `name`, `contact`: As of the record.
+    `by`: Derivatives of the time by number; NaN where there is none.
     """
 
     name: str

@@ -30,11 +30,7 @@ CORRECTIONS = 6
 class OpenDirection:
     """A change of unknowns that changes no datum.
 
-    Attributes
-    ----------
-    direction : dict
-        By unknown how much it changes, the first by 1.
-    sentence : str
+    `direction`: By unknown how much it changes, the first by 1.
     """
 
     direction: dict[str, float]
@@ -49,18 +45,12 @@ class Combination:
     """A sum of unknowns, or of products of them, that the data determine, where they do not
     determine each of them.
 
-    Attributes
-    ----------
-    terms : dict
-        Factors, by unknown or by product, such as ``"arm.mass*arm.cg.x^2"``.
-    value, deviation : float
-        Where a bound is in the way, that to which the data lead.
-    within : dict
-        By unknown (low, high): between them the numbers that fit equally well were followed, and
-        the combination kept its value; empty where they could not be followed, so that it is of
-        first order alone.
-    tangent : bool
-        Whether it leaves its interval outside of `within`, as a tangent of a curve does.
+    `terms`: Factors, by unknown or by product, such as ``"arm.mass*arm.cg.x^2"``.
+    `value`, `deviation`: Where a bound is in the way, that to which the data lead.
+    `within`: By unknown (low, high): between them the numbers that fit equally well were followed,
+      and the combination kept its value; empty where they could not be followed, so that it is of
+      first order alone.
+    `tangent`: Whether it leaves its interval outside of `within`, as a tangent of a curve does.
     """
 
     terms: dict[str, float]

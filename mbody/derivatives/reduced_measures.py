@@ -218,16 +218,10 @@ def _tied(
 class MeasureProgram:
     """Operations from the rows of an instant, and the numbers of the description, to a measure.
 
-    Attributes
-    ----------
-    program : NumberProgram
-        Its inputs are what is read alone: the rows, then the numbers.
-    rows : array (read,)
-        The rows that are read.
-    place : dict
-        Of the numbers that are read, the place by name.
-    memory : list of arrays (slots + 1, lanes)
-        Free ones: the slots, and a row for what is found.
+    `program`: Its inputs are what is read alone: the rows, then the numbers.
+    `rows` (read,): The rows that are read.
+    `place`: Of the numbers that are read, the place by name.
+    `memory`: Free ones: the slots, and a row for what is found.
     """
 
     program: NumberProgram

@@ -59,14 +59,9 @@ BELOW = 0.0013498980316300933
 class ToleranceBand:
     """Where a quantity is.
 
-    Attributes
-    ----------
-    mean, deviation : float
-        Mean and standard deviation.
-    low, high : float
-        99.73 % of the values are between them.
-    count : int
-        Designs of a sample, else 0.
+    `mean`, `deviation`: Mean and standard deviation.
+    `low`, `high`: 99.73 % of the values are between them.
+    `count`: Designs of a sample, else 0.
     """
 
     mean: float
@@ -143,23 +138,15 @@ def of_samples(values: Array) -> ToleranceBand:
 class Allocation:
     """Tolerances of least cost Σ c/t with the quantity in its band.
 
-    Attributes
-    ----------
-    low, high : float
-        The band.
-    tolerance : dict
-        By number ±, as its distribution has it: 99.73 % of the values are in the band, to first
-        order; less where a number alone leaves the band, or random designs do. Infinite where the
-        number changes nothing.
-    worst_case : dict
-        The same where the quantity is in its band with all numbers at the ends at once.
-    units : dict
-    varied : dict
-        By number that changes nothing the ± over which that was tried, in the random designs too.
-    inside : float or None
-        The part of random designs with `tolerance` that is in the band.
-    count : int
-        How many these are.
+    `low`, `high`: The band.
+    `tolerance`: By number ±, as its distribution has it: 99.73 % of the values are in the band, to
+      first order; less where a number alone leaves the band, or random designs do. Infinite where
+      the number changes nothing.
+    `worst_case`: The same where the quantity is in its band with all numbers at the ends at once.
+    `varied`: By number that changes nothing the ± over which that was tried, in the random designs
+      too.
+    `inside`: The part of random designs with `tolerance` that is in the band.
+    `count`: How many these are.
     """
 
     low: float
@@ -447,17 +434,11 @@ Scatters = Mapping[str, "Number | Scatter | tuple[Number, Number]"]
 class Contribution:
     """Contribution of one tolerance to the variation of the measure.
 
-    Attributes
-    ----------
-    tolerance : float
-        ± of the number: three standard deviations of a normal distribution, else the half width.
-    derivative : float
-    unit : str
-        Of the tolerance.
-    share : float
-        Of the variance to first order; all add up to 1.
-    worst : float
-        What the whole tolerance does, |derivative| · tolerance.
+    `tolerance`: ± of the number: three standard deviations of a normal distribution, else the half
+      width.
+    `unit`: Of the tolerance.
+    `share`: Of the variance to first order; all add up to 1.
+    `worst`: What the whole tolerance does, |derivative| · tolerance.
     """
 
     tolerance: float

@@ -38,21 +38,12 @@ PASSES = 200
 class Counterweight:
     """A point mass on a link.
 
-    Attributes
-    ----------
-    body : str
-    at : str
-        From where its radius counts, such as ``"crank"`` (the link's origin) or ``"crank.O2"``.
-    radius : float
-        [length]
-    angle : float
-        Its direction from there in link axes [rad].
-    mass : float
-        [mass]
-    x, y : float
-        Its place in link axes [length].
-    moment : float
-        First moment of mass, mass × radius [mass·length].
+    `at`: From where its radius counts, such as ``"crank"`` (the link's origin) or ``"crank.O2"``.
+    `radius`: [length]
+    `angle`: Its direction from there in link axes [rad].
+    `mass`: [mass]
+    `x`, `y`: Its place in link axes [length].
+    `moment`: First moment of mass, mass × radius [mass·length].
     """
 
     body: str
@@ -247,12 +238,8 @@ def _spread(spread: str | SlenderRod | SecondMoments, inertia: float) -> tuple[A
 class Shaking(Locked):
     """Resultant of the inertia forces of all links: arrays (instants,), world axes.
 
-    Attributes
-    ----------
-    fx, fy : arrays
-        Shaking force of inertia alone, Σ −m a_G [force].
-    moment : array
-        Shaking moment about the origin of the ground [force·length].
+    `fx`, `fy`: Shaking force of inertia alone, Σ −m a_G [force].
+    `moment`: Shaking moment about the origin of the ground [force·length].
     """
 
     fx: Array

@@ -17,19 +17,13 @@ AGREES, DIFFERS = "agrees", "differs"
 class Row:
     """One quantity, by both engines.
 
-    Attributes
-    ----------
-    quantity : str
-        ``"motor.effort"``, ``"A.force"``, ``"crank.angle"``, at the instant of the greatest
-        difference.
-    ours, theirs : float
-        Its values there, in the units of the mechanism.
-    difference : float
-        Relative to the greatest value of its kind (forces, torques, angles) over all instants.
-    expected : float
-        The greatest difference that still agrees for this engine.
-    reason : str
-        Why this difference is expected.
+    `quantity`: ``"motor.effort"``, ``"A.force"``, ``"crank.angle"``, at the instant of the greatest
+      difference.
+    `ours`, `theirs`: Its values there, in the units of the mechanism.
+    `difference`: Relative to the greatest value of its kind (forces, torques, angles) over all
+      instants.
+    `expected`: The greatest difference that still agrees for this engine.
+    `reason`: Why this difference is expected.
     """
 
     quantity: str
@@ -66,17 +60,10 @@ class Inexpressible:
 class CrosscheckResult:
     """The cross-check of one result by one engine.
 
-    Attributes
-    ----------
-    engine : str
-        With its version.
-    rows : tuple of Row
-    not_expressible : tuple of Inexpressible
-        What this engine could not check: elements, or the whole model.
-    notes : tuple of str
-        How the check was made.
-    adopted : tuple of str
-        Elements whose forces it took from the result, by formulas of mbody.
+    `engine`: With its version.
+    `not_expressible`: What this engine could not check: elements, or the whole model.
+    `notes`: How the check was made.
+    `adopted`: Elements whose forces it took from the result, by formulas of mbody.
     """
 
     engine: str

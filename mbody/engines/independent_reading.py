@@ -143,10 +143,7 @@ def reading(system: System) -> Reading:
 class Reading:
     """Numbers, places, masses and laws of a system of one design.
 
-    Attributes
-    ----------
-    values : dict
-        Numbers by dotted name, in the units of the mechanism.
+    `values`: Numbers by dotted name, in the units of the mechanism.
     """
 
     def __init__(self, system: System) -> None:

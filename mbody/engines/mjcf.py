@@ -89,18 +89,11 @@ class Scale:
 class FileCoordinate:
     """One coordinate of the file.
 
-    Attributes
-    ----------
-    name : str
-        Of its joint in the file.
-    of : Branch
-        Branch of the tree that has the coordinate.
-    which : int
-        Index in the branch: 0; for a free branch 0, 1, 2 for x, y, angle.
-    slides : bool
-        Whether it is a displacement, not an angle.
-    direction : float
-        Of a displacement: on the body [rad], for a free branch in the world.
+    `name`: Of its joint in the file.
+    `of`: Branch of the tree that has the coordinate.
+    `which`: Index in the branch: 0; for a free branch 0, 1, 2 for x, y, angle.
+    `slides`: Whether it is a displacement, not an angle.
+    `direction`: Of a displacement: on the body [rad], for a free branch in the world.
     """
 
     name: str
@@ -114,33 +107,19 @@ class FileCoordinate:
 class Exported:
     """A mechanism as a model file.
 
-    Attributes
-    ----------
-    text : str
-        The file, in SI units.
-    not_expressible : tuple of Inexpressible
-        Elements, or what they do besides, that it has no words for, and why.
-    without : tuple of Inexpressible
-        Those of these that are not in the file at all, not even as what they would be without
-        friction and always closed.
-    notes : tuple of str
-        Differences between the file and the mechanism.
-    columns : tuple of FileCoordinate
-        Its coordinates in order; all are zero at the start.
-    artificial_masses : tuple of str
-        Bodies that have no mass or inertia in the mechanism and a very small one in the file.
-    laws : dict
-        Field of the law, by the name of the element of an actuator.
-    built : frozenset of str
-        Names of all elements in the file.
-    reversed : frozenset of str
-        Torsion springs whose angle has the opposite sign in the file.
-    hung : tuple
-        (name in the file, branch) of every body, and of the second halves of bodies.
-    system : System
-    start : Solution
-        The pose where all coordinates are zero.
-    scale : Scale
+    `text`: The file, in SI units.
+    `not_expressible`: Elements, or what they do besides, that it has no words for, and why.
+    `without`: Those of these that are not in the file at all, not even as what they would be
+      without friction and always closed.
+    `notes`: Differences between the file and the mechanism.
+    `columns`: Its coordinates in order; all are zero at the start.
+    `artificial_masses`: Bodies that have no mass or inertia in the mechanism and a very small one
+      in the file.
+    `laws`: Field of the law, by the name of the element of an actuator.
+    `built`: Names of all elements in the file.
+    `reversed`: Torsion springs whose angle has the opposite sign in the file.
+    `hung`: (name in the file, branch) of every body, and of the second halves of bodies.
+    `start`: The pose where all coordinates are zero.
     """
 
     text: str

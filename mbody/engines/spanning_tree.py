@@ -34,22 +34,15 @@ class MarkerFrame:
 class Branch:
     """One joint of the tree, which connects a body to its parent.
 
-    Attributes
-    ----------
-    body, parent : str
-        Names; the parent may be ``"ground"``.
-    kind : str
-        ``"revolute"``, ``"prismatic"``, ``"fixed"``, or ``"free"``: a floating body, whose
-        coordinates are (x, y, θ) of its mass centre in the world.
-    joint : Joint or None
-        None for a free body.
-    on_parent, on_body : MarkerFrame
-        The joint's place and direction on both. A revolute joint turns from one direction to the
-        other; a prismatic one slides along the direction, the same on both.
-    reversed : bool
-        Whether the parent is the joint's body j. The coordinate of a branch is that of the body
-        from its parent: of a reversed prismatic joint it is the negative displacement of j along
-        the guide.
+    `body`, `parent`: Names; the parent may be ``"ground"``.
+    `kind`: ``"revolute"``, ``"prismatic"``, ``"fixed"``, or ``"free"``: a floating body, whose
+      coordinates are (x, y, θ) of its mass centre in the world.
+    `joint`: None for a free body.
+    `on_parent`, `on_body`: The joint's place and direction on both. A revolute joint turns from one
+      direction to the other; a prismatic one slides along the direction, the same on both.
+    `reversed`: Whether the parent is the joint's body j. The coordinate of a branch is that of the
+      body from its parent: of a reversed prismatic joint it is the negative displacement of j along
+      the guide.
     """
 
     body: str
@@ -70,14 +63,9 @@ class Branch:
 class Tree:
     """A spanning tree of the bodies.
 
-    Attributes
-    ----------
-    branches : tuple of Branch
-        One for each moving body, parents before children, depth first.
-    cuts : tuple of Joint
-        Revolute, prismatic and fixed joints that close loops.
-    others : tuple of Element
-        Joints of other types, then couplings: constraints that are never in the tree.
+    `branches`: One for each moving body, parents before children, depth first.
+    `cuts`: Revolute, prismatic and fixed joints that close loops.
+    `others`: Joints of other types, then couplings: constraints that are never in the tree.
     """
 
     branches: tuple[Branch, ...]

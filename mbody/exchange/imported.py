@@ -25,14 +25,10 @@ from mbody.quantities.units import unit_system
 class Imported:
     """A model from another program's file.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-        What was read.
-    form : str
-        The format of the file, such as ``"PMKS"``.
-    notes : tuple of str
-        What was assumed where the file does not say it, and all that it has and the model has not.
+    `mechanism`: What was read.
+    `form`: The format of the file, such as ``"PMKS"``.
+    `notes`: What was assumed where the file does not say it, and all that it has and the model has
+      not.
     """
 
     mechanism: Mechanism

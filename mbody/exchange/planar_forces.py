@@ -34,20 +34,14 @@ Range = tuple[float, float] | None
 class Coordinate:
     """One coordinate, from the reference position, and what acts along it.
 
-    Attributes
-    ----------
-    what, label : str
-        Of the object, for a sentence and for names of elements.
-    terms : list of CouplingTerm
-        Whose sum it is.
-    turns : tuple, optional
-        Of an angle of two bodies: body, the other body, sign.
-    ends : tuple, optional
-        Of an angle the places of the pin; of a slide the marker of the guide and the place in it.
-    reference, rest : float
-        Its value in the file at the reference position; that of the spring from there.
-    limits : (low, high), optional
-        From the reference position.
+    `what`, `label`: Of the object, for a sentence and for names of elements.
+    `terms`: Whose sum it is.
+    `turns`: Of an angle of two bodies: body, the other body, sign.
+    `ends`: Of an angle the places of the pin; of a slide the marker of the guide and the place in
+      it.
+    `reference`, `rest`: Its value in the file at the reference position; that of the spring from
+      there.
+    `limits`: From the reference position.
     """
 
     what: str

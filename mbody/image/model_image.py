@@ -495,14 +495,9 @@ UNITS = ("length", "mass", "time", "angle", "force", "torque")
 class ModelImage:
     """An image.
 
-    Attributes
-    ----------
-    content : bytes
-        All of it, as `docs/images.md` describes it.
-    manifest : dict
-        What it says of itself.
-    entries : tuple of ImageEntry
-        What it offers by name, in order.
+    `content`: All of it, as `docs/images.md` describes it.
+    `manifest`: What it says of itself.
+    `entries`: What it offers by name, in order.
     """
 
     content: bytes

@@ -231,12 +231,9 @@ class Frame:
     """Where everything is in the memory of a workspace, and the table of its arrays: `count`
     rows of the ones, and numbers of those that have no lanes.
 
-    Attributes
-    ----------
-    rows : int
-        Of the memory, which is (rows, lanes).
-    words, at : arrays
-        The table as `Bundle` has it, for memory that begins at zero, and where in it are places.
+    `rows`: Of the memory, which is (rows, lanes).
+    `words`, `at`: The table as `Bundle` has it, for memory that begins at zero, and where in it are
+      places.
     """
 
     def __init__(self, count: dict[str, int], lengths: dict[str, int], lanes: int) -> None:

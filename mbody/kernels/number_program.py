@@ -20,16 +20,12 @@ from mbody.laws.kernels import LOG, binary, unary
 class NumberProgram(Bundle):
     """Operations on slots.
 
-    Attributes
-    ----------
-    slots : array (slots,)
-        Inputs, constants, results.
-    lowest, strict : arrays (inputs,)
-        What an input must not fall below, and where it must not reach it (1) or may (0).
-    operations : array (operations, 4)
-        Code, slots of the operands, slot of the result; of one operand both are the same.
-    targets : array (outputs,)
-        The slots of the results that are wanted.
+    `slots` (slots,): Inputs, constants, results.
+    `lowest`, `strict` (inputs,): What an input must not fall below, and where it must not reach it
+      (1) or may (0).
+    `operations` (operations, 4): Code, slots of the operands, slot of the result; of one operand
+      both are the same.
+    `targets` (outputs,): The slots of the results that are wanted.
     """
 
     slots: Floats

@@ -119,14 +119,9 @@ class Tolerances(Bundle):
 class Outputs(Bundle):
     """Records kept of a motion.
 
-    Attributes
-    ----------
-    times : array (instants,)
-        Output instants, ascending.
-    pages : array (instants, rows, 1)
-        What is kept of each (see `mbody.kernels.layout`).
-    work : array (instants + 1, causes)
-        Work done until each instant; the last row until now.
+    `times` (instants,): Output instants, ascending.
+    `pages` (instants, rows, 1): What is kept of each (see `mbody.kernels.layout`).
+    `work` (instants + 1, causes): Work done until each instant; the last row until now.
     """
 
     times: Floats

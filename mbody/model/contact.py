@@ -106,17 +106,12 @@ CORNERS = (Vertex, ArcEnd)
 class Arc:
     """How far a circle of a contact candidate goes round.
 
-    Attributes
-    ----------
-    second : bool
-        Whether it is on the second body of the rows.
-    begin, extent : float
-        Where it begins in the axes of its body, and how far it goes, counter-clockwise [rad].
-    radius : float
-        Positive.
-    ahead : float or None
-        Where it touches from its centre: along (1) or against (−1) the direction from the first
-        position to the second; None where it touches an edge.
+    `second`: Whether it is on the second body of the rows.
+    `begin`, `extent`: Where it begins in the axes of its body, and how far it goes,
+      counter-clockwise [rad].
+    `radius`: Positive.
+    `ahead`: Where it touches from its centre: along (1) or against (−1) the direction from the
+      first position to the second; None where it touches an edge.
     """
 
     second: bool
@@ -130,32 +125,19 @@ class Arc:
 class ContactCandidate:
     """One place where two bodies may touch.
 
-    Attributes
-    ----------
-    normal : ConstraintPrimitive
-        Its row is `sign` times the gap.
-    tangent : ConstraintPrimitive or None
-        Its rate is the sliding velocity; None of ropes.
-    sign : float
-        1 where the row of the normal grows as the bodies part, −1 where it falls.
-    swapped : bool
-        Whether the first body of the rows is that of the contact's j.
-    edge : tuple or None
-        (x, y) of the beginning of an edge from the mass centre of the rows' first body, its
-        direction (x, y), and its length: where it may touch.
-    position : pair
-        The point or centre from the mass centre of the rows' second body.
-    round : bool
-        Whether a circle is in it, which can roll.
-    solid : str
-        What the edge belongs to: "line", "segment", "polygon", else "circle", "rope", or "row" of
-        what has no shapes; "one way" of what has no gap, but a rate that may grow one way.
-    edge_radius : float
-        Radius of the circle on an edge.
-    arcs : tuple of Arc
-        Of its circles those that do not go all round.
-    contour : Contour or None
-        The smooth contour of a curve that it is on.
+    `normal`: Its row is `sign` times the gap.
+    `tangent`: Its rate is the sliding velocity; None of ropes.
+    `sign`: 1 where the row of the normal grows as the bodies part, −1 where it falls.
+    `swapped`: Whether the first body of the rows is that of the contact's j.
+    `edge`: (x, y) of the beginning of an edge from the mass centre of the rows' first body, its
+      direction (x, y), and its length: where it may touch.
+    `position`: The point or centre from the mass centre of the rows' second body.
+    `round`: Whether a circle is in it, which can roll.
+    `solid`: What the edge belongs to: "line", "segment", "polygon", else "circle", "rope", or "row"
+      of what has no shapes; "one way" of what has no gap, but a rate that may grow one way.
+    `edge_radius`: Radius of the circle on an edge.
+    `arcs`: Of its circles those that do not go all round.
+    `contour`: The smooth contour of a curve that it is on.
     """
 
     normal: ConstraintPrimitive

@@ -64,22 +64,14 @@ def check_name(name: Any, what: str) -> None:
 class AuxiliaryState:
     """A state that an element brings, integrated with the motion as a `State`.
 
-    Attributes
-    ----------
-    name : str
-        Dotted: ``"motor.current"``.
-    rate : MeasuredFormula
-        Its rate.
-    measure : str
-        What it measures, a name of `DIMENSIONS`.
-    start : float or "steady"
-        At the first instant.
-    start_number : str
-        The element's number that is the start, by dotted name; empty where it is always zero.
-    size : float, optional
-        A typical value, to which its absolute error is relative.
-    accounts : bool
-        Whether it only adds up, for the account of energy: nothing follows from it.
+    `name`: Dotted: ``"motor.current"``.
+    `rate`: Its rate.
+    `measure`: What it measures, a name of `DIMENSIONS`.
+    `start`: At the first instant.
+    `start_number`: The element's number that is the start, by dotted name; empty where it is always
+      zero.
+    `size`: A typical value, to which its absolute error is relative.
+    `accounts`: Whether it only adds up, for the account of energy: nothing follows from it.
     """
 
     name: str
@@ -100,12 +92,8 @@ class AuxiliaryState:
 class AccountedEnergy:
     """A part of the account of energy that an element names beside its work.
 
-    Attributes
-    ----------
-    kind : str
-        "work" (what it takes from outside), "lost" or "stored".
-    values : array (instants,)
-        Since the beginning, or in store.
+    `kind`: "work" (what it takes from outside), "lost" or "stored".
+    `values` (instants,): Since the beginning, or in store.
     """
 
     kind: str

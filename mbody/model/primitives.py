@@ -104,30 +104,18 @@ class Part:
 class ConstraintPrimitive:
     """Up to two constraint rows between bodies `i` and `j`.
 
-    Attributes
-    ----------
-    kind : str
-        The physics: one of `CONSTRAINTS`, "sum" of a coupling, "formula" of a driver that follows
-        positions, or "user".
-    i, j : str
-        Names of the two bodies.
-    rows : str
-        What each row measures, a letter a row: ``"l"`` a length, ``"a"`` an angle.
-    parameters : list
-        Numbers of the physics, floats or arrays over a batch.
-    signal : Signal or None
-        The law f(t) of the first row, if it has one.
-    law : Signal or None
-        A law of a direction that the position gives: an angle of one turn, 0 … 2π; or a contour.
-    function : callable or None
-        The user's own physics in plain Python, for kind ``"user"``.
-    parts : tuple of Part
-        What a ``"sum"`` adds up, over more bodies than two.
-    more : tuple of str
-        Further bodies of a ``"formula"``.
-    active_set : bool
-        Whether its one row is of the active set, active or not, as of a contact or of a pair that
-        sticks or slides; it begins off.
+    `kind`: The physics: one of `CONSTRAINTS`, "sum" of a coupling, "formula" of a driver that
+      follows positions, or "user".
+    `i`, `j`: Names of the two bodies.
+    `rows`: What each row measures, a letter a row: ``"l"`` a length, ``"a"`` an angle.
+    `parameters`: Numbers of the physics, floats or arrays over a batch.
+    `signal`: The law f(t) of the first row, if it has one.
+    `law`: A law of a direction that the position gives: an angle of one turn, 0 … 2π; or a contour.
+    `function`: The user's own physics in plain Python, for kind ``"user"``.
+    `parts`: What a ``"sum"`` adds up, over more bodies than two.
+    `more`: Further bodies of a ``"formula"``.
+    `active_set`: Whether its one row is of the active set, active or not, as of a contact or of a
+      pair that sticks or slides; it begins off.
     """
 
     kind: str
@@ -153,25 +141,18 @@ class ConstraintPrimitive:
 class FrictionPrimitive:
     """A friction pair: what slides, and what presses it; see `mbody.kernels.friction`.
 
-    Attributes
-    ----------
-    kind : str
-        One of `FRICTION_KINDS` of the kernel: ``"pin"``, ``"guide"``, ``"pressed"``, ``"couple"``
-        of wheels, ``"follower"`` of a cam, ``"apart"``, the force that presses wheels apart,
-        ``"torque"`` or ``"force"`` of a law.
-    tangent : ConstraintPrimitive
-        The row whose rate is the rate of sliding, of the active set: it is active while the pair
-        sticks.
-    presses : int
-        Which primitive of the element has the reaction that presses.
-    parameters : list
-        Kinetic and static coefficient, speed of Stribeck's curve (0: none), viscous coefficient,
-        then two of the kind: radius of a pin; length and height of a guide; of a follower the
-        radius of its roller's pin as a part of the roller's, or 0; of a couple nothing and by how
-        much it is more one way than the other; the direction of what presses apart. Floats or
-        arrays over a batch.
-    capacity : Signal or None
-        Of the kinds ``"torque"`` and ``"force"``: the law of what it has while it slides.
+    `kind`: One of `FRICTION_KINDS` of the kernel: ``"pin"``, ``"guide"``, ``"pressed"``,
+      ``"couple"`` of wheels, ``"follower"`` of a cam, ``"apart"``, the force that presses wheels
+      apart, ``"torque"`` or ``"force"`` of a law.
+    `tangent`: The row whose rate is the rate of sliding, of the active set: it is active while the
+      pair sticks.
+    `presses`: Which primitive of the element has the reaction that presses.
+    `parameters`: Kinetic and static coefficient, speed of Stribeck's curve (0: none), viscous
+      coefficient, then two of the kind: radius of a pin; length and height of a guide; of a
+      follower the radius of its roller's pin as a part of the roller's, or 0; of a couple nothing
+      and by how much it is more one way than the other; the direction of what presses apart. Floats
+      or arrays over a batch.
+    `capacity`: Of the kinds ``"torque"`` and ``"force"``: the law of what it has while it slides.
     """
 
     kind: str
@@ -185,22 +166,13 @@ class FrictionPrimitive:
 class ForcePrimitive:
     """One load between bodies `i` and `j` (or on every body, for gravity and fields).
 
-    Attributes
-    ----------
-    kind : str
-        The physics: one of `LOADS`, or "user".
-    i, j : str
-        Names of the two bodies; the action on `j` is the positive one.
-    parameters : list
-        Numbers of the physics, floats or arrays over a batch.
-    signals : tuple of Signal
-        Laws of time, up to two.
-    law : Signal or None
-        A law of the element's auxiliary state (stretch, rate).
-    function : callable or None
-        The user's own physics in plain Python, for kind ``"user"``.
-    by : str
-        Name of a third body, whose position the action follows without acting on it.
+    `kind`: The physics: one of `LOADS`, or "user".
+    `i`, `j`: Names of the two bodies; the action on `j` is the positive one.
+    `parameters`: Numbers of the physics, floats or arrays over a batch.
+    `signals`: Laws of time, up to two.
+    `law`: A law of the element's auxiliary state (stretch, rate).
+    `function`: The user's own physics in plain Python, for kind ``"user"``.
+    `by`: Name of a third body, whose position the action follows without acting on it.
     """
 
     kind: str

@@ -235,20 +235,11 @@ class _PlainMotion:
 class MotionEvaluator:
     """Motions of the designs of one system that differ in some numbers.
 
-    Parameters
-    ----------
-    system : System
-    names : sequence of str
-        Dotted names of the numbers.
-    options : mapping
-        Of `simulate`.
+    `names`: Dotted names of the numbers.
+    `options`: Of `simulate`.
 
-    Attributes
-    ----------
-    count : int
-        How many designs were followed.
-    instants : int
-        Of the motion of the description; those of all designs, which do not end earlier.
+    `count`: How many designs were followed.
+    `instants`: Of the motion of the description; those of all designs, which do not end earlier.
     """
 
     def __init__(self, system: System, names: Sequence[str], options: Mapping[str, Any]) -> None:

@@ -97,16 +97,11 @@ def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> No
 class Active:
     """A limit, or a bound of a number, that holds the optimum back.
 
-    Attributes
-    ----------
-    constraint : str
-        Its text.
-    multiplier : float
-        By how much the objective gets better if the limit gives way by one unit, at first order.
-    unit : str
-        Of the multiplier.
-    t : float or None
-        The instant at which it binds; None of bounds and of what all instants make.
+    `constraint`: Its text.
+    `multiplier`: By how much the objective gets better if the limit gives way by one unit, at first
+      order.
+    `unit`: Of the multiplier.
+    `t`: The instant at which it binds; None of bounds and of what all instants make.
     """
 
     constraint: str
@@ -128,11 +123,7 @@ class Active:
 class ParetoPoint:
     """One of the designs of which none is better in both aims.
 
-    Attributes
-    ----------
-    objective : tuple of float
-    values : dict
-        By number.
+    `values`: By number.
     """
 
     objective: tuple[float, ...]

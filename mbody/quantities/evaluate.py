@@ -118,12 +118,8 @@ class Curve:
 class Scope:
     """The unit system and the values of the names in a formula.
 
-    Attributes
-    ----------
-    system : UnitSystem
-        The units of the values.
-    names : mapping
-        Parameters and, if allowed, the variable.
+    `system`: The units of the values.
+    `names`: Parameters and, if allowed, the variable.
     """
 
     system: UnitSystem = SI

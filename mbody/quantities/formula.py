@@ -57,18 +57,11 @@ COMMON_MISTAKES = (
 class Formula:
     """A number as text, with the dimension of its field.
 
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    dimension : Dimension or None
-        Of the field, None while that is not known.
-    angle : str
-        "rad" or "deg": the unit of a plain number that is an angle.
-    argument : Dimension or None
-        Of a law: the dimension of its variable.
-    tree : Node
-        The parsed text.
+    `text`: As it was written.
+    `dimension`: Of the field, None while that is not known.
+    `angle`: "rad" or "deg": the unit of a plain number that is an angle.
+    `argument`: Of a law: the dimension of its variable.
+    `tree`: The parsed text.
     """
 
     text: str

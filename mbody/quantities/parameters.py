@@ -24,12 +24,8 @@ RESERVED = {*FUNCTIONS, *VARIABLES, "pi"}
 class Parameters(Mapping[str, "float | Formula"]):
     """Named numbers, each a float or a formula of the others, in any order.
 
-    Parameters
-    ----------
-    given : mapping
-        By name: a number, text such as ``"2*a"`` or ``"15 in"``, or a quantity.
-    system : UnitSystem
-        The units of the values.
+    `given`: By name: a number, text such as ``"2*a"`` or ``"15 in"``, or a quantity.
+    `system`: The units of the values.
 
     Raises
     ------

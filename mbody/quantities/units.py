@@ -146,16 +146,10 @@ def name_of(dimension: Dimension) -> str:
 class Unit:
     """A unit: its ratio to the SI unit, ``ratio · π^pi``, and its dimension.
 
-    Attributes
-    ----------
-    symbol : str
-        As it was written.
-    ratio : Fraction
-        Exact, so that a unit divided by itself is exactly one.
-    pi : int
-        Power of π in the factor: 1 for a degree.
-    dimension : Dimension
-        Of the unit.
+    `symbol`: As it was written.
+    `ratio`: Exact, so that a unit divided by itself is exactly one.
+    `pi`: Power of π in the factor: 1 for a degree.
+    `dimension`: Of the unit.
     """
 
     symbol: str

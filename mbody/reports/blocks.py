@@ -90,13 +90,8 @@ def _bare(text: str) -> str:
 class Picture:
     """A figure with its caption.
 
-    Attributes
-    ----------
-    name : str
-        Of its file, where a format has one.
-    figure : matplotlib.figure.Figure
-    caption : str
-        What it shows; read aloud where the picture cannot be seen.
+    `name`: Of its file, where a format has one.
+    `caption`: What it shows; read aloud where the picture cannot be seen.
     """
 
     name: str
@@ -149,12 +144,7 @@ Block: TypeAlias = Text | Items | Grid | Picture | Notice | FileText | Displayed
 class Chapter:
     """A part of a document under a heading.
 
-    Attributes
-    ----------
-    key : str
-        The name by which it is chosen.
-    title : str
-    blocks : list of blocks
+    `key`: The name by which it is chosen.
     """
 
     key: str
@@ -166,12 +156,7 @@ class Chapter:
 class ReportDocument:
     """A whole document.
 
-    Attributes
-    ----------
-    title : str
-    about : list of (what, value)
-        The lines below the title.
-    chapters : list of Chapter
+    `about`: The lines below the title.
     """
 
     title: str

@@ -63,15 +63,10 @@ class ContactLimits:
     """Limits of the forces of closed contacts, equal at every position of a system of one design:
     multipliers of all rows, then friction of all closed contacts.
 
-    Parameters
-    ----------
-    work : Work
-        With the numbers of the design.
+    `work`: With the numbers of the design.
 
-    Attributes
-    ----------
-    least : array (limits, forces)
-        A line an inequality, each · forces ≥ 0: normal forces, then limits of friction.
+    `least` (limits, forces): A line an inequality, each · forces ≥ 0: normal forces, then limits of
+      friction.
     """
 
     def __init__(self, system: System, work: Work) -> None:
@@ -236,14 +231,9 @@ class FrictionForces(NamedTuple):
 class Jam(NamedTuple):
     """A position at which a mechanism jams.
 
-    Attributes
-    ----------
-    t : float
-    joint : str
-        The one whose friction takes most of the power.
-    coefficient : float
-        Of that joint's friction (of teeth without friction the part of power that they lose), from
-        which on it jams there; those of all joints are changed by one factor.
+    `joint`: The one whose friction takes most of the power.
+    `coefficient`: Of that joint's friction (of teeth without friction the part of power that they
+      lose), from which on it jams there; those of all joints are changed by one factor.
     """
 
     t: float
@@ -448,11 +438,9 @@ def _coefficient(solution: Result, pair: contact_forces.FrictionPair, design: in
 class ForceRange(Locked):
     """Between what a force may lie, where joints rest that hold by friction.
 
-    Attributes
-    ----------
-    low, high : arrays (instants,), or Reaction
-        Of an effort or a reaction. Where nothing rests both are the force itself; infinite where no
-        effort moves the mechanism in that direction; NaN where a reaction is not known then.
+    `low`, `high` (instants,), or Reaction: Of an effort or a reaction. Where nothing rests both are
+      the force itself; infinite where no effort moves the mechanism in that direction; NaN where a
+      reaction is not known then.
     """
 
     low: Any
@@ -463,13 +451,10 @@ class ForceRange(Locked):
 class FrictionReport(Locked):
     """Whether friction is unique, and where the mechanism jams.
 
-    Attributes
-    ----------
-    certified : array (instants,) of bool, (designs, instants) of a batch
-        Whether friction is certain to have one solution. The condition is sufficient only.
-    jams : tuple of Jam
-        Instants at which no effort moves the mechanism: time, joint, and the coefficient of
-        friction from which on it jams.
+    `certified` (instants,) of bool, (designs, instants) of a batch: Whether friction is certain to
+      have one solution. The condition is sufficient only.
+    `jams`: Instants at which no effort moves the mechanism: time, joint, and the coefficient of
+      friction from which on it jams.
     """
 
     certified: Array

@@ -33,15 +33,10 @@ Unique: TypeAlias = tuple[bool | None, bool | None, bool | None] | None
 class Record:
     """Rows of numbers over instants, as the kernels left them; histories are taken out when read.
 
-    Parameters
-    ----------
-    blocks : list of arrays (instants, rows, lanes)
-        One after another along the lanes.
-    count : int
-        Instants of a single motion, or designs of a batch.
-    batch : bool
-        Whether a lane is a design; else a lane is a piece of one motion, which goes on in the
-        next lane.
+    `blocks`: One after another along the lanes.
+    `count`: Instants of a single motion, or designs of a batch.
+    `batch`: Whether a lane is a design; else a lane is a piece of one motion, which goes on in the
+      next lane.
     """
 
     def __init__(self, blocks: list[Array], count: int, batch: bool) -> None:
@@ -184,12 +179,8 @@ class Reaction(Attributes, Locked):
 class BranchDistance:
     """How near a motion came to a singular position, at which branches meet.
 
-    Attributes
-    ----------
-    least : float
-        Least scaled pivot of the constraints, without unit: 0 where branches meet.
-    t : float
-        The instant of it.
+    `least`: Least scaled pivot of the constraints, without unit: 0 where branches meet.
+    `t`: The instant of it.
     """
 
     least: float

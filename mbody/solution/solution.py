@@ -54,16 +54,10 @@ if TYPE_CHECKING:
 class InitialState:
     """How a motion of `simulate` began.
 
-    Attributes
-    ----------
-    system : System
-        With the histories of its inputs.
-    start : Solution
-        The one instant that it began with, and what it goes on from.
-    request : MotionRequest
-        Of `mbody.analysis.dynamics.options`: its instants, method, events and releases.
-    first : float
-        The time of its first instant.
+    `system`: With the histories of its inputs.
+    `start`: The one instant that it began with, and what it goes on from.
+    `request`: Of `mbody.analysis.dynamics.options`: its instants, method, events and releases.
+    `first`: The time of its first instant.
     """
 
     system: System
@@ -91,29 +85,17 @@ class IntegrationSettings:
 class ModalState:
     """Contact modes from which a motion continues, in numbers and words that a file can have.
 
-    Attributes
-    ----------
-    modes, pairs : tuples of str
-        Of the contact points and of the frictional joints.
-    on, anchor : tuples of float
-        Of the rows of the active set, whether they are and where sticking began.
-    phases : tuple of float
-        Of the rows along contact points of two circles.
-    groups : tuple of tuples of int
-        Contact points that stick by the row of the first of them.
-    shared : tuple of tuples of int
-        Contact points, and frictional joints after these, whose friction no equation decides;
-        contact points whose normal force none does.
-    closed, beyond : tuples of int
-        Contact points.
-    fresh : tuple of (str, int, float)
-        Guards that begin at zero.
-    struck : tuple of (int, float)
-        When contact points were struck last.
-    page : tuple of float
-        What is kept of that instant, with which guards begin.
-    lost : tuple of float
-        Energy that impacts took since the last instant of the result (before it: negative).
+    `modes`, `pairs`: Of the contact points and of the frictional joints.
+    `on`, `anchor`: Of the rows of the active set, whether they are and where sticking began.
+    `phases`: Of the rows along contact points of two circles.
+    `groups`: Contact points that stick by the row of the first of them.
+    `shared`: Contact points, and frictional joints after these, whose friction no equation decides;
+      contact points whose normal force none does.
+    `closed`, `beyond`: Contact points.
+    `fresh` (str, int, float): Guards that begin at zero.
+    `struck` (int, float): When contact points were struck last.
+    `page`: What is kept of that instant, with which guards begin.
+    `lost`: Energy that impacts took since the last instant of the result (before it: negative).
     """
 
     modes: tuple[str, ...]
@@ -135,26 +117,17 @@ class ModalState:
 class Restart:
     """The state of the steps before the last one, which was cut to end in time.
 
-    Attributes
-    ----------
-    settings : IntegrationSettings
-        How the motion was integrated.
-    scale, y, slope : arrays (2·coordinates + auxiliary states,)
-        Sizes of the coordinates, the state, its derivative.
-    powers, gained : arrays (causes,)
-        Powers there, and the work done since the last instant of the result (before it: negative).
-    state : array
-        See `mbody.kernels.step_state`.
-    own : tuple of arrays
-        What the method itself carries on.
-    inputs : dict
-        Values of the inputs that are kept between set times.
-    sampled : tuple
-        The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
-    met : array
-        Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
-    modal : ModalState, optional
-        Of a motion with contacts or frictional joints.
+    `settings`: How the motion was integrated.
+    `scale`, `y`, `slope` (2·coordinates + auxiliary states,): Sizes of the coordinates, the state,
+      its derivative.
+    `powers`, `gained` (causes,): Powers there, and the work done since the last instant of the
+      result (before it: negative).
+    `state`: See `mbody.kernels.step_state`.
+    `own`: What the method itself carries on.
+    `inputs`: Values of the inputs that are kept between set times.
+    `sampled`: The controllers with their memories (`mbody.analysis.dynamics.interruptions`).
+    `met`: Singular positions that were met (`mbody.analysis.singular.nearby_singularity`).
+    `modal`: Of a motion with contacts or frictional joints.
     """
 
     settings: IntegrationSettings

@@ -18,18 +18,12 @@ Array = np.ndarray
 class ClosedPoints:
     """Places that touch at one instant, as arrays (places,).
 
-    Attributes
-    ----------
-    i, j : lists of str
-        Dotted names of the shapes; of a rope its own name.
-    x, y : arrays
-        Where, world axes.
-    nx, ny : arrays
-        Normal from i to j.
-    normal, tangential : arrays
-        Pressing force, and friction along (ny, −nx), on j: impulse of the step by its length.
-    gap : array
-        In the middle of the step, below zero of what overlaps.
+    `i`, `j`: Dotted names of the shapes; of a rope its own name.
+    `x`, `y`: Where, world axes.
+    `nx`, `ny`: Normal from i to j.
+    `normal`, `tangential`: Pressing force, and friction along (ny, −nx), on j: impulse of the step
+      by its length.
+    `gap`: In the middle of the step, below zero of what overlaps.
     """
 
     i: list[str]

@@ -26,19 +26,12 @@ def jumping(name: str, driver: str) -> ModelError:
 class Inputs(MutableMapping[str, float]):
     """The present values of the inputs by name, in the units of the mechanism.
 
-    Parameters
-    ----------
-    values : mapping
-        Name and first value of each input that can be set.
-    changed : callable
-        Called with the number and the value of one that has changed.
-    others : mapping
-        Of each input that cannot be set what sets it, and a function that gives its value.
-    number : callable
-        The number that a text or another value means for an input, by its name.
-    followed : mapping, optional
-        Inputs that the position or the rate of a driver follows, with its name: they keep their
-        value.
+    `values`: Name and first value of each input that can be set.
+    `changed`: Called with the number and the value of one that has changed.
+    `others`: Of each input that cannot be set what sets it, and a function that gives its value.
+    `number`: The number that a text or another value means for an input, by its name.
+    `followed`: Inputs that the position or the rate of a driver follows, with its name: they keep
+      their value.
 
     Examples
     --------

@@ -60,23 +60,12 @@ def usable_cores() -> int:
 class LaneMotion:
     """n states of one topology, each with its time.
 
-    Parameters
-    ----------
-    system : System
-        One design, or a batch of n.
-    n : int
-    settings : IntegrationSettings
-        Method and tolerances.
-    inputs : mapping
-        Signal row of every input that is set from outside.
-    threads : int
-        At most so many work at the same time.
+    `system`: One design, or a batch of n.
+    `settings`: Method and tolerances.
+    `inputs`: Signal row of every input that is set from outside.
+    `threads`: At most so many work at the same time.
 
-    Attributes
-    ----------
-    many : LaneStates
-    count : int
-        n.
+    `count`: n.
     """
 
     def __init__(
@@ -430,12 +419,8 @@ class LanePoint:
 class LaneReaction:
     """The present force and torque of a joint on its body j in every state, world axes.
 
-    Attributes
-    ----------
-    fx, fy, torque, magnitude : arrays (n,)
-        [force, force, force·length, force].
-    unique : tuple of three bool, or None
-        Whether each of fx, fy, torque is determined in all states, as of `mbody.Reaction`.
+    `fx`, `fy`, `torque`, `magnitude` (n,): [force, force, force·length, force].
+    `unique`: Whether each of fx, fy, torque is determined in all states, as of `mbody.Reaction`.
     """
 
     __slots__ = ("_measure", "_uniques", "name")

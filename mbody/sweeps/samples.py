@@ -213,16 +213,10 @@ Spreads: TypeAlias = "Mapping[str, tuple[Number, Number] | list[Number] | Scatte
 class DesignNumbers:
     """The numbers of the designs.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Dotted names and parameters of the `System`.
-    values : array (designs, names)
-        In the units of the mechanism.
-    axes : dict
-        Values of each axis of a grid by the given name, else empty.
-    given_names : tuple of str
-        The names as given.
+    `names`: Dotted names and parameters of the `System`.
+    `values` (designs, names): In the units of the mechanism.
+    `axes`: Values of each axis of a grid by the given name, else empty.
+    `given_names`: The names as given.
     """
 
     names: tuple[str, ...]

@@ -71,15 +71,9 @@ if TYPE_CHECKING:
 class LinkEquations:
     """Newton's and Euler's equations of one body.
 
-    Attributes
-    ----------
-    number : int
-        Of the link, the ground being 1.
-    body : str
-    equations : tuple of Equation
-        ΣFx, ΣFy and ΣM about the mass centre.
-    meanings : dict
-        By symbol of a force or torque the element and what it is.
+    `number`: Of the link, the ground being 1.
+    `equations`: ΣFx, ΣFy and ΣM about the mass centre.
+    `meanings`: By symbol of a force or torque the element and what it is.
     """
 
     number: int

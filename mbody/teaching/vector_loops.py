@@ -44,16 +44,10 @@ _SHORT = re.compile(r"[A-Za-z]\d?|(\d{1,2}|\(\d+,\d+\))[xy]?")
 class Symbol:
     """A quantity with its value.
 
-    Attributes
-    ----------
-    letter : str
-        One letter, Latin or Greek.
-    index : tuple of str
-        Its parts; short ones are written together, as in F32x, others in brackets.
-    value : float
-        In the units of the mechanism, an angle in rad.
-    dots : int
-        How often it is differentiated by time.
+    `letter`: One letter, Latin or Greek.
+    `index`: Its parts; short ones are written together, as in F32x, others in brackets.
+    `value`: In the units of the mechanism, an angle in rad.
+    `dots`: How often it is differentiated by time.
     """
 
     letter: str
@@ -113,12 +107,7 @@ class Symbol:
 class Factor:
     """A symbol in a product: itself, its square, or a function of it.
 
-    Attributes
-    ----------
-    symbol : Symbol
-    function : str
-        "", "cos" or "sin", or "exp" of i times an angle.
-    power : int
+    `function`: "", "cos" or "sin", or "exp" of i times an angle.
     """
 
     symbol: Symbol
@@ -161,13 +150,8 @@ class Factor:
 class Term:
     """A signed product of factors.
 
-    Attributes
-    ----------
-    sign : int
-        1 or -1.
-    factors : sequence of Factor
-    times : int
-        A whole number before them.
+    `sign`: 1 or -1.
+    `times`: A whole number before them.
     """
 
     sign: int
@@ -198,12 +182,8 @@ class Term:
 class Equation:
     """Σ left = Σ right.
 
-    Attributes
-    ----------
-    name : str
-        What it is, such as "ΣFx".
-    left, right : sequences of Term
-        Without any of them 0 is written.
+    `name`: What it is, such as "ΣFx".
+    `left`, `right`: Without any of them 0 is written.
     """
 
     name: str
@@ -268,21 +248,14 @@ Array = np.ndarray
 class LoopVector:
     """A vector of a loop: r e^{iθ} with its derivatives.
 
-    Attributes
-    ----------
-    kind : str
-        "link", between two joints of a body; "slide", the displacement along a guide; "offset",
-        across it; "rod", between two places.
-    index : tuple of str
-        Of its symbols.
-    body : str
-        The body that it turns with, of a slide that of the guide; empty for a rod.
-    r, r_rate, r_second : float
-        Length, of a slide a displacement of either sign, and its derivatives.
-    angle, rate, second : float
-        θ [rad] and its derivatives.
-    varies : bool
-        Whether the length does.
+    `kind`: "link", between two joints of a body; "slide", the displacement along a guide; "offset",
+      across it; "rod", between two places.
+    `index`: Of its symbols.
+    `body`: The body that it turns with, of a slide that of the guide; empty for a rod.
+    `r`, `r_rate`, `r_second`: Length, of a slide a displacement of either sign, and its
+      derivatives.
+    `angle`, `rate`, `second`: θ [rad] and its derivatives.
+    `varies`: Whether the length does.
     """
 
     kind: str
@@ -301,11 +274,8 @@ class LoopVector:
 class VectorLoop:
     """A closed chain of bodies; the signed vectors from joint to joint sum to zero.
 
-    Attributes
-    ----------
-    bodies, joints : tuples of str
-        In the order in which they are passed, a joint leading to the next body.
-    vectors : tuple of (sign, LoopVector)
+    `bodies`, `joints`: In the order in which they are passed, a joint leading to the next body.
+    `vectors` (sign, LoopVector)
     """
 
     bodies: tuple[str, ...]
@@ -574,13 +544,8 @@ class VectorSymbols:
 class LoopEquations:
     """All equations of one loop.
 
-    Attributes
-    ----------
-    loop : VectorLoop
-    vector : Equation
-        Σ r e^{iθ} = 0.
-    positions, velocities, accelerations : pairs of Equation
-        Along x and y.
+    `vector`: Σ r e^{iθ} = 0.
+    `positions`, `velocities`, `accelerations`: Along x and y.
     """
 
     loop: VectorLoop
@@ -685,12 +650,7 @@ def _terms(sign: int, one: VectorSymbols, order: int, axis: int) -> list[Term]:
 class Condition:
     """The equations of rates, and of accelerations where they are written out, of one element.
 
-    Attributes
-    ----------
-    element : str
-    words : str
-        What it says.
-    equations : tuple of Equation
+    `words`: What it says.
     """
 
     element: str

@@ -415,19 +415,11 @@ MANIFEST_LENGTH = 100_000
 class LinkageSet:
     """Specification of a data set: all that its numbers follow from.
 
-    Attributes
-    ----------
-    count, nodes, seed : int
-        Linkages; joints of each; of the random numbers.
-    groups : tuple of str
-        Of "dyads", "sliders", "triads", "assur".
-    instants : int
-    turn : float
-        Of the crank [rad].
-    speed : float
-        Of the crank [rad/s].
-    gravity : pair of float
-        (x, y) [m/s²].
+    `count`, `nodes`, `seed`: Linkages; joints of each; of the random numbers.
+    `groups`: Of "dyads", "sliders", "triads", "assur".
+    `turn`: Of the crank [rad].
+    `speed`: Of the crank [rad/s].
+    `gravity`: (x, y) [m/s²].
     """
 
     count: int
@@ -475,13 +467,8 @@ class LinkageSet:
 class Written:
     """Progress of `write_linkages`: folder, pieces done, status.
 
-    Attributes
-    ----------
-    folder : Path
-    done, count : int
-        Linkages of the part that are in the folder, and that are wanted.
-    status : str
-        "completed", or "stopped: …" after Ctrl-C.
+    `done`, `count`: Linkages of the part that are in the folder, and that are wanted.
+    `status`: "completed", or "stopped: …" after Ctrl-C.
     """
 
     folder: Path

@@ -54,13 +54,8 @@ NO_PROOF = "there is no proof that there are no others"
 class SingularPosition:
     """One dead centre.
 
-    Attributes
-    ----------
-    driver : str
-    value : float
-        Of the driver: of an angle 0 … 2π [rad], or of a length [length].
-    bodies : tuple of str
-        Of the group whose links cannot go on.
+    `value`: Of the driver: of an angle 0 … 2π [rad], or of a length [length].
+    `bodies`: Of the group whose links cannot go on.
     """
 
     driver: str

@@ -46,18 +46,11 @@ class AssemblyMode(Mapping[str, tuple[float, float, float]]):
     """One way in which a mechanism closes: of every body (x, y, angle) of its link axes, which is
     what `guess` of any analysis takes.
 
-    Attributes
-    ----------
-    number : int
-        From 1.
-    name : str
-        "open" or "crossed" of two links, joined where there are several; else the number.
-    used : bool
-        Whether analyses with the guesses of the description find this one.
-    residual : float
-        Greatest violation of the constraint rows, in model lengths and radians.
-    pose : array (3·bodies + 3,)
-        Coordinates of the mass centres, the ground last [length, rad].
+    `number`: From 1.
+    `name`: "open" or "crossed" of two links, joined where there are several; else the number.
+    `used`: Whether analyses with the guesses of the description find this one.
+    `residual`: Greatest violation of the constraint rows, in model lengths and radians.
+    `pose` (3·bodies + 3,): Coordinates of the mass centres, the ground last [length, rad].
     """
 
     number: int
@@ -81,14 +74,9 @@ class AssemblyMode(Mapping[str, tuple[float, float, float]]):
 class Unresolved:
     """Part of the search that proved neither that there is a mode nor that there is none.
 
-    Attributes
-    ----------
-    reason : str
-        A sentence.
-    bodies : tuple of str
-        That it is about.
-    width : float
-        Of what is left open [rad], displacements as a part of the size of the loops.
+    `reason`: A sentence.
+    `bodies`: That it is about.
+    `width`: Of what is left open [rad], displacements as a part of the size of the loops.
     """
 
     reason: str

@@ -232,20 +232,15 @@ REVOLUTION = 2.0 * math.pi
 class Circuit:
     """Positions that the motion of the joints joins.
 
-    Attributes
-    ----------
-    number : int
-        From 1.
-    modes : tuple of int
-        Numbers of its assembly modes at the value of the driver; none where it never gets there.
-    branches : tuple of tuples of int
-        The same between dead centres: modes that the driver alone leads from one to another.
-    full_turn : bool or None
-        Whether the driver turns all the way round on it; None of a length, or where it is open.
-    range : (float, float) or None
-        Least and greatest value of the driver [rad or length], None where it turns round.
-    dead_centres : tuple of float
-        Values of the driver [rad or length].
+    `number`: From 1.
+    `modes`: Numbers of its assembly modes at the value of the driver; none where it never gets
+      there.
+    `branches`: The same between dead centres: modes that the driver alone leads from one to
+      another.
+    `full_turn`: Whether the driver turns all the way round on it; None of a length, or where it is
+      open.
+    `range`: Least and greatest value of the driver [rad or length], None where it turns round.
+    `dead_centres`: Values of the driver [rad or length].
     """
 
     number: int

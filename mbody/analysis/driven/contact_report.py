@@ -35,11 +35,8 @@ CLOSER = 8
 class OneSidedForce:
     """The force with which a contact or a rope holds, over further instants of a motion.
 
-    Attributes
-    ----------
-    t, force, size : arrays (instants,)
-        Times; the force, negative where it would have to be of the other direction; its greatest
-        component, by which rounding is judged.
+    `t`, `force`, `size` (instants,): Times; the force, negative where it would have to be of the
+      other direction; its greatest component, by which rounding is judged.
     """
 
     t: Array

@@ -91,18 +91,11 @@ def rows_on(solution: Solution, body: str) -> Iterator[tuple[str, Array, Array, 
 class Wrench:
     """A force with its torque, on one body.
 
-    Attributes
-    ----------
-    cause : str
-        Name of the joint, contact, coupling, driver or load; "inertia" of d'Alembert's.
-    kind : str
-        "joint", "contact", "coupling", "driver", "load" or "inertia".
-    x, y : float
-        The place at which it is given, world axes [length].
-    fx, fy : float
-        The force, world axes [force].
-    torque : float
-        About that place [force·length].
+    `cause`: Name of the joint, contact, coupling, driver or load; "inertia" of d'Alembert's.
+    `kind`: "joint", "contact", "coupling", "driver", "load" or "inertia".
+    `x`, `y`: The place at which it is given, world axes [length].
+    `fx`, `fy`: The force, world axes [force].
+    `torque`: About that place [force·length].
     """
 
     cause: str
@@ -129,21 +122,13 @@ class Wrench:
 class Member:
     """A link, named by the forces that act on it.
 
-    Attributes
-    ----------
-    body : str
-    kind : str
-        "unloaded", "two-force", "three-force", "two forces and a couple", or "general".
-    forces : tuple of Wrench
-        Those that are not zero.
-    meeting : pair of float, or None
-        Of a three-force member: the point M in which the three lines meet [length]; None where they
-        are parallel, and of other members.
-    tension : float or None
-        Of a two-force member: the force that pulls its two places apart [force]; negative where it
-        is pressed.
-    words : str
-        The same as a sentence.
+    `kind`: "unloaded", "two-force", "three-force", "two forces and a couple", or "general".
+    `forces`: Those that are not zero.
+    `meeting`: Of a three-force member: the point M in which the three lines meet [length]; None
+      where they are parallel, and of other members.
+    `tension`: Of a two-force member: the force that pulls its two places apart [force]; negative
+      where it is pressed.
+    `words`: The same as a sentence.
     """
 
     body: str

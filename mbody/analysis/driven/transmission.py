@@ -143,20 +143,11 @@ NOTHING = Transferred("", math.nan, math.nan, math.nan, math.nan)
 class ForcePath:
     """How a driver drives an output over a result.
 
-    Parameters
-    ----------
-    run : Solution
-        Of one design; of `simulate` with the contacts that are closed at each instant.
-    driver : Driver
-    body, point : str
-        The output, and its point or "".
-    joint : str or None
-        The joint, contact or group of contacts that drives it; None to find it.
+    `run`: Of one design; of `simulate` with the contacts that are closed at each instant.
+    `body`, `point`: The output, and its point or "".
+    `joint`: The joint, contact or group of contacts that drives it; None to find it.
 
-    Attributes
-    ----------
-    names : tuple of str
-        Joints and contacts that may drive the output: one joint, or contacts of two bodies.
+    `names`: Joints and contacts that may drive the output: one joint, or contacts of two bodies.
     """
 
     def __init__(
@@ -473,14 +464,9 @@ ZOOMS, GRID = 6, 21
 class LeastAngle:
     """The least transmission angle and where it is.
 
-    Attributes
-    ----------
-    value : float
-        [rad].
-    driver : float
-        Value of the driver there [rad or length].
-    t : float or None
-        Time of the nearest instant.
+    `value`: [rad].
+    `driver`: Value of the driver there [rad or length].
+    `t`: Time of the nearest instant.
     """
 
     value: float

@@ -156,20 +156,13 @@ JUDGED = 10_000
 class ContactModes:
     """Contact modes of a checkpoint: what a motion with contacts needs besides its state.
 
-    Attributes
-    ----------
-    first : dict
-        Mode of every contact and frictional joint when the motion began, by name.
-    rows : tuple of arrays
-        Which rows are on, with what depends on it, their anchors, slip signs of sliding, and the
-        numbers of the rows, among which are the phases of circles that stick.
-    tables : tuple of arrays
-        Modes, who leads what sticks, what is closed and what has left its edge, when contact points
-        were struck last, what is rounding of guards, whose forces no equation decides, when modes
-        changed last and how often then.
-    notes : tuple of str
-    lost : array (contacts,)
-        Energy that impacts of each took.
+    `first`: Mode of every contact and frictional joint when the motion began, by name.
+    `rows`: Which rows are on, with what depends on it, their anchors, slip signs of sliding, and
+      the numbers of the rows, among which are the phases of circles that stick.
+    `tables`: Modes, who leads what sticks, what is closed and what has left its edge, when contact
+      points were struck last, what is rounding of guards, whose forces no equation decides, when
+      modes changed last and how often then.
+    `lost` (contacts,): Energy that impacts of each took.
     """
 
     first: dict[str, str]
@@ -185,24 +178,14 @@ class ContactModes:
 class Checkpoint:
     """All that the next step depends on.
 
-    Attributes
-    ----------
-    restart : Restart
-        The state of the integrator, and the work since the reference.
-    regularization : float
-        Of redundant rows.
-    near : array
-        Distances from singular positions at the beginning of the step.
-    passage : tuple
-        Singular positions ahead, those behind, doubts, and positions that were met.
-    first : float
-    reference, record : arrays (rows, 1)
-        When the motion began, what is kept of that instant (see `mbody.kernels.layout`), and of
-        the present one.
-    extremes : dict
-        Of contacts and ropes the least force and the largest by size.
-    modes : ContactModes or None
-        What is open, sticks and slides.
+    `restart`: The state of the integrator, and the work since the reference.
+    `regularization`: Of redundant rows.
+    `near`: Distances from singular positions at the beginning of the step.
+    `passage`: Singular positions ahead, those behind, doubts, and positions that were met.
+    `reference`, `record` (rows, 1): When the motion began, what is kept of that instant (see
+      `mbody.kernels.layout`), and of the present one.
+    `extremes`: Of contacts and ropes the least force and the largest by size.
+    `modes`: What is open, sticks and slides.
     """
 
     restart: Restart

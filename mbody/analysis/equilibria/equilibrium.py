@@ -104,16 +104,11 @@ HALVINGS, GOLDEN = 60, 40
 class EquilibriumBand:
     """Positions along a single free motion at which friction holds, from one end to the other.
 
-    Attributes
-    ----------
-    low, high : mapping or None
-        The position at either end, where the mechanism is about to move out of the band: by body
-        (x, y, angle) of its link axes, as a `guess` takes it; None where the band has no end
-        there. `low` is where the leader's angle, or displacement, is less.
-    leader : str
-        The body whose angle, or displacement, tells positions apart.
-    positions : tuple of int
-        Numbers of the equilibria in it at which no friction is needed.
+    `low`, `high`: The position at either end, where the mechanism is about to move out of the band:
+      by body (x, y, angle) of its link axes, as a `guess` takes it; None where the band has no end
+      there. `low` is where the leader's angle, or displacement, is less.
+    `leader`: The body whose angle, or displacement, tells positions apart.
+    `positions`: Numbers of the equilibria in it at which no friction is needed.
     """
 
     low: Mapping[str, tuple[float, float, float]] | None

@@ -605,21 +605,12 @@ BEGINS = 0.7
 class TangentChart:
     """The surface around a place of the cover, over a rectangle of the tangent plane there.
 
-    Parameters
-    ----------
-    low, high : array (2,)
-        Bounds of the rectangle.
+    `low`, `high` (2,): Bounds of the rectangle.
 
-    Attributes
-    ----------
-    evaluations : int
-        How often the residual force was evaluated.
-    left : list of ((int, int), int)
-        Corner and size of cells that were left to other charts.
-    samples : dict
-        Numbers of the samples at points of the grid where the residual force was evaluated.
-    zeros : list
-        What is known of zeros that the chart leads to, as `ChartZeros` keeps them.
+    `evaluations`: How often the residual force was evaluated.
+    `left`: Corner and size of cells that were left to other charts.
+    `samples`: Numbers of the samples at points of the grid where the residual force was evaluated.
+    `zeros`: What is known of zeros that the chart leads to, as `ChartZeros` keeps them.
     """
 
     def __init__(self, cover: Cover, node: CoverNode, low: Array, high: Array) -> None:
@@ -741,24 +732,15 @@ def hold(charts: Sequence[TangentChart], q: Array) -> Array:
 class SurfaceSamples:
     """Numbered samples, not a number where a chart does not lead.
 
-    Parameters
-    ----------
-    ends : LoadEnds
-        Of the loads whose direction turns quickly where their ends come close.
+    `ends`: Of the loads whose direction turns quickly where their ends come close.
 
-    Attributes
-    ----------
-    q : array (samples, coordinates)
-    residual : array (samples, 2)
-        The residual force in the frame of the chart.
-    own : array (samples, loads, 2)
-        What these loads are of it.
-    ends : array (samples, loads, 2)
-        From one end of each to the other.
-    derivatives : array (samples, loads, 2, 2)
-        A load that pulls along its line drives by −F u·derivatives, u the direction of its ends.
-    force : array (samples, loads)
-        F.
+    `q` (samples, coordinates)
+    `residual` (samples, 2): The residual force in the frame of the chart.
+    `own` (samples, loads, 2): What these loads are of it.
+    `ends` (samples, loads, 2): From one end of each to the other.
+    `derivatives` (samples, loads, 2, 2): A load that pulls along its line drives by −F
+      u·derivatives, u the direction of its ends.
+    `force` (samples, loads): F.
     """
 
     def __init__(self, cover: Cover, ends: LoadEnds) -> None:

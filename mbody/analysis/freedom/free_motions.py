@@ -33,14 +33,9 @@ ONE_THREAD = 250_000
 class FreeMotion:
     """One free motion: how the bodies move when its leader turns or slides at unit rate.
 
-    Attributes
-    ----------
-    leader : str
-        The body whose rate is one: 1 rad/time, or 1 length/time where it does not turn.
-    words : str
-        The motion as a sentence.
-    rates : dict
-        (vx, vy, ω) of the mass centre of every moving body [length/time, rad/time].
+    `leader`: The body whose rate is one: 1 rad/time, or 1 length/time where it does not turn.
+    `words`: The motion as a sentence.
+    `rates`: (vx, vy, ω) of the mass centre of every moving body [length/time, rad/time].
     """
 
     leader: str

@@ -115,18 +115,13 @@ SETTLE = 40
 class Count:
     """Degrees of freedom by formula and by rank, of the joints alone or with the drivers fixed.
 
-    Attributes
-    ----------
-    rows : int
-        Scalar constraints.
-    gruebler : int
-        3·bodies − rows: what Grübler's formula counts.
-    rank : int
-        Independent rows at the closed position.
-    rank_nearby : int or None
-        The greatest rank at closed positions nearby; more than `rank` where this one is singular.
-    freedom, redundant : int
-        Degrees of freedom and rows too many, here: freedom = gruebler + redundant.
+    `rows`: Scalar constraints.
+    `gruebler`: 3·bodies − rows: what Grübler's formula counts.
+    `rank`: Independent rows at the closed position.
+    `rank_nearby`: The greatest rank at closed positions nearby; more than `rank` where this one is
+      singular.
+    `freedom`, `redundant`: Degrees of freedom and rows too many, here: freedom = gruebler +
+      redundant.
     """
 
     rows: int

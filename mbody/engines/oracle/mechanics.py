@@ -68,12 +68,8 @@ def pair(point: Any) -> tuple[float, float]:
 class Geometry:
     """Coordinates of one mechanism.
 
-    Attributes
-    ----------
-    n : int
-        Moving bodies; q, v, a are (3n,). The ground is body n in arrays with "all" in their name.
-    rows : dict
-        Slice of rows of every joint and driver by name.
+    `n`: Moving bodies; q, v, a are (3n,). The ground is body n in arrays with "all" in their name.
+    `rows`: Slice of rows of every joint and driver by name.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:

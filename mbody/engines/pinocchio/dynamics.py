@@ -254,22 +254,13 @@ def adopted_loads(system: System) -> tuple[list[str], CentrifugalField | None]:
 class Forces:
     """Results of Pinocchio at one instant.
 
-    Attributes
-    ----------
-    reactions : dict
-        By joint (3,): force and torque on body j by body i at the place on j, world axes.
-    efforts : dict
-        By driver.
-    residual : float
-        The greatest residual effort in a joint without actuator [force].
-    condition, rank : float, int
-        Of C, without redundant constraints.
-    needed : float
-        The greatest force: of τ₀, of a load, of a mass [force].
-    given : dict
-        Value, rate, acceleration of every driver (3,), by Pinocchio's kinematics.
-    gaps : dict
-        Of every cut joint (3,): its gap, and the rates of it; lengths by the model length.
+    `reactions`: By joint (3,): force and torque on body j by body i at the place on j, world axes.
+    `efforts`: By driver.
+    `residual`: The greatest residual effort in a joint without actuator [force].
+    `condition`, `rank`: Of C, without redundant constraints.
+    `needed`: The greatest force: of τ₀, of a load, of a mass [force].
+    `given`: Value, rate, acceleration of every driver (3,), by Pinocchio's kinematics.
+    `gaps`: Of every cut joint (3,): its gap, and the rates of it; lengths by the model length.
     """
 
     reactions: dict[str, Array] = field(default_factory=dict)
@@ -285,12 +276,8 @@ class Forces:
 class Inverse:
     """Forces of a run's motion, instant by instant.
 
-    Parameters
-    ----------
-    system : System
-        The system that Pinocchio models.
-    run : Solution
-        The run with the motion.
+    `system`: The system that Pinocchio models.
+    `run`: The run with the motion.
     """
 
     def __init__(self, system: System, tree: Tree, run: Solution) -> None:
@@ -484,10 +471,7 @@ class Undetermined(Exception):
 class Forward:
     """Accelerations at the instants of a run, and in any other state.
 
-    Parameters
-    ----------
-    inverse : Inverse
-        The same mechanism, whose loads act here too.
+    `inverse`: The same mechanism, whose loads act here too.
     """
 
     def __init__(self, inverse: Inverse) -> None:
@@ -628,16 +612,11 @@ MOST = 50_000
 class IntegratedMotion:
     """A motion integrated with Pinocchio.
 
-    Attributes
-    ----------
-    q : array (instants, freedoms)
-        Coordinates of the tree at the first instants of the run.
-    growth : array (instants,)
-        Change of the motion, lengths by the model length, per relative change of the forces.
-    gap : float
-        Gap of the loops at the end, lengths by the model length.
-    why : str
-        Why it ended before the run's end; empty where it did not.
+    `q` (instants, freedoms): Coordinates of the tree at the first instants of the run.
+    `growth` (instants,): Change of the motion, lengths by the model length, per relative change of
+      the forces.
+    `gap`: Gap of the loops at the end, lengths by the model length.
+    `why`: Why it ended before the run's end; empty where it did not.
     """
 
     q: Array

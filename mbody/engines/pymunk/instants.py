@@ -86,19 +86,12 @@ class Sizes:
 class InstantForces:
     """Results of pymunk at some instants of a run.
 
-    Attributes
-    ----------
-    instants : list of int
-        Of the run.
-    values, spread : arrays (instants, numbers)
-        Numbers as of `SpaceStepper.go`, extrapolated, and the error estimate of the extrapolation.
-    rounding, jitter : float
-        Rounding error of forces [force], and of accelerations [length/time²].
-    parts : tuple of str
-        Owners of the parts whose forces are in the values.
-    lumped : tuple of str
-    over : tuple of str
-        Loads and joints with forces from mbody.
+    `instants`: Of the run.
+    `values`, `spread` (instants, numbers): Numbers as of `SpaceStepper.go`, extrapolated, and the
+      error estimate of the extrapolation.
+    `rounding`, `jitter`: Rounding error of forces [force], and of accelerations [length/time²].
+    `parts`: Owners of the parts whose forces are in the values.
+    `over`: Loads and joints with forces from mbody.
     """
 
     instants: list[int]

@@ -58,16 +58,10 @@ def inexpressible_contacts(system: System) -> Iterator[Inexpressible]:
 class TouchingShapes:
     """The contacts and ropes of a system in a pymunk space.
 
-    Parameters
-    ----------
-    space : Space
-    fast : float
-        A velocity of the motion; far slower is at rest.
+    `fast`: A velocity of the motion; far slower is at rest.
 
-    Attributes
-    ----------
-    modes : dict
-        "open", "stick" or "slip" of every contact in the last step; empty where it is not certain.
+    `modes`: "open", "stick" or "slip" of every contact in the last step; empty where it is not
+      certain.
     """
 
     def __init__(self, space: Space, fast: float) -> None:
@@ -272,26 +266,16 @@ WEIGHTS = 5.0
 class Trajectory:
     """The result of a motion integrated by pymunk.
 
-    Attributes
-    ----------
-    instants : list of int
-        Of the run.
-    values, spread : arrays (instants, numbers)
-        Numbers as of `SpaceStepper.go`, then the kinetic energy, extrapolated, and the error
-        estimate of the extrapolation.
-    order : float
-        Observed, of the positions at the last instant; NaN where the step size has no effect.
-    horizon : float
-        Time of the last instant after the first [time].
-    step : float
-        The longest [time].
-    shortened : bool
-        Whether the motion was shortened, because the order was not observed or too many steps were
-        needed.
-    loose : float
-        Change by more iterations, relative to the greatest force.
-    parts, lumped, over : tuples of str
-        As of `InstantForces`.
+    `instants`: Of the run.
+    `values`, `spread` (instants, numbers): Numbers as of `SpaceStepper.go`, then the kinetic
+      energy, extrapolated, and the error estimate of the extrapolation.
+    `order`: Observed, of the positions at the last instant; NaN where the step size has no effect.
+    `horizon`: Time of the last instant after the first [time].
+    `step`: The longest [time].
+    `shortened`: Whether the motion was shortened, because the order was not observed or too many
+      steps were needed.
+    `loose`: Change by more iterations, relative to the greatest force.
+    `parts`, `lumped`, `over`: As of `InstantForces`.
     """
 
     instants: list[int]

@@ -208,33 +208,20 @@ def inexpressible(system: System) -> tuple[Inexpressible, ...]:
 class Space:
     """The pymunk space of a system.
 
-    Parameters
-    ----------
-    system : System
-        Of one design.
-    lump : float
-        Artificial mass in place of zero [mass], and with the square of the model length for an
-        inertia of zero; pymunk needs both.
-    iterations : int
-        Of the solver at every step.
+    `system`: Of one design.
+    `lump`: Artificial mass in place of zero [mass], and with the square of the model length for an
+      inertia of zero; pymunk needs both.
+    `iterations`: Of the solver at every step.
 
-    Attributes
-    ----------
-    mass : array (bodies, 3)
-        Mass, mass and inertia of every body, artificial ones included.
-    lumped : tuple of str
-        Bodies with an artificial mass.
-    parts : list of ImpulseConstraint
-        Constraints of joints and drivers.
-    motors : list of ImpulseConstraint
-        Those of the drivers, in the order of the description; none for what is not expressible.
-    springs : list of SpringImpulse
-    drags : list of (ImpulseConstraint, float)
-        Dampers of bodies with an artificial mass, and their coefficients: they are applied as
-        forces, since pymunk's own dampers ignore all other constraints of the two bodies.
-    over : tuple of int
-        Loads that pymunk does not have, by their numbers: they are applied with the values from
-        mbody.
+    `mass` (bodies, 3): Mass, mass and inertia of every body, artificial ones included.
+    `lumped`: Bodies with an artificial mass.
+    `parts`: Constraints of joints and drivers.
+    `motors`: Those of the drivers, in the order of the description; none for what is not
+      expressible.
+    `drags`: Dampers of bodies with an artificial mass, and their coefficients: they are applied as
+      forces, since pymunk's own dampers ignore all other constraints of the two bodies.
+    `over`: Loads that pymunk does not have, by their numbers: they are applied with the values from
+      mbody.
     """
 
     def __init__(self, system: System, lump: float, iterations: int) -> None:

@@ -235,14 +235,9 @@ class Limits:
     The limits keep a hostile file from taking a machine's time; they let chains of more than 10 000
     links pass. Whoever knows a file can raise them.
 
-    Parameters
-    ----------
-    size : float
-        Bytes of the file.
-    values : float
-        Numbers, texts, lists and tables in all.
-    operations : float
-        Operators, brackets and commas of its formulas in all.
+    `size`: Bytes of the file.
+    `values`: Numbers, texts, lists and tables in all.
+    `operations`: Operators, brackets and commas of its formulas in all.
 
     Examples
     --------

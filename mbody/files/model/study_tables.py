@@ -394,13 +394,8 @@ class ReportIn(Strict):
 class ReportSettings:
     """Default contents of a report.
 
-    Attributes
-    ----------
-    title, author : str
-    sections, without : tuple of str
-        Names of sections, in order, and of those that are left out.
-    plots, polar : tuple of str
-        Quantities that are plotted; joints whose forces are drawn as vectors.
+    `sections`, `without`: Names of sections, in order, and of those that are left out.
+    `plots`, `polar`: Quantities that are plotted; joints whose forces are drawn as vectors.
     """
 
     title: str = ""
