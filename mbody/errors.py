@@ -121,12 +121,8 @@ def angle_text(value: float) -> str:
 def remedy(*, python: str, command: str) -> str:
     """The remedy in the words of the interface that the user works with.
 
-    Parameters
-    ----------
-    python : str
-        With names of arguments; angles in radians.
-    command : str
-        With options of the command and keys of model files; angles in degrees.
+    `python`: With names of arguments; angles in radians.
+    `command`: With options of the command and keys of model files; angles in degrees.
 
     >>> remedy(python="give until", command="give --to TIME")
     'give until'

@@ -62,10 +62,7 @@ class Interrupt:
     def mark(self) -> None:
         """A point where the work can stop with the results it has.
 
-        Raises
-        ------
-        KeyboardInterrupt
-            Where Ctrl-C requested it since the last mark.
+        Raises KeyboardInterrupt where Ctrl-C requested it since the last mark.
         """
         self.waiting = True
         if self.requested:

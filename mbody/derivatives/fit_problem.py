@@ -41,14 +41,9 @@ from mbody.system.system import System
 class PreparedGradient:
     """Measures of one system by some of its numbers, prepared for many sets of these.
 
-    Parameters
-    ----------
-    system : System
-        Of one design.
-    measure, by, analysis
-        As of `mbody.gradient`.
-    **options
-        The instants, as of `mbody.gradient`.
+    `system`: Of one design.
+    `measure`, `by`, `analysis`: As of `mbody.gradient`.
+    `**options`: The instants, as of `mbody.gradient`.
 
     `names`: Dotted names of the numbers, in the order of the arrays.
     `measures`: Names of the measures.
@@ -99,12 +94,8 @@ class PreparedGradient:
     def at(self, numbers: Any) -> DesignPoint:
         """The design of other numbers, (names,): its measures, and their derivatives when read.
 
-        Raises
-        ------
-        ModelError
-            For numbers that are refused.
-        SolveError
-            As of the analysis, where the design does not close.
+        Raises ModelError for numbers that are refused.
+        Raises SolveError as of the analysis, where the design does not close.
         """
         numbers = np.array(numbers, dtype=np.float64)
         if numbers.shape != self.start.shape:
@@ -180,10 +171,7 @@ class DesignPoint:
         """Derivatives of the measures by the numbers: (measures, names), or (measures, instants,
         names); NaN by numbers with which alone redundant loops do not close.
 
-        Raises
-        ------
-        ModelError
-            For a measure that has no derivatives.
+        Raises ModelError for a measure that has no derivatives.
         """
         prepared, choices = self.prepared, self._choices
         instants = DrivenInstants(

@@ -53,12 +53,8 @@ IMPULSIVE = "its steps with impulses have errors of their own: check a motion by
 class Crosscheck:
     """Cross-checks of a result by other engines.
 
-    Attributes
-    ----------
-    run : Solution
-        The result.
-    opinions : mapping
-        A `CrosscheckResult` by the name of each engine.
+    `run`: The result.
+    `opinions`: A `CrosscheckResult` by the name of each engine.
     """
 
     run: Solution

@@ -130,10 +130,7 @@ class Contour(FixedLaw):
         """How far a wheel has rolled along it, s − r φ + r (θ_j − θ_i), whose centre is (dx, dy)
         from its point.
 
-        Raises
-        ------
-        ModelError
-            For a closed contour.
+        Raises ModelError for a closed contour.
         """
         if self.closed:
             raise ModelError(
@@ -176,10 +173,7 @@ def _lengths(pieces: Array) -> Array:
 def contour_of(names: tuple[str, ...], laws: tuple[Any, ...]) -> Contour:
     """The contour of one named curve y(x), or of two, x and y of one number that both are of.
 
-    Raises
-    ------
-    ModelError
-        For curves that make no smooth contour.
+    Raises ModelError for curves that make no smooth contour.
     """
     named = " and ".join(f"'{name}'" for name in names)
     for name, law in zip(names, laws, strict=True):

@@ -183,12 +183,8 @@ class Guess:
 
     A place is taken only where x and y are both given; `Body` takes (x, y, angle) as well.
 
-    Parameters
-    ----------
-    angle : float, optional
-        Rough angle of the link's x axis [rad].
-    x, y : float, optional
-        Rough place of the link's origin [length].
+    `angle`: Rough angle of the link's x axis [rad].
+    `x`, `y`: Rough place of the link's origin [length].
     """
 
     angle: OptionalNumberField = default(None)

@@ -435,9 +435,7 @@ class OneSided(Constraint):
     def refuse(self, at: Numbers, unit: str) -> None:
         """Refuse numbers, of one design or of a batch, that do not fit together.
 
-        Raises
-        ------
-        ModelError
+        Raises ModelError.
         """
 
     @property
@@ -450,15 +448,9 @@ class OneSided(Constraint):
     ) -> str:
         """The sentence of a motion that begins beyond it.
 
-        Parameters
-        ----------
-        depth : float
-            By how much, in the unit of its row.
-        place : pair
-            Where, world axes [length].
-        values : mapping
-            Numbers of the system by dotted name.
-        units : UnitSystem
+        `depth`: By how much, in the unit of its row.
+        `place`: Where, world axes [length].
+        `values`: Numbers of the system by dotted name.
         """
         raise NotImplementedError
 

@@ -13,10 +13,7 @@ from mbody.model.element import listed
 def contour_named(names: Any, curves: Mapping[str, Any], place: str) -> Contour:
     """The contour by the named curves of a mechanism; `place`: the dotted name of its shape.
 
-    Raises
-    ------
-    ModelError
-        For curves that are not there, or make none.
+    Raises ModelError for curves that are not there, or make none.
     """
     body, _, key = place.partition(".")
     named = (names,) if isinstance(names, str) else names

@@ -471,17 +471,9 @@ def place_in_turn(angle: float) -> float:
 def convert(values: Any, unit: str, to: str) -> Any:
     """Values in another unit: a float or an array of any shape.
 
-    Parameters
-    ----------
-    values : float or array
-        In `unit`.
-    unit, to : str
-        Such as ``"lbf in"``, ``"N*m"``, ``"rev/min"``.
-
-    Raises
-    ------
-    ModelError
-        For an unknown unit, or two units of different dimensions.
+    `values`: In `unit`.
+    `unit`, `to`: Such as ``"lbf in"``, ``"N*m"``, ``"rev/min"``.
+    Raises ModelError for an unknown unit, or two units of different dimensions.
 
     >>> round(convert(243.2375907612, "lbf in", "N m"), 6)
     27.482158

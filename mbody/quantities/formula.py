@@ -99,10 +99,8 @@ class Formula:
     def value(self, scope: Scope) -> Any:
         """A float, or an array over a batch, in the units of the scope, angles in rad.
 
-        Raises
-        ------
-        FormulaError
-            For an unknown name, units that do not fit, or a value that is not finite.
+        Raises FormulaError for an unknown name, units that do not fit, or a value that is not
+        finite.
         """
         found = evaluate(self.tree, scope)
         value = found.value * self._scaled(found, scope)
@@ -129,10 +127,7 @@ class Formula:
         """The factor from a value of this formula to the value of the field: one, except for plain
         degrees.
 
-        Raises
-        ------
-        FormulaError
-            When the field has another dimension.
+        Raises FormulaError when the field has another dimension.
         """
         wanted, got = self.dimension, found.dimension
         if got is None or wanted is None:
@@ -167,10 +162,7 @@ def read(
 ) -> Formula:
     """A formula from text or from a quantity of pint; `curves` as of `parse`.
 
-    Raises
-    ------
-    FormulaError
-        For text that is not a formula, or whose units do not fit the field.
+    Raises FormulaError for text that is not a formula, or whose units do not fit the field.
 
     >>> read("1.5 lbf", DIMENSIONS["force"]).value(Scope())
     6.67233242289075

@@ -64,15 +64,9 @@ class Parameters(Mapping[str, "float | Formula"]):
     def scope(self, values: Mapping[str, Any] | None = None) -> Scope:
         """The values of the names: as described, or with other values of some parameters.
 
-        Parameters
-        ----------
-        values : mapping, optional
-            By name, floats or arrays (batch,) in the unit system, angles that have a unit in rad.
-
-        Raises
-        ------
-        ModelError
-            Where a formula of a parameter has no finite value.
+        `values`: By name, floats or arrays (batch,) in the unit system, angles that have a unit in
+          rad.
+        Raises ModelError where a formula of a parameter has no finite value.
         """
         if not values and hasattr(self, "_base"):
             return self._base

@@ -70,17 +70,9 @@ def shown(text: str) -> str:
 def parse(text: str, *, curves: bool = False) -> Node:
     """The tree of a formula.
 
-    Parameters
-    ----------
-    text : str
-        The formula.
-    curves : bool
-        Whether functions may be called that are not known here: curves of a mechanism.
-
-    Raises
-    ------
-    FormulaError
-        For anything that is not a formula; the message names the reason.
+    `text`: The formula.
+    `curves`: Whether functions may be called that are not known here: curves of a mechanism.
+    Raises FormulaError for anything that is not a formula; the message names the reason.
 
     >>> parse("2*a")
     Binary(operator='*', a=Plain(value=Fraction(2, 1)), b=Name(name='a'))
@@ -105,10 +97,7 @@ def _tree(text: str, curves: bool) -> Node:
 def parse_unit(text: str) -> Node:
     """The tree of one such unit, ``"N m"`` or ``"1/s"``.
 
-    Raises
-    ------
-    FormulaError
-        As of `parse`.
+    Raises FormulaError as of `parse`.
 
     >>> parse_unit("mm") == parse("1 mm")
     True

@@ -507,10 +507,7 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     """The unit system of that name: one of `UNIT_SYSTEMS`, or any length-force-time such as
     ``"cm-kN-s"``.
 
-    Raises
-    ------
-    ModelError
-        When there is none; the message lists the known ones.
+    Raises ModelError when there is none; the message lists the known ones.
 
     >>> unit_system("cm-kN-s").of("torque")
     'kN·cm'

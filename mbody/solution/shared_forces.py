@@ -226,14 +226,10 @@ def _parts(S: OpenForces, count: int) -> list[OpenPart]:
 def free_parts(columns: Array, forces: Array, own: Array, limits: ForceLimits) -> list[OpenPart]:
     """Forces in balance with themselves, those among which none of `own` is left out.
 
-    Parameters
-    ----------
-    columns : array (coordinates, forces)
-        Generalised forces of each: (x, y, torque about the mass centre) of every body.
-    forces : array (forces,)
-        Present ones.
-    own : array (forces,)
-        Which are of contacts and friction.
+    `columns` (coordinates, forces): Generalised forces of each: (x, y, torque about the mass
+      centre) of every body.
+    `forces` (forces,): Present ones.
+    `own` (forces,): Which are of contacts and friction.
     """
     S, _ = _loaded(columns, forces, own, limits)
     return _parts(S, kernels.parts_of_forces(S))

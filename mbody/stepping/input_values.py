@@ -97,9 +97,7 @@ class Inputs(MutableMapping[str, float]):
     def array(self, changes: Any = None) -> np.ndarray:
         """All that can be set (inputs,), some of them changed: an array of all, or values by name.
 
-        Raises
-        ------
-        ModelError
+        Raises ModelError.
         """
         found = np.array(self._values, dtype=float)
         if changes is None:

@@ -56,12 +56,8 @@ class Scatter:
     def at(self, part: np.ndarray, width: float) -> np.ndarray:
         """Deviations from the mean at these probabilities (the quantile function).
 
-        Parameters
-        ----------
-        part : array
-            Between 0 and 1, both excluded.
-        width : float
-            `spread` in the units of the mechanism.
+        `part`: Between 0 and 1, both excluded.
+        `width`: `spread` in the units of the mechanism.
         """
         raise NotImplementedError
 

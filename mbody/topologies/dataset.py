@@ -127,22 +127,12 @@ def random_linkages(
 ) -> dict[str, np.ndarray]:
     """Arrays for `mbody.linkages`: so many random topologies, up to 16 linkages of each.
 
-    Parameters
-    ----------
-    topologies, nodes : int
-        How many; joints of each.
-    random : numpy.random.Generator
-    groups : tuple of str
-        "dyads", "sliders", "triads", "assur" (any groups of bars with three to five joints): which
-        are drawn.
-    turn : float
-        The turn of the crank [rad] over which dyads and sliders must close.
-
-    Returns
-    -------
-    dict of arrays
-        Joints within a box of about one length, some of them outside after the first three.
-        Joints 0 and 2 are on the ground, link 0 is the crank.
+    `topologies`, `nodes`: How many; joints of each.
+    `groups`: "dyads", "sliders", "triads", "assur" (any groups of bars with three to five joints):
+      which are drawn.
+    `turn`: The turn of the crank [rad] over which dyads and sliders must close.
+    Returns joints within a box of about one length, some of them outside after the first three.
+    Joints 0 and 2 are on the ground, link 0 is the crank.
     """
     check_groups(groups, nodes)
     drawn = ALIKE + SPARE * (nodes - FIRST)
@@ -434,9 +424,7 @@ class LinkageSet:
     def check(self) -> None:
         """Refuse what cannot be made.
 
-        Raises
-        ------
-        ModelError
+        Raises ModelError.
         """
         for name, least in (("count", 1), ("nodes", 4), ("seed", 0), ("instants", 2)):
             value = getattr(self, name)
@@ -488,22 +476,11 @@ def write_linkages(
 ) -> Written:
     """Write a data set, or what is missing of it.
 
-    Parameters
-    ----------
-    folder : path
-    what : LinkageSet
-    threads : int
-    scheduler : str, optional
-        Address of a Dask scheduler whose workers make the files' contents.
-    part : pair of int
-        Which of how many parts of the files to write, (3, 16): a process each, into one folder.
-    progress : callable, optional
-        Called with the number of linkages that are written, and of all.
-
-    Raises
-    ------
-    ModelError
-        Where pyarrow is missing, the folder cannot be written to or contains another data set.
+    `scheduler`: Address of a Dask scheduler whose workers make the files' contents.
+    `part`: Which of how many parts of the files to write, (3, 16): a process each, into one folder.
+    `progress`: Called with the number of linkages that are written, and of all.
+    Raises ModelError where pyarrow is missing, the folder cannot be written to or contains another
+    data set.
     """
     what.check()
     if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:

@@ -65,10 +65,8 @@ class Linkage:
     `ratio`, `offset`: ρ, and the constant [rad].
     `meshed`: Directions that gears or couplings turn: their angles count up to rotations by teeth.
 
-    Raises
-    ------
-    NotCovered
-        For cams, own joints, rolling on lines, couplings of lengths, formulas of positions.
+    Raises NotCovered for cams, own joints, rolling on lines, couplings of lengths, formulas of
+    positions.
     """
 
     def __init__(

@@ -531,10 +531,7 @@ class Integration:
     def advance_to(self, until: float) -> str:
         """Go on to exactly this time; the status of a motion that ends before, else nothing.
 
-        Raises
-        ------
-        SolveError
-            As `simulate` does; the state is then the one before the call.
+        Raises SolveError as `simulate` does; the state is then the one before the call.
         """
         state = self.state
         if not state.item(STEPS):

@@ -28,23 +28,10 @@ MOST, FEWEST, LARGE = 200, 9, 30
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """Efforts, joint forces, accelerations and motions of the same mechanism by MuJoCo.
 
-    Parameters
-    ----------
-    system : System
-        Of one design; MuJoCo models it, from the file of `to_mjcf`.
-    run : Solution
-        Of kinetostatics, statics or simulate.
-
-    Returns
-    -------
-    CrosscheckResult
-
-    Raises
-    ------
-    ModelError
-        For a batch, or a run without forces.
-    SolveError
-        Where MuJoCo is not installed.
+    `system`: Of one design; MuJoCo models it, from the file of `to_mjcf`.
+    `run`: Of kinetostatics, statics or simulate.
+    Raises ModelError for a batch, or a run without forces.
+    Raises SolveError where MuJoCo is not installed.
 
     Notes
     -----

@@ -857,19 +857,11 @@ class Reference(Loads):
     ) -> dict[str, Any]:
         """Forces of a known motion: Φ_qᵀ λ = f − M a by least squares.
 
-        Parameters
-        ----------
-        q, v, a : arrays (3n,)
-            The motion at time t.
-        drive : names, optional
-            The drivers that act, by default all (a mapping, as in analyses, means all too).
-
-        Returns
-        -------
-        dict
-            "lam" (m,), zero in rows of idle drivers; "reactions" {joint: (Fx, Fy, T)}, force on
-            body j by body i in world axes and torque at the marker on j; "unique" {joint: (3,)
-            bool}; "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
+        `q`, `v`, `a` (3n,): The motion at time t.
+        `drive`: The drivers that act, by default all (a mapping, as in analyses, means all too).
+        Returns "lam" (m,), zero in rows of idle drivers; "reactions" {joint: (Fx, Fy, T)}, force on
+        body j by body i in world axes and torque at the marker on j; "unique" {joint: (3,) bool};
+        "efforts" {driver: effort}; "residual", the largest |Φ_qᵀ λ − f + M a|.
         """
         rows = self.active_rows(drive)
         frictional = any(friction.has_friction(joint) for joint in self.mechanism.joints)

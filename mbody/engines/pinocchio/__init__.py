@@ -40,10 +40,7 @@ NUMBERS = 4000
 def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     """Cross-check by Pinocchio of a result of kinetostatics, statics or simulate.
 
-    Raises
-    ------
-    SolveError
-        Where Pinocchio is not installed.
+    Raises SolveError where Pinocchio is not installed.
     """
     try:
         import pinocchio  # noqa: F401

@@ -550,10 +550,7 @@ class Forward:
         """Accelerations under efforts, with given accelerations of drivers; and their rounding
         error.
 
-        Raises
-        ------
-        Undetermined
-            Where bodies without inertia have free accelerations.
+        Raises Undetermined where bodies without inertia have free accelerations.
         """
         pin, twin, size = self.twin.pin, self.twin, self.scale
         M = np.array(pin.crba(twin.model, twin.data, now.q))

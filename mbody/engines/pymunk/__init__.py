@@ -58,24 +58,11 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     pymunk's own motion from the first instant on. Every number is extrapolated to step size 0; the
     directions of impulses follow from the momenta of the bodies.
 
-    Parameters
-    ----------
-    system : System
-        The system that pymunk models.
-    run : Solution
-        The result to check, of one design.
-
-    Returns
-    -------
-    CrosscheckResult
-        With a row for each number, the elements that pymunk cannot model, and notes.
-
-    Raises
-    ------
-    ModelError
-        For a batch, or an analysis without forces.
-    SolveError
-        Where pymunk is not installed.
+    `system`: The system that pymunk models.
+    `run`: The result to check, of one design.
+    Returns a row for each number, the elements that pymunk cannot model, and notes.
+    Raises ModelError for a batch, or an analysis without forces.
+    Raises SolveError where pymunk is not installed.
 
     Examples
     --------
