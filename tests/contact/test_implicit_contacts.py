@@ -16,7 +16,6 @@ from mbody import (
     Prismatic,
     Revolute,
     SimulationSettings,
-    Simulator,
     Spring,
 )
 from tests.contact.test_contact_references import rod
@@ -134,32 +133,6 @@ def test_it_has_an_impact_without_collision():
     normal, tangential = np.linalg.solve(D, [0.0, 3.0])
     turning = 3.0 * (-c * normal + s * tangential)
     assert float(after["rod"].omega[0]) == pytest.approx(turning, abs=1e-12)
-
-
-def test_a_motion_goes_on_bit_for_bit():
-    whole = pendulum()
-    whole.simulation = replace(whole.simulation, method="radau5", rtol=1e-8)
-    run = mbody.simulate(whole, 3.0, times=[0.0, 1.0, 2.0, 3.0])
-    part = mbody.simulate(whole, 2.0, times=[0.0, 1.0, 2.0])
-    rest = mbody.simulate(whole, 3.0, start=part, times=[2.0, 3.0])
-    assert float(rest["bob"].angle[-1]) == float(run["bob"].angle[-1])
-    assert float(rest["bob"].omega[-1]) == float(run["bob"].omega[-1])
-
-
-def test_steps_of_a_simulator_are_those_of_simulate():
-    machine = ball()
-    sim = Simulator(machine, method="radau5", rtol=RTOL)
-    while sim.t < 1.75:
-        sim.step(0.1)
-    names = [one.name for one in sim.events]
-    run = mbody.simulate(machine, float(sim.t), method="radau5", rtol=RTOL)
-    assert names == [one.name for one in run.events] == ["impact"] * 3
-    state = sim.state
-    sim.step(0.1)
-    height = float(sim["ball"].y)
-    sim.state = state
-    sim.step(0.1)
-    assert float(sim["ball"].y) == height
 
 
 def test_a_stiff_damper_leads_a_box_against_a_stop_in_few_steps():

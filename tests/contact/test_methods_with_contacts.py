@@ -8,6 +8,7 @@ import pytest
 import mbody
 from mbody import Simulator
 from tests.contact.test_implicit_contacts import ball, door, sprung_box
+from tests.dynamics.test_stick_slip import pendulum
 
 EVEN = "generalized-alpha"
 G = 9.81
@@ -72,8 +73,14 @@ def test_steps_of_one_length_to_a_stop_have_the_period_of_their_method():
     assert strike == pytest.approx(expected, abs=0.05 * abs(expected - exact))
 
 
-def test_a_simulator_by_steps_of_one_length_goes_on_from_what_was_saved():
-    sim = Simulator(ball(), method=EVEN, step=1e-3)
+@pytest.mark.parametrize(
+    "options",
+    [{"method": "radau5", "rtol": 1e-10}, {"method": EVEN, "step": 1e-3}],
+    ids=lambda options: options["method"],
+)
+def test_steps_of_a_simulator_are_those_of_simulate(options):
+    """With its events, those of another method, and again from what was saved."""
+    sim = Simulator(ball(), **options)
     while sim.t < 1.75:
         sim.step(0.1)
     run = mbody.simulate(ball(), float(sim.t), method="dop853")
@@ -88,11 +95,16 @@ def test_a_simulator_by_steps_of_one_length_goes_on_from_what_was_saved():
     assert float(sim["ball"].y) == height
 
 
-def test_a_motion_by_steps_of_one_length_goes_on_bit_for_bit():
-    machine = door()
-    whole = mbody.simulate(machine, 3.0, times=[0.0, 1.0, 2.0, 3.0], method=EVEN, step=2e-3)
-    part = mbody.simulate(machine, 2.0, times=[0.0, 1.0, 2.0], method=EVEN, step=2e-3)
-    rest = mbody.simulate(machine, 3.0, start=part, times=[2.0, 3.0], method=EVEN, step=2e-3)
+@pytest.mark.parametrize(
+    ("made", "options"),
+    [(pendulum, {"method": "radau5", "rtol": 1e-8}), (door, {"method": EVEN, "step": 2e-3})],
+    ids=lambda one: one.__name__ if callable(one) else one["method"],
+)
+def test_a_motion_goes_on_bit_for_bit(made, options):
+    machine = made()
+    whole = mbody.simulate(machine, 3.0, times=[0.0, 1.0, 2.0, 3.0], **options)
+    part = mbody.simulate(machine, 2.0, times=[0.0, 1.0, 2.0], **options)
+    rest = mbody.simulate(machine, 3.0, start=part, times=[2.0, 3.0], **options)
     assert float(rest["bob"].angle[-1]) == float(whole["bob"].angle[-1])
     assert float(rest["bob"].omega[-1]) == float(whole["bob"].omega[-1])
 
