@@ -186,16 +186,9 @@ presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.
 _FOLDERS = (
-    "engineering",
-    "envs",
-    "gallery",
-    "laws",
-    "makers",
-    "sweeps",
-    "synthesis",
-    "teaching",
+    "engineering", "envs", "gallery", "laws", "makers", "sweeps", "synthesis", "teaching",
     "testing",
-)
+)  # fmt: skip
 #: Names by module. A name is loaded when it is first used, so that `import mbody` takes no time;
 #: type checkers read the imports above.
 _MODULES = {

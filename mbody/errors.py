@@ -9,14 +9,8 @@ from contextvars import ContextVar
 from typing import Any
 
 __all__ = [
-    "ModelError",
-    "ModelWarning",
-    "SolveError",
-    "angle_text",
-    "at_the_command",
-    "brief",
-    "remedy",
-]
+    "ModelError", "ModelWarning", "SolveError", "angle_text", "at_the_command", "brief", "remedy",
+]  # fmt: skip
 
 #: Whether the user reads a sentence at the command, not in Python.
 _AT_THE_COMMAND = ContextVar("at_the_command", default=False)

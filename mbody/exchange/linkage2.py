@@ -35,54 +35,16 @@ INCH = 25.4  # mm
 #: The layer of mechanisms; all others are drawings.
 MECHANISM = 16
 #: Attributes that are read, and those of the drawing.
-CONNECTOR_ATTRIBUTES = tuple(
-    [
-        "id",
-        "x",
-        "y",
-        "name",
-        "layer",
-        "anchor",
-        "input",
-        "rpm",
-        "slider",
-        "slideradius",
-        "fasten",
-        "fastenlink",
-        "measurementelement",
-        "draw",
-        "drawcircle",
-        "color",
-        "selected",
-        "linesize",
-        "locked",
-        "alwaysmanual",
-        "limitangle",
-        "startoffset",
-    ]
-)
-LINK_ATTRIBUTES = tuple(
-    [
-        "id",
-        "name",
-        "layer",
-        "actuator",
-        "throw",
-        "cpm",
-        "gear",
-        "fastenlink",
-        "fastenconnector",
-        "measurementelement",
-        "linesize",
-        "solid",
-        "locked",
-        "color",
-        "selected",
-        "alwaysmanual",
-        "startoffset",
-        "fasten",
-    ]
-)
+CONNECTOR_ATTRIBUTES = (
+    "id", "x", "y", "name", "layer", "anchor", "input", "rpm", "slider", "slideradius", "fasten",
+    "fastenlink", "measurementelement", "draw", "drawcircle", "color", "selected", "linesize",
+    "locked", "alwaysmanual", "limitangle", "startoffset",
+)  # fmt: skip
+LINK_ATTRIBUTES = (
+    "id", "name", "layer", "actuator", "throw", "cpm", "gear", "fastenlink", "fastenconnector",
+    "measurementelement", "linesize", "solid", "locked", "color", "selected", "alwaysmanual",
+    "startoffset", "fasten",
+)  # fmt: skip
 #: What a file may have at its top beside connectors, links and ratios, and what is not mechanics.
 LOOKS = ("program", "selected", "background")
 

@@ -74,35 +74,11 @@ SOLVER = _words(
     """
 )
 #: Beginnings of fields that are seen, measured, named or kept: pictures, sensors, key frames.
-MOVES_NOTHING = tuple(
-    [
-        "cam_",
-        "light_",
-        "mat_",
-        "mesh_",
-        "skin_",
-        "tex_",
-        "text_",
-        "hfield_",
-        "sensor_",
-        "key_",
-        "name_",
-        "names",
-        "numeric_",
-        "tuple_",
-        "bvh_",
-        "oct_",
-        "paths",
-        "plugin",
-        "B_",
-        "M_",
-        "D_",
-        "mapM2",
-        "mapD2",
-        "efm0_",
-        "efmC_",
-    ]
-)
+MOVES_NOTHING = (
+    "cam_", "light_", "mat_", "mesh_", "skin_", "tex_", "text_", "hfield_", "sensor_", "key_",
+    "name_", "names", "numeric_", "tuple_", "bvh_", "oct_", "paths", "plugin", "B_", "M_", "D_",
+    "mapM2", "mapD2", "efm0_", "efmC_",
+)  # fmt: skip
 #: Ends of fields that are for pictures or for the user's own use.
 SEEN = ("_user", "_group", "_matid", "_rgba", "_width", "_castshadow", "site_type", "site_size")
 #: Fields of ``mjOption``.

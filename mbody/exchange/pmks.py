@@ -33,26 +33,11 @@ TYPES = ("R", "P", "RP", "G")
 #: Settings of pictures and of PMKS's own search, which a model does not need.
 LOOKS = {"e", "f", "ts", "set"}
 LOOKS_OF_JSON = {
-    "AngleIncrement",
-    "MaxSmoothingError",
-    "FixedTimeStep",
-    "TargetShape",
-    "AxisThickness",
-    "AxisOpacity",
-    "GridOpacity",
-    "NumberMinorPerUnit",
-    "GridSize",
-    "ScaleFactor",
-    "ViewBox",
-    "CurrentTime",
-    "EndTime",
-    "StartTime",
-    "AccelFactor",
-    "VelocityFactor",
-    "VectorPenThickness",
-    "JointSize",
-    "JointPenThickness",
-}
+    "AngleIncrement", "MaxSmoothingError", "FixedTimeStep", "TargetShape", "AxisThickness",
+    "AxisOpacity", "GridOpacity", "NumberMinorPerUnit", "GridSize", "ScaleFactor", "ViewBox",
+    "CurrentTime", "EndTime", "StartTime", "AccelFactor", "VelocityFactor", "VectorPenThickness",
+    "JointSize", "JointPenThickness",
+}  # fmt: skip
 JOINT_KEYS = ("Links", "TypeOfJoint", "X", "Y", "Angle", "Name")
 KNOWN = {"Joints", "Links", "Name", "DrivingIndex", "InputSpeed"} | LOOKS_OF_JSON
 

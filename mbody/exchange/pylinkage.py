@@ -31,34 +31,14 @@ JOINTS = ("ground", "revolute", "prismatic", "tracker")
 DRIVERS = ("driver", "arc_driver")
 LINKS = ("ground", "link", *DRIVERS)
 #: Keys that are read, and of what follows from the position.
-JOINT_KEYS = tuple(
-    [
-        "id",
-        "name",
-        "type",
-        "position",
-        "axis",
-        "line_point",
-        "slide_distance",
-        "ref_joint1_id",
-        "ref_joint2_id",
-        "distance",
-        "angle",
-    ]
-)
-LINK_KEYS = tuple(
-    [
-        "id",
-        "name",
-        "type",
-        "joints",
-        "motor_joint",
-        "angular_velocity",
-        "initial_angle",
-        "arc_start",
-        "arc_end",
-    ]
-)
+JOINT_KEYS = (
+    "id", "name", "type", "position", "axis", "line_point", "slide_distance", "ref_joint1_id",
+    "ref_joint2_id", "distance", "angle",
+)  # fmt: skip
+LINK_KEYS = (
+    "id", "name", "type", "joints", "motor_joint", "angular_velocity", "initial_angle",
+    "arc_start", "arc_end",
+)  # fmt: skip
 #: A revolution in 360 steps, where the file says no speed.
 SPEED = math.tau / 360.0
 

@@ -279,20 +279,9 @@ OWNER = "mbody saved result"
 UNLIMITED = Limits(*[math.inf] * 3)
 #: Keys that its header must have.
 NEEDED = (
-    "model",
-    "values",
-    "analysis",
-    "regularization",
-    "dependencies",
-    "notes",
-    "status",
-    "stats",
-    "events",
-    "ending",
-    "doubts",
-    "branch",
-    "released_at",
-)
+    "model", "values", "analysis", "regularization", "dependencies", "notes", "status", "stats",
+    "events", "ending", "doubts", "branch", "released_at",
+)  # fmt: skip
 OTHERWISE_KEPT = ("by", "lost", "rounding")
 ENERGIES = tuple(part.name for part in fields(Energy) if part.name not in OTHERWISE_KEPT)
 #: What a motion with controllers or inputs that jump goes on with; a file does not keep it.

@@ -324,30 +324,11 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
 
 
 #: Fields of a workspace that belong to nodes or slots.
-OF_NODES = set(
-    [
-        "weight",
-        "share",
-        "pad",
-        "regularization_weight",
-        "block",
-        "phi",
-        "nu",
-        "gamma",
-        "diagonal",
-        "cross",
-        "pivot",
-        "schur",
-        "lower",
-        "x",
-        "lam",
-        "u",
-        "r",
-        "monitor",
-        "factored_block",
-        "response",
-    ]
-)
+OF_NODES = {
+    "weight", "share", "pad", "regularization_weight", "block", "phi", "nu", "gamma", "diagonal",
+    "cross", "pivot", "schur", "lower", "x", "lam", "u", "r", "monitor", "factored_block",
+    "response",
+}  # fmt: skip
 
 
 def first_beyond(nodes: int, more: int) -> int:

@@ -22,16 +22,8 @@ from mbody.system.assembler import assemble
 
 #: Tables whose numbers describe the mechanism; others say what is asked of it.
 DESCRIBING = (
-    "parameters",
-    "inputs",
-    "ground",
-    "bodies",
-    "joints",
-    "couplings",
-    "drivers",
-    "states",
-    "loads",
-)
+    "parameters", "inputs", "ground", "bodies", "joints", "couplings", "drivers", "states", "loads",
+)  # fmt: skip
 #: A number with its unit, or without one; formulas have further signs.
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)")
 

@@ -29,19 +29,9 @@ ROTATION = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acc
 ORIGIN = "origin"
 #: Keys of quantities that follow from forces: they are known when the formula has been evaluated.
 OF_FORCES = (
-    "ax",
-    "ay",
-    "alpha",
-    "acceleration",
-    "effort",
-    "power",
-    "fx",
-    "fy",
-    "force",
-    "torque",
-    "loss",
+    "ax", "ay", "alpha", "acceleration", "effort", "power", "fx", "fy", "force", "torque", "loss",
     "contact",
-)
+)  # fmt: skip
 
 
 class Described(Protocol):

@@ -7,20 +7,6 @@ from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, pa
 from mbody.quantities.tree import text_of
 
 __all__ = [
-    "FUNCTIONS",
-    "VARIABLES",
-    "Formula",
-    "FormulaError",
-    "Parameters",
-    "Scope",
-    "Valued",
-    "convert",
-    "deg",
-    "evaluate",
-    "parse",
-    "parse_unit",
-    "read",
-    "rpm",
-    "text_of",
-    "dimension_text",
-]
+    "FUNCTIONS", "VARIABLES", "Formula", "FormulaError", "Parameters", "Scope", "Valued",
+    "convert", "deg", "evaluate", "parse", "parse_unit", "read", "rpm", "text_of", "dimension_text",
+]  # fmt: skip

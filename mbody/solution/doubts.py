@@ -15,19 +15,9 @@ if TYPE_CHECKING:
 
 #: What a doubt may be about.
 KINDS = (
-    "residual",
-    "energy",
-    "branch",
-    "singular",
-    "inertia",
-    "extrapolation",
-    "incomplete",
-    "contact",
-    "inadmissible",
-    "validity",
-    "derivative",
-    "solver",
-)
+    "residual", "energy", "branch", "singular", "inertia", "extrapolation", "incomplete",
+    "contact", "inadmissible", "validity", "derivative", "solver",
+)  # fmt: skip
 
 Result = TypeVar("Result")
 T = TypeVar("T")

@@ -16,19 +16,9 @@ ENTRY = "mbody_straight_line_np"
 #: way to the third place, and whether two places predict; rate and acceleration of the one driver;
 #: the square of the accepted correction.
 STEP = (
-    "here",
-    "time",
-    "h",
-    "back",
-    "seen",
-    "seen_twice",
-    "back_safe",
-    "longer",
-    "quintic",
-    "rate",
-    "acceleration",
-    "small",
-)
+    "here", "time", "h", "back", "seen", "seen_twice", "back_safe", "longer", "quintic", "rate",
+    "acceleration", "small",
+)  # fmt: skip
 #: The columns of the table of steps: these numbers, and whether three places may predict.
 COLUMNS = (*STEP, "three")
 #: Arguments of the function of designs, words of eight bytes: numbers of designs and instants;
@@ -37,19 +27,9 @@ COLUMNS = (*STEP, "three")
 #: of which groups of outputs are needed, of the output (kept, designs, instants), of the failed
 #: designs.
 WORDS_OF_DESIGNS = (
-    "designs",
-    "instants",
-    "par",
-    "mass",
-    "q",
-    "steps",
-    "initial",
-    "kept",
-    "count",
-    "groups",
-    "output",
-    "failed",
-)
+    "designs", "instants", "par", "mass", "q", "steps", "initial", "kept", "count", "groups",
+    "output", "failed",
+)  # fmt: skip
 #: Arguments of the function of one motion: numbers of lanes, a multiple of those of the code, and
 #: of instants of a lane;
 #: addresses of parameters, masses and first positions, each (rows, lanes), of path parameters and
@@ -59,21 +39,9 @@ WORDS_OF_DESIGNS = (
 #: lane, of those last ones (rows, lanes), and of what is found of each lane, as
 #: `LanesOutput.found` has it.
 WORDS_OF_MOTION = (
-    "lanes",
-    "instants",
-    "par",
-    "mass",
-    "q",
-    "s",
-    "t",
-    "given",
-    "small",
-    "initial",
-    "stride",
-    "output",
-    "ends",
-    "found",
-)
+    "lanes", "instants", "par", "mass", "q", "s", "t", "given", "small", "initial", "stride",
+    "output", "ends", "found",
+)  # fmt: skip
 #: Workspaces of the two choices of pivots.
 FACTORS = ("first factor", "second factor")
 #: What first numbers of rows the code relies on, the structure of blocks; others are given to it.

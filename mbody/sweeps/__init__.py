@@ -16,16 +16,6 @@ from mbody.sweeps.samples import (
 from mbody.sweeps.sweep_result import Sweep
 
 __all__ = [
-    "Normal",
-    "Samples",
-    "Steps",
-    "Sweep",
-    "Triangular",
-    "Uniform",
-    "grid",
-    "latin_hypercube",
-    "monte_carlo",
-    "sobol",
-    "sweep",
-    "together",
-]
+    "Normal", "Samples", "Steps", "Sweep", "Triangular", "Uniform", "grid", "latin_hypercube",
+    "monte_carlo", "sobol", "sweep", "together",
+]  # fmt: skip

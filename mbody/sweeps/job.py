@@ -163,19 +163,9 @@ EXPLAINED = 8
 #: Options for the instants of a driven analysis, and for a motion.
 INSTANTS = ("t", "drive", "turn", "instants", "turns", "guess", "at", "over")
 MOTION = (
-    "until",
-    "guess",
-    "rates",
-    "method",
-    "rtol",
-    "atol",
-    "step",
-    "instants",
-    "every",
-    "times",
-    "events",
-    "release",
-)
+    "until", "guess", "rates", "method", "rtol", "atol", "step", "instants", "every", "times",
+    "events", "release",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)

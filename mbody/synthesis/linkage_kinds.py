@@ -63,16 +63,9 @@ class FourBar:
     crank_number, point_number = 4, 7
     signs = (1.0, -1.0)
     numbers = (
-        "ground.O2.x",
-        "ground.O2.y",
-        "ground.O4.x",
-        "ground.O4.y",
-        "crank.A.x",
-        "coupler.B.x",
-        "rocker.B.x",
-        "coupler.P.x",
-        "coupler.P.y",
-    )
+        "ground.O2.x", "ground.O2.y", "ground.O4.x", "ground.O4.y", "crank.A.x", "coupler.B.x",
+        "rocker.B.x", "coupler.P.x", "coupler.P.y",
+    )  # fmt: skip
     lengths = (4, 5, 6)
 
     def shapes(self, count: int, rng: np.random.Generator) -> np.ndarray:
@@ -248,15 +241,9 @@ class SliderCrank:
     crank_number, point_number = 4, 6
     signs = (1.0,)
     numbers = (
-        "ground.O.x",
-        "ground.O.y",
-        "guide.i.angle",
-        "offset",
-        "crank.A.x",
-        "rod.B.x",
-        "rod.P.x",
+        "ground.O.x", "ground.O.y", "guide.i.angle", "offset", "crank.A.x", "rod.B.x", "rod.P.x",
         "rod.P.y",
-    )
+    )  # fmt: skip
     lengths = (4, 5)
 
     def shapes(self, count: int, rng: np.random.Generator) -> np.ndarray:

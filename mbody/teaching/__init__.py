@@ -11,18 +11,7 @@ from mbody.teaching.exercises import Exercise, ExerciseSheet, exercises, least_t
 from mbody.teaching.new_model import KINDS, new_model
 
 __all__ = [
-    "Derivation",
-    "ElementReference",
-    "Exercise",
-    "ExerciseSheet",
-    "FORMS",
-    "FieldReference",
-    "KINDS",
-    "derivation",
-    "derivation_as",
-    "element_reference",
-    "exercises",
-    "least_transmission",
-    "new_model",
-    "reference_overview",
-]
+    "Derivation", "ElementReference", "Exercise", "ExerciseSheet", "FORMS", "FieldReference",
+    "KINDS", "derivation", "derivation_as", "element_reference", "exercises", "least_transmission",
+    "new_model", "reference_overview",
+]  # fmt: skip

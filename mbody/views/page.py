@@ -355,17 +355,9 @@ STILL = 48
 MODULE = "mbody-viewer.mjs"
 #: The files of the web component, each after those that it imports.
 PARTS = (
-    "elements",
-    "motion",
-    "drawing",
-    "names",
-    "poles",
-    "picture",
-    "plot",
-    "modes",
-    "free_body",
+    "elements", "motion", "drawing", "names", "poles", "picture", "plot", "modes", "free_body",
     "viewer",
-)
+)  # fmt: skip
 #: What a page shows in the beginning beside what it always shows.
 VISIBLE_NAMES = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
 

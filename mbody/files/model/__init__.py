@@ -19,16 +19,9 @@ if TYPE_CHECKING:
     from mbody.files.model.write import save, to_toml
 
 __all__ = [
-    "Limits",
-    "ReportSettings",
-    "from_toml",
-    "in_units",
-    "json_schema",
-    "load",
-    "report_settings",
-    "save",
-    "to_toml",
-]
+    "Limits", "ReportSettings", "from_toml", "in_units", "json_schema", "load", "report_settings",
+    "save", "to_toml",
+]  # fmt: skip
 
 _MODULES = {
     "other_units": "in_units",
