@@ -39,32 +39,20 @@ from mbody.system.system import System
 class Fit(Inherited):
     """Numbers that fit measured histories best.
 
-    Attributes
-    ----------
-    values, units : dict
-        By the names of `by`.
-    offsets : dict
-        Unknown constants of columns, by ``"slider.x offset"``, of several runs by ``"slider.x
-        offset, run 2"``.
-    covariance : array (unknowns, unknowns)
-        s² (JᵀJ)⁻¹ of values, then offsets; infinite variances of what is not determined, NaN
-        beside them; zeros of what equal bounds hold.
-    deviations, intervals : dict
-        Standard deviation, and (low, high) of the confidence, by unknown and offset; infinite where
-        the data do not determine it.
-    confidence : float
-    undetermined : tuple of OpenDirection
-        Changes of unknowns that change no datum; ``str`` says them.
-    combinations : tuple of Combination
-        Sums and products of those unknowns that the data do determine.
-    residual : dict
-        By column the root of the mean square of data less fit, in its unit.
-    residuals : tuple of dict
-        Of every run, by column, data less fit: arrays (instants,), NaN where nothing was measured.
-    data, evaluations : int
-        Data that were used, and analyses of each run.
-    system : System
-        With the values.
+    `values`, `units`: By the names of `by`.
+    `offsets`: Unknown constants of columns, by ``"slider.x offset"``, of several runs by
+      ``"slider.x offset, run 2"``.
+    `covariance` (unknowns, unknowns): s² (JᵀJ)⁻¹ of values, then offsets; infinite variances of
+      what is not determined, NaN beside them; zeros of what equal bounds hold.
+    `deviations`, `intervals`: Standard deviation, and (low, high) of the confidence, by unknown and
+      offset; infinite where the data do not determine it.
+    `undetermined`: Changes of unknowns that change no datum; ``str`` says them.
+    `combinations`: Sums and products of those unknowns that the data do determine.
+    `residual`: By column the root of the mean square of data less fit, in its unit.
+    `residuals`: Of every run, by column, data less fit: arrays (instants,), NaN where nothing was
+      measured.
+    `data`, `evaluations`: Data that were used, and analyses of each run.
+    `system`: With the values.
     """
 
     model: str = ""

@@ -57,30 +57,19 @@ class EventGradient:
 class Gradient(Inherited):
     """Measured quantities with their derivatives.
 
-    Attributes
-    ----------
-    value : dict
-        By measure: a float, or an array (instants,).
-    by : tuple of str
-        The numbers.
-    jacobian : array (measures, numbers), or (measures, instants, numbers)
-        Derivatives in the units of the mechanism and of the measures; NaN where redundant loops do
-        not close with another number, and at instants without forces or with limits, which a note
-        says.
-    units : dict
-        By measure, then by number: the unit of the derivative.
-    at : dict
-        By measure the time of the instant that was taken, of a greatest or least value and of one
-        instant; None where all instants count.
-    measured : dict
-        By measure its unit.
-    events : tuple of EventGradient
-        Of a motion over time: when what happens in it does.
-    status, doubts : str, tuple of Doubt
-        Of the result.
-    notes : tuple of str
-        Where there is no derivative, measures that no number changes or that are made of forces
-        which are not unique, and the doubts.
+    `value`: By measure: a float, or an array (instants,).
+    `by`: The numbers.
+    `jacobian` (measures, numbers), or (measures, instants, numbers): Derivatives in the units of
+      the mechanism and of the measures; NaN where redundant loops do not close with another number,
+      and at instants without forces or with limits, which a note says.
+    `units`: By measure, then by number: the unit of the derivative.
+    `at`: By measure the time of the instant that was taken, of a greatest or least value and of one
+      instant; None where all instants count.
+    `measured`: By measure its unit.
+    `events`: Of a motion over time: when what happens in it does.
+    `status`, `doubts`: Of the result.
+    `notes`: Where there is no derivative, measures that no number changes or that are made of
+      forces which are not unique, and the doubts.
     """
 
     value: dict[str, Any]

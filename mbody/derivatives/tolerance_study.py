@@ -452,25 +452,16 @@ class Contribution:
 class ToleranceStudy(Inherited):
     """Bands of a measured quantity.
 
-    Attributes
-    ----------
-    measure, unit : str
-    value : float
-        With every number at its mean.
-    first, second, monte_carlo : ToleranceBand or None
-        By the derivatives, by the second derivatives too, and by random designs; None where designs
-        do not close, or without random designs.
-    worst_case : tuple of float
-        The least and greatest value if all numbers are at the ends of their tolerances, to first
-        order; ± three standard deviations of normal ones.
-    contributions : dict of Contribution
-        By number, the greatest first.
-    allocation : Allocation or None
-        The loosest tolerances that keep the quantity in its band, where one was given.
-    failures : int
-        Random designs that could not be analysed.
-    status, doubts, notes
-        Of the analysis at the means; notes of the derivatives and of the random designs, too.
+    `value`: With every number at its mean.
+    `first`, `second`, `monte_carlo`: By the derivatives, by the second derivatives too, and by
+      random designs; None where designs do not close, or without random designs.
+    `worst_case`: The least and greatest value if all numbers are at the ends of their tolerances,
+      to first order; ± three standard deviations of normal ones.
+    `contributions`: By number, the greatest first.
+    `allocation`: The loosest tolerances that keep the quantity in its band, where one was given.
+    `failures`: Random designs that could not be analysed.
+    `status`, `doubts`, `notes`: Of the analysis at the means; notes of the derivatives and of the
+      random designs, too.
     """
 
     model: str

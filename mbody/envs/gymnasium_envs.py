@@ -35,10 +35,7 @@ def _box(variables: Sequence[Variable]) -> Box:
 class MechanismEnv(gymnasium.Env[Array, Array]):
     """One mechanism as an environment; see `mbody.envs.make`.
 
-    Attributes
-    ----------
-    sims : Simulators
-        Its motion, as number 0 of one.
+    `sims`: Its motion, as number 0 of one.
     """
 
     def __init__(self, task: Task, render_mode: str | None = None) -> None:
@@ -87,12 +84,7 @@ class MechanismEnv(gymnasium.Env[Array, Array]):
 
 
 class MechanismVectorEnv(VectorEnv[Array, Array, Array]):
-    """Many environments of one mechanism; see `mbody.envs.make_vec`.
-
-    Attributes
-    ----------
-    sims : Simulators
-    """
+    """Many environments of one mechanism; see `mbody.envs.make_vec`."""
 
     def __init__(self, task: Task, num_envs: int, render_mode: str | None = None) -> None:
         self.render_mode = _render_mode(render_mode)

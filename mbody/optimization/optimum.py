@@ -138,37 +138,21 @@ class ParetoPoint:
 class Optimum(Inherited):
     """Result of `mbody.optimize`.
 
-    Attributes
-    ----------
-    aim : str
-        What is least or greatest, in words.
-    aims : tuple of (str, str)
-        The same of each aim, with its unit.
-    objective, start_objective : float
-        Its value at the optimum and of the description; None where that cannot be analysed. Of two
-        aims tuples.
-    values, start_values : dict
-        The numbers by name, in the units of the mechanism, angles in rad.
-    units : dict
-        Their units; ``"objective"`` has that of the objective, of two aims both, with a comma.
-    bounds : dict
-        By number its lowest and greatest value.
-    constraints : dict
-        By text the margin with which each limit holds.
-    active : tuple of Active
-        What binds, with multipliers.
-    starts, agreeing : int
-        Searches that ended, and those that ended at this value.
-    evaluations : int
-        Analyses with derivatives.
-    band : dict
-        By number from where to where it may go alone, the others held, while the objective gets no
-        worse than by the part `loss` of its size and no limit is broken by more than that part.
-    loss : float
-    pareto : tuple of ParetoPoint
-        Of two aims, by the first one; otherwise empty.
-    run : Solution
-        The analysis of the optimum.
+    `aim`: What is least or greatest, in words.
+    `aims` (str, str): The same of each aim, with its unit.
+    `objective`, `start_objective`: Its value at the optimum and of the description; None where that
+      cannot be analysed. Of two aims tuples.
+    `values`, `start_values`: The numbers by name, in the units of the mechanism, angles in rad.
+    `units`: Their units; ``"objective"`` has that of the objective, of two aims both, with a comma.
+    `bounds`: By number its lowest and greatest value.
+    `constraints`: By text the margin with which each limit holds.
+    `active`: What binds, with multipliers.
+    `starts`, `agreeing`: Searches that ended, and those that ended at this value.
+    `evaluations`: Analyses with derivatives.
+    `band`: By number from where to where it may go alone, the others held, while the objective gets
+      no worse than by the part `loss` of its size and no limit is broken by more than that part.
+    `pareto`: Of two aims, by the first one; otherwise empty.
+    `run`: The analysis of the optimum.
     """
 
     aim: str

@@ -383,14 +383,10 @@ EVERYDAY = {"mass": "kg", "power": "W", "inertia": "kg·m²"}
 class UnitSystem:
     """One consistent system of units: the unit symbols, and standard gravity.
 
-    Attributes
-    ----------
-    name : str
-        Of the system, for example ``"in-lbf-s"``.
-    length, force, time, mass : str
-        Unit symbols; angles are in radians inside and in degrees in printed results.
-    g : float
-        Standard gravity in length/time²: the default for converting a weight into a mass.
+    `name`: Of the system, for example ``"in-lbf-s"``.
+    `length`, `force`, `time`, `mass`: Unit symbols; angles are in radians inside and in degrees in
+      printed results.
+    `g`: Standard gravity in length/time²: the default for converting a weight into a mass.
     """
 
     name: str

@@ -31,12 +31,8 @@ FORMATS = (".html", ".md", ".tex", ".pdf")
 class MechanismReport:
     """A report, to be saved or shown in a notebook.
 
-    Attributes
-    ----------
-    document : ReportDocument
-        Its chapters as plain blocks.
-    run : Solution
-        The result that it shows.
+    `document`: Its chapters as plain blocks.
+    `run`: The result that it shows.
     """
 
     document: ReportDocument

@@ -23,16 +23,10 @@ PlaceLike: TypeAlias = "Marker | str | Sequence[float] | np.ndarray[Any, Any]"
 class Momentum(Locked):
     """Momentum of a motion: arrays (instants,), of a batch with a first axis of designs.
 
-    Attributes
-    ----------
-    x, y : arrays
-        Of all bodies together, Σ m v, world axes [force·time].
-    angular : array
-        About the place, counter-clockwise [force·length·time].
-    mass : float or array (designs, 1)
-        Of all bodies.
-    centre : arrays x, y
-        Mass centre of all bodies; nan where none has mass.
+    `x`, `y`: Of all bodies together, Σ m v, world axes [force·time].
+    `angular`: About the place, counter-clockwise [force·length·time].
+    `mass`: Of all bodies.
+    `centre`: Mass centre of all bodies; nan where none has mass.
     """
 
     x: Array
@@ -123,20 +117,14 @@ class Equations(Locked):
     A row is Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
     column is what a unit of its unknown exerts on all links. ``print(run.equations())`` shows them.
 
-    Attributes
-    ----------
-    rows, row_units : tuples of str
-        ΣFx, ΣFy and ΣM of the links in the order of the description, and their units.
-    unknowns, units, meanings : tuples of str
-        Names of the unknowns in the order of joints, couplings, drivers; their units; what each is.
-    matrix : array (rows, unknowns)
-        Square where constraints determine the motion and none is redundant.
-    rhs : array (rows,)
-        m a_Gx, m a_Gy and I_G α less what the loads exert.
-    values : array (unknowns,)
-        The solution: reactions and efforts.
-    rank : int
-        Independent columns; where it is less than their number, values are not unique.
+    `rows`, `row_units`: ΣFx, ΣFy and ΣM of the links in the order of the description, and their
+      units.
+    `unknowns`, `units`, `meanings`: Names of the unknowns in the order of joints, couplings,
+      drivers; their units; what each is.
+    `matrix` (rows, unknowns): Square where constraints determine the motion and none is redundant.
+    `rhs` (rows,): m a_Gx, m a_Gy and I_G α less what the loads exert.
+    `values` (unknowns,): The solution: reactions and efforts.
+    `rank`: Independent columns; where it is less than their number, values are not unique.
 
     Examples
     --------

@@ -123,13 +123,8 @@ def succeeded(status: str) -> bool:
 class Inherited:
     """Base of what is made of results: their doubts are its own.
 
-    Attributes
-    ----------
-    status : str
-        "completed", or "doubtful: …" with the first doubt.
-    doubts : tuple of Doubt
-    notes : tuple of str
-        Sentences, those of the doubts among them.
+    `status`: "completed", or "doubtful: …" with the first doubt.
+    `notes`: Sentences, those of the doubts among them.
     """
 
     status: str = field(default="completed", repr=False)
@@ -143,10 +138,7 @@ class Inherited:
 class Several(tuple[T, ...]):
     """A tuple of what is made of a result, with the doubts of that result.
 
-    Attributes
-    ----------
-    status, doubts, notes
-        As of `Inherited`.
+    `status`, `doubts`, `notes`: As of `Inherited`.
     """
 
     status: str

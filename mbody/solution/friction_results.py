@@ -465,16 +465,10 @@ class FrictionReport(Locked):
 class Efficiency(Inherited):
     """Work given to a mechanism, and the useful part of it.
 
-    Attributes
-    ----------
-    value : float
-        useful/given.
-    given : float
-        Work of the drivers over the motion.
-    useful : float
-        Work done on the output.
-    lost : float
-        Work that the joints took by friction.
+    `value`: useful/given.
+    `given`: Work of the drivers over the motion.
+    `useful`: Work done on the output.
+    `lost`: Work that the joints took by friction.
     """
 
     value: float

@@ -191,18 +191,12 @@ class BranchDistance:
 class Checks:
     """Relative maxima over all instants of what must vanish, and the distance from other branches.
 
-    Attributes
-    ----------
-    constraint : float
-        Violation of the constraints, lengths by the model length.
-    equilibrium : float
-        f − M a − Gᵀλ as a part of its greatest term at any instant.
-    virtual_work : float
-        Power of loads, inertia and drivers as a part of the peak power.
-    energy : float or None
-        Of a motion over time the balance of energy as a part of the greatest energy that took part.
-    branch : BranchDistance or None
-        How near a followed motion came to another branch; None where none was followed.
+    `constraint`: Violation of the constraints, lengths by the model length.
+    `equilibrium`: f − M a − Gᵀλ as a part of its greatest term at any instant.
+    `virtual_work`: Power of loads, inertia and drivers as a part of the peak power.
+    `energy`: Of a motion over time the balance of energy as a part of the greatest energy that took
+      part.
+    `branch`: How near a followed motion came to another branch; None where none was followed.
     """
 
     constraint: float
@@ -217,26 +211,17 @@ class LoadHistory(Attributes, Locked):
     """Force and torque of a load on body `on`, world axes, and the quantities that it depends on;
     arrays (instants,), of a batch (designs, instants).
 
-    Attributes
-    ----------
-    name, on : str
-        The load, and the body on which it acts; on a body that it acts against (``by``; the ground
-        where there is none) the opposite acts.
-    fx, fy, torque : arrays
-        Force, and torque about the place at which it acts on that body; of what acts on all bodies
-        about the mass centre.
-    force : array
-        Of a spring or damper its tension, positive where it pulls its ends together; of all others
-        the magnitude √(fx² + fy²).
-    length : array or None
-        Distance of the ends of a spring or damper.
-    angle : array or None
-        Angle of the body of a torsion spring or damper from the other one [rad].
-    rate : array or None
-        Rate of that length or angle.
-    height, speed, sinking, spin : array or None
-        Of a tyre: height of the wheel's centre above the road, its velocity along the road and
-        across it, and the rate of the wheel.
+    `name`, `on`: The load, and the body on which it acts; on a body that it acts against (``by``;
+      the ground where there is none) the opposite acts.
+    `fx`, `fy`, `torque`: Force, and torque about the place at which it acts on that body; of what
+      acts on all bodies about the mass centre.
+    `force`: Of a spring or damper its tension, positive where it pulls its ends together; of all
+      others the magnitude √(fx² + fy²).
+    `length`: Distance of the ends of a spring or damper.
+    `angle`: Angle of the body of a torsion spring or damper from the other one [rad].
+    `rate`: Rate of that length or angle.
+    `height`, `speed`, `sinking`, `spin`: Of a tyre: height of the wheel's centre above the road,
+      its velocity along the road and across it, and the rate of the wheel.
     """
 
     name: str

@@ -50,23 +50,14 @@ class ClosedPoints:
 class SteppedContacts(Locked):
     """Contacts of every kept instant, one after the other.
 
-    Attributes
-    ----------
-    laws : tuple of str
-        Names of contacts, ropes and groups.
-    shapes : tuple of str
-        Dotted names of the shapes.
-    first : array (instants + 1,)
-        Where the contacts of each instant begin.
-    which : array (contacts, 3)
-        Law, shapes i and j; shapes of ropes are negative.
-    numbers : array (contacts, 7)
-        Place (x, y), normal, pressing force, friction, gap.
-    residuals : array (1, instants, 5)
-        See `mbody.kernels.finished_instants`, of the equation of a step.
-    nearer : float
-        How far, at most, a contact came nearer or left in a step by what its sliding changed, in
-        parts of its size.
+    `laws`: Names of contacts, ropes and groups.
+    `shapes`: Dotted names of the shapes.
+    `first` (instants + 1,): Where the contacts of each instant begin.
+    `which` (contacts, 3): Law, shapes i and j; shapes of ropes are negative.
+    `numbers` (contacts, 7): Place (x, y), normal, pressing force, friction, gap.
+    `residuals` (1, instants, 5): See `mbody.kernels.finished_instants`, of the equation of a step.
+    `nearer`: How far, at most, a contact came nearer or left in a step by what its sliding changed,
+      in parts of its size.
     """
 
     laws: tuple[str, ...]

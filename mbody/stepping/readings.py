@@ -160,12 +160,8 @@ class PointNow(_Compiled):
 class ReactionNow(_Compiled):
     """The present force and torque on body `on` by body `by` at a joint, world axes.
 
-    Attributes
-    ----------
-    fx, fy, torque, magnitude : float
-        [force, force, force·length, force].
-    unique : tuple of three bool, or None
-        Whether each of fx, fy, torque is determined at present, as of `mbody.Reaction`.
+    `fx`, `fy`, `torque`, `magnitude`: [force, force, force·length, force].
+    `unique`: Whether each of fx, fy, torque is determined at present, as of `mbody.Reaction`.
     """
 
     __slots__ = ("_unique", "by", "on")
@@ -421,14 +417,10 @@ class Readings:
 class Minimal:
     """Minimal coordinates at an instant.
 
-    Attributes
-    ----------
-    leaders : tuple of str
-        The bodies whose motions they are.
-    N : array (coordinates, free)
-        Rates of all coordinates for unit rates of the leaders.
-    P : array (free, coordinates)
-        The leaders' parts of the coordinates: q_min = P q, v_min = P v, P N = 1.
+    `leaders`: The bodies whose motions they are.
+    `N` (coordinates, free): Rates of all coordinates for unit rates of the leaders.
+    `P` (free, coordinates): The leaders' parts of the coordinates: q_min = P q, v_min = P v, P N =
+      1.
     """
 
     leaders: tuple[str, ...]

@@ -240,23 +240,14 @@ class SimulatorState(Locked):
 
     Set back in a `Simulator` of the same mechanism and method, the same steps give the same bits.
 
-    Attributes
-    ----------
-    t : float
-        Time.
-    q, v : arrays (coordinates,)
-        Mass centre (x, y) and angle of every body, in the order of the description, and their
-        rates [length, length, rad; a unit of time].
-    own : array (states,)
-        The mechanism's auxiliary states.
-    inputs : array (inputs,)
-        Values of the inputs.
-    bodies : tuple of str
-        The bodies of q and v.
-    status : str
-        As of `Simulator.status`, doubts aside.
-    beyond : tuple of Doubt
-        Tables that the motion left.
+    `t`: Time.
+    `q`, `v` (coordinates,): Mass centre (x, y) and angle of every body, in the order of the
+      description, and their rates [length, length, rad; a unit of time].
+    `own` (states,): The mechanism's auxiliary states.
+    `inputs` (inputs,): Values of the inputs.
+    `bodies`: The bodies of q and v.
+    `status`: As of `Simulator.status`, doubts aside.
+    `beyond`: Tables that the motion left.
     """
 
     t: float

@@ -27,12 +27,8 @@ SIGMAS = 3.0
 class Scatter:
     """A distribution of a number; base class.
 
-    Attributes
-    ----------
-    tolerance : float or str
-        ±, in the units of the mechanism or with a unit.
-    mean : float or str, optional
-        By default the number of the mechanism.
+    `tolerance`: ±, in the units of the mechanism or with a unit.
+    `mean`: By default the number of the mechanism.
     """
 
     tolerance: Number | None = None

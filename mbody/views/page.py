@@ -489,12 +489,8 @@ def digest_of(mechanism: Mechanism) -> tuple[str, str, str]:
 class Viewer:
     """A page that plays a motion; made by `view`.
 
-    Attributes
-    ----------
-    runs : dict of Solution
-        By design.
-    notes : list of str
-        What is not shown.
+    `runs`: By design.
+    `notes`: What is not shown.
     """
 
     def __init__(

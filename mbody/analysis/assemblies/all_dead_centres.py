@@ -67,20 +67,13 @@ class SingularPosition:
 class DeadCentres(Inherited):
     """All dead centres of one driver, in all assembly modes, in the order of its values.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    driver : str
-    positions : tuple of SingularPosition
-    complete : bool
-        Whether it is proven that there are no more.
-    full_turn : bool or None
-        Whether the driver turns all the way round in every mode: True where it is proven that there
-        is no dead centre, False where there is one, None where nothing is proven, and of a length.
-    boxes : int
-        How many boxes the search examined.
-    closes : bool
-        False where it is proven that the loops close at no value of the driver; it does not turn.
+    `complete`: Whether it is proven that there are no more.
+    `full_turn`: Whether the driver turns all the way round in every mode: True where it is proven
+      that there is no dead centre, False where there is one, None where nothing is proven, and of a
+      length.
+    `boxes`: How many boxes the search examined.
+    `closes`: False where it is proven that the loops close at no value of the driver; it does not
+      turn.
     """
 
     mechanism: Mechanism = field(repr=False)

@@ -94,27 +94,17 @@ class AssemblyModes(Inherited):
 
     ``len(modes)`` is their number; ``modes[0]`` the first, ``modes["open"]`` the one of that name.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    at : dict
-        Values of the drivers [rad or length].
-    modes : tuple of AssemblyMode
-    certificate : str
-        "interval" where the search covers all positions, "multi-start" where Newton's method was
-        started from random ones.
-    complete : bool
-        Whether it is proven that there are no more, or none within `within`.
-    within : float or None
-        Displacements of slides up to which the proof holds [length]; None where it holds for all.
-    unresolved : tuple of Unresolved
-        Why it is not complete.
-    groups : tuple of tuples of str
-        Bodies of each Assur group, in the order of solution; empty without a certificate.
-    boxes : int
-        How many boxes the search examined.
-    meshed : frozenset of int
-        Indices of bodies that gears or couplings turn: their angles count up to rotations by teeth.
+    `at`: Values of the drivers [rad or length].
+    `certificate`: "interval" where the search covers all positions, "multi-start" where Newton's
+      method was started from random ones.
+    `complete`: Whether it is proven that there are no more, or none within `within`.
+    `within`: Displacements of slides up to which the proof holds [length]; None where it holds for
+      all.
+    `unresolved`: Why it is not complete.
+    `groups`: Bodies of each Assur group, in the order of solution; empty without a certificate.
+    `boxes`: How many boxes the search examined.
+    `meshed`: Indices of bodies that gears or couplings turn: their angles count up to rotations by
+      teeth.
     """
 
     mechanism: Mechanism = field(repr=False)

@@ -255,20 +255,12 @@ class Circuit:
 class Circuits(Inherited):
     """All circuits of a mechanism with one driver released.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    driver : str
-    modes : AssemblyModes
-        At the driver's value.
-    circuits : tuple of Circuit
-    dead_centres : DeadCentres
-        Of the driver in all modes, with their own certificate.
-    complete : bool
-        Whether it is proven that there are no more circuits: all dead centres and, between them,
-        all modes are certified, and every one lies on a circuit that was walked until it closed.
-    within : float or None
-        Displacements of slides up to which that holds [length]; None where it holds for all.
+    `modes`: At the driver's value.
+    `dead_centres`: Of the driver in all modes, with their own certificate.
+    `complete`: Whether it is proven that there are no more circuits: all dead centres and, between
+      them, all modes are certified, and every one lies on a circuit that was walked until it
+      closed.
+    `within`: Displacements of slides up to which that holds [length]; None where it holds for all.
     """
 
     mechanism: Mechanism = field(repr=False)

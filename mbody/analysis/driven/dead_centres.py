@@ -293,19 +293,12 @@ class _Curve:
 class DriverRange(Inherited):
     """How far a driver can go; ``low, high = driver_range(…)``, and ``print`` says it in words.
 
-    Attributes
-    ----------
-    driver, body : str
-        Names of the driver and of the body that it moves.
-    start : float
-        Where the driver was [rad] or [length].
-    low, high : float
-        The dead centres on both sides [rad] or [length]; infinite where there is none: an angle
-        can then make whole revolutions.
-    unit : str
-        Of lengths; empty for angles.
-    status, doubts, notes
-        As of `Inherited`; notes on the branch that the guesses say.
+    `driver`, `body`: Names of the driver and of the body that it moves.
+    `start`: Where the driver was [rad] or [length].
+    `low`, `high`: The dead centres on both sides [rad] or [length]; infinite where there is none:
+      an angle can then make whole revolutions.
+    `unit`: Of lengths; empty for angles.
+    `status`, `doubts`, `notes`: As of `Inherited`; notes on the branch that the guesses say.
     """
 
     driver: str

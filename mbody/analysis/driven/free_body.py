@@ -142,15 +142,9 @@ class Member:
 class FreeBody(Several[Wrench]):
     """The forces on one body at an instant: a tuple of `Wrench` that can be drawn.
 
-    Attributes
-    ----------
-    solution : Solution
-        Of which result.
-    body : str
-    instant : int
-        Which of its instants, counted from 0.
-    status, doubts, notes
-        As of the result.
+    `solution`: Of which result.
+    `instant`: Which of its instants, counted from 0.
+    `status`, `doubts`, `notes`: As of the result.
     """
 
     solution: Solution

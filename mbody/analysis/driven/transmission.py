@@ -478,29 +478,22 @@ class LeastAngle:
 class Transmission(Inherited):
     """From a driver to an output at every instant; ``print`` shows it.
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-    driver, output, joint : str
-        The joint is the one that drives the output body, or the contacts that do so one after the
-        other, with commas.
-    t : array (instants,)
-    driver_value : array
-        [rad or length].
-    angle, pressure_angle : arrays
-        μ and 90° − μ [rad], 0 … π/2; NaN where the place stands still or no force goes through it.
-    velocity_ratio : array
-        ẏ/ẋ of the output and the driver, of a path its size; infinite at a dead centre of the
-        driver; NaN, as all else, where the contacts that are closed do not make the output follow.
-    mechanical_advantage : array
-        ẋ/ẏ: output load by effort without losses; infinite where the output stands still.
-    joint_force_index : array
-        Greatest force in any joint by the output load (Holte and Chase 1994); infinite at a dead
-        centre of the driver, NaN where a path has no direction; of a torque in 1/length.
-    least : LeastAngle or None
-        Of all instants, and between them; None where μ is nowhere defined.
-    loops : tuple of (str, str)
-        Four-bar loops and Grashof's class of each.
+    `driver`, `output`, `joint`: The joint is the one that drives the output body, or the contacts
+      that do so one after the other, with commas.
+    `t` (instants,)
+    `driver_value`: [rad or length].
+    `angle`, `pressure_angle`: μ and 90° − μ [rad], 0 … π/2; NaN where the place stands still or no
+      force goes through it.
+    `velocity_ratio`: ẏ/ẋ of the output and the driver, of a path its size; infinite at a dead
+      centre of the driver; NaN, as all else, where the contacts that are closed do not make the
+      output follow.
+    `mechanical_advantage`: ẋ/ẏ: output load by effort without losses; infinite where the output
+      stands still.
+    `joint_force_index`: Greatest force in any joint by the output load (Holte and Chase 1994);
+      infinite at a dead centre of the driver, NaN where a path has no direction; of a torque in
+      1/length.
+    `least`: Of all instants, and between them; None where μ is nowhere defined.
+    `loops` (str, str): Four-bar loops and Grashof's class of each.
     """
 
     mechanism: Mechanism = field(repr=False)

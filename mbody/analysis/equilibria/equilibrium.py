@@ -401,17 +401,10 @@ T = TypeVar("T")
 class AtEquilibria(Inherited, Generic[T]):
     """One result at each equilibrium; ``print`` shows them as tables.
 
-    Attributes
-    ----------
-    mechanism : str
-        Its name.
-    units : UnitSystem
-    t : float
-        The time at which drivers and loads are taken.
-    positions : tuple
-        One entry an equilibrium position.
-    status, doubts, notes
-        As of `Inherited`.
+    `mechanism`: Its name.
+    `t`: The time at which drivers and loads are taken.
+    `positions`: One entry an equilibrium position.
+    `status`, `doubts`, `notes`: As of `Inherited`.
     """
 
     mechanism: str
@@ -655,24 +648,16 @@ FREE = 40
 class Equilibrium(Locked):
     """One equilibrium.
 
-    Attributes
-    ----------
-    solution : Solution
-        Statics there: the position, every joint force, the effort of drivers that hold.
-    stability : str
-        ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
-    stiffness : array (free, free)
-        K = −∂f/∂q along the free motions, joint forces fixed: [torque/rad] or [force/length]
-        by what the leaders do.
-    motions : tuple of FreeMotion
-        The free motions in whose rates it is given.
-    frequencies : tuple of float
-        Natural frequencies [rad/time] of a stable position whose free motions all have inertia,
-        damping left out; empty for others.
-    residual : float
-        What drives it still, as a part of the greatest load, or of how fast the loads change.
-    notes : tuple of str
-        Sentences.
+    `solution`: Statics there: the position, every joint force, the effort of drivers that hold.
+    `stability`: ``"stable"``, ``"unstable"`` or ``"neutral"`` (no force to first order).
+    `stiffness` (free, free): K = −∂f/∂q along the free motions, joint forces fixed: [torque/rad] or
+      [force/length] by what the leaders do.
+    `motions`: The free motions in whose rates it is given.
+    `frequencies`: Natural frequencies [rad/time] of a stable position whose free motions all have
+      inertia, damping left out; empty for others.
+    `residual`: What drives it still, as a part of the greatest load, or of how fast the loads
+      change.
+    `notes`: Sentences.
     """
 
     solution: Solution

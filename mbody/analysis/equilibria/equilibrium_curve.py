@@ -483,38 +483,24 @@ POINTS = 1000
 class EquilibriumCurve(Inherited):
     """Equilibria along a curve: arrays (points,) by name, like a solution's over instants.
 
-    Attributes
-    ----------
-    parameter : str
-        The number that changes.
-    values : array (points,)
-        Of it.
-    arclength : array (points,)
-        Along the curve, without units: lengths by the model length, angles in rad, the number by
-        the width of its span.
-    unit : str
-        Of the number.
-    stability : tuple of str
-        Of each point: ``"stable"``, ``"unstable"`` or ``"neutral"``.
-    folds : tuple of int
-        Points at which the curve turns round: limit points, where the position snaps through.
-    crossings : tuple of int
-        Points at which another branch crosses.
-    kinds : tuple of str
-        Of each crossing: ``"pitchfork"`` where one of the branches turns round in it,
-        ``"transcritical"`` where none does, ``"multiple"`` where more than two branches meet, as
-        at a position where branches of the motion itself meet.
-    solution : Solution
-        Statics of all points as a batch of designs, one instant each.
-    status : str
-        ``"completed"``, or ``"doubtful: …"`` with the first doubt.
-    doubts : tuple of Doubt
-        Where the curve ends before its span does, where it may have gone over to another branch,
-        and what is in doubt of the statics. Points are balanced as parts of the greatest load,
-        since sums of forces may vanish: what is left beside those sums is reported by
-        ``solution.doubts`` alone.
-    notes : tuple of str
-        Where and why the curve ends, and the sentences of the doubts.
+    `parameter`: The number that changes.
+    `values` (points,): Of it.
+    `arclength` (points,): Along the curve, without units: lengths by the model length, angles in
+      rad, the number by the width of its span.
+    `unit`: Of the number.
+    `stability`: Of each point: ``"stable"``, ``"unstable"`` or ``"neutral"``.
+    `folds`: Points at which the curve turns round: limit points, where the position snaps through.
+    `crossings`: Points at which another branch crosses.
+    `kinds`: Of each crossing: ``"pitchfork"`` where one of the branches turns round in it,
+      ``"transcritical"`` where none does, ``"multiple"`` where more than two branches meet, as at a
+      position where branches of the motion itself meet.
+    `solution`: Statics of all points as a batch of designs, one instant each.
+    `status`: ``"completed"``, or ``"doubtful: …"`` with the first doubt.
+    `doubts`: Where the curve ends before its span does, where it may have gone over to another
+      branch, and what is in doubt of the statics. Points are balanced as parts of the greatest
+      load, since sums of forces may vanish: what is left beside those sums is reported by
+      ``solution.doubts`` alone.
+    `notes`: Where and why the curve ends, and the sentences of the doubts.
     """
 
     parameter: str

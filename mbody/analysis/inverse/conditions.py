@@ -28,24 +28,15 @@ from mbody.system.read_only import Locked
 class AnswerCase(Locked):
     """One solution of a question.
 
-    Attributes
-    ----------
-    unknowns : dict
-        Value of every unknown by name, in the unit that `units` says.
-    units : dict
-        Unit of every unknown.
-    conditions : dict
-        What is left of every condition, right − left, by its text, in the units of the mechanism.
-    side_conditions : dict
-        By how much every side condition holds, by its text; zero where it binds.
-    binding : tuple of str
-        The side conditions that bind.
-    objective : float or None
-        The greatest or least value, in the units of the mechanism.
-    residual : float
-        The greatest of what is left of the conditions, as a part of their terms.
-    run : Solution
-        The analysis with these values: motion, reactions, efforts, measures of the one instant.
+    `unknowns`: Value of every unknown by name, in the unit that `units` says.
+    `units`: Unit of every unknown.
+    `conditions`: What is left of every condition, right − left, by its text, in the units of the
+      mechanism.
+    `side_conditions`: By how much every side condition holds, by its text; zero where it binds.
+    `binding`: The side conditions that bind.
+    `objective`: The greatest or least value, in the units of the mechanism.
+    `residual`: The greatest of what is left of the conditions, as a part of their terms.
+    `run`: The analysis with these values: motion, reactions, efforts, measures of the one instant.
     """
 
     unknowns: dict[str, float]

@@ -330,22 +330,15 @@ class Linear(Protocol):
 class StateMatrices(Inherited):
     """The matrices of small changes of the first order, ẋ = A x + B u, z = C x + D u.
 
-    Attributes
-    ----------
-    A : array (2·free + auxiliary states,) squared
-        Units of a rate of the state by units of the state.
-    B : array (2·free + auxiliary states, inputs)
-    C : array (outputs, 2·free + auxiliary states)
-        Units of the measure by units of the state.
-    D : array (outputs, inputs)
-    states : tuple of str
-        What each number of x is: of the leader of each free motion its ``"angle"`` [rad], or
-        ``"way"`` where it slides [length], then their rates, ``"omega"`` or ``"rate"``; then the
-        mechanism's auxiliary states.
-    inputs, outputs : tuple of str
-        Names of the inputs; the measures.
-    status, doubts, notes
-        As of `Inherited`.
+    `A` (2·free + auxiliary states,) squared: Units of a rate of the state by units of the state.
+    `B` (2·free + auxiliary states, inputs)
+    `C` (outputs, 2·free + auxiliary states): Units of the measure by units of the state.
+    `D` (outputs, inputs)
+    `states`: What each number of x is: of the leader of each free motion its ``"angle"`` [rad], or
+      ``"way"`` where it slides [length], then their rates, ``"omega"`` or ``"rate"``; then the
+      mechanism's auxiliary states.
+    `inputs`, `outputs`: Names of the inputs; the measures.
+    `status`, `doubts`, `notes`: As of `Inherited`.
     """
 
     A: Array
@@ -410,28 +403,19 @@ class Linearization(Inherited):
     y are small changes of what the leaders of the free motions do; all bodies follow as `motions`
     say.
 
-    Attributes
-    ----------
-    about : str
-        ``"rest"``, or ``"motion"`` where it moves or begins to.
-    t : float
-        Time.
-    mass, damping, stiffness : arrays (free, free)
-        M, C and K: forces or torques on the leaders, for accelerations, rates and displacements of
-        the leaders; these turn or slide as their motions say, [rad] or [length].
-    drive : array (free,)
-        F, what drives the leaders where y = 0: zero at rest.
-    motions : tuple of FreeMotion
-        The free motions: the leader of each, and the rates of all bodies for its unit rate.
-    solution : Solution
-        The instant.
-    nearby : callable
-        The motions near it, of which measures are taken.
-    modes : dict
-        What each contact and frictional joint does, as of `Solution.mode`: those that stick are
-        constraints, those that slide go on to; empty where the instant has none.
-    status, doubts, notes
-        As of `Inherited`: those of the instant, and what differences cannot show.
+    `about`: ``"rest"``, or ``"motion"`` where it moves or begins to.
+    `t`: Time.
+    `mass`, `damping`, `stiffness` (free, free): M, C and K: forces or torques on the leaders, for
+      accelerations, rates and displacements of the leaders; these turn or slide as their motions
+      say, [rad] or [length].
+    `drive` (free,): F, what drives the leaders where y = 0: zero at rest.
+    `motions`: The free motions: the leader of each, and the rates of all bodies for its unit rate.
+    `solution`: The instant.
+    `nearby`: The motions near it, of which measures are taken.
+    `modes`: What each contact and frictional joint does, as of `Solution.mode`: those that stick
+      are constraints, those that slide go on to; empty where the instant has none.
+    `status`, `doubts`, `notes`: As of `Inherited`: those of the instant, and what differences
+      cannot show.
     """
 
     about: str

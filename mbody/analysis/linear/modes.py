@@ -191,21 +191,14 @@ def _pointed(mechanism: Mechanism) -> str:
 class Mode(Locked):
     """One mode: all bodies move as Re(shape · exp(s t)).
 
-    Attributes
-    ----------
-    eigenvalue : complex
-        s [rad/time]; of a pair the one with Im s > 0.
-    words : str
-        What it does: ``"oscillates"``, ``"oscillates and decays"``, ``"decays"``, ``"grows"``,
-        ``"oscillates and grows"`` (flutter), ``"free"`` (nothing drives it back).
-    amplitudes : array (free,)
-        Complex; of the leaders, in their order. The greatest, a length by the model length, is 1.
-    leader : str
-        The body whose amplitude is 1 rad or 1 length.
-    shape : dict
-        Complex amplitudes (x, y, θ) of the mass centre and the angle of every body.
-    linear : Linearization
-        The small motions that it is one of.
+    `eigenvalue`: s [rad/time]; of a pair the one with Im s > 0.
+    `words`: What it does: ``"oscillates"``, ``"oscillates and decays"``, ``"decays"``, ``"grows"``,
+      ``"oscillates and grows"`` (flutter), ``"free"`` (nothing drives it back).
+    `amplitudes` (free,): Complex; of the leaders, in their order. The greatest, a length by the
+      model length, is 1.
+    `leader`: The body whose amplitude is 1 rad or 1 length.
+    `shape`: Complex amplitudes (x, y, θ) of the mass centre and the angle of every body.
+    `linear`: The small motions that it is one of.
     """
 
     eigenvalue: complex
@@ -295,18 +288,12 @@ class Mode(Locked):
 class ModesAt(Inherited):
     """The modes at one equilibrium, slow ones first.
 
-    Attributes
-    ----------
-    linear : Linearization
-        M, C, K and the leaders.
-    stability : str
-        ``"unstable"`` where a mode grows, or a motion without inertia is driven away; ``"neutral"``
-        where one is free; else ``"stable"``.
-    modes : tuple of Mode
-        One for each pair of complex eigenvalues, each real one, and each free motion that nothing
-        drives back; of a growing one without damping not the decaying twin.
-    status, doubts, notes
-        As of `Inherited`.
+    `linear`: M, C, K and the leaders.
+    `stability`: ``"unstable"`` where a mode grows, or a motion without inertia is driven away;
+      ``"neutral"`` where one is free; else ``"stable"``.
+    `modes`: One for each pair of complex eigenvalues, each real one, and each free motion that
+      nothing drives back; of a growing one without damping not the decaying twin.
+    `status`, `doubts`, `notes`: As of `Inherited`.
     """
 
     linear: Linearization
