@@ -240,7 +240,7 @@ class DualMotion:
         work.par[uni.phase_rows, 0] = phases
         laws_of_time(without_hold(system.runtime(), self.hold), work)
         modes = InstantModes(list(stretch.modes), list(stretch.pairs), stretch.on)
-        found = reported_instant(uni, work, uni.read(work), row, modes)
+        found = reported_instant(uni, work, row, modes)
         return None if found.forces is None else found.record
 
     def _layout(self, stretch: ModeStretch) -> tuple[Layout, dict[int, float]]:

@@ -31,9 +31,9 @@ from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_modes import (
     FORWARD,
     OPEN,
-    REDUNDANT,
     STICK,
     UnilateralModes,
+    is_redundant,
     tangent_of,
 )
 from mbody.kernels.contact_rows import (
@@ -177,11 +177,10 @@ def collect_guards(L, W, U, M, G):
             continue
         if U.has_ends[k]:
             add_guard(G, EDGE, k, 0.0)
-        if mode == REDUNDANT:
-            continue
-        if not G.open_normal[k]:
+        idle = is_redundant(W, U, M.mode, k)
+        if not (idle or G.open_normal[k]):
             add_guard(G, LIFT, k, 0.0)
-        if U.static[k] == 0.0:
+        if U.static[k] == 0.0 or (idle and (mode == STICK or M.leader[k] >= 0)):
             continue
         if mode != STICK:
             add_guard(G, STOP, k, 1.0 if mode == FORWARD else -1.0)

@@ -62,9 +62,10 @@ from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, state_derivative
 from mbody.kernels.step_state import TIME
 
-#: Modes. A contact point is redundant where it is closed without force of its own, as other rows
-#: hold it already; what slides does so along or against its tangent.
-OPEN, STICK, FORWARD, BACKWARD, REDUNDANT = range(5)
+#: Modes; what slides does so along or against its tangent. A contact point is redundant where it is
+#: closed and has no row, as others hold it already: forces are those of the others, of all that no
+#: equation decides.
+OPEN, STICK, FORWARD, BACKWARD = range(4)
 #: What `decide` returns: no modes go on, one set does, one of several does; more rows than
 #: there is memory for, whose number is in `ContactDecision.count`.
 NONE, ONE, SEVERAL, FULL = range(4)
@@ -77,7 +78,8 @@ class UnilateralModes(Bundle):
     points, then j joints, of n coordinates, those of the ground after them.
 
     `mode` (c + j,): The modes.
-    `leader` (c + j,): By whose row what sticks is held, often its own; −1 where no row holds it.
+    `leader` (c + j,): By whose row what sticks is held, often its own, and with which what is
+      redundant slides; −1 where there is none.
     `closed`, `opened`, `beyond` (c,): Whether it is closed though its gap is rounding; has just
       opened; is open past the end of its edge.
     `stopped` (c + j,): Whether it has just ceased to slide.
@@ -565,21 +567,39 @@ def set_independent(L, W, U, M):
         if M.pressing[M.order[i]] > 0.0:
             row_joins(L, W, U, M, U.normal[M.order[i]])
     for k in range(points):
-        if M.solved[k] != STICK or W.on[U.normal[k], 0] == 0.0:
-            continue
-        if row_joins(L, W, U, M, U.tangent[k]):
+        sticks = M.solved[k] == STICK and W.on[U.normal[k], 0] != 0.0
+        if sticks and row_joins(L, W, U, M, U.tangent[k]):
             M.leader[k] = k
-            continue
-        for other in range(k):
-            leads = M.leader[k] < 0 and M.leader[other] == other
-            if leads and along_one_row(L, W, U, M, other, k):
-                M.leader[k] = other
     for k in range(points, M.leader.shape[0]):
         if M.solved[k] == STICK and row_joins(L, W, U, M, tangent_of(U, k)):
             M.leader[k] = k
     for i in range(n):
         if not M.pressing[M.order[i]] > 0.0:
             row_joins(L, W, U, M, U.normal[M.order[i]])
+    for k in range(points):
+        if M.leader[k] < 0 and M.solved[k] != OPEN and U.tangent[k] >= 0:
+            find_leader(L, W, U, M, k)
+
+
+@njit
+def find_leader(L, W, U, M, k):
+    """M.leader ← by whose row contact point k sticks, or with which one it slides that is
+    redundant.
+    """
+    for other in range(U.normal.shape[0]):
+        leads = other != k and M.leader[k] < 0 and M.solved[other] == M.solved[k]
+        if leads and M.solved[k] == STICK:
+            leads = M.leader[other] == other
+        elif leads:
+            leads = is_redundant(W, U, M.solved, k) and not is_redundant(W, U, M.solved, other)
+        if leads and along_one_row(L, W, U, M, other, k):
+            M.leader[k] = other
+
+
+@inline
+def is_redundant(W, U, mode, k):
+    """Whether contact point k is closed by these modes and has no row."""
+    return mode[k] != OPEN and W.on[U.normal[k], 0] == 0.0
 
 
 @njit
@@ -594,11 +614,8 @@ def set_modes(L, W, U, M):
         M.mode[k], s = M.solved[k], tangent_of(U, k)
         f = U.pair[k] if k < points else U.joint_pair[k - points]
         if k < points:
-            if M.mode[k] == OPEN:
-                continue
             normal = U.normal[k]
-            if W.on[normal, 0] == 0.0:
-                M.mode[k] = REDUNDANT
+            if M.mode[k] == OPEN or W.on[normal, 0] == 0.0:
                 continue
             if U.one_way[k]:
                 W.anchor[normal, 0] = W.phi[2 * written(L, normal), 0]

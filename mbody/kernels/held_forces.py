@@ -16,22 +16,22 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.tolerances import FRICTION_RESERVE_MOST
 from mbody.kernels.complementarity import find_arms
 from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.contact_modes import BACKWARD, FORWARD, OPEN, STICK
+from mbody.kernels.contact_modes import BACKWARD, FORWARD, OPEN, STICK, is_redundant
 from mbody.kernels.contact_rows import UnilateralLayout, fill_row, row_rate
 from mbody.kernels.force_programs import BENT, COORDINATES, FORCES, LINES, OpenForces, share
 from mbody.kernels.friction import APART, ARMS, FORCE, PIN, TORQUE, law_size
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 
 #: Numbers in `HeldForceTable.count`: closed contact points; those and the frictional joints that
-#: stick.
-NORMALS, STICKS, JOINTS = range(3)
+#: stick; those that are redundant.
+NORMALS, STICKS, JOINTS, SHARED = range(4)
 
 
 class HeldForceTable(Bundle):
     """Which forces hold: r rows of joints and drivers, n closed contact points, t of them and j
     frictional joints that stick.
 
-    `count` (3,): How many of n, t and j there are; the arrays may be longer.
+    `count` (4,): How many of n, t and j there are, and are redundant; the arrays may be longer.
     `row` (r, 2): Primitive and number of each row.
     `normal` (n,), `slip` (n,): Contact points, and the direction in which each slides by a friction
       of its own, else 0.
@@ -69,7 +69,7 @@ def held_force_table(
         return np.zeros(n, dtype=np.int64)
 
     return HeldForceTable(
-        count=ints(3), row=row, normal=ints(points), slip=np.zeros(points), leader=ints(points),
+        count=ints(4), row=row, normal=ints(points), slip=np.zeros(points), leader=ints(points),
         stick=ints(points), joint=ints(joints), pair_slip=np.zeros(pairs),
         owner=ints(3 * points + 2 * joints), change=np.zeros((pairs, 2)),
         along=np.zeros(coordinates), arm=np.zeros(2 * ARMS + 1),
@@ -79,7 +79,7 @@ def held_force_table(
 @njit
 def find_held(L, W, U, M, H):
     """H ← the forces of the present modes."""
-    points, normals, sticks, joints = U.normal.shape[0], 0, 0, 0
+    points, normals, sticks, joints, shared = U.normal.shape[0], 0, 0, 0, 0
     for k in range(points):
         mode = M.mode[k]
         if mode == OPEN:
@@ -87,7 +87,7 @@ def find_held(L, W, U, M, H):
         slides = mode in (FORWARD, BACKWARD) and U.tangent[k] >= 0
         H.normal[normals], H.leader[normals] = k, M.leader[k]
         H.slip[normals] = 0.0 if not slides else 1.0 if mode == FORWARD else -1.0
-        normals += 1
+        normals, shared = normals + 1, shared + (1 if is_redundant(W, U, M.mode, k) else 0)
         if mode == STICK and U.static[k] > 0.0 and (M.leader[k] == k or M.leader[k] < 0):
             H.stick[sticks] = k
             sticks += 1
@@ -102,14 +102,15 @@ def find_held(L, W, U, M, H):
         else:
             H.pair_slip[f] = 1.0 if mode == FORWARD else -1.0
     H.count[NORMALS], H.count[STICKS], H.count[JOINTS] = normals, sticks, joints
+    H.count[SHARED] = shared
 
 
 @njit
 def may_share(H):
-    """Whether there may be forces of what sticks that no equation decides."""
+    """Whether there may be forces that no equation decides."""
     # what joints guide may be held twice by one contact that sticks
     few = 1 if H.row.shape[0] > 0 else 2
-    return H.count[JOINTS] > 0 or H.count[STICKS] >= few
+    return H.count[JOINTS] > 0 or H.count[STICKS] >= few or H.count[SHARED] > 0
 
 
 @njit

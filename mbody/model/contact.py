@@ -407,13 +407,11 @@ class OneSided(Constraint):
             return []
         mu, static = self.coefficients(at)
 
-        def one_way(candidate: ContactCandidate) -> float:
-            # where it may open, the decision sees to it that it does not pull
-            return candidate.sign if self.closed else 0.0
-
+        # what would pull has none: with that of its size others than those that are admissible
+        # balance the bodies, too
         return [
             FrictionPrimitive(
-                "pressed", candidate.tangent, n, [mu, static, 0.0, 0.0, one_way(candidate), 0.0]
+                "pressed", candidate.tangent, n, [mu, static, 0.0, 0.0, candidate.sign, 0.0]
             )
             for n, candidate in enumerate(self.candidates(at))
             if candidate.tangent is not None

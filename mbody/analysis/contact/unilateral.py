@@ -3,8 +3,7 @@ their modes.
 
 A `ContactPoint` is one candidate of a contact or the distance of a rope: a normal row and a tangent
 row. A `JointPair` is the sliding pair of a joint: a tangent row alone. Modes are words: "open",
-"stick", "slip+" and "slip-"; a contact point is "redundant" where it is closed without force
-because other rows hold it already.
+"stick", "slip+" and "slip-".
 """
 
 from __future__ import annotations

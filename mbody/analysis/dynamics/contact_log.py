@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.integration import solution_of_records
-from mbody.analysis.dynamics.modal_motion import MODES, ModalMotion
+from mbody.analysis.dynamics.modal_motion import ModalMotion
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -25,6 +25,7 @@ from mbody.kernels.advance import (
     POLE,
     TRIED_COLLISION,
 )
+from mbody.kernels.contact_guards import BEGIN, LIFT, SHARE, SLIP, STOP
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.mode_problem import TRIED
@@ -91,8 +92,8 @@ class ContactLog:
             found = record[:, 0].copy()
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
-        rows = m.look_at(t, record)
-        found_now = reported_instant(m.uni, m.probe, rows, record[:, 0], modes)
+        m.look_at(t, record)
+        found_now = reported_instant(m.uni, m.probe, record[:, 0], modes)
         if found_now.forces is None:
             self.determined.append(key)
         else:
@@ -121,21 +122,17 @@ class ContactLog:
         return found if shared is None else with_fields(found, shared=shared)
 
     def named_modes(
-        self,
-        modes: list[str] | None = None,
-        pairs: list[str] | None = None,
-        rows: Rows | None = None,
+        self, modes: list[str] | None = None, pairs: list[str] | None = None
     ) -> dict[str, str]:
         """The mode of every contact and frictional joint, by default the present one: of several
-        contact points that which holds most. `rows`, by default at the present state.
+        contact points that which holds most.
         """
         m, uni = self.motion, self.motion.uni
         modes, pairs = modes or m.modes, pairs or m.pairs
         found = {pair.name: mode for pair, mode in zip(uni.friction_joints, pairs, strict=True)}
-        every = ("open", "redundant", "slip-", "slip+", "stick", "roll")
+        every = ("open", "slip-", "slip+", "stick", "roll")
         order = {mode: n for n, mode in enumerate(every)}
-        for n, (point, one) in enumerate(zip(uni.contact_points, modes, strict=True)):
-            mode = self._by_rate(n, rows) if one == "redundant" else one
+        for point, mode in zip(uni.contact_points, modes, strict=True):
             named = "roll" if mode == "stick" and point.candidate.round else mode
             if point.static == 0.0 and mode in SLIP_SIGNS:
                 named = "slip+"  # smooth: its direction changes nothing
@@ -143,27 +140,12 @@ class ContactLog:
                 named = "stick"
             sticking = found.get(point.name, "open")
             found[point.name] = max((sticking, named), key=order.__getitem__)
-        return {name: "stick" if mode == "redundant" else mode for name, mode in found.items()}
+        return found
 
-    def _by_rate(self, n: int, rows: Rows | None) -> str:
-        """The mode of a redundant contact point that slides."""
-        m = self.motion
-        point = m.uni.contact_points[n]
-        if point.tangent < 0:
-            return "redundant"
-        if rows is None:
-            m.load()
-            rows = m.uni.read(m.work)
-        rate = float(rows.rate[point.tangent])
-        if abs(rate) <= tol.RATE_NONE_FRICTION * m.speeds[n]:
-            return "redundant"
-        return "slip+" if rate > 0.0 else "slip-"
-
-    def modes_at(self, t: float, record: Array) -> dict[str, str]:
-        """The modes of an instant that is kept, by its record (rows, 1)."""
-        m, numbers = self.motion, self.motion.memory.modes.mode
-        if (numbers == MODES.index("redundant")).any():
-            return self.named_modes(rows=m.look_at(t, record))
+    @property
+    def present_names(self) -> dict[str, str]:
+        """The mode of every contact and frictional joint."""
+        numbers = self.motion.memory.modes.mode
         if (key := numbers.tobytes()) != self.last_named[0]:
             self.last_named = key, self.named_modes()
         return self.last_named[1]
@@ -318,6 +300,22 @@ class ContactLog:
 
     # -- changes of modes ---------------------------------------------------------------------
 
+    def check_modes(self) -> None:
+        """A doubt where modes begin beyond their own limits: a guard of them is below zero."""
+        m, G = self.motion, self.motion.guard_table
+        kind, value = G.kind[: G.count[0]], G.value[BEGIN, : G.count[0]]
+        off = np.isin(kind, (LIFT, SLIP, SHARE, STOP))
+        off &= value < -tol.GUARD_BEYOND_ZERO * G.size[: G.count[0]]
+        if not off.any():
+            return
+        names = tuple(dict.fromkeys(self._owners[k] for k in G.owner[: G.count[0]][off].tolist()))
+        t, unit = float(m.state[TIME]), m.system.mechanism.units.time
+        message = (
+            f"at t = {t:.6g} {unit} what is decided of {listed(names)} is beyond its own limits, "
+            "of pressing, friction or direction: do not rely on the motion from there on"
+        )
+        m.passage.doubts += (Doubt("contact", message, t, names),)
+
     def several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         m = self.motion
@@ -327,8 +325,12 @@ class ContactLog:
         names = names or [one.name for one in m.uni.friction_joints]
         self.record("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
-        redundant = "redundant" in m.modes or any(
-            mode == "stick" and not m.work.on[pair.tangent, 0]
+        on, points = m.work.on[:, 0], m.uni.contact_points
+        redundant = any(
+            mode != "open" and not on[point.normal]
+            for point, mode in zip(points, m.modes, strict=True)
+        ) or any(
+            mode == "stick" and not on[pair.tangent]
             for pair, mode in zip(m.uni.friction_joints, m.pairs, strict=True)
         )
         if redundant:

@@ -241,17 +241,6 @@ class EventIntegration(Integration):
         return [MODES[one] for one in self.memory.modes.mode[len(self.uni.contact_points) :]]
 
     @property
-    def groups(self) -> dict[int, list[int]]:
-        """Contact points that stick by the row of one of them, by its number."""
-        found: dict[int, list[int]] = {}
-        for k, leader in enumerate(
-            self.memory.modes.leader[: len(self.uni.contact_points)].tolist()
-        ):
-            if leader >= 0:
-                found.setdefault(leader, []).append(k)
-        return found
-
-    @property
     def on(self) -> Array:
         """Which rows are on."""
         return self.work.on[: len(self.uni), 0].copy()
@@ -719,6 +708,7 @@ class EventIntegration(Integration):
         self.least_guard = np.nan
         self.steps.jumped(self.motion)
         self._check_finite(self.K, float(self.state[TIME]))
+        self.log.check_modes()
 
     # -- set times ----------------------------------------------------------------------------
 
@@ -786,7 +776,7 @@ class EventIntegration(Integration):
         if self.kept and self.kept[-1][0] == t:
             self.kept.pop()
         shown, works = self.log.shown(t, record), np.concatenate([work, self.log.lost])
-        modes = self.log.modes_at(t, record)
+        modes = self.log.present_names
         self.kept.append((t, shown.record[:, None].copy(), works, modes, shown.forces))
 
     def _kept_instants(self) -> KeptInstants:
@@ -974,13 +964,17 @@ class EventIntegration(Integration):
     def _modal_state(self) -> ModalState:
         M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
         shared = (np.flatnonzero(one).tolist() for one in (G.open_tangent, G.open_normal))
+        groups = dict[int, list[int]]()
+        for k, leader in enumerate(M.leader[: len(self.uni.contact_points)].tolist()):
+            if leader >= 0:
+                groups.setdefault(leader, [leader]).extend([k] * (k != leader))
         return ModalState(
             modes=tuple(self.modes),
             pairs=tuple(self.pairs),
             on=tuple(self.on.tolist()),
             anchor=tuple(self.work.anchor[: len(self.on), 0].tolist()),
             phases=tuple(float(self.work.par[row, 0]) for row in self.uni.phase_rows),
-            groups=tuple(map(tuple, self.groups.values())),
+            groups=tuple(map(tuple, groups.values())),
             shared=tuple(map(tuple, shared)),
             closed=tuple(np.flatnonzero(M.closed).tolist()),
             beyond=tuple(np.flatnonzero(M.beyond).tolist()),

@@ -27,7 +27,7 @@ Array = np.ndarray
 
 
 #: Modes by their numbers in the kernels.
-MODES = ("open", "stick", "slip+", "slip-", "redundant")
+MODES = ("open", "stick", "slip+", "slip-")
 #: Rows of the problem for which there is memory at first.
 FEW_ROWS = 16
 

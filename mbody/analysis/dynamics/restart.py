@@ -19,14 +19,15 @@ from mbody.solution.solution import ModalState, Restart
 from mbody.system.system import System
 
 #: Words for modes; and for guards, in the order of the kernels.
-WORDS = ("open", "redundant", "stick", *SLIP_SIGNS)
+WORDS = ("open", "stick", *SLIP_SIGNS)
 GUARDS = ("close", "lock", "open", "edge", "enter", "slip", "share", "stop", "paradox")
 
 
 def set_active_set(uni: Unilateral, work: Work, found: ModalState) -> None:
     """Set rows, anchors, phases and slip signs of a workspace."""
     on, slip_signs = np.array(found.on), np.zeros(len(uni.layout.friction_kind))
-    pairs = [one.pair for one in uni.contact_points] + [one.pair for one in uni.friction_joints]
+    pairs = [one.pair if on[one.normal] else -1 for one in uni.contact_points]
+    pairs += [one.pair for one in uni.friction_joints]
     for pair, mode in zip(pairs, (*found.modes, *found.pairs), strict=True):
         if mode in SLIP_SIGNS and pair >= 0:
             slip_signs[pair] = SLIP_SIGNS[mode]

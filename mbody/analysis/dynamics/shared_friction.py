@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, Unilateral
-from mbody.core import tolerances as tol
+from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.kernels import held_forces as kernels
 from mbody.kernels.friction import ARMS, FRICTION_KINDS
 from mbody.kernels.layout import PER_PRIMITIVE, Work
@@ -29,7 +28,6 @@ from mbody.solution.shared_forces import (
     primitive_numbers,
     reported,
 )
-from mbody.system.rank import jacobian
 
 Array = np.ndarray
 
@@ -46,8 +44,6 @@ class HeldForces:
     """All forces that hold at an instant, with their units: multipliers of joints, then N of closed
     contact points, then friction of those that stick and of the joints that stick.
 
-    `leaders`: Of contact points that stick by the row of another one, this.
-
     `columns` (coordinates, forces): Generalised forces by each, with the friction of what slides.
     `forces` (forces,): Present ones.
     `limits`: Normal forces and friction; owners are contact points and, after them, frictional
@@ -62,7 +58,6 @@ class HeldForces:
         sticking: Sequence[int],
         joints: Sequence[int],
         slipping: dict[int, float],
-        leaders: dict[int, int],
     ) -> None:
         system, L, self.uni = uni.system, uni.layout, uni
         self.slipping, self.normals = slipping, tuple(normals)
@@ -87,7 +82,7 @@ class HeldForces:
             row=np.column_stack([self.primitive, self.number]),
             normal=np.array(self.normals, whole),
             slip=np.array([slipping.get(k, 0.0) for k in normals], float),
-            leader=np.array([leaders.get(k, -1) for k in normals], whole),
+            leader=np.full(len(normals), -1, whole),
             stick=np.array(sticking, whole),
             joint=np.array(joints, whole),
             pair_slip=pair_slip,
@@ -160,13 +155,11 @@ class Reported(NamedTuple):
     forces: ForceSet | None
 
 
-def reported_instant(
-    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: InstantModes
-) -> Reported:
+def reported_instant(uni: Unilateral, work: Work, record: Array, modes: InstantModes) -> Reported:
     """The record (rows,) of an instant with those forces that keep their limits best, at the
-    position in a workspace, with its rows.
+    position in a workspace.
     """
-    held = _all_held(uni, work, rows, record, modes)
+    held = _all_held(uni, modes)
     if held is None:
         return Reported(record, None)
     limits = held.read(work, record)
@@ -189,9 +182,7 @@ def reported_instant(
     return Reported(found, every)
 
 
-def _all_held(
-    uni: Unilateral, work: Work, rows: Rows, record: Array, modes: InstantModes
-) -> HeldForces | None:
+def _all_held(uni: Unilateral, modes: InstantModes) -> HeldForces | None:
     """Every closed contact point and what sticks; None where so few cannot depend on each other."""
     points = uni.contact_points
     normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
@@ -200,36 +191,10 @@ def _all_held(
     guided = bool(uni.system.rows) and any(modes.modes[n] == "stick" for n in normals)
     if not modes.on.any() or (len(normals) < 2 and not joints and not guided):
         return None
-    n = uni.system.coordinates
     slipping = {
         k: SLIP_SIGNS[modes.modes[k]]
         for k in normals
         if modes.modes[k] in SLIP_SIGNS and points[k].tangent >= 0
     }
     sticking = [k for k in normals if modes.modes[k] == "stick" and points[k].static > 0.0]
-    idle = [k for k in normals if modes.modes[k] == "redundant" and points[k].static > 0.0]
-    idle = [k for k in idle if points[k].tangent >= 0]  # limits of joints have none
-    if idle:
-        holding = _row_space(uni, work, rows, modes.on)
-        for k in idle:
-            row = rows.block[points[k].tangent] * uni.system.coordinate_units
-            left = row - holding.T @ (holding @ row)
-            if np.linalg.norm(left) <= tol.SINGULAR_VALUE_SHARED_FRICTION * np.linalg.norm(row):
-                sticking.append(k)
-                continue
-            rate = float(rows.rate[points[k].tangent])
-            parts = rows.block[points[k].tangent] * record[2 * n : 3 * n]
-            ahead = float(parts.sum() - rows.gamma[points[k].tangent])
-            speed = np.abs(rows.block[points[k].tangent] * record[n : 2 * n]).max()
-            slides = abs(rate) > tol.RATE_NONE_STOPPED * speed
-            slipping[k] = float(np.sign(rate if slides else ahead)) or 1.0
-    return HeldForces(uni, modes.pairs, normals, sorted(sticking), joints, slipping, {})
-
-
-def _row_space(uni: Unilateral, work: Work, rows: Rows, on: Array) -> Array:
-    """Orthonormal rows that span those of joints and those that are on."""
-    scale = uni.system.coordinate_units
-    every = np.vstack([jacobian(uni.system, work)[1], rows.block[on > 0.0]]) * scale
-    every = every / np.maximum(np.linalg.norm(every, axis=1, keepdims=True), tol.TINY)
-    _, sizes, vt = np.linalg.svd(every, full_matrices=False)
-    return np.asarray(vt[sizes > tol.SINGULAR_VALUE_SHARED_FRICTION])
+    return HeldForces(uni, modes.pairs, normals, sticking, joints, slipping)
