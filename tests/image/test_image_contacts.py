@@ -168,7 +168,8 @@ for (let n = 1; n <= {steps}; n++) {{
     rates[u] = motion.measure(`${{cranks[u]}}.omega`)[0];
   }}
 }}
-console.log(JSON.stringify({{ q: Array.from(model.advance({last}).position(0)), events: model.events }}));
+const q = Array.from(model.advance({last}).position(0));
+console.log(JSON.stringify({{ q, events: model.events }}));
 """
 
 
