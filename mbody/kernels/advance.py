@@ -82,7 +82,7 @@ from mbody.kernels.held_forces import NORMALS, hold_record, weakest
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work, keep
 from mbody.kernels.methods import Methods, begin_method
 from mbody.kernels.mode_problem import ContactDecision
-from mbody.kernels.state_derivative import first_derivative, load_state
+from mbody.kernels.state_derivative import derivative_anew, first_derivative, load_state
 from mbody.kernels.step_state import (
     JACOBIAN_VALID,
     NEAR_SINGULAR,
@@ -97,14 +97,14 @@ from mbody.kernels.watched_steps import watched_steps
 #: What comes next: steps; what the guard decides that is zero; impacts, and the modes that go on;
 #: an impact without collision, where none do; guards of the modes that were decided. Or first
 #: modes, at a state that was set; others, where forces have jumped beyond what the present ones
-#: allow.
-STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED = range(7)
+#: allow. Or steps again, with other inputs.
+STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED, CHANGED = range(8)
 #: What `advance_motion` returns beside what `mbody.kernels.step_state` names: an impact has
 #: happened; one without collision; modes were decided; steps begin in these. An impact has no
 #: solution; no modes go on, nor an impact without collision; masses that touch differ by more than
 #: numbers carry. Forces of what slides have a pole; impacts, or changes of modes, do not end at one
 #: instant. There is memory for fewer rows, or fewer forces that no equation decides. Forces that
-#: have jumped are within what the modes allow.
+#: have jumped are within what the modes allow, or beyond.
 (
     IMPACT,
     COLLISION,
@@ -119,7 +119,8 @@ STEPPING, PASSED, SETTLING, COLLIDING, BEGINNING, STARTING, JUMPED = range(7)
     CHANGES_WITHOUT_END,
     MEMORY,
     UNBROKEN,
-) = range(11, 24)
+    BROKEN,
+) = range(11, 25)
 #: Impacts, and changes of modes, at one instant, at most.
 MOST_STRIKES, MOST_CHANGES = 500, 200
 #: Numbers in `UnilateralMotion.count`: impacts, and changes of modes, at this instant; what
@@ -323,6 +324,16 @@ def is_broken(A):
 
 
 @njit
+def take_inputs(A):
+    """The derivative anew, with other inputs; whether the present modes allow its forces."""
+    L, W, S, G = A.layout, A.reduced, A.stepping, A.guards
+    S.state[JACOBIAN_VALID] = 0.0
+    derivative_anew(L, W, S, A.tolerances.full_refinements, G.page)
+    begin_method(L, A.method, S)
+    return look_at_guards(L, W, A.unilateral, G) >= 0.0
+
+
+@njit
 def close_present(M):
     """What is closed in the present modes is closed, though its gap is rounding."""
     forget_transition(M)
@@ -376,6 +387,10 @@ def settle(A):
 def advance_motion(A: UnilateralMotion, O: Outputs) -> int:
     """Go on to the next happening, or as far as A.guards.asked says."""
     L, W, S, U, G, M = A.whole, A.work, A.stepping, A.unilateral, A.guards, A.modes
+    if A.stage[0] == CHANGED:
+        if not take_inputs(A):
+            return BROKEN
+        A.stage[0] = STEPPING
     if A.stage[0] == STEPPING:
         code = watched_steps(A.layout, A.reduced, A.method, S, A.tolerances, O, U, G)
         if code == ZERO:

@@ -21,10 +21,9 @@ from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.forces import signals
 from mbody.kernels.layout import Layout, Work, store_least_masses
 from mbody.kernels.loop_closure import close_from, gap
-from mbody.kernels.state_derivative import first_derivative
+from mbody.kernels.state_derivative import derivative_anew, first_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_LIMIT,
-    BEST_CONDITIONING,
     CROSSING_TIME,
     KNOWN_UNTIL,
     LEAST_CONDITIONING,
@@ -149,10 +148,8 @@ def has_values(S):
 @njit
 def again(L, W, S, T, record):
     """The derivative of the present state anew, with other inputs: the steps go on as they were."""
-    best = S.state[BEST_CONDITIONING]
-    if not first_derivative(L, W, S, T.full_refinements, record):
+    if not derivative_anew(L, W, S, T.full_refinements, record):
         return OPEN
-    S.state[BEST_CONDITIONING] = max(S.state[BEST_CONDITIONING], best)
     return BEGUN if has_values(S) else NO_VALUE
 
 

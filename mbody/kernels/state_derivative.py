@@ -126,6 +126,15 @@ def first_derivative(L, W, S, refinements, record):
     return good
 
 
+@njit
+def derivative_anew(L, W, S, refinements, record):
+    """As `first_derivative` of a motion that goes on with other inputs, its steps as they were."""
+    best = S.state[BEST_CONDITIONING]
+    good = first_derivative(L, W, S, refinements, record)
+    S.state[BEST_CONDITIONING] = max(S.state[BEST_CONDITIONING], best)
+    return good
+
+
 # -- Jacobian of free motion, and the matrices of implicit steps made of it --------------------
 #
 # Of ẏ = (v, a, ż) the first part is known, ∂q̇/∂v = 1, and so J has the rows of (a, ż) alone: it is

@@ -461,18 +461,17 @@ class Simulator(MechanicsNow):
         return number_in(self.system.mechanism, value, "time", "simulator", name)
 
     def _advance_to(self, until: float) -> None:
-        if self._ended or self._stale or self._origin is not None:
+        if self._ended or self._origin is not None:
             until = self._prepared(until)
         self._record_valid, self._certified = False, None
         if until > self._slots[TIME]:
-            self._ended = self._integration.advance_to(until)
+            self._ended = self._integration.advance_to(until, self._stale)
+            self._stale = False
             if self._monitor.any:
                 self._beyond = self._monitor.after_call(self._beyond)
 
     def _prepared(self, until: float) -> float:
-        """Leads the motion out of its start and refreshes it before a step; returns the time to
-        step to.
-        """
+        """Leads the motion out of its start; returns the time to step to."""
         if self._ended:
             raise SolveError(
                 f"the motion of '{self.system.mechanism.name}' has ended: "
@@ -480,7 +479,6 @@ class Simulator(MechanicsNow):
             )
         if self._origin is not None and not self._lead_out(until):
             return self._slots[TIME]
-        self._refresh()
         return until
 
     def _refresh(self) -> None:

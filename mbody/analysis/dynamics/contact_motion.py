@@ -54,6 +54,7 @@ from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.kernels.advance import (
+    CHANGED,
     COLLISION,
     DECIDED,
     FOUND,
@@ -861,15 +862,26 @@ class EventIntegration(Integration):
         self.uni.set_rows(self.work, *none)
         self.eliminate_rows_that_are_on()
 
-    def advance_to(self, until: float) -> str:
+    def advance_to(self, until: float, inputs_changed: bool = False) -> str:
         """Go on to exactly this time, event by event; see `Integration.advance_to`."""
+        begins = not self.state.item(STEPS)
+        if inputs_changed and begins:
+            self.refresh()
+        elif inputs_changed:
+            self.stage[0] = CHANGED
         if self.ending:
             return self.ending
-        if not self.state[STEPS]:
+        if begins:
             self.until = until
             self._begin_steps()
         self.passage.whole, self.apart = until - self.first, math.inf
-        return "" if self._one_step(until) else self._advance_in_steps(until)
+        if self._one_step(until):
+            return ""
+        if (
+            self.stage.item(0) == CHANGED
+        ):  # forces have jumped beyond the modes, or no step was tried
+            self.refresh()
+        return self.ending or self._advance_in_steps(until)
 
     def _one_step(self, until: float) -> bool:
         """Go on by one step, if it reaches the end and is quiet."""
@@ -910,6 +922,7 @@ class EventIntegration(Integration):
 
     def refresh(self) -> None:
         """The derivative anew, of inputs that have changed; changed forces may end sticking."""
+        self.stage[0] = STEPPING
         super().refresh()
         self.late, self.ending = False, self.settle_jump()
 

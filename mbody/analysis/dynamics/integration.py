@@ -528,12 +528,15 @@ class Integration:
         records, work = np.empty((0, self.system.record_rows, 1)), np.zeros((1, self.causes))
         return Outputs(times=np.empty(0), pages=records, work=work)
 
-    def advance_to(self, until: float) -> str:
+    def advance_to(self, until: float, inputs_changed: bool = False) -> str:
         """Go on to exactly this time; the status of a motion that ends before, else nothing.
+        `inputs_changed`: since the present derivative was evaluated.
 
         Raises SolveError as `simulate` does; the state is then the one before the call.
         """
         state = self.state
+        if inputs_changed:
+            self.refresh()
         if not state.item(STEPS):
             self.until = until
             self._begin_steps()
