@@ -23,8 +23,32 @@ Array = np.ndarray
 KNOWN = 4
 
 
+class Orders(Inherited):
+    """Base of what is known by orders of a driver."""
+
+    orders: Array
+    turns: int
+
+    def place(self, order: float) -> int:
+        """Which of the arrays' entries an order is.
+
+        Raises
+        ------
+        ModelError
+            For an order that there is not.
+        """
+        found = np.flatnonzero(np.abs(self.orders - order) < HARMONICS_ORDER_SAME)
+        if not found.size:
+            parts = f"multiples of 1/{self.turns}" if self.turns > 1 else "whole numbers"
+            raise ModelError(
+                f"there is no order {order:g} of a cycle of {counted(self.turns)}: orders are "
+                f"{parts} up to {self.orders[-1]:g}"
+            )
+        return int(found[0])
+
+
 @dataclass(frozen=True, eq=False)
-class Harmonics(Inherited):
+class Harmonics(Orders):
     """A quantity over whole cycles as a sum of harmonics of the driver's angle θ.
 
     y(θ) = mean + Σ (cosine cos nθ + sine sin nθ),  n the orders;  each is
@@ -69,16 +93,6 @@ class Harmonics(Inherited):
             For an order that there is not.
         """
         return float(self.amplitude[self.place(order)])
-
-    def place(self, order: float) -> int:
-        """Which of the arrays' entries an order is.
-
-        Raises
-        ------
-        ModelError
-            For an order that there is not.
-        """
-        return place_of(order, self.orders, self.turns)
 
 
 @inherits
@@ -175,18 +189,6 @@ def driver_cycle(run: Solution, driver: str | None) -> Array:
     run = as_solution(run)
     one_design(run, "harmonics are of one design")
     return np.asarray(run.driven(angle_driver(run, driver))[0], dtype=float)
-
-
-def place_of(order: float, orders: Array, revolutions: int) -> int:
-    """Which of some orders one is."""
-    found = np.flatnonzero(np.abs(orders - order) < HARMONICS_ORDER_SAME)
-    if not found.size:
-        parts = f"multiples of 1/{revolutions}" if revolutions > 1 else "whole numbers"
-        raise ModelError(
-            f"there is no order {order:g} of a cycle of {counted(revolutions)}: orders are {parts} "
-            f"up to {orders[-1]:g}"
-        )
-    return int(found[0])
 
 
 def complex_orders(

@@ -13,7 +13,7 @@ import numpy as np
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
 from mbody.core import tolerances as tol
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
-from mbody.engineering.harmonics import complex_orders, driver_cycle, place_of
+from mbody.engineering.harmonics import Orders, complex_orders, driver_cycle
 from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker, listed
@@ -391,7 +391,7 @@ ORDERS = 8.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakingOrders(Inherited):
+class ShakingOrders(Orders):
     """Shaking force and moment by order of the driver.
 
     The force of an order n is forward·e^{inθ} + backward·e^{−inθ}, fx + i fy: a vector that turns
@@ -450,16 +450,6 @@ class ShakingOrders(Inherited):
             For an order that there is not.
         """
         return float(self.force[self.place(order)])
-
-    def place(self, order: float) -> int:
-        """Which of the arrays' entries an order is.
-
-        Raises
-        ------
-        ModelError
-            For an order that there is not.
-        """
-        return place_of(order, self.orders, self.turns)
 
     def data(self) -> dict[str, Any]:
         """Plain values of the result, ready for JSON; complex numbers as pairs."""

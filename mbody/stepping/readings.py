@@ -115,6 +115,11 @@ class _Compiled:
         return read()
 
 
+def _number(key: str, about: str) -> Any:
+    """A number of a history, by its name there."""
+    return property(lambda self: self._read(key), doc=about)
+
+
 class PointNow(_Compiled):
     """The present motion of a point of a body.
 
@@ -123,35 +128,12 @@ class PointNow(_Compiled):
 
     __slots__ = ()
 
-    @property
-    def x(self) -> float:
-        """Place [length]."""
-        return self._read("x")
-
-    @property
-    def y(self) -> float:
-        """Place [length]."""
-        return self._read("y")
-
-    @property
-    def vx(self) -> float:
-        """Velocity [length/time]."""
-        return self._read("vx")
-
-    @property
-    def vy(self) -> float:
-        """Velocity [length/time]."""
-        return self._read("vy")
-
-    @property
-    def ax(self) -> float:
-        """Acceleration [length/time²]."""
-        return self._read("ax")
-
-    @property
-    def ay(self) -> float:
-        """Acceleration [length/time²]."""
-        return self._read("ay")
+    x: float = _number("x", "Place [length].")
+    y: float = _number("y", "Place [length].")
+    vx: float = _number("vx", "Velocity [length/time].")
+    vy: float = _number("vy", "Velocity [length/time].")
+    ax: float = _number("ax", "Acceleration [length/time²].")
+    ay: float = _number("ay", "Acceleration [length/time²].")
 
     def __repr__(self) -> str:
         return f"{self.name}: x {self.x:.6g}, y {self.y:.6g}"
@@ -182,20 +164,9 @@ class ReactionNow(_Compiled):
         """Whether each component is determined."""
         return self._unique()
 
-    @property
-    def fx(self) -> float:
-        """Force [force]."""
-        return self._read("fx")
-
-    @property
-    def fy(self) -> float:
-        """Force [force]."""
-        return self._read("fy")
-
-    @property
-    def torque(self) -> float:
-        """Torque about the joint's place on body j [force·length]."""
-        return self._read("torque")
+    fx: float = _number("fx", "Force [force].")
+    fy: float = _number("fy", "Force [force].")
+    torque: float = _number("torque", "Torque about the joint's place on body j [force·length].")
 
     @property
     def magnitude(self) -> float:

@@ -116,6 +116,12 @@ class Elimination:
     more_node: np.ndarray
     more_slot: np.ndarray
 
+    def lists(self) -> dict[str, np.ndarray]:
+        """The lists by their names in `Layout`."""
+        names = ["node_start", "block_row", "update", "fill"]
+        names += [f"form_{key}" for key in ("block", "a", "b", "column", "more")]
+        return {name: getattr(self, name) for name in names}
+
 
 def eliminate(slots: Slots) -> Elimination:
     """Order the nodes by minimum degree and list what the numeric phase does.
@@ -942,15 +948,7 @@ class _Compiler:
             node_column=integers(columns),
             more=np.column_stack([plan.more_node, 3 * plan.more_slot]),
             **sums_of(primitives, self.index, blocks),
-            node_start=plan.node_start,
-            block_row=plan.block_row,
-            update=plan.update,
-            form_block=plan.form_block,
-            form_a=plan.form_a,
-            form_b=plan.form_b,
-            form_column=plan.form_column,
-            form_more=integers(plan.form_more),
-            fill=integers(plan.fill),
+            **plan.lists(),
             slot_body=integers(slots.body),
             body_slot=np.searchsorted(slots.body, np.arange(bodies)),
             body_part=connected_parts(
