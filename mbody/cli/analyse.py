@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +12,18 @@ import numpy as np
 
 from mbody.analysis.dynamics.interruptions import progress_display
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import equal_steps, model_of, named_values, path_of, whole_number
+from mbody.cli.option_values import (
+    equal_steps,
+    finite_number,
+    model_of,
+    named_values,
+    path_of,
+    whole_number,
+)
 from mbody.cli.streams import UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import number_in
-from mbody.solution.doubts import heading, succeeded
+from mbody.solution.doubts import heading, succeeded, unit_symbols
 
 if TYPE_CHECKING:
     from mbody.analysis.assemblies.assembly_modes import AssemblyModes
@@ -50,7 +57,7 @@ def analyse(args: Any) -> int:
             data["notes"] = list(dict.fromkeys((*data["notes"], *found.notes)))
         if wants_equations:
             data["equations"] = run.equations().data()
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+        print_data(data)
     elif wants_equations:
         print(run.equations())
     elif args.csv != "-":
@@ -58,6 +65,27 @@ def analyse(args: Any) -> int:
         if found is not None and output:
             print("\n".join([efficiency_line(run, output, found), *plain_notes(found)]))
     return exit_status(run, printed=args.json or (args.csv != "-" and not wants_equations))
+
+
+def print_data(data: Mapping[str, Any]) -> None:
+    """Data in place of text."""
+    print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+
+
+def head_of(mechanism: Mechanism, command: str, found: Any, angle: str = "rad") -> dict[str, Any]:
+    """The first keys of the data of a command."""
+    return heading(mechanism.name, command, unit_symbols(mechanism.units, angle), found)
+
+
+def answered(
+    args: Any, found: Any, data: Callable[[], Mapping[str, Any]], printed: bool = False
+) -> int:
+    """Print a result, or its data; its exit status. `printed`: whether its text has the notes."""
+    if args.json:
+        print_data(data())
+    else:
+        print(found)
+    return exit_status(found, printed=printed or args.json)
 
 
 def exit_status(result: Any, printed: bool = True) -> int:
@@ -181,8 +209,7 @@ def equilibrium(args: Any) -> int:
     when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
     report = found(mechanism, free=args.free, t=when)
     angle = args.angle or "deg"
-    print(json.dumps(report.data(angle), ensure_ascii=False) if args.json else report)
-    return exit_status(report)
+    return answered(args, report, lambda: report.data(angle), printed=True)
 
 
 def modes(args: Any) -> int:
@@ -193,8 +220,7 @@ def modes(args: Any) -> int:
     mechanism = model_of(args)
     when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
     report = found(mechanism, free=args.free, t=when)
-    print(json.dumps(report.data(), ensure_ascii=False) if args.json else report)
-    return exit_status(report)
+    return answered(args, report, report.data, printed=True)
 
 
 def models(args: Any) -> int:
@@ -252,7 +278,7 @@ def simulate(args: Any) -> int:
     mechanism = model_of(args)
     options: dict[str, Any] = {"progress": _progress(args, _last(mechanism, args.to))}
     if args.rtol is not None:
-        options["rtol"] = _number(args.rtol, "--rtol")
+        options["rtol"] = finite_number("--rtol", args.rtol)
     if args.method is not None:
         options["method"] = args.method
     if args.step is not None:
@@ -277,7 +303,7 @@ def simulate(args: Any) -> int:
         save_run(run, args.save)
         message(f"wrote {args.save}: {len(run)} instants")
     if args.json:
-        print(json.dumps(run.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+        print_data(run.data(args.angle or "deg"))
     elif args.csv != "-":
         print(run)
     return exit_status(run, printed=args.json or args.csv != "-")
@@ -301,13 +327,6 @@ def _last(mechanism: Any, to: Any) -> float:
     """End of the motion; the analysis refuses a motion without one."""
     args = to if to is not None or mechanism.simulation is None else mechanism.simulation.until
     return 0.0 if args is None else number_in(mechanism, args, "time", "simulate", "until")
-
-
-def _number(text: str, option: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
 
 
 def _progress(args: Any, until: float) -> Callable[[float], None]:
@@ -352,14 +371,10 @@ def assemblies(args: Any) -> int:
 
         save(draw_assemblies(found if not system.independent_drivers else found.modes), args.output)
         message(f"wrote {args.output}")
-    if args.json:
-        data = found.data(args.angle or "deg")
-        if not system.independent_drivers:
-            data |= {"circuits": [], "dead_centres": []}
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found, printed=args.json)
+    more: dict[str, Any] = (
+        {} if system.independent_drivers else {"circuits": [], "dead_centres": []}
+    )
+    return answered(args, found, lambda: found.data(args.angle or "deg") | more)
 
 
 def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], np.ndarray | None]:
@@ -412,11 +427,7 @@ def transmission(args: Any) -> int:
             wanted = cycle(mechanism, wanted)
         run = analyse_at(mechanism, "kinematics", wanted, assembly_of(args))
     found = found_through(run, args.driver, args.output, args.joint)
-    if args.json:
-        print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found, printed=args.json)
+    return answered(args, found, lambda: found.data(args.angle or "deg"))
 
 
 def _by_contact(mechanism: Mechanism, output: str) -> bool:
@@ -444,6 +455,4 @@ def crosscheck(args: Any) -> int:
         if not against:
             raise UsageError("--against takes names of engines with commas between them")
     report = checked(model_of(args), against)
-    text = json.dumps(report.data(), ensure_ascii=False, allow_nan=False) if args.json else report
-    print(text)
-    return exit_status(report)
+    return answered(args, report, report.data, printed=True)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import exit_status, question
+from mbody.cli.analyse import answered, exit_status, head_of, print_data, question
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     bounds,
@@ -56,7 +55,7 @@ def sweep(args: Any) -> int:
     if args.csv:
         _write_sweep(found, args, angle)
     if args.json:
-        print(json.dumps(_data(found, angle), ensure_ascii=False, allow_nan=False))
+        print_data(_data(found, angle))
     elif args.csv != PRINTED:
         print(found)
     return exit_status(found, printed=args.json or args.csv != PRINTED)
@@ -140,7 +139,6 @@ def sensitivity(args: Any) -> int:
     from mbody.derivatives.gradient import gradient_at, sensitivity_of
     from mbody.derivatives.named_numbers import checked_names
     from mbody.model.study import Instants
-    from mbody.solution.doubts import heading, succeeded, unit_symbols
     from mbody.system.assembler import assemble
 
     mechanism = model_of(args)
@@ -154,13 +152,8 @@ def sensitivity(args: Any) -> int:
         wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
     gradient = gradient_at(run, [wanted], by, ask.over)
     found = sensitivity_of(run, gradient, names, by is None)
-    if args.json:
-        units = unit_symbols(mechanism.units)
-        head = heading(mechanism.name, "sensitivity", units, found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return 0 if succeeded(found.status) else 1
+    head = head_of(mechanism, "sensitivity", found)
+    return answered(args, found, lambda: head | found.data(), printed=True)
 
 
 # -- `mbody tolerances MODEL MEASURE`: the band of a quantity whose numbers scatter ------------
@@ -171,7 +164,6 @@ KINDS = ("normal", "uniform", "triangular")
 def tolerances(args: Any) -> int:
     """Find the bands, the contributions and the loosest tolerances, and print them."""
     from mbody.derivatives.tolerance_study import tolerances as solved
-    from mbody.solution.doubts import heading, unit_symbols
 
     if not args.scatter:
         raise UsageError("choose what scatters: --scatter NAME=WIDTH")
@@ -194,8 +186,7 @@ def tolerances(args: Any) -> int:
         mechanism, wanted, scatter, args.analysis, count=count, seed=seed, within=within, **options
     )
     if args.json:
-        head = heading(mechanism.name, "tolerances", unit_symbols(mechanism.units), found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
+        print_data(head_of(mechanism, "tolerances", found) | found.data())
     else:
         print(found)
     return 0
@@ -223,7 +214,7 @@ def optimize(args: Any) -> int:
     from mbody.files.results import error_data
     from mbody.optimization.optimize import optimize as solved
     from mbody.optimization.optimum import summary
-    from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+    from mbody.solution.doubts import Doubt, Inherited, inherited
 
     check_printed(args)
     mechanism = model_of(args)
@@ -273,10 +264,10 @@ def optimize(args: Any) -> int:
     interrupt.done()
     whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=tuple(notes)))
     if args.json:
-        head = heading(mechanism.name, "optimize", unit_symbols(mechanism.units), whole)
+        head = head_of(mechanism, "optimize", whole)
         if stopped and not doubts:
             head["status"] = stopped
-        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
+        print_data(head | {"cases": cases})
     elif args.csv != PRINTED or not any(cases[name]["values"] for name in cases):
         print("\n\n\n".join(texts))
     else:
@@ -351,7 +342,7 @@ def solve(args: Any) -> int:
     """Answer one question of a model, or all of them; 1 where one has none, or a doubt."""
     from mbody.files.results import answer_data, error_data
     from mbody.inverse.solve_for import solve_for
-    from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+    from mbody.solution.doubts import Doubt, Inherited, inherited
     from mbody.summaries.analyses import answers_summary
 
     mechanism = model_of(args)
@@ -383,10 +374,9 @@ def solve(args: Any) -> int:
             cases[name] = answer_data(answer, args.angle or "deg")
             texts.append(answers_summary(answer, name))
     if args.json:
-        units = unit_symbols(mechanism.units, args.angle or "deg")
         whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))
-        head = heading(mechanism.name, "solve", units, whole)
-        print(json.dumps(head | {"cases": cases}, ensure_ascii=False, allow_nan=False))
+        head = head_of(mechanism, "solve", whole, args.angle or "deg")
+        print_data(head | {"cases": cases})
     else:
         print("\n\n\n".join(texts))
     return 1 if doubts else 0
@@ -399,7 +389,6 @@ def fit(args: Any) -> int:
     """Fit the numbers, and print them with their intervals."""
     from mbody.derivatives.fit import fit as solved
     from mbody.files.model.study_tables import fit_settings
-    from mbody.solution.doubts import heading, unit_symbols
 
     names = [name.strip() for names in args.by for name in names.split(",")]
     offsets = [name.strip() for names in args.offset for name in names.split(",")]
@@ -413,12 +402,8 @@ def fit(args: Any) -> int:
             "choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file"
         )
     found = solved(mechanism, list(args.data), **how)
-    if args.json:
-        head = heading(mechanism.name, "fit", unit_symbols(mechanism.units), found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found)
+    head = head_of(mechanism, "fit", found)
+    return answered(args, found, lambda: head | found.data(), printed=True)
 
 
 # -- `mbody balance MODEL`: counterweights and springs that balance a mechanism ----------------
@@ -451,11 +436,5 @@ def balance(args: Any) -> int:
     if args.output:
         save(found.mechanism, args.output)
         message(f"wrote {args.output}")
-    if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        head = heading(mechanism.name, "balance", unit_symbols(mechanism.units), found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found)
+    head = head_of(mechanism, "balance", found)
+    return answered(args, found, lambda: head | found.data(), printed=True)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import assembly_of, exit_status, question
-from mbody.cli.option_values import in_degrees, model_of, named_values, whole_number
+from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
+from mbody.cli.option_values import finite_number, in_degrees, model_of, named_values, whole_number
 from mbody.cli.pictures import motion_or_driven, named_bodies
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError
@@ -31,15 +30,11 @@ def shaking(args: Any) -> int:
     found = shaking_orders(run, args.about, args.driver, highest)
     shafts = balance_shafts(run, orders, args.driver) if orders else ()
     if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
         plain = [dataclasses.asdict(one) for one in shafts]
         for one in plain if args.angle == "deg" else ():
             one["angle"] = in_degrees(one["angle"])
-        head = heading(run.mechanism.name, "shaking", symbols, found)
-        data = head | found.data() | {"shafts": plain}
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+        head = head_of(run.mechanism, "shaking", found, args.angle or "rad")
+        print_data(head | found.data() | {"shafts": plain})
     else:
         print(found)
         if orders:
@@ -93,26 +88,17 @@ def flywheel(args: Any) -> int:
     """Print the fluctuation and the flywheel, and prove it by the free motion."""
     from mbody.engineering import size_flywheel
 
-    text = args.coefficient
-    try:
-        coefficient = float(text)
-    except ValueError:
-        coefficient = math.nan
-    if not math.isfinite(coefficient):
-        raise UsageError(f"--coefficient takes a number such as 0.02, not {text[:40]!r}")
+    coefficient = finite_number("--coefficient", args.coefficient, "0.02")
     run = cycle_run(args, model_of(args))
     found = size_flywheel(run, coefficient, args.driver)
     proof = found.simulated() if args.simulate else None
     if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        symbols = unit_symbols(run.mechanism.units, args.angle or "rad")
-        data = heading(run.mechanism.name, "flywheel", symbols, found) | found.data()
+        data = head_of(run.mechanism, "flywheel", found, args.angle or "rad") | found.data()
         for key in ("least_at", "greatest_at") if args.angle == "deg" else ():
             data[key] = in_degrees(data[key])
         if proof is not None:
             data["simulated"] = {"coefficient": proof.coefficient, "status": proof.status}
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+        print_data(data)
     else:
         print(found)
         if proof is not None:
@@ -134,35 +120,17 @@ def motor(args: Any) -> int:
     curve = MotorCurve(
         _row(args.speed), _row(args.peak), _row(args.continuous), inertia=args.inertia
     )
-    ratio = None if args.ratio is None else _finite_number(args.ratio, "--ratio", "12.5")
-    efficiency = _finite_number(args.efficiency, "--efficiency", "0.9")
+    ratio = None if args.ratio is None else finite_number("--ratio", args.ratio, "12.5")
+    efficiency = finite_number("--efficiency", args.efficiency, "0.9")
     run = cycle_run(args, model_of(args))
     found = motor_sizing(
         run, curve, args.driver, ratio=ratio, efficiency=efficiency, rest=args.rest
     )
-    if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        units = unit_symbols(run.mechanism.units)
-        head = heading(run.mechanism.name, "motor", units, found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found, printed=args.json)
+    return answered(args, found, lambda: head_of(run.mechanism, "motor", found) | found.data())
 
 
 def _row(text: str) -> list[str]:
     return [part.strip() for part in text.split(",")]
-
-
-def _finite_number(text: str, option: str, such: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise UsageError(f"{option} takes a number such as {such}, not {text[:40]!r}")
-    return value
 
 
 # -- `mbody bearings MODEL`: loads of bearings over a cycle, their spectra and lives -----------
@@ -184,15 +152,12 @@ def bearings(args: Any) -> int:
     run = motion_or_driven(args, mechanism) if args.to else cycle_run(args, mechanism)
     found = {name: bearing_load(run, name, kind, ratings.get(name)) for name in wanted}
     if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        units = unit_symbols(run.mechanism.units)
-        head = heading(run.mechanism.name, "bearings", units, run)
+        head = head_of(run.mechanism, "bearings", run)
         rows = {
             name: _plain(one.data()) | {"spectrum": one.spectrum(classes or CLASSES)}
             for name, one in found.items()
         }
-        print(json.dumps(head | {"bearings": rows}, ensure_ascii=False, allow_nan=False))
+        print_data(head | {"bearings": rows})
     else:
         print(_summary(run, found, classes))
     return exit_status(run, printed=True)
@@ -301,12 +266,8 @@ def cam(args: Any) -> int:
     if args.csv:
         _write(found, args, POINTS if points is None else points, args.angle or "rad")
     if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
         angle = args.angle or "deg"
-        machine = run.mechanism
-        head = heading(machine.name, "cam", unit_symbols(machine.units, angle), found)
-        print(json.dumps(head | found.data(angle), ensure_ascii=False, allow_nan=False))
+        print_data(head_of(run.mechanism, "cam", found, angle) | found.data(angle))
     elif not printed:
         print(found)
     return exit_status(found, printed=not printed)
@@ -325,7 +286,7 @@ def _print_undercut(machine: Mechanism, args: Any) -> bool:
     if args.csv:
         message(f"mbody: '{found.joint.name}' undercuts: no contour is written")
     if args.json:
-        print(json.dumps(found.data(args.angle or "deg"), ensure_ascii=False, allow_nan=False))
+        print_data(found.data(args.angle or "deg"))
     else:
         print(found)
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -38,6 +39,22 @@ def whole_number(option: str, text: str | None) -> Any:
     if not (text.isascii() and text.isdigit()) or len(text) > 9:
         raise UsageError(f"{option} takes a whole number, not {text[:40]!r}")
     return int(text)
+
+
+def finite_number(option: str, text: str, such: str = "") -> float:
+    """A number; `such`: an example of one.
+
+    >>> finite_number("--rate", "2.5")
+    2.5
+    """
+    try:
+        found = float(text)
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        example = f" such as {such}" if such else ""
+        raise UsageError(f"{option} takes a number{example}, not {text[:40]!r}")
+    return found
 
 
 def low_and_high(option: str, text: str) -> tuple[str, str]:

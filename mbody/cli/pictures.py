@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
 import re
 import shlex
@@ -12,10 +11,10 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import assembly_of, exit_status, question
+from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
 from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import in_degrees, model_of, named_values, path_of
+from mbody.cli.option_values import finite_number, in_degrees, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
 from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
@@ -104,15 +103,7 @@ def internal(args: Any) -> int:
 
         save(internal_diagram(found), args.output)
         message(f"wrote {args.output}")
-    if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        machine = run.mechanism
-        head = heading(machine.name, "internal", unit_symbols(machine.units), found)
-        print(json.dumps(head | found.data(), ensure_ascii=False, allow_nan=False))
-    else:
-        print(found)
-    return exit_status(found, printed=args.json)
+    return answered(args, found, lambda: head_of(run.mechanism, "internal", found) | found.data())
 
 
 # -- `mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations ----
@@ -126,21 +117,17 @@ def poles(args: Any) -> int:
     run = motion_or_driven(args, model_of(args), forces=False)
     found = instant_centres(run)
     if args.json:
-        from mbody.solution.doubts import heading, unit_symbols
-
-        machine = run.mechanism
-        symbols = unit_symbols(machine.units, args.angle or "rad")
         centres = found.data()
         for one in centres if args.angle == "deg" else ():
             one["direction"] = in_degrees(one["direction"])
-        data = heading(machine.name, "poles", symbols, found) | {
+        data = head_of(run.mechanism, "poles", found, args.angle or "rad") | {
             "t": run.t.tolist(),
             "centres": centres,
             "collinearity": found.collinearity(),
             "sentences": [found.sentences(k) for k in range(len(run))],
             "polygons": [velocity_polygon(run).data(), acceleration_polygon(run).data()],
         }
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+        print_data(data)
     else:
         # of a model's own instants the first, of a motion the last, of those that are named all
         instants = [len(run) - 1] if args.to is not None else range(len(run))
@@ -449,9 +436,9 @@ def animate(args: Any) -> int:
     options: dict[str, Any] = {}
     for name in ("duration", "rate"):
         if getattr(args, name) is not None:
-            options[name] = _number(getattr(args, name), f"--{name}")
+            options[name] = finite_number(f"--{name}", getattr(args, name))
     if args.width is not None:
-        options["width"] = int(_number(args.width, "--width"))
+        options["width"] = int(finite_number("--width", args.width))
     if args.path:
         options["paths"] = args.path
     if args.show is not None:
@@ -528,13 +515,6 @@ def _values(text: str) -> list[str]:
 
 def _listed(text: str) -> list[str]:
     return [part.strip() for part in text.split(",") if part.strip()]
-
-
-def _number(text: str, option: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise UsageError(f"{option} takes a number, not {text[:40]!r}") from None
 
 
 def _view_command(args: Any) -> str:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import Any
 
+from mbody.cli.analyse import print_data
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import bounds, model_in, model_of, named_values, path_of, whole_number
+from mbody.cli.option_values import (
+    bounds,
+    finite_number,
+    model_in,
+    model_of,
+    named_values,
+    path_of,
+    whole_number,
+)
 from mbody.cli.streams import UsageError, message
 from mbody.solution.doubts import heading, unit_symbols
 
@@ -54,7 +62,7 @@ def synthesize(args: Any) -> int:
             for n, design in enumerate(found)
         ]
         data = head | {"designs": rows, "searched": found.searched, "seed": found.seed}
-        print(json.dumps(data, ensure_ascii=False, allow_nan=False))
+        print_data(data)
     else:
         print(found)
     return 0
@@ -83,7 +91,7 @@ def cognates(args: Any) -> int:
         rows = [{"file": files[n] if files else None} | one.data() for n, one in enumerate(found)]
         head = heading(mechanism.name, "cognates", unit_symbols(mechanism.units))
         data = head | {"point": args.point, "first": found.first.data(), "cognates": rows}
-        print(json.dumps(data | {"notes": list(found.notes)}, ensure_ascii=False, allow_nan=False))
+        print_data(data | {"notes": list(found.notes)})
     else:
         print(found)
     return 0
@@ -119,9 +127,9 @@ def linkages(args: Any) -> int:
     if args.groups is not None:
         options["groups"] = tuple(part.strip() for part in args.groups.split(",") if part.strip())
     if args.turn is not None:
-        options["turn"] = math.radians(_number("--turn", args.turn))
+        options["turn"] = math.radians(finite_number("--turn", args.turn))
     if args.speed is not None:
-        options["speed"] = _number("--speed", args.speed)
+        options["speed"] = finite_number("--speed", args.speed)
     show = counted("linkages")
 
     def progress(done: int, total: int) -> None:
@@ -149,13 +157,3 @@ def _share(text: str | None) -> tuple[int, int]:
     if not (own.isdecimal() and parts.isdecimal()):
         raise UsageError(f"--part takes numbers such as 3/16, not {str(text)[:40]!r}")
     return int(own), int(parts)
-
-
-def _number(option: str, text: str) -> float:
-    try:
-        found = float(text)
-    except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
-        raise UsageError(f"{option} takes a number, not {text[:40]!r}")
-    return found
