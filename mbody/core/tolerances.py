@@ -487,9 +487,6 @@ CONTACT_GAP_FAR = 10.0  # A gap that is no contact that was meant.
 CONTACT_GAP_CANDIDATE = 1e-6
 #: Edges of which one is this near to the line of the other lie on one line.
 CONTACT_EDGES_FLUSH = 1e-14
-#: What is behind an edge comes to it where a cubic comes nearer than this part of how far behind it
-#: is at an end.
-CONTACT_EDGE_BEHIND = 0.5
 #: How far a corner may be behind a segment, in parts of it, before it is on its other side.
 CONTACT_CORNER_BEHIND = 0.1
 CONTACT_EDGE_PREFERRED = 1e-7  # The other's edge is taken that separates by such a part more.
@@ -562,9 +559,6 @@ CONTACT_FLIGHT_SHORTEST = 2e-6
 CONTACT_PULL_NONE = 1e-6
 #: A flight that is none for the oracle, in parts of the time of a fall by the model length.
 CONTACT_FLIGHT_SHORTEST_ORACLE = 5e-7
-#: What cubics of reserves do not show, as a part of the least of them near by,
-CONTACT_RESERVE_UNSEEN = 0.25
-CONTACT_RESERVE_RESOLVED = 1e-3  # or of the greatest.
 FRICTION_AT_LIMIT = 1e-9  # Friction within this part of its limit slides.
 FRICTION_STICKS = 1.0 - 1e-6  # Friction below this part of its limit sticks.
 #: det(I − φ′ B) of sliding friction below this, where steps vanish, is zero.
@@ -683,24 +677,13 @@ GUARD_FALLING = 1.5
 GUARD_BEYOND_ZERO = 1e-5  # How far beyond zero it may be where another motion finds it zero.
 GUARD_GRAZING = 1e-6  # A guard grazes zero with a rate below this part of its usual one.
 GUARD_CUBIC_CLEAR = 0.2  # A cubic is clear of zero above this part of the lesser end;
-GUARD_FORCE_VARIES = 0.7  # forces are if they vary by less than this part of the least,
-GUARD_PARADOX_FAR = 0.1  # and det(I − φ′ B) is if it is more than this.
+GUARD_FORCE_VARIES = 0.7  # forces are if they vary by less than this part of the least.
 GUARD_SMOOTH, GUARD_NEARLY_ZERO = 0.3, 0.02  # Parts of a guard: fourth difference, least between.
 GUARD_PART_LEAST = 4.0**-8  # The shortest part of a step that is looked at by itself.
 EVENT_LOCATED = 1e-12  # A crossing is located to this part of its step.
 #: Instants of what is zero together, as a rate and the sliding that it reverses, differ by no more
 #: than this part.
 EVENT_TOGETHER = 1e-11
-#: An extremum this near to zero, in errors of the cubic that shows it, may lie beyond it.
-EVENT_EXTREMUM_UNSURE = 10.0
-#: An extremum that goes towards zero by less than this part of the nearer end hides none: a cubic
-#: through values and rates is not wrong by a hundred times what it shows.
-EVENT_EXTREMUM_SHALLOW = 0.01
-#: Part of an interval in which an extremum is not distinguished from its end.
-EVENT_EXTREMUM_END = 1e-6
-#: Where a rate follows from two samples only: how far the second is, as a part of the time between
-#: samples.
-EVENT_SECOND_SAMPLE = 1e-4
 #: Step of a rate along a motion, as a part of the time between samples: its error is 1e-11 of it.
 EVENT_RATE_STEP = 6e-6
 #: A change of the state, in its sizes, by a change of a number by its own size: what is less is

@@ -8,7 +8,7 @@ import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,6 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.core import tolerances as tol
 from mbody.core.bundle import Bundle
 from mbody.core.dual_number import DualNumber
-from mbody.kernels.accelerations import free_motion
 from mbody.kernels.advance import (
     BEGUN,
     COLLISION,
@@ -33,7 +32,7 @@ from mbody.kernels.advance import (
 from mbody.kernels.contact_guards import LIFT, PARADOX, SHARE, SLIP
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.contact_modes import SEVERAL
-from mbody.kernels.layout import Layout, Work
+from mbody.kernels.layout import Layout
 from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
@@ -63,11 +62,7 @@ class JumpGuard:
     """
 
     number: int
-    size: float = 0.0
-    kind: ClassVar[str] = "jump"
-    direction: ClassVar[int] = 0
-    stop: ClassVar[bool] = False
-    name: ClassVar[str] = "jump"
+    size: float
 
 
 def arguments(layout: Layout) -> list[int]:
@@ -91,60 +86,6 @@ def without_functions(
             # the greater one of a number and itself: a step that changes nothing
             steps[n] = MAX, a, a, a
     return layout.replaced(formula_step=steps), values
-
-
-class JumpWatch(EventIntegration):
-    """Integrates a motion once more, and locates where arguments of jumps are zero."""
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self.located = self.has_modes
-        self.jumps = [JumpGuard(place) for place in arguments(self.layout)]
-        self.first_jump = len(self.events)
-        every: list[Any] = self.events
-        every += self.jumps
-        self.carried = np.append(self.carried, np.zeros(len(self.jumps), dtype=bool))
-        #: When which argument is zero.
-        self.crossings: list[tuple[float, int]] = []
-        self.greatest = dict.fromkeys((one.number for one in self.jumps), 0.0)
-        self.aside: Work = self.work.copied()
-
-    def values_of(self, which: list[int], t: Array, records: Array) -> Array:
-        """Also of arguments of jumps."""
-        last = self.first_jump + len(self.jumps)
-        ours = [k for k, n in enumerate(which) if self.first_jump <= n < last]
-        others = [k for k, n in enumerate(which) if not self.first_jump <= n < last]
-        found = np.empty((len(which), len(t)))
-        found[others] = super().values_of([which[k] for k in others], t, records)
-        if ours:
-            places = [self.jumps[which[k] - self.first_jump].number for k in ours]
-            found[ours] = self._arguments(places, t, records[:, :, 0])
-            for place, row in zip(places, found[ours], strict=True):
-                self.greatest[place] = max(self.greatest[place], float(np.abs(row).max()))
-        return found
-
-    def _arguments(self, places: list[int], t: Array, records: Array) -> Array:
-        """Values (places, instants) of arguments."""
-        system, work = self.system, self.aside
-        n, owns = system.coordinates, system.layout.owns
-        first = system.auxiliary_rows.start
-        rows = system.layout.input_row
-        found = np.empty((len(places), len(t)))
-        for k, record in enumerate(records):
-            work.q[:n, 0], work.v[:n, 0] = record[:n], record[n : 2 * n]
-            work.own[:owns, 0] = record[first : first + owns]
-            work.signal[rows, 0] = record[first + owns : first + owns + len(rows)]
-            work.time[0, 0] = t[k]
-            free_motion(self.layout, work, self.regularization, 0)
-            found[:, k] = work.formula[places, 0]
-        return found
-
-    def record_event(self, event: Any, t: float, record: Array) -> None:
-        """Keep where an argument is zero; record an event of the motion."""
-        if isinstance(event, JumpGuard):
-            self.crossings.append((t, event.number))
-        else:
-            super().record_event(event, t, record)
 
 
 # -- Laws and loads that may jump along a motion, followed as formulas or not ------------------
@@ -561,17 +502,18 @@ def stretches_of(run: Solution) -> list[ModeStretch]:
     times = initial.request.times
     going_on = initial.start.restart
     carried = None if going_on is None else (going_on.inputs, going_on.sampled)
-    found = [ModeStretch(t)]
-    watch: JumpWatch | None = None
-    if has_modes(system) or arguments(system.layout):
-        watch = JumpWatch(system, initial.start, settings, events)
+    found, jumps = [ModeStretch(t)], arguments(system.layout)
+    watch: EventIntegration | None = None
+    if has_modes(system) or jumps:
+        watch = EventIntegration(system, initial.start, settings, events, jumps)
+        watch.located = watch.has_modes
         record = MotionRecord(watch) if watch.has_modes else None
         watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = found if record is None else record.stretches
     found[-1].end = float(run.t[-1])
     _divide_at_set_times(found, run, t, carried)
     if watch is not None:
-        _divide_at_jumps(found, watch)
+        _divide_at_jumps(found, watch.crossings, watch.greatest_arguments())
     return found
 
 
@@ -580,17 +522,19 @@ def _part_at(stretches: list[ModeStretch], t: float) -> int | None:
     return next((k for k, one in enumerate(stretches) if one.t < t <= one.end), None)
 
 
-def _divide_at_jumps(stretches: list[ModeStretch], watch: JumpWatch) -> None:
-    """Part the stretches where arguments of jumps are zero."""
-    for t, place in sorted(watch.crossings):
+def _divide_at_jumps(
+    stretches: list[ModeStretch], crossings: list[tuple[float, int]], greatest: dict[int, float]
+) -> None:
+    """Part the stretches where arguments of jumps are zero; `greatest`: their sizes, by place."""
+    for t, place in sorted(crossings):
         if (k := _part_at(stretches, t)) is not None:
             end, guard, one = stretches[k].end, stretches[k].guard, stretches[k]
             after = one.divided(t, crossed=place, sampled=False, inputs=dict(one.inputs))
             after.end, after.guard = end, guard
-            one.guard = JumpGuard(place, watch.greatest[place])
+            one.guard = JumpGuard(place, greatest[place])
             stretches.insert(k + 1, after)
     for one in stretches:
-        one.sizes = dict(watch.greatest)
+        one.sizes = dict(greatest)
 
 
 def _divide_at_set_times(

@@ -22,12 +22,10 @@ from mbody.core.tolerances import (
     FORCE_PASSED_ON,
     GUARD_CUBIC_CLEAR,
     GUARD_FORCE_VARIES,
-    GUARD_PARADOX_FAR,
     RATE_NONE_FRICTION,
     TINY,
 )
 from mbody.kernels.complementarity import find_arms
-from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_modes import (
     FORWARD,
     OPEN,
@@ -45,7 +43,6 @@ from mbody.kernels.contact_rows import (
     row_rate,
 )
 from mbody.kernels.force_programs import PARTS, OpenForces, limits_of, open_parts
-from mbody.kernels.forces import signals
 from mbody.kernels.friction import ARMS, DETERMINANT, law_size
 from mbody.kernels.held_forces import (
     NORMALS,
@@ -54,10 +51,9 @@ from mbody.kernels.held_forces import (
     has_room,
     hold,
     least_margin,
-    load_multipliers,
     may_share,
 )
-from mbody.kernels.layout import FRICTION_NUMBERS, PER_PRIMITIVE, Layout, Work
+from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.linear_program import LinearProgram
 from mbody.kernels.watched_events import WatchedEvents, events_of, find_events
 
@@ -82,6 +78,7 @@ class Guards(Bundle):
       others the value, and minus infinity.
     `fresh` (g,): What began at zero counts as this much as long as it is less; else zero. Of events
       what is rounding of them in a step.
+    `seen` (g,): Up to this part of the step its zeros are known.
     `sense` (g,): Of what slides its direction.
     `leader` (c + j,): By whose row what sticks is held, often its own.
     `open_normal`, `open_tangent` (c + j,): Whether no equation decides its normal force, or that of
@@ -99,8 +96,8 @@ class Guards(Bundle):
     `stage` (states,): Workspace for a state of a stage.
     `known` (1,): Whether the look at the beginning is of the present state: 1 of guards alone, 2
       of events, too.
-    `passed` (1,), `part` (2,): Which of them is zero first in a step, −1 if none; at which part of
-      the step, and its rate there.
+    `passed` (1,), `part` (4,): Which of them is zero first in a step, −1 if none; at which part of
+      the step, its rate there, and what `mbody.kernels.watched_steps` says.
     `event_value`, `event_rate` (e,): Of events, as they are looked at.
     `asked` (4,): What is asked of the steps: see below.
     `page` (rows, 1): The record of the instant at which they end.
@@ -118,6 +115,7 @@ class Guards(Bundle):
     past: Rows
     past_rate: Rows
     fresh: Floats
+    seen: Floats
     sense: Floats
     leader: Ints
     open_normal: Ints
@@ -309,6 +307,13 @@ def watched(G):
     return G.count[0] + events_of(G.events)
 
 
+@njit
+def forget_seen(G):
+    """Another step: no zeros are known."""
+    for n in range(G.seen.shape[0]):
+        G.seen[n] = -1.0
+
+
 @inline
 def side_of(G, n, at):
     """1, or −1 of an event that is below zero at a look."""
@@ -361,14 +366,8 @@ def quiet_by_ends(G, h, closed):
     """Whether no guard can have been zero within a short step, by its ends."""
     quiet = True
     for n in range(watched(G)):
-        quiet = quiet and not (between(G, n, BEGIN, END, h, closed) or not_far(G, n))
+        quiet = quiet and not between(G, n, BEGIN, END, h, closed)
     return quiet
-
-
-@inline
-def not_far(G, n):
-    """Whether guard n is det(I − φ′ B) and so near to zero that steps are shortened for it."""
-    return G.kind[n] == PARADOX and G.value[END, n] < GUARD_PARADOX_FAR
 
 
 @inline
@@ -388,8 +387,6 @@ def is_quiet(G, n, h, closed):
             return False
         low = min(low, min(abs(G.value[before, n]), abs(G.value[after, n])))
         before, x = after, there
-    if not_far(G, n):
-        return False
     if G.kind[n] == EVENT or not has_rates(G, n):
         bend = fourth_difference(G.value, n)
     return abs(bend) <= GUARD_FORCE_VARIES * low
@@ -561,38 +558,3 @@ def find_guards(L: Layout, W: Work, U: UnilateralLayout, M: UnilateralModes, G: 
 def present_guards(L: Layout, W: Work, U: UnilateralLayout, G: Guards) -> float:
     """See `look_at_guards`."""
     return look_at_guards(L, W, U, G)
-
-
-@kernel
-def guard_history(
-    L: Layout,
-    W: Work,
-    U: UnilateralLayout,
-    G: Guards,
-    times: Floats,
-    records: Rows,
-    found: Rows,
-) -> None:
-    """found (g, instants) ← the guards by times and records (instants, rows), as `keep` makes them.
-    Leaves the workspace at the last of them.
-    """
-    n3 = 3 * L.bodies
-    numbers = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
-    for m in range(times.shape[0]):
-        W.time[0, 0] = times[m]
-        for n in range(n3):
-            W.q[n, 0], W.v[n, 0], W.a[n, 0] = (
-                records[m, n],
-                records[m, n3 + n],
-                records[m, 2 * n3 + n],
-            )
-        load_multipliers(L, W, records[m])
-        if L.friction_kind.shape[0] > 0:
-            for n in range(FRICTION_NUMBERS):
-                W.friction[n, 0] = records[m, numbers + n]
-        signals(L, W, 0.0, L.signal_law.shape[0])
-        body_rotations(L, W, 0.0)
-        rows(L, W, 0.0, True, True)
-        look(L, W, U, G, END, False)
-        for n in range(G.count[0]):
-            found[n, m] = G.value[END, n]

@@ -2,7 +2,8 @@
 
 Between looks a guard is the cubic through values and rates or, where rates are not known, the
 polynomial of order four through all five values; where that bends too much to be believed, or comes
-near to zero without being zero at a look, what it says is unclear.
+near to zero without being zero at a look, what it says is unclear, and shorter parts are looked at.
+The shortest ones are believed.
 """
 
 from __future__ import annotations
@@ -12,8 +13,6 @@ import math
 from mbody.core.decorators import inline, njit
 from mbody.core.tolerances import (
     GUARD_NEARLY_ZERO,
-    GUARD_PARADOX_FAR,
-    GUARD_PART_LEAST,
     GUARD_SMOOTH,
 )
 from mbody.kernels.contact_guards import (
@@ -31,13 +30,19 @@ from mbody.kernels.contact_guards import (
     side_of,
     watched,
 )
-from mbody.kernels.watched_events import PART_LENGTH, is_new, together
+from mbody.kernels.watched_events import (
+    FINEST,
+    FINEST_OF_EVENTS,
+    FIRST_PART,
+    INTERVALS,
+    PART_LENGTH,
+    together,
+)
 
 #: Places at which a guard is scanned for its first change of sign, and rounds that close it in.
 PLACES_SCANNED, ROUNDS = 32, 60
-#: What `first_zero` returns where there is none; where it is not clear, and shorter parts are to be
-#: looked at; and where looks do not say it.
-NO_ZERO, UNCLEAR, UNSEEN = 2.0, -1.0, -2.0
+#: What `first_zero` returns where there is none, and where shorter parts are to be looked at.
+NO_ZERO, UNCLEAR = 2.0, -1.0
 
 
 @inline
@@ -89,29 +94,38 @@ def is_behind_there(G, n, h, x, closed):
     return is_behind(G, n, before, after, (node(after) - node(before)) * h, closed)
 
 
+@inline
+def is_new(G, n, x):
+    """Whether a zero of guard n at the part x of what is looked at was not known."""
+    E = G.events
+    return E.number[FIRST_PART] + x * E.number[PART_LENGTH] > G.seen[n]
+
+
 @njit
 def first_zero(G, n, h, closed):
     """The part of what is looked at, a time h, at which guard n is zero first: one of a mode falls
     through it, an event as it is asked. NO_ZERO where there is none, UNCLEAR where the looks do not
-    say, UNSEEN where none do. Gaps up to `closed` are none.
+    say. Gaps up to `closed` are none.
     """
     event, rated, most, low = G.kind[n] == EVENT, has_rates(G, n), 0.0, math.inf
     side, swaps, unknown = side_of(G, n, BEGIN), False, 0
+    finest = G.events.number[PART_LENGTH] <= G.events.number[FINEST_OF_EVENTS if event else FINEST]
     for m in range(LOOKS):
         value = G.value[m, n]
         if value != value:
             unknown += 1
             continue
         most, low, swaps = max(most, abs(value)), min(low, side * value), swaps or side * value <= 0
-    if unknown > 0:
-        return NO_ZERO if event and unknown == LOOKS else UNCLEAR
-    if G.kind[n] == PARADOX:
-        # it jumps where the side that presses changes
-        return NO_ZERO if low > GUARD_PARADOX_FAR else UNSEEN
-    finest = event and G.events.number[PART_LENGTH] <= GUARD_PART_LEAST
+    if unknown > 0:  # what has no value crosses nothing
+        return NO_ZERO if finest or (event and unknown == LOOKS) else UNCLEAR
+    if G.kind[n] == PARADOX and (low > 0.0 or G.value[BEGIN, n] <= 0.0):
+        return NO_ZERO  # it jumps where the side that presses changes
+    if not (event or rated) and (finest or G.kind[n] == PARADOX):
+        return zero_between_looks(G, n) if finest else UNCLEAR
     believed = finest or (rated and not event)
     if not believed and abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
-        return UNCLEAR if event else bent_zero(G, n)
+        x = UNCLEAR if event else bent_zero(G, n)
+        return x if is_new(G, n, x) else UNCLEAR
     # what is never on one side of zero crosses nothing, nor does what is rounding of it
     none = G.fresh[n] if event else 0.0
     left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > none, 1
@@ -131,10 +145,10 @@ def first_zero(G, n, h, closed):
             least = side * g
         if known and side * g <= -none:
             zero = closed_in(G, n, h, left, x, side)
-            if is_behind_there(G, n, h, zero, closed):
+            if not event and (is_behind_there(G, n, h, zero, closed) or not is_new(G, n, zero)):
                 left, before, known = x, g, False
                 continue
-            if not event or (G.sense[n] * side <= 0.0 and is_new(G.events, G.owner[n], zero)):
+            if not event or (G.sense[n] * side <= 0.0 and is_new(G, n, zero)):
                 hides = event and not (swaps or finest)
                 return UNCLEAR if hides else zero
             side, known, swaps = -side, abs(g) > none, True
@@ -157,20 +171,43 @@ def look_of(k):
 @njit
 def bent_zero(G, n):
     """Where a line through the last two looks before the first below zero is zero: the forces of
-    what opens bend there. UNCLEAR with one such look, UNSEEN where the looks say no such thing.
+    what opens bend there. UNCLEAR where there are no such looks.
     """
     above = 0
     while above < LOOKS and G.value[look_of(above), n] > 0.0:
         above += 1
     for k in range(above, LOOKS):
         if G.value[look_of(k), n] > 0.0:
-            return UNSEEN
+            return UNCLEAR
     if above < 2 or above == LOOKS:
-        return UNCLEAR if above == 1 else UNSEEN
+        return UNCLEAR
     last, before = look_of(above - 1), look_of(above - 2)
     rate = (G.value[last, n] - G.value[before, n]) / (node(last) - node(before))
     x = node(last) - G.value[last, n] / rate if rate < 0.0 else math.inf
     return x if x <= node(look_of(above)) else UNCLEAR
+
+
+@njit
+def zero_between_looks(G, n):
+    """The first zero of guard n by lines between looks."""
+    for k in range(1, LOOKS):
+        before, after = look_of(k - 1), look_of(k)
+        a, b = G.value[before, n], G.value[after, n]
+        x = node(before) + (node(after) - node(before)) * (a / (a - b) if a > 0.0 >= b else 0.0)
+        if a > 0.0 and b <= -G.fresh[n] and is_new(G, n, x):
+            return x
+    return NO_ZERO
+
+
+@njit
+def note_fast_events(G, h):
+    """Events that vary faster than the looks at a part, a time h, show: how far these are apart."""
+    for n in range(G.count[0], watched(G)):
+        most, e = 0.0, G.owner[n]
+        for m in range(LOOKS):
+            most = max(most, abs(G.value[m, n]))
+        if abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
+            G.events.missed[e] = max(G.events.missed[e], h / INTERVALS)
 
 
 @njit
@@ -225,9 +262,8 @@ def comes_first(G, n, here, first, x):
 
 @njit
 def first_guard(G, h, closed):
-    """The guard that is zero first, and the part of what is looked at, a time h, at which it is:
-    NO_ZERO where none is, UNCLEAR where the looks do not say, UNSEEN where none do. Gaps up to
-    `closed` are none.
+    """The guard that is zero first, −1 of none, and the part of what is looked at, a time h, at
+    which it is; or one of which the looks do not say, and UNCLEAR. Gaps up to `closed` are none.
     """
     first, x = -1, NO_ZERO
     for n in range(watched(G)):
@@ -235,9 +271,7 @@ def first_guard(G, h, closed):
             continue
         here = first_zero(G, n, h, closed)
         if here < 0.0:
-            # of modes many graze zero all the time, which no shorter parts show
-            bends = G.value[BEGIN, n] > G.fresh[n] and G.value[END, n] < 0.0
-            return -1, here if G.kind[n] == EVENT or bends else UNSEEN
+            return n, UNCLEAR
         if here <= 1.0 and comes_first(G, n, here, first, x):
             first, x = n, here
     return first, x

@@ -67,7 +67,7 @@ UNLIMITED = (LEAST_CONDITIONING, KNOWN_UNTIL, SHORTENED_UNTIL, ARTIFICIAL_LIMIT,
     BRANCH_UNCERTAIN,
     TRIED,
 ) = range(9)
-#: The next step may meet a zero of what is watched; a step ends at a zero of it; an event is met.
+#: The next step meets a zero that is not located; a step ends at a zero; an event is met.
 NOT_QUIET, ZERO, CROSSED = 9, 10, 30
 
 

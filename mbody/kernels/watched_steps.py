@@ -4,25 +4,25 @@ A step is tried, its end looked at, and accepted if it is quiet: if no guard can
 within it (`mbody.kernels.contact_guards`). A step that is short beside what the tolerance allows
 resolves what is watched by its ends; within others it is looked at in three more places, and in
 shorter and shorter parts where these do not show what it meets. Where a guard is zero the step is
-tried again up to there, by secants of whole steps. A step of which no looks show what it meets is
-left as it was tried.
+tried again up to there, by secants of whole steps between those that bracket it. A step that looks
+do not show is made shorter, until they are believed.
 """
 
 from __future__ import annotations
 
 import math
 
-from mbody.core.decorators import njit
+from mbody.core.decorators import inline, njit
 from mbody.core.tolerances import (
     CONTACT_GAP_CLOSED,
     EVENT_RATE_STEP,
     EVENT_TOGETHER,
-    GUARD_GRAZING,
+    FRICTION_POLE,
+    FRICTION_SINGULAR,
     GUARD_PART_LEAST,
     GUARD_ROUNDING_GAP,
     GUARD_ZERO,
     MACHINE_EPSILON,
-    RATE_NONE_FRICTION,
     STEP_SHORT,
 )
 from mbody.kernels.contact_guards import (
@@ -34,11 +34,15 @@ from mbody.kernels.contact_guards import (
     FIRST,
     INSIDE,
     LAST,
+    LIFT,
     LOCATES,
     LOOKS,
     PARADOX,
+    SHARE,
+    SLIP,
     SWINGS,
     UNTIL,
+    forget_seen,
     is_behind,
     look,
     look_again,
@@ -54,7 +58,7 @@ from mbody.kernels.contact_rows import (
     row_acceleration,
 )
 from mbody.kernels.dense_output import along
-from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, UNSEEN, first_guard, slope
+from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, note_fast_events, slope
 from mbody.kernels.layout import keep
 from mbody.kernels.methods import accept_step, attempt_step, dense_step, resume_method
 from mbody.kernels.state_derivative import state_derivative
@@ -62,13 +66,15 @@ from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,
     ARTIFICIAL_LIMIT,
     CROSSED,
+    DONE,
     EVALUATIONS,
     LAST_STEP_ALLOWED,
     MORE,
     NEAR_SINGULAR,
     NEXT,
+    NOT_FINITE,
     NOT_QUIET,
-    SINGULAR_AHEAD,
+    STEP_VANISHED,
     TIME,
     TRIED,
     TRIED_END,
@@ -78,20 +84,26 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.watched_events import (
     APART,
+    FINEST,
+    FINEST_OF_EVENTS,
     FIRST_PART,
     INTERVALS,
     LATER,
     PART_LENGTH,
     events_of,
     find_rounding,
-    forget_seen,
 )
 
+#: Numbers of `Guards.part`: whether the polynomials of the step are known; when det(I − φ′ B) would
+#: vanish.
+DENSE, POLE_TIME = 2, 3
 #: What `Guards.known` is where guards and events are known.
 KNOWN_ALL = 2
 #: Steps by which a zero is located, at most; parts of a step that are looked at beside those that
-#: events ask for, at most.
-LOCATIONS, MORE_PARTS = 8, 256
+#: events ask for, at most; how much nearer looks are then where events vary faster.
+LOCATIONS, MORE_PARTS, NEARER = 60, 256, 16
+#: What `step_to_zero` finds: no step that ends at the zero; one; or that it is not one.
+LOST, LOCATED, IGNORED = range(3)
 
 
 @njit
@@ -112,19 +124,25 @@ def look_at_present(L, W, S, U, G, refinements):
     G.known[0] = KNOWN_ALL
 
 
+@inline
+def refinements_of(S, T):
+    """Corrections by the residual at looks within a step."""
+    return T.full_refinements if S.state[NEAR_SINGULAR] > 0.5 else T.refinements
+
+
 @njit
 def look_inside(L, W, S, T, U, G, last):
     """Look at a part of the step that was tried, by its polynomials: in three places, and at its
     end unless it is the last.
     """
-    h, part = S.state[TRIED_LENGTH], G.events.number
+    h, part, refinements = S.state[TRIED_LENGTH], G.events.number, refinements_of(S, T)
     begin, length = part[FIRST_PART], part[PART_LENGTH]
     for m in range(LOOKS - 2 if last else LOOKS - 1):
         at = INSIDE + m if m < LOOKS - 2 else END
         x = begin + length * node(at)
         for n in range(S.y.shape[0]):
             S.stage[n] = S.last[n] + along(S.F, n, x, 0.0)
-        state_derivative(L, W, S, S.state[TIME] + x * h, S.stage, 1, T.refinements, True)
+        state_derivative(L, W, S, S.state[TIME] + x * h, S.stage, 1, refinements, True)
         S.state[EVALUATIONS] += 1
         look_at_all(L, W, U, G, at)
     if last:
@@ -135,18 +153,32 @@ def look_inside(L, W, S, T, U, G, last):
 def search(L, W, S, T, U, G):
     """G.passed, G.part ← the first zero within the step that was tried, whose polynomials are
     known, part by part: as long as events ask for, shorter where the looks do not say what happens.
+    Events that vary faster than very many looks show are looked at as near as a sixteenth of what
+    they ask for, which is noted.
     """
     h, E, begin, tries, last = S.state[TRIED_LENGTH], G.events, 0.0, 0, False
-    closed = CONTACT_GAP_CLOSED * W.size[0, 0]
+    closed, finest = CONTACT_GAP_CLOSED * W.size[0, 0], E.number[FINEST]
     parts = max(1, math.ceil(h / (INTERVALS * E.number[APART]))) if events_of(E) > 0 else 1
-    longest = 1.0 / parts
-    length = longest
+    longest, most = 1.0 / parts, parts + MORE_PARTS
+    length, E.number[FINEST_OF_EVENTS] = longest, finest
     while not last:
         last = begin + length > 1.0 - GUARD_PART_LEAST * longest
         length = 1.0 - begin if last else length
         E.number[FIRST_PART], E.number[PART_LENGTH] = begin, length
         look_inside(L, W, S, T, U, G, last)
         tries, (first, x) = tries + 1, first_guard(G, length * h, closed)
+        if x < 0.0:
+            if G.asked[SWINGS] > 0.0 and G.kind[first] in (LIFT, SLIP, SHARE):
+                return  # shorter steps: the next one begins with what shows the loads
+            if tries > most:
+                if G.kind[first] != EVENT or E.number[FINEST_OF_EVENTS] > finest:
+                    return
+                E.number[FINEST_OF_EVENTS], most = longest / NEARER, most + NEARER * parts
+                length = 4.0 * E.number[FINEST_OF_EVENTS]
+            length, last = max(0.25 * length, finest), False
+            continue
+        if E.number[FINEST_OF_EVENTS] > finest:
+            note_fast_events(G, length * h)
         if first >= 0:
             G.passed[0], G.part[0] = first, begin + x * length
             rate = slope(G, first, length * h, x)
@@ -154,13 +186,8 @@ def search(L, W, S, T, U, G):
                 rate = G.value[END, first] - G.value[BEGIN, first]
             G.part[1] = rate / (length * h)
             return
-        if x < 0.0:
-            if x == UNSEEN or length <= GUARD_PART_LEAST or tries > parts + MORE_PARTS:
-                return
-            length, last = max(0.25 * length, GUARD_PART_LEAST), False
-        else:
-            begin, length = begin + length, min(longest, 4.0 * length)
-            look_again(G, BEGIN, END)
+        begin, length = begin + length, min(longest, 4.0 * length)
+        look_again(G, BEGIN, END)
     G.part[0] = NO_ZERO
 
 
@@ -172,8 +199,6 @@ def find_first(L, W, method, S, T, U, G):
     """
     h, state, stage = S.state[TRIED_LENGTH], S.state, G.stage
     G.passed[0], G.part[0] = -1, UNCLEAR
-    if state[NEAR_SINGULAR] > 0.5:
-        return False
     look_at_all(L, W, U, G, END)
     closed = CONTACT_GAP_CLOSED * W.size[0, 0]
     short = events_of(G.events) == 0 or h <= G.events.number[APART]
@@ -188,7 +213,7 @@ def find_first(L, W, method, S, T, U, G):
             G.fresh[n] = max(rounding, G.event_rate[n - G.count[0]])
     for n in range(S.y.shape[0]):
         stage[n] = S.stage[n]
-    dense_step(L, W, method, S, h, T.refinements)
+    dense_step(L, W, method, S, h, refinements_of(S, T))
     look_again(G, FIRST, BEGIN)
     look_again(G, LAST, END)
     search(L, W, S, T, U, G)
@@ -205,57 +230,66 @@ def find_first(L, W, method, S, T, U, G):
 @njit
 def step_to_zero(L, W, method, S, T, U, G):
     """Try a step that ends where guard or event G.passed is zero, near the part G.part of the step
-    that was looked at, so that its end has the order of the method; whether one is found.
+    that was looked at, so that its end has the order of the method: LOCATED, LOST or IGNORED.
     """
     state, n, rate = S.state, G.passed[0], G.part[1]
     t, h, closed = state[TIME], state[TRIED_LENGTH], CONTACT_GAP_CLOSED * W.size[0, 0]
-    end, before, value = t + G.part[0] * h, t, math.inf
+    beyond, end, before, value, low, high = False, t + G.part[0] * h, t, math.inf, t, t + h
     if not (rate < 0.0 or (G.kind[n] == EVENT and rate > 0.0)):
-        return False
+        rate = -G.value[BEGIN, n] / (G.part[0] * h)
+    side = 1.0 if rate < 0.0 else -1.0
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
         if not end > t or attempt_step(L, W, method, S, T, end) != TRIED:
-            return False
-        if state[NEAR_SINGULAR] > 0.5:
-            return False
+            return LOST
         look(L, W, U, G, END, False)
         look_at_events(L, W, G, END)
         here = G.value[END, n]
-        if abs(here) <= G.fresh[n]:
-            break  # it falls from where it began
+        falls = G.kind[n] == EVENT or (low == t and side * here <= 0.0 and end - here / rate <= t)
+        if abs(here) <= G.fresh[n] and falls:
+            break  # from where it began
         if abs(here) >= abs(value) and abs(here) <= abs(rate) * GUARD_ZERO * h:
             break  # what is left is rounding
+        if side * here > 0.0:
+            low = end
+        else:
+            high, beyond = end, True
         if before > t and (here - value) / (end - before) * rate > 0.0:
             rate = (here - value) / (end - before)
         before, value, away = end, here, -here / rate
         if abs(away) <= 16.0 * MACHINE_EPSILON * h or end + away == end:
             break
         end += away
+        if not low < end < high:
+            end = 0.5 * (low + high)
+            if not low < end < high and beyond:
+                break
+            if not low < end < high:
+                return LOST
     else:
-        return False
+        return LOST
     # another guard may be zero a little before
     for m in range(G.count[0]):
         begin = G.value[BEGIN, m]
         least = -max(GUARD_ZERO * begin, G.fresh[m])
         passed = m != n and begin > 0.0 and G.value[END, m] < least
         if passed and not is_behind(G, m, BEGIN, END, state[TRIED_LENGTH], closed):
-            return False
-    return G.kind[n] != CLOSE or closes(L, W, U, G, G.owner[n])
+            return LOST
+    return LOCATED if G.kind[n] != CLOSE or closes(L, W, U, G, G.owner[n]) else IGNORED
 
 
 @njit
 def closes(L, W, U, G, k):
     """Whether a gap that is none closes within the ends of its edge: what comes round an end from
     behind closes none, nor does what touches on its way and goes away by itself, as the end of an
-    arc on which a disc slides. What grazes is not for secants.
+    arc on which a disc slides.
     """
     closed = CONTACT_GAP_CLOSED * W.size[0, 0]
     if gap_of(L, W, U, k) < -closed:
         return False
     pull = U.gap_sign[k] * row_acceleration(L, W, U, U.normal[k])
     rate, overlap = approach_of(L, W, U, k), GUARD_ROUNDING_GAP * W.size[0, 0]
-    grazes = abs(rate) <= GUARD_GRAZING / RATE_NONE_FRICTION * G.slow[k]
-    if grazes or rate * rate <= 2.0 * overlap * pull:
+    if 0.0 < rate * rate <= 2.0 * overlap * pull:
         return False
     return is_within(L, W, U, G.ends, k, closed, G.slow[k])
 
@@ -265,21 +299,71 @@ def shorten_before_pole(G, S, h):
     """Steps come no nearer than half way to where det(I − φ′ B) would vanish: beyond it forces have
     the other sign.
     """
+    G.part[POLE_TIME] = math.inf
     for n in range(G.count[0]):
         if G.kind[n] == PARADOX and G.value[END, n] < G.value[BEGIN, n]:
             until = h * G.value[END, n] / (G.value[BEGIN, n] - G.value[END, n])
+            G.part[POLE_TIME] = S.state[TIME] + until
             S.state[NEXT] = min(S.state[NEXT], 0.5 * until)
 
 
 @njit
-def go_back(G, S):
-    """After an event the step in which it lies is to be made; the count of evaluations goes on."""
-    state, E = S.state, G.events
-    evaluations, end = state[EVALUATIONS], state[TRIED_END]
-    E.seen[G.owner[G.passed[0]]] = G.part[0] + EVENT_TOGETHER
-    for n in range(state.shape[0]):
-        state[n] = E.saved[n]
-    state[EVALUATIONS], state[TRIED_END] = evaluations, end
+def meets_pole(G, S, T, code):
+    """G.passed ← det(I − φ′ B) of what slides, where steps have come up to its zero, or vanish a
+    little before; whether they have. What steps leave of the velocities decides closer by whether
+    the contact still presses. G.part ← when it would be zero.
+    """
+    vanished = code in (STEP_VANISHED, NOT_FINITE)
+    none = FRICTION_SINGULAR if vanished else FRICTION_POLE * T.relative
+    for n in range(G.count[0] if vanished or code in (MORE, DONE) else 0):
+        if G.kind[n] == PARADOX and abs(G.value[BEGIN, n]) < none:
+            G.passed[0] = n
+            return True
+    return False
+
+
+@njit
+def go_back(E, S):
+    """The step that was tried is to be made again; the count of evaluations goes on."""
+    evaluations, end = S.state[EVALUATIONS], S.state[TRIED_END]
+    for n in range(S.state.shape[0]):
+        S.state[n] = E.saved[n]
+    S.state[EVALUATIONS], S.state[TRIED_END] = evaluations, end
+
+
+@njit
+def try_quiet(L, W, method, S, T, U, G):
+    """Try the next step until it is quiet, or ends at the first zero of a guard or an event:
+    TRIED, what else `attempt_step` returns, or NOT_QUIET; how long the step after a cut one may be.
+    """
+    E, state, shortest = G.events, S.state, 0.0
+    while True:
+        for n in range(state.shape[0]):
+            E.saved[n] = state[n]
+        E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
+        code, longest = attempt_step(L, W, method, S, T, G.asked[UNTIL]), state[NEXT]
+        if code != TRIED:
+            return code, longest
+        h, found = state[TRIED_LENGTH], LOST
+        shortest = max(shortest, GUARD_PART_LEAST * h)
+        E.number[FINEST] = min(1.0, shortest / h)
+        G.part[DENSE] = 1.0 if find_first(L, W, method, S, T, U, G) else 0.0
+        n, part, quiet = G.passed[0], G.part[0], G.part[0] == NO_ZERO
+        if n >= 0 and not quiet and G.asked[LOCATES] > 0.0:
+            found = step_to_zero(L, W, method, S, T, U, G)
+        python_failed = E.handle[0] < 0
+        if (quiet or found == LOCATED) and not python_failed:
+            return TRIED, longest
+        go_back(E, S)
+        if python_failed or G.asked[LOCATES] == 0.0:
+            return NOT_QUIET, longest
+        if found == IGNORED or (n >= 0 and G.kind[n] == EVENT and h <= shortest):
+            G.seen[n] = part
+        elif h <= shortest:
+            return NOT_QUIET, longest
+        else:
+            known = 0.5 * part if n >= 0 else E.number[FIRST_PART]
+            state[NEXT] = max(known * h if known > 1.0 / NEARER else 0.25 * h, shortest)
 
 
 @njit
@@ -288,8 +372,7 @@ def watched_steps(L, W, method, S, T, O, U, G):
 
     Returns what the kernels of methods do; ZERO at a zero of guard G.passed; CROSSED at an event,
     where the motion ends, or else is still before the step in which the event lies; or NOT_QUIET:
-    the next step, which is not made, may meet one that its looks do not show, or that is not to be
-    located, or leads to a singular position that only explicit steps pass. G.page is the record of
+    the next step, which is not made, meets a zero that is not located. G.page is the record of
     where the steps end, or of the event.
     """
     code, until, E, state, waits = MORE, G.asked[UNTIL], G.events, S.state, False
@@ -298,26 +381,17 @@ def watched_steps(L, W, method, S, T, O, U, G):
     if G.known[0] < KNOWN_ALL:
         look_at_present(L, W, S, U, G, T.refinements)
     for _ in range(int(G.asked[COUNT])):
-        for n in range(state.shape[0]):
-            E.saved[n] = state[n]
-        E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
-        code, longest = attempt_step(L, W, method, S, T, until), state[NEXT]
+        code, longest = try_quiet(L, W, method, S, T, U, G)
         if code == TRIED:
-            dense = find_first(L, W, method, S, T, U, G)
-            quiet, located, n = G.part[0] == NO_ZERO, False, G.passed[0]
-            if G.asked[LOCATES] > 0.0 and n >= 0:
-                located = step_to_zero(L, W, method, S, T, U, G)
-            if not (quiet or located):
-                code = NOT_QUIET
-                break
-            event = located and G.kind[n] == EVENT
+            quiet, n = G.part[0] == NO_ZERO, G.passed[0]
+            event = not quiet and G.kind[n] == EVENT
             waits = event and E.stops[G.owner[n]] == 0
             if waits:
                 code = CROSSED
                 break
             h, G.known[0] = state[TRIED_LENGTH], 0
-            code = accept_step(L, W, method, S, T, O, until, dense and quiet)
-            forget_seen(E)
+            code = accept_step(L, W, method, S, T, O, until, quiet and G.part[DENSE] > 0.0)
+            forget_seen(G)
             if not quiet:
                 state[NEXT] = longest  # the step was only cut short
                 code = CROSSED if event else ZERO
@@ -326,8 +400,9 @@ def watched_steps(L, W, method, S, T, O, U, G):
             G.known[0] = KNOWN_ALL
             if state[ARTIFICIAL_ENERGY] > state[ARTIFICIAL_LIMIT]:
                 break
+        if meets_pole(G, S, T, code):
+            code = ZERO
         if code != MORE:
-            code = NOT_QUIET if code == SINGULAR_AHEAD else code
             break
     if G.asked[LOCATES] > 0.0:
         for n in range(S.y.shape[0]):
@@ -337,5 +412,6 @@ def watched_steps(L, W, method, S, T, O, U, G):
         state[EVALUATIONS] += 1
         keep(L, W, 0.0, G.page)
     if waits:
-        go_back(G, S)
+        go_back(E, S)
+        G.seen[G.passed[0]] = G.part[0] + EVENT_TOGETHER
     return code

@@ -1,6 +1,5 @@
 """Events along a motion, against closed forms and other integrators."""
 
-import functools
 import json
 import math
 
@@ -29,7 +28,6 @@ from mbody import (
     simulate,
     to_toml,
 )
-from mbody.analysis.dynamics.sampled_steps import bracketed_root, extrema, refined, sign_changes
 from mbody.files.model import in_units
 from tests.support.falling import ball
 
@@ -110,24 +108,6 @@ def test_forces_are_events_too():
     machine = gallery.load("simple_pendulum")
     run = simulate(machine, 1.0, rtol=1e-11, events=[Event("O.force - 14.715 N", stop=True)])
     assert run["pendulum"].angle[-1] == pytest.approx(math.pi + math.pi / 6.0, abs=1e-9)
-
-
-def test_closing_in_is_quick_and_sure():
-    """Never many more steps than bisection, 40 here, far fewer where the function is smooth."""
-    for function, most in (
-        (lambda x: math.exp(x) - 2.0, 12),
-        (lambda x: math.copysign(1.0, x - 0.3), 44),
-        (lambda x: (x - 0.7) ** 9, 44),
-    ):
-        calls = []
-
-        def counted(x, function=function, calls=calls):
-            calls.append(x)
-            return function(x)
-
-        x = bracketed_root(counted, (0.0, function(0.0)), (1.0, function(1.0)), 1e-12)
-        assert len(calls) <= most
-        assert function(x - 2.5e-12) <= 0.0 <= function(x + 2.5e-12)
 
 
 # -- files and the command --------------------------------------------------------------------
@@ -281,51 +261,6 @@ def test_a_stop_that_is_grazed_is_struck():
         )
 
 
-def test_cubics_and_what_they_are_extreme_at():
-    rng = np.random.default_rng(3)
-    c = rng.normal(size=(4, 500))
-    h = rng.uniform(0.1, 3.0, 500)
-
-    def f(t, k=slice(None)):
-        return c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
-
-    def slope(t):
-        return c[1] + t * (2.0 * c[2] + t * 3.0 * c[3])
-
-    x, value = extrema(h, f(0.0 * h), f(h), slope(0.0 * h), slope(h))
-    for k in range(500):
-        roots = np.roots([3.0 * c[3, k], 2.0 * c[2, k], c[1, k]])
-        truth = np.sort([r.real / h[k] for r in roots if abs(r.imag) < 1e-12])
-        truth = truth[(truth > 0.0) & (truth < 1.0)]
-        here = np.isfinite(x[:, k])
-        assert x[here, k] == pytest.approx(truth, abs=1e-7)
-        assert value[here, k] == pytest.approx(f(h[k] * truth, k), abs=1e-9)
-
-
-def test_samples_are_added_where_a_cubic_reaches_beyond_zero():
-    """Dips of every width and depth between samples of a sum of sines."""
-    rng = np.random.default_rng(4)
-    for _ in range(12):
-        a, w, p = rng.normal(size=3), rng.uniform(0.5, 2.0, 3), rng.uniform(0.0, 6.0, 3)
-
-        def f(t, a=a, w=w, p=p):
-            return np.sin(np.outer(t, w) + p) @ a
-
-        def both(t, a=a, w=w, p=p, f=f, low=0.0):
-            return f(t) - low, np.cos(np.outer(t, w) + p) @ (a * w)
-
-        t = np.linspace(0.0, 20.0, 41)
-        fine = np.linspace(0.0, 20.0, 100001)
-        least = f(fine).min()
-        for depth in (1e-1, 1e-3, 1e-6):
-            low = least + depth * np.ptp(f(fine))
-            sample = functools.partial(both, low=low)
-            times, values, _ = refined(sample, (t, *sample(t)), 1e-12)
-            truth = (np.diff(np.sign(f(fine) - low)) != 0.0).sum()
-            assert len(sign_changes(times, values)) == truth
-            assert len(times) < len(t) + 60
-
-
 @pytest.mark.parametrize("stop", [False, True])
 def test_what_is_zero_but_for_rounding_at_the_beginning_is_no_crossing(stop):
     """A pendulum on a cart that moves evenly, released without a rate: that is 4e-17 there, on the
@@ -379,7 +314,8 @@ def test_what_varies_faster_than_it_is_looked_at_is_noted(w, noted):
     if noted:
         apart = float(notes[0].partition("every ")[2].partition(" s:")[0])
         assert w * apart > 1.9  # rad between two samples
-        assert f"up to some {0.5 / apart:.3g} in 1 s" in notes[0]
+        most = float(notes[0].partition("up to some ")[2].partition(" in 1 s")[0])
+        assert most == pytest.approx(0.5 / apart, rel=1e-2)  # of digits that are written
 
 
 @pytest.mark.parametrize("of", ["2 + abs(sin(3*b.angle))", "1.5 + sign(sin(20*b.angle))"])

@@ -30,6 +30,7 @@ from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.friction import FRICTION_KINDS
 from mbody.kernels.mode_problem import TRIED
 from mbody.kernels.step_state import TIME
+from mbody.kernels.watched_steps import POLE_TIME
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
 from mbody.solution.energy import causes, gain_of_jump, works_of_moving
@@ -159,7 +160,7 @@ class ContactLog:
         m = self.motion
         G, M, t = m.guard_table, m.memory.modes, float(m.state[TIME])
         if code == POLE:
-            return self.pole(t)
+            return self.pole(max(t, float(G.part[POLE_TIME])) if G.part[POLE_TIME] < np.inf else t)
         if code == CHANGES_WITHOUT_END:
             who = f"'{self._owners[int(G.owner[G.passed[0]])]}'"
             return f"contacts and friction change their modes without end, last {who}"
@@ -208,6 +209,14 @@ class ContactLog:
             f"an impact at {quoted} has no solution: what strikes is driven against both sides at "
             "once, as a pin that enters a slot without play; give it play, or begin within the slot"
         )
+
+    @property
+    def lost_zero(self) -> str:
+        """Why a motion ends whose steps meet a zero of a guard at which none ends."""
+        G, owners = self.motion.guard_table, self._owners
+        n = int(G.passed[0])
+        who = f" at '{owners[int(G.owner[n])]}'" if owners and n >= 0 else ""
+        return f"steps do not show what happens{who}: smooth loads that jump there"
 
     def pole(self, t: float) -> str:
         """Why a motion ends whose forces have a pole at a time, which it has come up to."""

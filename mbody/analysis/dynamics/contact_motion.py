@@ -4,7 +4,7 @@ Between two changes every row of the active set keeps its state: what sticks and
 is a constraint, what slides has friction from its real force. Guards are positive as long as that
 holds: the gap of an open contact, the force of a closed one, the reserve of friction of one that
 sticks, the rate of one that slides, det(I − φ′ B) of sliding friction. Where one of them falls to
-zero the step is run again up to there; impacts are resolved while a closed contact is approached,
+zero the step is made up to there; impacts are resolved while a closed contact is approached,
 then complementarity of accelerations decides how all go on (`mbody.kernels.advance`).
 """
 
@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,14 +24,13 @@ from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, unilateral_of
 from mbody.analysis.driven.contact_report import one_sided, one_sided_force
 from mbody.analysis.dynamics.contact_log import ContactLog
 from mbody.analysis.dynamics.contact_start import fit_contacts, refuse_overlap
-from mbody.analysis.dynamics.event_programs import watched_by_program
+from mbody.analysis.dynamics.event_programs import PythonEvents, has_exact_rates, watched_by_program
 from mbody.analysis.dynamics.integration import (
     AT_ONCE,
     Checkpoint,
     ContactModes,
     Integration,
     KeptInstants,
-    StepTaker,
     solution_of_records,
 )
 from mbody.analysis.dynamics.integrators import Motion
@@ -42,14 +41,6 @@ from mbody.analysis.dynamics.modal_motion import (
     refined_where_uneven,
 )
 from mbody.analysis.dynamics.restart import GUARDS, set_active_set
-from mbody.analysis.dynamics.sampled_steps import (
-    OF_ALL,
-    Guard,
-    SampledSteps,
-    StepStart,
-    has_exact_rates,
-    values,
-)
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
@@ -61,7 +52,6 @@ from mbody.kernels.advance import (
     IMPACT,
     JUMPED,
     MEMORY,
-    PASSED,
     SETTLING,
     STARTING,
     STEPPING,
@@ -72,30 +62,28 @@ from mbody.kernels.advance import (
     advance_motion,
 )
 from mbody.kernels.contact_guards import (
+    COUNT,
     KEPT_LOOKS,
-    PARADOX,
     Guards,
     find_guards,
-    guard_history,
     present_guards,
 )
 from mbody.kernels.contact_modes import MASSLESS, OPEN, SEVERAL
 from mbody.kernels.force_programs import BENT, FORCES, LINES, open_forces_memory
-from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.held_forces import held_force_table
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.loop_closure import laws_of_time
+from mbody.kernels.methods import Methods
+from mbody.kernels.number_program import run
 from mbody.kernels.step_state import (
     CROSSED,
     DELIVERED,
     DONE,
-    EVALUATIONS,
     LAST_STEP_ALLOWED,
     MORE,
     NEXT,
-    NOT_FINITE,
     NOT_QUIET,
-    STEP_VANISHED,
+    SINGULAR_AHEAD,
     STEPS,
     TIME,
     TRIED_END,
@@ -107,11 +95,30 @@ from mbody.model.element import listed
 from mbody.model.simulation import Event
 from mbody.solution.doubts import doubted
 from mbody.solution.histories import EventRecord, reported_certificate, with_fields
+from mbody.solution.measures import measured
 from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.system import System
 
 Array = np.ndarray
+#: Looks at a step at which forces are met, at least; looks at events in the whole motion, at least.
+OF_A_STEP, OF_ALL = 4, 400
+
+
+@dataclass(frozen=True)
+class Guard:
+    """A function that stays positive as long as a mode of a contact holds.
+
+    Attributes
+    ----------
+    kind : str
+        "close", "lock", "open", "edge", "enter", "slip", "share", "stop" or "paradox".
+    number : int
+        Of what it guards.
+    """
+
+    kind: str
+    number: int = 0
 
 
 def blank_guards(motion: ModalMotion, events: WatchedEvents) -> Guards:
@@ -125,6 +132,7 @@ def blank_guards(motion: ModalMotion, events: WatchedEvents) -> Guards:
         owner=np.zeros(most, dtype=np.int64),
         **{name: np.zeros((KEPT_LOOKS, most)) for name in looks},
         fresh=np.zeros(most),
+        seen=np.full(most, -1.0),
         slow=tol.RATE_NONE_FRICTION * motion.speeds,
         ends=np.zeros((points, 2)),
         end_rates=np.zeros((points, 2)),
@@ -132,7 +140,7 @@ def blank_guards(motion: ModalMotion, events: WatchedEvents) -> Guards:
         stage=np.zeros(len(motion.y)),
         known=np.zeros(1, dtype=np.int64),
         passed=np.zeros(1, dtype=np.int64),
-        part=np.zeros(2),
+        part=np.full(4, np.inf),
         event_value=np.zeros(len(events.direction)),
         event_rate=np.zeros(len(events.direction)),
         asked=np.zeros(4),
@@ -177,6 +185,7 @@ class EventIntegration(Integration):
         start: Solution,
         settings: IntegrationSettings,
         events: tuple[Event, ...],
+        jumps: Sequence[int] = (),
     ) -> None:
         self.uni = unilateral_of(system)
         #: Whether something may open, stick or slide.
@@ -184,13 +193,16 @@ class EventIntegration(Integration):
         super().__init__(system, start, settings)
         self.events = list(events)
         self.measures = [event_measure(system.mechanism, event) for event in self.events]
-        carried = [has_exact_rates(measure) for measure in self.measures]
-        self.carried = np.array(carried, dtype=bool)
+        #: Arguments of formulas that jump, by their places, and when which of them is zero.
+        self.jumps, self.crossings = tuple(jumps), list[tuple[float, int]]()
+        self.carried = np.array([has_exact_rates(one) for one in self.measures], dtype=bool)
         self.sided = one_sided(system)
         self.probe = self.work.copied()
         self.memory = DecisionMemory(self.uni)
-        every = self.events, self.measures, carried
-        self.guard_table = blank_guards(self, watched_by_program(system, *every))
+        every = self.events, self.measures, self.carried, self.jumps
+        self.by_python = PythonEvents(self, every)
+        self.by_program = watched_by_program(system, every) or self.by_python.watched
+        self.guard_table = blank_guards(self, self.by_program)
         #: What comes next, what is counted at one instant, and when modes changed last.
         self.stage, self.counts = np.zeros(1, dtype=np.int64), np.zeros(4, dtype=np.int64)
         #: Called with the stage and the code of each call of `mbody.kernels.advance`.
@@ -200,15 +212,12 @@ class EventIntegration(Integration):
         self.least_guard = np.inf
         #: Whether loads follow laws of time, of which the length of steps says nothing.
         self.swings = self.layout.varying > 0 or system.has_user_code
-        #: When det(I − φ′ B) of what slides would vanish, as the last step has it.
-        self.pole = np.inf
         #: How far apart events are looked at, at most: of a call of one step at its ends.
         self.apart = math.inf
         #: Work of every cause since the beginning.
         self.total = np.zeros(self.causes)
         self.log = ContactLog(self)
         self.stops = self.log.stops
-        self.sampled = SampledSteps(self)
         #: Instants that are wanted, and those that are kept: time, record, works, modes, forces.
         self.wanted = np.empty(0)
         self.kept: list[tuple[float, Array, Array, dict[str, str], ForceSet | None]] = []
@@ -221,6 +230,15 @@ class EventIntegration(Integration):
         self.initial_states = np.empty((0, 1))
         #: Whether `record` is of an earlier instant.
         self.late = False
+
+    def _begin_steps(self) -> None:
+        """What swings while nothing moves says nothing of how long steps are: they begin with those
+        that show it.
+        """
+        super()._begin_steps()
+        if self.has_modes and self.swings and not self.steps.fixed:
+            longest = (self.until - self.first) / OF_ALL
+            self.state[NEXT] = min(self.state[NEXT], longest)
 
     def _motion(self) -> Motion:
         #: What the kernels work on: by which rows are on, and at present.
@@ -259,14 +277,6 @@ class EventIntegration(Integration):
         return self.guard_table.fresh[: self.guard_table.count[0]]
 
     @property
-    def rounding(self) -> Array:
-        """What is rounding of each event and guard (events and guards,), where it is known."""
-        G, count = self.guard_table, len(self.events)
-        first = int(G.count[0])
-        known = G.fresh[first : first + count] if self.watches else np.zeros(count)
-        return np.concatenate([known, self.fresh_sizes])
-
-    @property
     def fresh(self) -> dict[Guard, float]:
         """What is rounding of guards that began at zero."""
         found = zip(self.guards, self.fresh_sizes.tolist(), strict=True)
@@ -279,18 +289,6 @@ class EventIntegration(Integration):
         if not find_guards(self.layout, self.work, self.uni.table, self.memory.modes, G):
             self._make_room()
         G.fresh[: len(fresh)], self.stage[0] = fresh, STEPPING
-
-    @property
-    def watches(self) -> bool:
-        """Whether the kernel watches steps: it knows no events that no program evaluates or that
-        are of forces that are shared.
-        """
-        if not self.events:
-            return True
-        G = self.guard_table
-        known = len(G.events.direction) == len(self.events)
-        shared = G.open_normal.any() or G.open_tangent.any()
-        return bool(known and not (shared and not self.carried.all()))
 
     def _make_room(self) -> None:
         """More memory for rows of the problem, or forces that no equation decides."""
@@ -384,40 +382,28 @@ class EventIntegration(Integration):
         layout = layout_of_rows(L, off)
         return layout, work_of_rows(self.system, layout, self.work, off)
 
-    # -- values of events and guards ----------------------------------------------------------
+    # -- values of events ---------------------------------------------------------------------
 
-    def values_of(self, which: list[int], t: Array, records: Array) -> Array:
-        """Values (events, instants) of some of the events and, after these, guards."""
-        count = len(self.events)
-        own = [n for n in which if n < count]
-        found = np.empty((len(which), len(t)))
-        if own:
-            read = records
-            if self.has_modes and not self.carried[own].all():  # forces are in them
-                each = zip(t, records, strict=True)
-                read = np.array(
-                    [self.log.shown(float(at), one).record[:, None] for at, one in each]
-                )
-            found[: len(own)] = values(self.system, [self.measures[n] for n in own], t, read)
-        if len(own) < len(which):
-            chosen = [n - count for n in which if n >= count]
-            found[len(own) :] = self._guard_values(t, records)[chosen]
-        return found
+    def values_at(self, t: float, record: Array) -> Array:
+        """Values (events,) by a record (rows, 1), its forces admissible."""
+        shown, E = self.log.shown(t, record).record, self.by_program
+        if E is not self.by_python.watched:
+            slots, count = E.program.slots, len(E.row)
+            slots[:count], slots[count : count + int(E.timed[0])] = shown[E.row], t
+            run(E.program)
+            return np.asarray(slots[E.program.targets])
+        found = solution_of_records(self.system, np.array([t]), shown[None, :, None])
+        return np.array([measured(found, measure)[0][0] for measure in self.measures])
 
-    def _guard_values(self, t: Array, records: Array) -> Array:
-        """Values (guards, instants) by times and records (instants, rows, 1)."""
-        G, probe = self.guard_table, self.probe
-        found, flat = np.empty((len(G.kind), len(records))), np.ascontiguousarray(records[:, :, 0])
-        probe.signal[:] = self.work.signal
-        table = self.layout, probe, self.uni.table, G
-        guard_history(*table, np.ascontiguousarray(t), flat, found)
-        return found[: G.count[0]]
-
-    @property
-    def has_pole(self) -> bool:
-        """Whether what slides may have forces that grow without bound."""
+    def _choose_events(self) -> None:
+        """Python finds events that are of forces that no equation decides, as they are reported."""
         G = self.guard_table
-        return bool((G.kind[: G.count[0]] == PARADOX).any())
+        shared = bool(G.open_normal.any() or G.open_tangent.any()) and not self.carried.all()
+        found = self.by_python.watched if shared else self.by_program
+        if found is not G.events:
+            found.saved[:], found.number[:] = G.events.saved, G.events.number
+            G.attach("events", found)
+            G.known[0] = min(G.known[0], 1)
 
     def look_at(self, t: float, record: Array) -> Rows:
         """The rows at a time and record (rows, 1), of which the probe has the position."""
@@ -507,52 +493,32 @@ class EventIntegration(Integration):
             self.least_guard = present_guards(self.motion.layout, self.motion.work, *table)
         return closes
 
-    def save(self) -> StepStart:
-        """All that a step begins with."""
-        self.initial_states = self.record
-        parts = (self.y, self.K[0], self.P[0], self.state, self.record, self.total, self.work.near)
-        y, K, P, state, record, total, near = (part.copy() for part in parts)
-        own = tuple(part.copy() for part in self.steps.own)
-        return StepStart(y, K, P, state, record, total, near, own, self.passage.known)
-
-    def restore(self, saved: StepStart) -> None:
-        """Go back, or ahead; the count of evaluations goes on."""
-        evaluations = self.state[EVALUATIONS]
-        self.y[:], self.K[0], self.P[0], self.state[:] = saved.y, saved.K, saved.P, saved.state
-        self.record, self.total = saved.record.copy(), saved.total.copy()
-        self.work.near[:], self.passage.known = saved.near, saved.passage
-        for part, was in zip(self.steps.own, saved.own, strict=True):
-            part[:] = was
-        self.state[EVALUATIONS], self.guard_table.known[0] = evaluations, 0
-
-    def run_steps(
-        self, until: float, steps: int, times: Array, take: StepTaker | None = None
-    ) -> tuple[int, Array, Array]:
-        """Steps of the kernel: its code, records and work at the times; `take` as of `_advance`."""
-        outputs = self._nothing
-        if len(times):
-            records = np.empty((len(times), self.rows, 1))
-            work = np.zeros((len(times) + 1, self.causes))
-            outputs = Outputs(times=times, pages=records, work=work)
-        outputs.work[-1], self.state[DELIVERED] = self.total, 0.0
-        code = self._advance(until, steps, outputs, take)
-        self.total = outputs.work[-1].copy()
-        return code, outputs.pages, outputs.work
-
     def _if_quiet(self, until: float, count: int, outputs: Outputs) -> int:
-        """At most so many steps towards a time, if they are quiet, and the record of where they
-        end.
-        """
+        """At most so many steps towards a time, and the record of where they end."""
+        self.initial_states = self.record
         code = self._quietly(until, count, outputs, True)
-        if code != CROSSED or self._event_met.stop:
+        if code != CROSSED or self._stops:
             self.record = self.initial_states = self.guard_table.page.copy()
         return code
 
     def _quietly(self, until: float, count: int, outputs: Outputs, locates: bool) -> int:
         G, self.least_guard = self.guard_table, np.nan
+        if self.events:
+            self._choose_events()
         G.asked[:] = until, count, self.swings, locates
         G.events.number[APART] = self.apart
-        return self._next(outputs)
+        code = self._next(outputs)
+        if code == SINGULAR_AHEAD:
+            code = self.steps.explicitly(self.motion, functools.partial(self._explicit, outputs))
+        if G.events.handle[0] < 0:
+            self.by_python.raise_failure()
+        return code
+
+    def _explicit(self, outputs: Outputs, motion: Motion, method: Methods) -> int:
+        """One explicit step near a singular position, which other methods do not pass."""
+        self.guard_table.asked[COUNT] = 1
+        found = self.eliminate_rows_that_are_on()
+        return int(advance_motion(found.replaced(method=method, stepping=motion.stepping), outputs))
 
     def _next(self, outputs: Outputs) -> int:
         """What happens next: see `mbody.kernels.advance`; memory grows as needed."""
@@ -573,46 +539,41 @@ class EventIntegration(Integration):
         first, last = np.searchsorted(self.wanted, [t, self.target], side="right")
         marks = wanted = self.wanted[first:last]
         if self.sided:
-            count, parts = 1, self.sampled.count_of(h)
+            count, parts = 1, OF_A_STEP
+            if self.events or not self.has_modes:
+                parts = max(parts, math.ceil(h / self.apart))
             within = t + np.arange(1, parts + 1) / parts * h
             marks = np.union1d(wanted, within[within < self.target])
-        code, records, work = self.run_steps(self.target, count, marks, self._if_quiet)
+        records, work = self._nothing.pages, np.zeros((len(marks) + 1, self.causes))
+        if len(marks):
+            records = np.empty((len(marks), self.rows, 1))
+        work[-1], self.state[DELIVERED] = self.total, 0.0
+        self.total = work[-1]  # also of steps before Python fails
+        outputs = Outputs(times=marks, pages=records, work=work)
+        code = self._advance(self.target, count, outputs, self._if_quiet)
+        self.total = work[-1].copy()
         met = int(self.state[DELIVERED])
-        self.meet_forces(marks[:met], records[:met], math.inf)
+        self.meet_forces(marks[:met], records[:met])
         asked = np.isin(marks[:met], wanted) if self.sided else np.ones(met, dtype=bool)
         for n in np.flatnonzero(asked).tolist():
             self.keep(float(marks[n]), records[n], work[n])
         return code
 
     def _step(self) -> tuple[int, str]:
-        """Steps up to what they meet. They come up to where forces of what slides grow without
-        bound, or vanish before.
-        """
-        t, code, status = float(self.state[TIME]), NOT_QUIET, ""
+        """Steps up to what they meet."""
+        t = float(self.state[TIME])
         if self.target <= t < self.until and not self.ending:
             t = self._pass_set_time(t)
         if self.ending or t >= self.until:
             return (MORE, self.ending) if self.ending else (DONE, "")
-        if self.watches:
-            code = self._quiet_steps()
-            if code == CROSSED:
-                return MORE, self._meet(self._event_met)
-            if code == ZERO:
-                return MORE, self.passed(self.guards[self.guard_table.passed[0]])
-            code = MORE if code == DONE and self.target < self.until else code
+        code = self._quiet_steps()
+        if code == CROSSED:
+            return MORE, self._meet()
+        if code == ZERO:
+            return MORE, self._go_on()
         if code == NOT_QUIET:
-            self.guard_table.known[0] = 0
-            code, status = self.sampled.step()
-            self.guard_table.events.seen[:] = -1.0
-        if status or not self.has_pole:
-            return code, status
-        found = abs(self.record[self.system.friction_rows.start + DETERMINANT, 0])
-        vanished = code in (STEP_VANISHED, NOT_FINITE) and found < tol.FRICTION_SINGULAR
-        # what steps leave of the velocities decides closer by whether the contact still presses
-        if vanished or found < tol.FRICTION_POLE * self.settings.rtol:
-            t = float(self.state[TIME])
-            return MORE, self.ended(self.log.pole(self.pole if np.isfinite(self.pole) else t))
-        return code, status
+            return MORE, self.ended(self.log.lost_zero)
+        return MORE if code == DONE and self.target < self.until else code, ""
 
     def ended(self, why: str) -> str:
         """Keep the last instant; the status of a motion that ends there."""
@@ -623,23 +584,38 @@ class EventIntegration(Integration):
     # -- events -------------------------------------------------------------------------------
 
     @property
-    def _event_met(self) -> Event:
-        """The event that the kernel has located."""
+    def _stops(self) -> bool:
+        """Whether the motion ends at the event that the kernel has located."""
         G = self.guard_table
-        return self.events[int(G.passed[0] - G.count[0])]
+        return bool(G.events.stops[G.passed[0] - G.count[0]])
 
-    def _meet(self, event: Event) -> str:
+    def _meet(self) -> str:
         """An event that the kernel has located: its record, and a status where the motion ends."""
-        page, tried = self.guard_table.page, self.guard_table.events.saved
-        t, h = float(self.state[TRIED_END]), float(tried[NEXT])
+        G = self.guard_table
+        number, t = int(G.passed[0] - G.count[0]), float(self.state[TRIED_END])
+        h = float(G.events.saved[NEXT])
         together = max(tol.EVENT_TOGETHER * h, tol.TIME_ROUNDING * abs(t))
         # what is zero but for rounding where the motion begins crosses nothing
         begins = t <= self.first + tol.EVENT_LOCATED * h
-        if not (begins or self.is_known(event, t, together)):
-            self.record_event(event, t, page.copy())
+        if number >= len(self.events):
+            if not begins:
+                self.crossings.append((t, self.jumps[number - len(self.events)]))
+            return ""
+        event = self.events[number]
+        if not (begins or self._is_known(event, t, together)):
+            self.occurred.append(EventRecord(event.name, t, self.log.instant(t, G.page.copy())))
         return self.ended(f"'{event.of}' is zero") if event.stop else ""
 
-    def is_known(self, event: Event, t: float, together: float) -> bool:
+    def greatest_arguments(self) -> dict[int, float]:
+        """The greatest values of arguments of formulas that jump, by their places."""
+        every = [self.by_program, *([self.by_python.watched] if self.events else [])]
+        first = len(self.events)
+        each = [
+            max(one.greatest[n] for one in every) for n in range(first, first + len(self.jumps))
+        ]
+        return dict(zip(self.jumps, map(float, each), strict=True))
+
+    def _is_known(self, event: Event, t: float, together: float) -> bool:
         """Whether a crossing was recorded beside the change of modes that ended the last step."""
         for one in reversed(self.occurred):
             if t - one.t > together:
@@ -648,19 +624,7 @@ class EventIntegration(Integration):
                 return True
         return False
 
-    def record_event(self, event: Event, t: float, record: Array) -> None:
-        """Record an event."""
-        self.occurred.append(EventRecord(event.name, t, self.log.instant(t, record)))
-
     # -- changes of modes ---------------------------------------------------------------------
-
-    def passed(self, guard: Guard) -> str:
-        """Go on from where a guard is zero; a status where the motion ends there."""
-        G = self.guard_table
-        if self.stage[0] != PASSED:
-            self.stage[0], G.passed[0] = PASSED, self.guards.index(guard)
-            G.page[:] = self.record
-        return self._go_on()
 
     def _settle(self, stage: int = SETTLING, *, begins: bool = False) -> str:
         """Impacts while a closed contact is approached, then the modes that go on; a status where
@@ -803,15 +767,15 @@ class EventIntegration(Integration):
     def _forget_later_events(self, t: float) -> None:
         """What lies in a step that is not made yet is met again."""
         self.occurred = [one for one in self.occurred if one.t <= t]
-        self.guard_table.events.seen[:] = -1.0
+        self.guard_table.seen[:] = -1.0
 
-    def meet_forces(self, marks: Array, records: Array, end: float) -> None:
+    def meet_forces(self, marks: Array, records: Array) -> None:
         """Take forces of contacts and ropes over a step into their extremes, within the output
-        instants and up to its end.
+        instants.
         """
         if not self.sided:
             return
-        inside = (marks >= self.wanted[0]) & (marks <= min(end, float(self.wanted[-1])))
+        inside = (marks >= self.wanted[0]) & (marks <= self.wanted[-1])
         if not inside.any():
             return
         run = solution_of_records(self.system, marks[inside], records[inside])
@@ -826,11 +790,24 @@ class EventIntegration(Integration):
         kept = kept or self._kept_instants()
         found = super().solution(status, kept)
         notes = reported_certificate(found).notes
-        notes = (*notes, *self.sampled.notes, *self.log.notes_of(found))
+        notes = (*notes, *self._fast_events(), *self.log.notes_of(found))
         names = {name: [each[name] for each in kept.modes] for name in self.log.named_modes()}
         shared = self.log.shared_result(*kept.forces)
         found = with_fields(found, notes=notes, modes=names, shared=shared)
         return doubted(found, inadmissible(found))
+
+    def _fast_events(self) -> Iterator[str]:
+        """Sentences on events that vary faster than they were looked at."""
+        unit = self.system.mechanism.units.time
+        for n, event in enumerate(self.events):
+            apart = max(one.missed[n] for one in (self.by_program, self.by_python.watched))
+            if apart > 0.0:
+                yield (
+                    f"event '{event.name}' varies faster than it was looked at, every {apart:.3g} "
+                    f"{unit}: its crossings are found up to some {0.5 / apart:.3g} in 1 {unit}, "
+                    "others may be missing; ask for a shorter motion, or for an event that varies "
+                    "less"
+                )
 
     # -- one time after another ----------------------------------------------------------------
 
@@ -886,7 +863,7 @@ class EventIntegration(Integration):
     def _one_step(self, until: float) -> bool:
         """Go on by one step, if it reaches the end and is quiet."""
         state = self.state
-        busy = self.guarded or self.closely or self.watched or self.sided or not self.watches
+        busy = self.guarded or self.closely or self.watched or self.sided
         if busy or state.item(TIME) + state.item(NEXT) < until:
             return False
         done, state[LAST_STEP_ALLOWED] = self.outputs.work[-1], 1.0

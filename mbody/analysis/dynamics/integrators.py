@@ -294,6 +294,11 @@ class Integrator(Protocol):
     def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
         """At most so many steps towards `until`; a code of `mbody.kernels.step_state`."""
 
+    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
+        """One explicit step, or one that was rejected: `take` makes it of the motion with memory
+        for it, by that method.
+        """
+
     def jumped(self, motion: Motion) -> None:
         """Inputs or velocities have jumped, and the derivative with them."""
 
@@ -322,6 +327,10 @@ class ExplicitSteps:
         m = motion
         bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
         return int(runge_kutta(*bundles, until, count))
+
+    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
+        """A step as any."""
+        return take(motion, self.methods)
 
     def jumped(self, motion: Motion) -> None:
         """Nothing is carried on."""
@@ -372,12 +381,14 @@ class _WithPassages:
                 failed = code in (STEP_VANISHED, NOT_FINITE)
                 if code != SINGULAR_AHEAD and not (nearly and failed):
                     return code
-            code = self._explicit(motion, until, outputs)
+            code = self.explicitly(
+                motion, lambda inner, _: self.explicit.steps(inner, until, 1, outputs)
+            )
             count -= 1 + int(state[STEPS] - done)
         return code
 
-    def _explicit(self, motion: Motion, until: float, outputs: Outputs) -> int:
-        """One explicit step, or one that was rejected."""
+    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
+        """One explicit step, or one that was rejected, as of `Integrator`."""
         outer = motion.stepping
         if self.inner is None:
             rows, terms = self.explicit.rows, self.explicit.terms
@@ -391,7 +402,7 @@ class _WithPassages:
         inner, t = self.inner, outer.state[TIME]
         inner.K[0], inner.P[0] = outer.K[0], outer.P[0]
         # the layout is that of the rows that are on at present
-        code = self.explicit.steps(replace(motion, stepping=inner), until, 1, outputs)
+        code = take(replace(motion, stepping=inner), self.explicit.methods)
         if outer.state[TIME] > t:
             outer.K[0], outer.P[0] = inner.K[0], inner.P[0]
             self.forget(motion)

@@ -33,9 +33,6 @@ export const HAPPENED = {
   NO_COLLISION: 17, LOST: 18, POLE: 19, IMPACTS_WITHOUT_END: 20, CHANGES_WITHOUT_END: 21, MEMORY: 22,
   UNBROKEN: 23,
 };
-// Steps that do not show what they meet are tried so much shorter, so often.
-const SHORTER = 0.25;
-const SHORTENED = 30;
 // What the path of the drivers is followed by: mbody/kernels/continuation.py
 export const BY_DRIVER = 1;
 // Part of the model length from which on wheels do not fit
@@ -563,14 +560,10 @@ export class Model {
     }
     const doubts = [];
     let [count, since, longest] = [state[SLOTS.STEPS], state[SLOTS.TIME], 0];
-    let [unseen, shortened] = [-Infinity, 0];
     for (let code = CODES.MORE; code !== CODES.DONE; ) {
       code = Number(this._call(name)[0]);
       state = this._array("motion.state");
-      if (code === HAPPENED.NOT_QUIET && (state[SLOTS.TIME] > unseen || shortened < SHORTENED)) {
-        [unseen, shortened] = [state[SLOTS.TIME], state[SLOTS.TIME] > unseen ? 1 : shortened + 1];
-        state[SLOTS.NEXT] *= SHORTER;
-      } else if (code >= HAPPENED.ZERO && code <= HAPPENED.BEGUN) this._note(code);
+      if (code >= HAPPENED.ZERO && code <= HAPPENED.BEGUN) this._note(code);
       else if (code === CODES.LAST_STEP) state[SLOTS.LAST_STEP_ALLOWED] = 1;
       else if (code === CODES.MORE && state[SLOTS.ARTIFICIAL_ENERGY] > state[SLOTS.ARTIFICIAL_LIMIT]) {
         state[SLOTS.ARTIFICIAL_LIMIT] *= 2;

@@ -36,9 +36,6 @@ enum {
   NOT_QUIET = 9, ZERO, IMPACT, COLLISION, DECIDED, CONTINUED, NO_IMPACT, NO_MODES, NO_COLLISION, INDEFINITE, POLE,
   IMPACTS_WITHOUT_END, CHANGES_WITHOUT_END, ROOM, UNBROKEN
 };
-/* Steps that do not show what they meet are tried so much shorter, so often. */
-static const double SHORTER = 0.25;
-enum { SHORTENED = 30 };
 /* mbody/kernels/continuation.py: progress, what `follow` returns, what the path parameter is */
 enum { INSTANTS, REACHED, UNBALANCED = 4, BRANCH_UNSURE = 6, PROGRESS = 7 };
 enum { STUCK = 1, LOST = 2 };
@@ -846,18 +843,11 @@ enum { JUDGED = 10000, PATIENT = 300000 };
 static int integrate(mbody_model *model, int which) {
   double *state = model->state.at, until = model->until[which].at[0];
   int64_t found[3] = {MORE, 0, 0};
-  double count = state[STEPS], since = state[TIME], longest = 0.0, unseen = -INFINITY;
-  int doubt = 0, code, shortened = 0;
+  double count = state[STEPS], since = state[TIME], longest = 0.0;
+  int doubt = 0, code;
   state[LAST_STEP_ALLOWED] = 0.0;
   while (found[0] == MORE || found[0] == LAST_STEP) {
     if ((code = run(model, MOTION[which].call, found))) return code;
-    if (found[0] == NOT_QUIET && (state[TIME] > unseen || shortened < SHORTENED)) {
-      shortened = state[TIME] > unseen ? 1 : shortened + 1;
-      unseen = state[TIME];
-      state[NEXT] *= SHORTER;
-      found[0] = MORE;
-      continue;
-    }
     if (goes_on(model, found[0])) {
       found[0] = MORE;
       continue;
