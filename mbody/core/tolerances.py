@@ -679,6 +679,10 @@ GUARD_GRAZING = 1e-6  # A guard grazes zero with a rate below this part of its u
 GUARD_CUBIC_CLEAR = 0.2  # A cubic is clear of zero above this part of the lesser end;
 GUARD_FORCE_VARIES = 0.7  # forces are if they vary by less than this part of the least.
 GUARD_SMOOTH, GUARD_NEARLY_ZERO = 0.3, 0.02  # Parts of a guard: fourth difference, least between.
+#: A cubic over two intervals between looks misses the look between by this part of the time times
+#: what it misses of the rate, of what turns by 3 rad in all five looks: cubics between these are
+#: wrong by 0.002 of its radius. Where more is missed looks do not show how it turns.
+GUARD_TURNS = 0.015
 GUARD_PART_LEAST = 4.0**-8  # The shortest part of a step that is looked at by itself.
 EVENT_LOCATED = 1e-12  # A crossing is located to this part of its step.
 #: Instants of what is zero together, as a rate and the sliding that it reverses, differ by no more

@@ -301,6 +301,18 @@ def look_at_events(L, W, G, at):
         G.rate[at, n], G.past[at, n], G.past_rate[at, n] = G.event_rate[e], -math.inf, 0.0
 
 
+@njit
+def find_sides(G, at, before, row):
+    """Row `row` of the sides of events ← those at a look; what is rounding there is on its side
+    before.
+    """
+    E = G.events
+    for e in range(events_of(E)):
+        value, none = G.value[at, G.count[0] + e], G.fresh[G.count[0] + e]
+        side = 1.0 if value > none else -1.0 if value < -none else E.side[before, e]
+        E.side[row, e] = side
+
+
 @inline
 def watched(G):
     """How many guards and events there are."""

@@ -345,6 +345,10 @@ def open_parts(S):
     f, limits = S.count[FORCES], limits_of(S)
     found = with_own(S, balanced(S))
     parts = label_by_limits(S, found) if found else 0
+    for i in range(found):
+        for k in range(f):
+            if abs(S.free[i, k]) <= SINGULAR_VALUE_SHARED_FRICTION:
+                S.free[i, k] = 0.0  # rounding, which light bodies feel
     place, n = 0, 0
     for which in range(f if parts else 0):
         if S.label[which] != which:

@@ -12,8 +12,11 @@ import math
 
 from mbody.core.decorators import inline, njit
 from mbody.core.tolerances import (
+    GUARD_FORCE_VARIES,
     GUARD_NEARLY_ZERO,
     GUARD_SMOOTH,
+    GUARD_TURNS,
+    GUARD_ZERO,
 )
 from mbody.kernels.contact_guards import (
     BEGIN,
@@ -22,6 +25,7 @@ from mbody.kernels.contact_guards import (
     INSIDE,
     LOOKS,
     PARADOX,
+    find_sides,
     fourth_difference,
     has_rates,
     is_behind,
@@ -35,10 +39,14 @@ from mbody.kernels.watched_events import (
     FINEST_OF_EVENTS,
     FIRST_PART,
     INTERVALS,
+    PART,
+    PART_END,
     PART_LENGTH,
     together,
 )
 
+#: The fourth difference of looks that are rounding, at most, as a multiple of that.
+ROUNDING_OF_BEND = 17.0
 #: Places at which a guard is scanned for its first change of sign, and rounds that close it in.
 PLACES_SCANNED, ROUNDS = 32, 60
 #: What `first_zero` returns where there is none, and where shorter parts are to be looked at.
@@ -60,6 +68,34 @@ def looks_beside(x):
         before = INSIDE + m
         m += 1
     return before, INSIDE + m if m < LOOKS - 2 else END
+
+
+@inline
+def look_of(k):
+    """The look that is number k in the order of time."""
+    return BEGIN if k == 0 else END if k == LOOKS - 1 else INSIDE + k - 1
+
+
+@njit
+def turns_between(G, n, h):
+    """Whether a mode's guard with known rates turns so fast that looks at a time h do not show it,
+    and is near enough to zero for that to matter.
+    """
+    if G.kind[n] == EVENT or not has_rates(G, n):
+        return False
+    missed, bend, most, low = 0.0, 0.0, 0.0, math.inf
+    for k in range(LOOKS):
+        value = abs(G.value[look_of(k), n])
+        most, low = max(most, value), min(low, value)
+    for k in range(LOOKS - 2):
+        a, b, c = look_of(k), look_of(k + 1), look_of(k + 2)
+        length = node(c) - node(a)
+        z, whole = (node(b) - node(a)) / length, length * h
+        p, q = G.rate[a, n], G.rate[c, n]
+        found = cubic(z, whole, G.gap[a, n], G.gap[c, n], p, q)
+        missed = max(missed, abs(found - G.gap[b, n]))
+        bend = max(bend, h * abs(p + z * (q - p) - G.rate[b, n]))
+    return missed > max(GUARD_TURNS * bend, max(GUARD_ZERO * most, GUARD_FORCE_VARIES * low))
 
 
 @njit
@@ -108,7 +144,12 @@ def first_zero(G, n, h, closed):
     say. Gaps up to `closed` are none.
     """
     event, rated, most, low = G.kind[n] == EVENT, has_rates(G, n), 0.0, math.inf
+    # what is never on one side of zero crosses nothing, nor does what is rounding of it
+    none = G.fresh[n] if event else 0.0
     side, swaps, unknown = side_of(G, n, BEGIN), False, 0
+    known = side * G.value[BEGIN, n] > none
+    if event and not known and G.events.side[PART, G.owner[n]] != 0.0:
+        side, known = G.events.side[PART, G.owner[n]], True
     finest = G.events.number[PART_LENGTH] <= G.events.number[FINEST_OF_EVENTS if event else FINEST]
     for m in range(LOOKS):
         value = G.value[m, n]
@@ -118,17 +159,18 @@ def first_zero(G, n, h, closed):
         most, low, swaps = max(most, abs(value)), min(low, side * value), swaps or side * value <= 0
     if unknown > 0:  # what has no value crosses nothing
         return NO_ZERO if finest or (event and unknown == LOOKS) else UNCLEAR
+    if most <= none:
+        return NO_ZERO
     if G.kind[n] == PARADOX and (low > 0.0 or G.value[BEGIN, n] <= 0.0):
         return NO_ZERO  # it jumps where the side that presses changes
     if not (event or rated) and (finest or G.kind[n] == PARADOX):
         return zero_between_looks(G, n) if finest else UNCLEAR
     believed = finest or (rated and not event)
-    if not believed and abs(fourth_difference(G.value, n)) > GUARD_SMOOTH * most:
+    bend = abs(fourth_difference(G.value, n)) - ROUNDING_OF_BEND * none
+    if not believed and bend > GUARD_SMOOTH * most:
         x = UNCLEAR if event else bent_zero(G, n)
         return x if is_new(G, n, x) else UNCLEAR
-    # what is never on one side of zero crosses nothing, nor does what is rounding of it
-    none = G.fresh[n] if event else 0.0
-    left, before, known, place = 0.0, G.value[BEGIN, n], G.value[BEGIN, n] * side > none, 1
+    left, before, place = 0.0, G.value[BEGIN, n], 1
     least, lowered = low, False
     while place <= PLACES_SCANNED:
         x = place / PLACES_SCANNED
@@ -144,7 +186,8 @@ def first_zero(G, n, h, closed):
         if side * g < least and not is_behind_there(G, n, h, x, closed):
             least = side * g
         if known and side * g <= -none:
-            zero = closed_in(G, n, h, left, x, side)
+            # what is rounding has left it there
+            zero = closed_in(G, n, h, left, x, side, -none if abs(before) <= none else 0.0)
             if not event and (is_behind_there(G, n, h, zero, closed) or not is_new(G, n, zero)):
                 left, before, known = x, g, False
                 continue
@@ -159,13 +202,9 @@ def first_zero(G, n, h, closed):
         left, before = x, g
     if not (swaps or finest) and low > 0.0 and least < GUARD_NEARLY_ZERO * low:
         return UNCLEAR
+    if event and known:
+        G.events.side[PART_END, G.owner[n]] = side
     return NO_ZERO
-
-
-@inline
-def look_of(k):
-    """The look that is number k in the order of time."""
-    return BEGIN if k == 0 else END if k == LOOKS - 1 else INSIDE + k - 1
 
 
 @njit
@@ -226,12 +265,12 @@ def lowest(G, n, h, left, right, side):
 
 
 @njit
-def closed_in(G, n, h, left, right, side):
-    """The zero between two places, by bisection; `side`: that of the left one."""
+def closed_in(G, n, h, left, right, side, level):
+    """Where guard n is a level between two places, by bisection; `side`: that of the left one."""
     rated = has_rates(G, n)
     for _ in range(ROUNDS):
         x = 0.5 * (left + right)
-        if side * guard_between(G, n, h, x, rated) > 0.0:
+        if side * guard_between(G, n, h, x, rated) > level:
             left = x
         else:
             right = x
@@ -266,8 +305,12 @@ def first_guard(G, h, closed):
     which it is; or one of which the looks do not say, and UNCLEAR. Gaps up to `closed` are none.
     """
     first, x = -1, NO_ZERO
+    find_sides(G, END, PART, PART_END)
     for n in range(watched(G)):
-        if is_quiet(G, n, h, closed):
+        if turns_between(G, n, h):
+            if G.events.number[PART_LENGTH] > G.events.number[FINEST]:
+                return n, UNCLEAR
+        elif is_quiet(G, n, h, closed):
             continue
         here = first_zero(G, n, h, closed)
         if here < 0.0:

@@ -15,8 +15,16 @@ import numpy as np
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
 from mbody.core.callbacks import call_user
 from mbody.core.decorators import inline, njit
-from mbody.core.tolerances import DIFFERENCE_STEP_FORWARD, EVENT_TOGETHER, MACHINE_EPSILON
+from mbody.core.tolerances import (
+    DIFFERENCE_STEP_FORWARD,
+    EVENT_TOGETHER,
+    GUARD_ROUNDING_FORCE,
+    GUARD_ROUNDING_GAP,
+    MACHINE_EPSILON,
+)
+from mbody.kernels.forces import forces
 from mbody.kernels.layout import PER_PRIMITIVE, keep_some
+from mbody.kernels.loop_closure import constrained_accelerations
 from mbody.kernels.number_program import NumberProgram, run
 
 #: Intervals between looks at a part of a step.
@@ -25,13 +33,17 @@ INTERVALS = 4
 #: part of the step that is looked at, as parts of it; by how much later rates are taken. Looks at a
 #: part so long or shorter are believed, of all that is watched; and of events.
 APART, FIRST_PART, PART_LENGTH, LATER, FINEST, FINEST_OF_EVENTS = range(6)
+#: Rows of `WatchedEvents.side`: as of the present state, of the part of a step that is looked at,
+#: and of its end.
+NOW, PART, PART_END = range(3)
 
 
 class WatchedEvents(Bundle):
     """Events, e of them: those of users, then j arguments of formulas that jump.
 
     `row` (r,): The rows of a record that they read, ascending; `timed` (1,): whether the time, too.
-    `record` (r and room for a primitive, 1): These.
+    `record`, `beside` (r and room for a primitive, 1): These; and at a position beside.
+    `rounding`, `before` (r,): What is rounding of them; workspace.
     `program`: From these, and the time, to the values of users' events.
     `handle` (1,): The Python function that fills the last slots of the program from the first
       instead; 0 where the program does, −1 where Python has failed.
@@ -42,12 +54,17 @@ class WatchedEvents(Bundle):
     `rated` (e,): Whether it is made of positions, velocities and the time alone.
     `missed` (e,): Where it varies faster than it was looked at, how far apart looks were; else 0.
     `number` (6,): See above.
+    `last` (e,): What was rounding of it when that was found last.
+    `side` (3, e): 1 or −1, on which side of zero it was last by more than rounding, else 0.
     `saved` (slots,): The slots of a state before a step.
     """
 
     row: Ints
     timed: Ints
     record: Rows
+    beside: Rows
+    rounding: Floats
+    before: Floats
     handle: Ints
     argument: Ints
     greatest: Floats
@@ -56,6 +73,8 @@ class WatchedEvents(Bundle):
     rated: Ints
     missed: Floats
     number: Floats
+    last: Floats
+    side: Rows
     saved: Floats
     program: NumberProgram
 
@@ -81,10 +100,12 @@ def watched_events(
     events, whole = len(program.targets) + len(argument), np.int64
     found = WatchedEvents(
         row=np.asarray(row, whole), timed=np.array([timed], whole),
-        record=np.zeros((len(row) + PER_PRIMITIVE, 1)), handle=np.zeros(1, whole),
-        argument=np.asarray(argument, whole), greatest=np.zeros(events),
-        direction=np.zeros(events, whole), stops=np.zeros(events, whole),
-        rated=np.zeros(events, whole), missed=np.zeros(events), number=np.zeros(6),
+        record=np.zeros((len(row) + PER_PRIMITIVE, 1)), rounding=np.zeros(len(row)),
+        beside=np.zeros((len(row) + PER_PRIMITIVE, 1)), before=np.zeros(len(row)),
+        handle=np.zeros(1, whole), argument=np.asarray(argument, whole),
+        greatest=np.zeros(events), direction=np.zeros(events, whole),
+        stops=np.zeros(events, whole), rated=np.zeros(events, whole), missed=np.zeros(events),
+        number=np.zeros(6), last=np.zeros(events), side=np.zeros((3, events)),
         saved=np.zeros(slots), program=program,
     )  # fmt: skip
     found.rated[: len(rated)] = rated
@@ -155,24 +176,135 @@ def find_events(L, W, E, value, rate):
 
 
 @njit
-def find_rounding(L, W, E, scale, value, rounding):
-    """rounding (e,) ← what rounding of positions and velocities is in the events, whose values at
-    the state that was looked at last are given: by a difference, all of them moved by the same part
-    of their `scale`, to and fro. None is known of arguments.
+def find_force_sizes(L, W):
+    """W.r ← the sizes of what the equations of motion sum on every column, each load, inertia and
+    reaction by itself, in both directions of a body alike, at the state that was just evaluated;
+    W.force is workspace.
     """
-    slots, targets = E.program.slots, E.program.targets
+    lam, block, size = W.lam, W.block, W.r
+    for n in range(size.shape[0]):
+        size[n, 0] = 0.0
+    causes = 0
+    for e in range(L.action_cause.shape[0]):
+        causes = max(causes, L.action_cause[e] + 1)
+    for cause in range(-1, causes):
+        if cause >= 0:
+            forces(L, W, 0.0, cause)
+        for s in range(L.slots):
+            o, share = 3 * L.slot_body[s], abs(W.share[s, 0])
+            for n in range(3):
+                force = W.force[o + n, 0] if cause >= 0 else W.mass[o + n, 0] * W.a[o + n, 0]
+                size[3 * s + n, 0] += share * abs(force)
+    for k in range(L.nodes):
+        x, y = lam[2 * k, 0], lam[2 * k + 1, 0]
+        for n in range(6):
+            column, o = L.node_column[2 * k + n // 3] + n % 3, 12 * k + n + 3 * (n // 3)
+            size[column, 0] += abs(block[o, 0] * x) + abs(block[o + 3, 0] * y)
+    for m in range(L.more.shape[0]):
+        for n in range(3):
+            force = block[12 * L.nodes + 6 * m + n, 0] * lam[2 * L.more[m, 0], 0]
+            size[L.more[m, 1] + n, 0] += abs(force)
+    for s in range(L.slots):
+        size[3 * s, 0] = size[3 * s + 1, 0] = size[3 * s, 0] + size[3 * s + 1, 0]
+
+
+@njit
+def row_rounding(L, W, row):
+    """What is rounding of a row of a record that is an acceleration or a reaction, as a part of
+    which counts, by the sizes in W.r: M⁻¹ of these, and what that is of the multipliers of a row
+    by itself.
+    """
+    n3 = 3 * L.bodies
+    first = 3 * n3
+    if row < first:
+        column = 3 * L.body_slot[(row - 2 * n3) // 3] + row % 3
+        return W.weight[column, 0] * W.r[column, 0]
+    e, n = (row - first) // PER_PRIMITIVE, (row - first) % PER_PRIMITIVE
+    k, arm = L.primitive_node[e], L.primitive_arm[e]
+    x, y = multiplier_rounding(L, W, k, 0), multiplier_rounding(L, W, k, 1)
+    if n < 2:
+        return x if n == 0 else y
+    o = 12 * L.written_node[e] + 6
+    fx = abs(W.block[o, 0]) * x + abs(W.block[o + 3, 0]) * y
+    fy = abs(W.block[o + 1, 0]) * x + abs(W.block[o + 4, 0]) * y
+    if n < 4:
+        return fx if n == 2 else fy
+    ax, ay = abs(W.par[arm, 0]), abs(W.par[arm + 1, 0])
+    return abs(W.block[o + 2, 0]) * x + abs(W.block[o + 5, 0]) * y + (ax + ay) * (fx + fy)
+
+
+@njit
+def multiplier_rounding(L, W, k, r):
+    """Of row r of node k: Σ |g| w s over Σ g² w, g being what it has on the columns."""
+    top, bottom = 0.0, 0.0
+    for n in range(6):
+        column = L.node_column[2 * k + n // 3] + n % 3
+        g = abs(W.block[12 * k + n + 3 * (n // 3) + 3 * r, 0])
+        top += g * W.weight[column, 0] * W.r[column, 0]
+        bottom += g * g * W.weight[column, 0]
+    return top / bottom if bottom > 0.0 else 0.0
+
+
+@njit
+def find_row_rounding(L, W, S, E, refinements, h):
+    """E.rounding ← what is rounding of the rows that events read, at the state that was just
+    evaluated: of positions and velocities by their scales; of accelerations and reactions by the
+    sizes that are summed in them, and by what rounding of positions makes of them; of velocities
+    what that is in a step of length h. The workspace is left at a position beside.
+    """
+    n3, wanted = 3 * L.bodies, False
+    last = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
     for n in range(E.row.shape[0]):
-        row, moved = E.row[n], 0.0
-        if row < 6 * L.bodies:
-            moved = DIFFERENCE_STEP_FORWARD * scale[row]
-        slots[n] = E.record[n, 0] + (moved if n % 2 == 0 else -moved)
-    if E.timed[0]:
-        slots[E.row.shape[0]] = W.time[0, 0]
-    if targets.shape[0] > 0:
-        evaluate_events(E)
+        row = E.row[n]
+        E.rounding[n] = MACHINE_EPSILON * S.scale[row] if row < 2 * n3 else 0.0
+        wanted = wanted or n3 <= row < last
+    if not wanted:
+        return
+    find_force_sizes(L, W)
+    for n in range(E.row.shape[0]):
+        row = E.row[n]
+        if n3 <= row < last:
+            length, of = (h, row + n3) if row < 2 * n3 else (1.0, row)
+            E.rounding[n] += length * GUARD_ROUNDING_FORCE * row_rounding(L, W, of)
+            E.before[n] = W.a[of - 2 * n3, 0] if of < 3 * n3 else E.record[n, 0]
+    for n in range(n3):
+        moved = DIFFERENCE_STEP_FORWARD * S.scale[n]
+        W.q[n, 0] += moved if n % 2 == 0 else -moved
+    constrained_accelerations(L, W, 0.0, S.regularization, refinements, False)
+    keep_some(L, W, 0.0, E.row, E.beside)
+    part = GUARD_ROUNDING_GAP / DIFFERENCE_STEP_FORWARD
+    for n in range(E.row.shape[0]):
+        row = E.row[n]
+        if n3 <= row < last:
+            length, of = (h, row + n3) if row < 2 * n3 else (1.0, row)
+            there = W.a[of - 2 * n3, 0] if of < 3 * n3 else E.beside[n, 0]
+            E.rounding[n] += length * part * abs(there - E.before[n])
+
+
+@njit
+def find_rounding(L, W, E, value, rounding):
+    """rounding (e,) ← what rounding of the rows that they read is in the events, whose values at
+    the state that was looked at last are given, by differences: row by row, or of all together
+    where Python has to find them. None is known of arguments.
+    """
+    slots, targets, rows = E.program.slots, E.program.targets, E.row.shape[0]
+    part, count = DIFFERENCE_STEP_FORWARD / MACHINE_EPSILON, targets.shape[0]
     for e in range(events_of(E)):
-        change = abs(slots[targets[e]] - value[e]) if e < targets.shape[0] else 0.0
-        rounding[e] = change * (MACHINE_EPSILON / DIFFERENCE_STEP_FORWARD)
+        rounding[e] = 0.0
+    for n in range(rows):
+        slots[n] = E.record[n, 0]
+    if E.timed[0]:
+        slots[rows] = W.time[0, 0]
+    for n in range(rows if count > 0 else 0):
+        if E.rounding[n] == 0.0 and E.handle[0] == 0:
+            continue
+        slots[n] += part * E.rounding[n] * (1.0 if n % 2 == 0 else -1.0)
+        if E.handle[0] != 0 and n < rows - 1:
+            continue
+        evaluate_events(E)
+        for e in range(count):
+            rounding[e] += abs(slots[targets[e]] - value[e]) / part
+        slots[n] = E.record[n, 0]
 
 
 @inline

@@ -42,6 +42,7 @@ from mbody.kernels.contact_guards import (
     SLIP,
     SWINGS,
     UNTIL,
+    find_sides,
     forget_seen,
     is_behind,
     look,
@@ -89,9 +90,13 @@ from mbody.kernels.watched_events import (
     FIRST_PART,
     INTERVALS,
     LATER,
+    NOW,
+    PART,
+    PART_END,
     PART_LENGTH,
     events_of,
     find_rounding,
+    find_row_rounding,
 )
 
 #: Numbers of `Guards.part`: whether the polynomials of the step are known; when det(I − φ′ B) would
@@ -121,6 +126,8 @@ def look_at_present(L, W, S, U, G, refinements):
     state_derivative(L, W, S, S.state[TIME], S.stage, 1, refinements, True)
     S.state[EVALUATIONS] += 1
     look_at_all(L, W, U, G, BEGIN)
+    round_events(L, W, S, G, refinements, BEGIN)
+    find_sides(G, BEGIN, NOW, NOW)
     G.known[0] = KNOWN_ALL
 
 
@@ -128,6 +135,24 @@ def look_at_present(L, W, S, U, G, refinements):
 def refinements_of(S, T):
     """Corrections by the residual at looks within a step."""
     return T.full_refinements if S.state[NEAR_SINGULAR] > 0.5 else T.refinements
+
+
+@njit
+def round_events(L, W, S, G, refinements, at):
+    """G.fresh ← what is rounding of the events in a step whose end, or beginning, was just
+    evaluated, in row `at` of the looks: the greater of both ends.
+    """
+    E = G.events
+    if events_of(E) == 0:
+        return
+    h = S.state[NEXT] if at == BEGIN else S.state[TRIED_LENGTH]
+    find_row_rounding(L, W, S, E, refinements, h)
+    find_rounding(L, W, E, G.event_value, G.event_rate)
+    for n in range(G.count[0], watched(G)):
+        e, greatest = n - G.count[0], max(abs(G.value[BEGIN, n]), abs(G.value[at, n]))
+        before = E.last[e] if at == END else 0.0
+        G.fresh[n] = max(MACHINE_EPSILON * greatest, max(before, G.event_rate[e]))
+        E.last[e] = G.event_rate[e]
 
 
 @njit
@@ -158,6 +183,8 @@ def search(L, W, S, T, U, G):
     """
     h, E, begin, tries, last = S.state[TRIED_LENGTH], G.events, 0.0, 0, False
     closed, finest = CONTACT_GAP_CLOSED * W.size[0, 0], E.number[FINEST]
+    for e in range(events_of(E)):
+        E.side[PART, e] = E.side[NOW, e]
     parts = max(1, math.ceil(h / (INTERVALS * E.number[APART]))) if events_of(E) > 0 else 1
     longest, most = 1.0 / parts, parts + MORE_PARTS
     length, E.number[FINEST_OF_EVENTS] = longest, finest
@@ -187,6 +214,8 @@ def search(L, W, S, T, U, G):
             G.part[1] = rate / (length * h)
             return
         begin, length = begin + length, min(longest, 4.0 * length)
+        for e in range(events_of(E)):
+            E.side[PART, e] = E.side[PART_END, e]
         look_again(G, BEGIN, END)
     G.part[0] = NO_ZERO
 
@@ -206,11 +235,7 @@ def find_first(L, W, method, S, T, U, G):
     if short and G.asked[SWINGS] == 0.0 and quiet_by_ends(G, h, closed):
         G.part[0] = NO_ZERO
         return False
-    if events_of(G.events) > 0:
-        find_rounding(L, W, G.events, S.scale, G.event_value, G.event_rate)
-        for n in range(G.count[0], watched(G)):
-            rounding = MACHINE_EPSILON * max(abs(G.value[BEGIN, n]), abs(G.value[END, n]))
-            G.fresh[n] = max(rounding, G.event_rate[n - G.count[0]])
+    round_events(L, W, S, G, T.refinements, END)
     for n in range(S.y.shape[0]):
         stage[n] = S.stage[n]
     dense_step(L, W, method, S, h, refinements_of(S, T))
@@ -234,9 +259,12 @@ def step_to_zero(L, W, method, S, T, U, G):
     """
     state, n, rate = S.state, G.passed[0], G.part[1]
     t, h, closed = state[TIME], state[TRIED_LENGTH], CONTACT_GAP_CLOSED * W.size[0, 0]
-    beyond, end, before, value, low, high = False, t + G.part[0] * h, t, math.inf, t, t + h
+    # what is rounding at the beginning may leave that at once
+    least = t + 4.0 * MACHINE_EPSILON * max(abs(t), h) if G.kind[n] == EVENT else t
+    end, before, value = max(t + G.part[0] * h, least), t, math.inf
+    beyond, low, high = False, t, t + h
     if not (rate < 0.0 or (G.kind[n] == EVENT and rate > 0.0)):
-        rate = -G.value[BEGIN, n] / (G.part[0] * h)
+        rate = -G.value[BEGIN, n] / (end - t)
     side = 1.0 if rate < 0.0 else -1.0
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
@@ -391,6 +419,10 @@ def watched_steps(L, W, method, S, T, O, U, G):
                 break
             h, G.known[0] = state[TRIED_LENGTH], 0
             code = accept_step(L, W, method, S, T, O, until, quiet and G.part[DENSE] > 0.0)
+            for e in range(events_of(E)):
+                if not quiet and G.seen[G.count[0] + e] >= 0.0:
+                    E.side[PART, e] = 0.0  # it has crossed, and is at zero
+            find_sides(G, END, PART if G.part[DENSE] > 0.0 else NOW, NOW)
             forget_seen(G)
             if not quiet:
                 state[NEXT] = longest  # the step was only cut short

@@ -41,7 +41,9 @@ class Event:
 
     Notes
     -----
-    Watching does not change the motion, to the last bit, as long as it does not end it.
+    Watching does not change the motion, to the last bit, as long as it does not end it. A value
+    that is zero within the rounding of what it is made of has no sign: what rests there crosses
+    nothing, and what leaves it on the other side crosses once.
 
     Examples
     --------

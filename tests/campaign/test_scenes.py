@@ -34,8 +34,9 @@ def test_every_force_and_impact_keeps_its_law(seed):
 
 #: A disc rolls on an edge over its corner, beside a floor (597); the end of a rod on a pin,
 #: which slides by the motion that strikes (1942); a corner beside a corner (4695); a pile at rest
-#: whose forces are nearly on the edge of a cone (8989); what follows a series of impacts (5795).
-MENDED = (597, 1942, 4695, 5795, 8989)
+#: whose forces are nearly on the edge of a cone (8989); what follows a series of impacts (5795); a
+#: box that spins several times within a step (68461).
+MENDED = (597, 1942, 4695, 5795, 8989, 68461)
 
 
 @pytest.mark.parametrize("seed", MENDED)
@@ -45,8 +46,9 @@ def test_rare_scenes(seed):
     assert not (found.silent or found.doubted or found.refused), found.told
 
 
-#: A light body on a heavy one, on which it slides or tips (20, 33, 83, 90, 173, 216).
-@pytest.mark.parametrize("seed", [0, 1, 2, 3, 20, 33, 83, 90, 173, 216])
+#: A light body on a heavy one, on which it slides or tips (20, 33, 83, 90, 173, 216), or hangs from
+#: it where forces of heavy ones are shared (8089).
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 20, 33, 83, 90, 173, 216, 8089])
 @pytest.mark.processor
 def test_bodies_of_very_different_masses(seed):
     found = examine_uneven(seed)

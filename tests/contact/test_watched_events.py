@@ -151,7 +151,11 @@ def looked_at(value, rate):
     places = np.zeros((KEPT_LOOKS, 1))
     values, rates = places.copy(), places.copy()
     values[: len(value), 0], rates[: len(rate), 0] = value, rate
-    events = SimpleNamespace(number=np.array([1.0, 0.0, 1.0, 0.0, 0.1, 0.1]), stops=np.array([0]))
+    events = SimpleNamespace(
+        number=np.array([1.0, 0.0, 1.0, 0.0, 0.1, 0.1]),
+        stops=np.array([0]),
+        side=np.zeros((3, 1)),
+    )
     return SimpleNamespace(
         kind=np.array([EVENT]), owner=np.array([0]), value=values, rate=rates, gap=values,
         past=np.full((KEPT_LOOKS, 1), -math.inf), past_rate=places, fresh=np.zeros(1),
