@@ -35,6 +35,7 @@ from mbody.derivatives.mode_record import (
     without_functions,
 )
 from mbody.errors import SolveError
+from mbody.kernels.complementarity import find_arms
 from mbody.kernels.contact_guards import (
     CLOSE,
     EDGE,
@@ -46,6 +47,7 @@ from mbody.kernels.contact_guards import (
 )
 from mbody.kernels.contact_modes import MASSLESS, tangent_of
 from mbody.kernels.contact_rows import fill_row, phase_offset, row_rate, written
+from mbody.kernels.friction import ARMS, law_size
 from mbody.kernels.layout import Layout, Work, artificial_masses
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.motion_duals import NEXT_LENGTH, T_NOW, FreeDuals, free_duals
@@ -53,6 +55,7 @@ from mbody.kernels.step_state import DONE
 from mbody.kernels.tableaus import order_8
 from mbody.model.element import Numbers
 from mbody.solution.measures import evaluate_measure
+from mbody.solution.shared_forces import pressing_rows
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.rank import joint_rows
 from mbody.system.system import System, polar_points
@@ -639,7 +642,7 @@ class ImpactDuals:
         on where that grows. `resolved`: As of `Tangents`.
         """
         rows, system, width = self.rows, self.rows.system, now.y.tangents.shape[-1]
-        n, m = system.coordinates, int((strike.normal < 0).sum())
+        n, m = system.coordinates, int((strike.normal == -1).sum())
         U, L, row = rows.uni.table, system.layout, np.empty(system.coordinates, dtype=object)
 
         def measured(s: int, sign: float) -> tuple[Array, Array]:
@@ -649,13 +652,18 @@ class ImpactDuals:
             return np.array([_lanes(one, width) for one in row]), _lanes(rate, width)
 
         signs = [(U.normal[k], U.gap_sign[k]) for k in strike.owner[:m]]
-        signs += [(U.tangent[k], 1.0) for k in strike.owner[m:]]
+        signs += [
+            (U.tangent[k] if f < 0 else L.friction_tangent[f], 1.0)
+            for k, f in zip(strike.owner[m:], strike.pair[m:], strict=True)
+        ]
         W, shifted = (np.array(one) for one in zip(*(measured(*one) for one in signs), strict=True))
         G = joint_rows(system, _lanes(now.work.block[:], width)) * system.row_units[:, None, None]
         held = [measured(s, 1.0)[0] for s in strike.held]
         G = np.concatenate([G, np.array(held).reshape(-1, n, 1 + width)])
         unit = system.coordinate_units[:, None]
-        G = (G * unit)[independent((G[:, :, 0] * unit[:, 0]).T)] if len(G) else G
+        kept = independent((G[:, :, 0] * unit[:, 0]).T) if len(G) else np.zeros(0, dtype=int)
+        sizes = self._joint_sizes(now.work, strike, shifted, kept)
+        G = (G * unit)[kept] if len(G) else G
         mass, place = _lanes(self.mass[:n], width), np.arange(n)
         slot = L.body_slot[place // 3]
         weight = (now.work.share[slot] * now.work.weight[3 * slot + place % 3]).value
@@ -663,17 +671,20 @@ class ImpactDuals:
         mass[light, 0] = 1.0 / (MASSLESS * weight[light])
         W, mass = W * unit, mass * unit**2
         mass = mass / np.abs(mass[:, 0]).max()
-        mu = np.array([_lanes(rows.friction[k], width) for k in strike.owner])
+        points = np.where(strike.pair < 0, strike.owner, 0)
+        mu = np.array([_lanes(rows.friction[k], width) for k in points])
         e = np.array([_lanes(rows.restitution[k], width) for k in strike.owner[:m]])
         newton = np.array([rows.uni.contact_points[k].law == "newton" for k in strike.owner[:m]])
         bounce = _times(e, shifted[:m]) * strike.rebounds
         shifted[:m] += np.where((newton & (shifted[:m, 0] < 0.0))[:, None], bounce, 0.0)
         v, given = np.zeros((n, 1 + width)), np.zeros((m, 1 + width))
         room, most = list[Array](), np.zeros(1 + width)
-        for stage in strike.stages:
-            change, impulse = self._stage(stage, strike.normal, mass, G, W, shifted, mu, given)
+        for stage, by_reaction in zip(strike.stages, sizes, strict=True):
+            change, impulse, most_of = self._stage(
+                stage, strike.normal, mass, G, W, shifted, mu, given, by_reaction
+            )
             v, shifted = v + change, shifted + _applied(W, change)
-            room += _rooms(stage.limit, strike.normal, impulse, mu, given)
+            room += _rooms(stage.limit, impulse, most_of)
             most = np.maximum(most, np.abs(impulse).max(axis=0, initial=0.0))
             given = np.where(newton[:, None], 0.0, _times(e, impulse[:m]))
         y = _lanes(now.y[n : 2 * n], width) + unit * v
@@ -691,19 +702,24 @@ class ImpactDuals:
         shifted: Array,
         mu: Array,
         given: Array,
-    ) -> tuple[Array, Array]:
-        """By how much velocities change, and impulses, where rows W have the rates `shifted`: from
-        M Δv = Gᵀ Λ_G + Wᵀ Λ, G Δv = 0 and W Δv = −shifted of what holds.
+        sizes: dict[int, Array],
+    ) -> tuple[Array, Array, dict[int, Array]]:
+        """By how much velocities change, impulses, and of tangents the most there may be, where
+        rows W have the rates `shifted`: from M Δv = Gᵀ Λ_G + Wᵀ Λ, G Δv = 0 and W Δv = −shifted of
+        what holds. `sizes`: Friction of joints by Λ_G.
         """
         n, g, hold = len(mass), len(G), np.flatnonzero(stage.hold)
-        sliding = [r for r in np.flatnonzero(stage.slip) if not stage.hold[r]]
+        sliding = [r for r in np.flatnonzero(stage.slip).tolist() if not stage.hold[r]]
         size, lanes = n + g + len(hold), mass.shape[1:]
-        pushed = W.copy()
+        pushed, carried = W.copy(), G.copy()
         for r in sliding:
-            pushed[normal[r]] -= stage.slip[r] * _times(mu[r], W[r])
+            if r in sizes:
+                carried -= stage.slip[r] * _times(sizes[r][:, None], W[r])
+            else:
+                pushed[normal[r]] -= stage.slip[r] * _times(mu[r], W[r])
         A, b = np.zeros((size, size, *lanes)), np.zeros((size, *lanes))
         A[range(n), range(n)] = mass
-        whole = np.concatenate([G, pushed[hold]])
+        whole = np.concatenate([carried, pushed[hold]])
         A[:n, n:] = -whole.transpose(1, 0, 2)
         A[n:, :n] = np.concatenate([G, W[hold]])
         for k, one in enumerate(given):
@@ -714,22 +730,47 @@ class ImpactDuals:
         moved = b[:, 1:] - np.einsum("ijk,j->ik", A[..., 1:], x[:, 0])
         x[:, 1:] = np.linalg.solve(A[..., 0], moved)
         impulse = np.zeros((len(W), *lanes))
-        impulse[hold] = x[n + g :]
+        impulse[hold], most = x[n + g :], dict[int, Array]()
+        for r in np.flatnonzero(normal != -1).tolist():
+            if r in sizes:
+                most[r] = _applied(sizes[r][None], x[n : n + g])[0]
+            elif (k := normal[r]) >= 0:
+                most[r] = _times(mu[r], impulse[k] + given[k])
         for r in sliding:
-            k = normal[r]
-            impulse[r] = -stage.slip[r] * _times(mu[r], impulse[k] + given[k])
-        return x[:n], impulse
+            impulse[r] = -stage.slip[r] * most[r]
+        return x[:n], impulse, most
+
+    def _joint_sizes(
+        self, work: Any, strike: Strike, rates: Array, kept: Array
+    ) -> Iterator[dict[int, Array]]:
+        """Of every stage, by row, by what the size of friction in a joint follows from impulses of
+        the rows of joints that are kept: its derivatives, as it is homogeneous.
+        """
+        system, width, arm = self.rows.system, rates.shape[-1] - 1, np.empty(7, dtype=object)
+        L, place = system.layout, {int(row): n for n, row in enumerate(kept)}
+        for stage in strike.stages:
+            found = dict[int, Array]()
+            for r in np.flatnonzero((strike.pair >= 0) & stage.reaction.any(axis=1)).tolist():
+                f = int(strike.pair[r])
+                work.rate[f, 0] = DualNumber(rates[r, 0], rates[r, 1:])
+                on_duals(find_arms)(L, work, f, False, arm)
+                ahead = ARMS * int(stage.slip[r] < 0.0)
+                law = L.friction_kind[f], *arm[ahead : ahead + ARMS], *stage.reaction[r]
+                by = [_lanes(one, width) for one in on_duals(law_size)(*law)[1:]]
+                found[r] = np.zeros((len(kept), 1 + width))
+                for row, part in zip(pressing_rows(system, L.friction_node[f]), by, strict=True):
+                    if row >= 0 and row not in place:
+                        raise np.linalg.LinAlgError("reactions of redundant rows")
+                    if row >= 0:
+                        found[r][place[row]] = -system.row_units[row] * part
+            yield found
 
 
-def _rooms(limit: Array, normal: Array, impulse: Array, mu: Array, given: Array) -> Iterator[Array]:
+def _rooms(limit: Array, impulse: Array, most: dict[int, Array]) -> Iterator[Array]:
     """Of rows at a limit the impulse, of tangents what is left of that by friction."""
-    for r in np.flatnonzero(limit):
-        k = normal[r]
-        if k < 0:
-            yield impulse[r]
-        else:
-            sign = 1.0 if impulse[r, 0] > 0.0 else -1.0
-            yield _times(mu[r], impulse[k] + given[k]) - sign * impulse[r]
+    for r in np.flatnonzero(limit).tolist():
+        sign = 1.0 if impulse[r, 0] > 0.0 else -1.0
+        yield most[r] - sign * impulse[r] if r in most else impulse[r]
 
 
 def _lanes(one: Any, width: int) -> Array:

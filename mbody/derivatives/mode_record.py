@@ -29,9 +29,11 @@ from mbody.kernels.advance import (
     SETTLING,
     UNBROKEN,
 )
+from mbody.kernels.complementarity import CONE, law_sizes
 from mbody.kernels.contact_guards import LIFT, PARADOX, SHARE, SLIP
 from mbody.kernels.contact_impacts import RESTED
 from mbody.kernels.contact_modes import SEVERAL
+from mbody.kernels.friction import ARMS
 from mbody.kernels.layout import Layout
 from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS
 from mbody.kernels.step_state import TIME
@@ -246,19 +248,24 @@ class Guarded(NamedTuple):
 class ImpactStage(NamedTuple):
     """One part of an impact, of rows of normals and then of tangents: which hold, and the
     directions in which others slide. `limit`: Rows that hold by neither an impulse nor a rate.
+    `reaction` (rows, 2): What presses frictional joints. `undecided`: Whether no equation decides
+    impulses on which their friction depends.
     """
 
     hold: Array
     slip: Array
     limit: Array
+    reaction: Array
+    undecided: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Strike:
     """An impact.
 
-    `owner` (rows,): The contact points of its rows, those of normals first.
-    `normal` (rows,): Of tangents the row of their normal, else −1.
+    `owner` (rows,): The contact points of its rows, those of normals first, then joints.
+    `normal` (rows,): Of tangents the row of their normal, of joints −2, of others −1.
+    `pair` (rows,): Friction pairs of joints, else −1.
     `rebounds`: Whether restitution acts.
     `stages`: Compression, or all of it; expansion by Poisson's law.
     `held`: Rows of frictional joints that take their part.
@@ -267,6 +274,7 @@ class Strike:
 
     owner: Array
     normal: Array
+    pair: Array
     rebounds: bool
     stages: tuple[ImpactStage, ...]
     held: Array
@@ -279,7 +287,8 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
     n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
     velocities = slice(motion.system.coordinates, 2 * motion.system.coordinates)
     delassus, before = D.delassus[:n, :n].copy(), D.before[:n].copy()
-    normal, mu = np.where(np.arange(n) < m, -1, D.normal[:n]), D.mu[:n]
+    joints, mu = D.law[:n] != CONE, D.mu[:n]
+    normal = np.where(np.arange(n) < m, -1, np.where(joints, -2, D.normal[:n]))
     newton = rebounds & (D.newton[:m] == 1)
     shifted, given = before.copy(), D.given_law[:m] * rebounds
     shifted[:m] += newton * D.restitution[:m] * np.minimum(before[:m], 0.0)
@@ -294,11 +303,23 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         own, slow = forces / scale, np.abs(rates * scale)
         small = tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(D.impulse[:n] / scale).max(initial=0.0)
         rests = slow <= tol.CONTACT_IMPACT_UNKNOWN_NONE * np.abs(before * scale).max(initial=0.0)
-        room, k = own.copy(), normal[m:]
-        room[m:] = mu[m:] * (forces[k] + given[k]) / scale[m:] - np.abs(own[m:])
-        presses = mu[m:] * (forces[k] + given[k]) / scale[m:] > small
+        whole = forces.copy()
+        whole[:m] += given
+        reaction = np.zeros((n, 2))
+        reaction[joints] = D.by_force[:n, :, :n][joints] @ whole
+        most = mu * whole[normal] * (normal >= 0)
+        for r in np.flatnonzero(joints):
+            size, (x, y) = np.empty((3, 1)), reaction[r][:, None]
+            arm = D.arm[r, ARMS:] if forces[r] > 0.0 else D.arm[r, :ARMS]
+            law_sizes(int(D.law[r]), np.ascontiguousarray(arm), x, y, size)
+            most[r] = size[0, 0]
+        presses = most[m:] / scale[m:] > small
+        room = own.copy()
+        room[m:] = most[m:] / scale[m:] - np.abs(own[m:])
         has_room, slip = room > small, np.zeros(n)
         hold = has_room | (rests & (np.append(np.ones(m, dtype=bool), presses) | (not rebounds)))
+        # what no reaction presses has no friction
+        hold[joints] &= most[joints] / scale[joints] > small
         whole, rows = scale[:, None] * delassus * scale, np.flatnonzero(hold)
         # of rows that depend on each other those at their limits are at these
         rows = rows[np.argsort(~has_room[rows], kind="stable")]
@@ -311,7 +332,16 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         others = np.setdiff1d(rows[room[rows] > small], kept)
         shared = np.linalg.solve(whole[np.ix_(kept, kept)], whole[np.ix_(kept, others)])
         limit[kept] &= ~(np.abs(shared) > tol.ROWS_DEPENDENT).any(axis=1)
-        return ImpactStage(hold, slip, limit & hold)
+        # what other rows with an impulse could take over presses what slides more or less
+        gone = [r for r in rows if r not in kept and abs(own[r]) > small]
+        parts = np.zeros((n, len(gone)))
+        parts[gone, range(len(gone))] = scale[gone]
+        taken = np.linalg.solve(whole[np.ix_(kept, kept)], whole[np.ix_(kept, gone)])
+        parts[kept] = -scale[kept][:, None] * taken
+        by = D.by_force[:n, :, :n][joints & (slip != 0.0)]
+        moves = np.abs(by @ parts) > tol.ROWS_DEPENDENT * (np.abs(by) @ np.abs(parts))
+        undecided = bool(moves.any() or (len(by) and motion.regularization))
+        return ImpactStage(hold, slip, limit & hold, reaction, undecided)
 
     stages = [stage(forces, shifted + delassus @ forces, np.zeros(m))]
     if expands:
@@ -322,6 +352,7 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
     return Strike(
         owner=D.owner[:n].copy(),
         normal=normal,
+        pair=np.where(joints, D.pair[:n], -1),
         rebounds=rebounds,
         stages=tuple(stages),
         held=np.array([] if rebounds else held, dtype=int),
@@ -448,6 +479,8 @@ class MotionRecord:
         self.rests |= rests
         if code in (IMPACT, COLLISION):
             self.strikes.append(strike_of(motion, code == IMPACT and not rests))
+            if any(one.undecided for one in self.strikes[-1].stages):
+                self.lost = "no equation decides the impulses on which friction of joints depends"
         elif code == DECIDED and motion.counts[FOUND] == SEVERAL:
             self.lost = "several accelerations are consistent with the friction there"
         elif code == BEGUN:

@@ -1,8 +1,8 @@
 """Impacts of closed contact points: velocities jump by impulses along their rows.
 
 Responses to the rows come from the factor of the joints, without rows of the active set; the
-impulses are a problem of complementarity (`mbody.kernels.mode_problem`). Frictional joints that
-are held take their part of every impulse.
+impulses are a problem of complementarity (`mbody.kernels.mode_problem`), with those of friction in
+joints, which is limited by the impulses of their reactions.
 
 Impacts that follow each other ever faster end in finite time: below the shortest flight that is
 resolved one without restitution follows, and what rocks from one place to another stops.
@@ -23,7 +23,7 @@ from mbody.core.tolerances import (
     RATE_NONE_FRICTION,
     TINY,
 )
-from mbody.kernels.complementarity import CONE, ContactProblem
+from mbody.kernels.complementarity import CONE, ContactProblem, find_arms
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.contact_modes import (
     FULL,
@@ -40,6 +40,7 @@ from mbody.kernels.contact_modes import (
     weight_of,
 )
 from mbody.kernels.contact_rows import UnilateralLayout, approach_of, fill_row, row_rate
+from mbody.kernels.friction import APART, ARMS, FORCE, PULL, TORQUE
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.mode_problem import (
     ALL_NORMALS,
@@ -79,10 +80,10 @@ class ContactImpact(Bundle):
 
     `restitution`, `newton` (c,): Coefficients; whether Newton's law holds, else Poisson's.
     `held` (j,): Whether a frictional joint does not slide.
-    `normal`, `tangential` (c,): Impulses.
+    `normal` (c,), `tangential` (c + j,): Impulses, of friction in joints too.
     `before` (c,): Rates of gaps before.
-    `gained`, `moved` (c,): Kinetic energy by each, below zero where it took; what the motion of
-      each gave, of stops that move.
+    `gained` (c + j,), `moved` (c,): Kinetic energy by each, below zero where it took; what the
+      motion of each gave, of stops that move.
     `driven` (drivers,): Work of drivers.
     `jump` (coordinates,): By which velocities change.
     `energy` (3,): See above.
@@ -114,6 +115,7 @@ def impact_memory(L: Layout, points: int, joints: int) -> ContactImpact:
     """An impact of so many contact points and frictional joints."""
     shapes = {"held": joints, "jump": 3 * L.bodies, "driven": len(L.driver_node)}
     shapes |= {"energy": 3, "on": len(L.active_set), "first": 1, "rested": 1}
+    shapes |= dict.fromkeys(("gained", "tangential"), points + joints)
     arrays = {
         name: np.zeros(shapes.get(name, points), np.int64 if kind == "Ints" else np.float64)
         for name, kind in ContactImpact.__annotations__.items()
@@ -131,7 +133,23 @@ def add_struck(L, W, U, D, s, sign, owner):
         terms += abs(D.R[r, k] * W.v[k, 0])
     D.before[r], D.noise[r] = sign * row_rate(L, W, U, s), CONTACT_ACCELERATION_ROUNDING * terms
     D.owner[r], D.law[r], D.normal[r], D.kinetic[r] = owner, CONE, -1, 0
+    D.kept_slip[r] = 0.0
     return r
+
+
+@inline
+def add_struck_joint(L, W, U, M, D, f, owner):
+    """The row of friction pair f of a joint, unless its friction is a given force."""
+    kind = L.friction_kind[f]
+    if kind in (TORQUE, FORCE, PULL):
+        return
+    r = add_struck(L, W, U, D, L.friction_tangent[f], 1.0, owner)
+    D.law[r], D.pair[r], W.rate[f, 0] = kind, f, D.before[r]
+    if kind == APART:
+        D.kept_slip[r] = W.par[L.friction_par[f] + 4, 0]
+    find_arms(L, W, f, False, M.row)
+    for n in range(2 * ARMS):
+        D.arm[r, n] = M.row[n]
 
 
 @njit
@@ -148,8 +166,8 @@ def responses_without_rows(L, W, U, D, I, softer):
 
 @njit
 def struck_rows(L, W, U, M, D, I, kind):
-    """D.R ← rows of normals, then of tangents that are struck; returns their number, after which
-    those of joints that are held follow.
+    """D.R ← rows of normals, then of tangents that are struck, then of friction in joints; returns
+    their number, after which those of joints that are held follow.
     """
     points, fastest = U.normal.shape[0], 0.0
     D.count[ALL_ROWS] = 0
@@ -171,6 +189,13 @@ def struck_rows(L, W, U, M, D, I, kind):
         if s >= 0 and (abs(row_rate(L, W, U, s)) <= fastest if arrests else U.friction[k] > 0.0):
             along = add_struck(L, W, U, D, s, 1.0, k)
             D.normal[along], D.mu[along] = r, U.friction[k]
+    acts = kind in (BY_LAWS, STILL)
+    for j in range(U.joint_pair.shape[0] if acts else 0):
+        if kind == BY_LAWS or I.held[j] == 0:
+            add_struck_joint(L, W, U, M, D, U.joint_pair[j], points + j)
+    for f in range(L.friction_kind.shape[0] if acts else 0):
+        if L.friction_kind[f] == APART:
+            add_struck_joint(L, W, U, M, D, f, -1)
     n = D.count[ALL_ROWS]
     for j in range(U.joint_tangent.shape[0]):
         if kind == STILL and I.held[j] == 1:
@@ -213,6 +238,10 @@ def strike(L, W, U, M, D, P, I, kind):
     D.count[ALL_ROWS] = n
     if held > 0:
         hold(L, D, n, held)
+    for r in range(D.count[ALL_NORMALS], n):
+        node = 2 * L.friction_node[D.pair[r]] if D.law[r] != CONE else 0
+        for c in range(n if D.law[r] != CONE else 0):
+            D.by_force[r, 0, c], D.by_force[r, 1, c] = D.X[c, node], D.X[c, node + 1]
     found = True
     if kind == ARREST:
         arresting_impulses(D, 0, n, D.before, D.impulse)
@@ -251,6 +280,11 @@ def refine_jump(L, M, D, P, I, n):
     for _ in range(REFINEMENTS):
         off, strikes = False, False
         for r in range(n):
+            if D.law[r] != CONE:
+                D.shifted[r] = D.before[r]
+                for k in range(3 * L.bodies):
+                    D.shifted[r] += D.R[r, k] * I.jump[k]
+                continue
             rate, normal = D.before[r], D.normal[r] if r >= m else r
             for k in range(3 * L.bodies):
                 rate += D.R[r, k] * I.jump[k]
@@ -281,7 +315,9 @@ def spread_impulses(L, W, D, I, n, kind):
     """I ← the impulses of n rows by contact points, and the energies of the jump."""
     n3 = 3 * L.bodies
     for k in range(I.normal.shape[0]):
-        I.normal[k] = I.tangential[k] = I.gained[k] = I.moved[k] = 0.0
+        I.normal[k] = I.moved[k] = 0.0
+    for k in range(I.gained.shape[0]):
+        I.tangential[k] = I.gained[k] = 0.0
     for i in range(I.energy.shape[0]):
         I.energy[i] = 0.0
     for k in range(n3):
@@ -295,12 +331,12 @@ def spread_impulses(L, W, D, I, n, kind):
             row, v, jump = D.R[r, c], W.v[c, 0], I.jump[c]
             along, across = along + row * v, across + row * jump
             terms += abs(row) * abs(v + 0.5 * jump)
-        I.gained[k] += impulse * (D.before[r] + 0.5 * across)
+        I.gained[k] += impulse * (D.before[r] + 0.5 * across) if k >= 0 else 0.0
         I.energy[EXCHANGED] += 0.5 * abs(impulse) * (abs(D.before[r] + across) + abs(D.before[r]))
         I.energy[TERMS] += abs(impulse) * terms
         if r < D.count[ALL_NORMALS]:
             I.normal[k], I.moved[k] = impulse, impulse * (along - D.before[r])
-        else:
+        elif k >= 0:
             I.tangential[k] = impulse
     for d in range(L.driver_node.shape[0]):
         # the impulse of a driver's effort is −λ

@@ -3,8 +3,8 @@
 `ContactDecision` holds one complementarity problem of all rows: normals of closed contacts, then
 tangents. It is solved part by part of what is connected (`mbody.kernels.complementarity`), so that
 no scale of one part reaches another. With velocities in place of accelerations and impulses in
-place of forces the same problem is an impact. Poisson: compression by the problem, then expansion
-with e Λ_N given, limits by all of it.
+place of forces the same problem is an impact, impulses of reactions limiting friction of joints.
+Poisson: compression by the problem, then expansion with e Λ_N given, limits by all of it.
 """
 
 from __future__ import annotations
@@ -56,6 +56,7 @@ class ContactDecision(Bundle):
     `kinetic` (n,), `kinetic_mu`, `kinetic_arm`: Whether a tangent has another friction once it
       slides, and this.
     `slip` (n,): Direction of what slides by its kinetic friction in the present trial, else zero.
+    `kept_slip` (n,): Of an earlier trial; of impacts that of teeth, which press apart at rest.
     `part`, `parts_count` (n,): The part of each row; solutions of each part.
     `own_f`, `own_w`, `own_mode` (MOST_SOLUTIONS + 1, n): Those of every part, each part by itself,
       that of the trial last.
@@ -412,14 +413,22 @@ def solve_impulses(D, P, x):
     for r in range(n):
         D.c[r], D.f0[r], D.slip[r], D.sliding[r] = D.shifted[r], 0.0, 0.0, 0.0
     for r in range(m, n):
-        D.given[r] = D.given_law[D.normal[r]]
-        D.sliding[r] = stops_at_once(D, r, D.normal[r])
+        cone = D.law[r] == CONE
+        D.sliding[r] = 0.0 if cone else D.kept_slip[r]
+        for k in range(m):
+            if D.sliding[r] == 0.0 and (not cone or D.normal[r] == k):
+                D.sliding[r] = stops_at_once(D, r, k)
         some = some or D.sliding[r] != 0.0
+        D.given[r] = D.given_law[D.normal[r]] if cone else 0.0
+        for s in range(0 if cone else 2):
+            D.at[r, s] = 0.0
+            for c in range(m):
+                D.at[r, s] += D.by_force[r, s, c] * D.given_law[c]
     without_forces(D)
     found = some and solve_parts(D, P, False, True) > 0
     if some:
         for r in range(m, n):
-            D.sliding[r] = 0.0
+            D.sliding[r] = 0.0 if D.law[r] == CONE else D.kept_slip[r]
     if not found:
         found = solve_parts(D, P, False, True) > 0
     if found:
@@ -430,8 +439,8 @@ def solve_impulses(D, P, x):
 
 @inline
 def stops_at_once(D, r, k):
-    """The direction of sliding of tangent r of normal k where it slides by the motion that
-    approaches, as the end of a rod on a pin: both stop together, until when it slides; else zero.
+    """The direction of sliding of tangent r where it slides by the motion that approaches at normal
+    k, as the end of a rod on a pin: both stop together, until when it slides; else zero.
     """
     N, T, C = D.delassus[k, k], D.delassus[r, r], D.delassus[k, r]
     one = N * T > 0.0 and N * T - C * C <= ROWS_DEPENDENT * N * T and D.shifted[k] < 0.0
@@ -503,15 +512,16 @@ def impact_without_collision(D, P):
 
 @njit
 def impulses_of_modes(D, rates, x):
-    """x ← impulses from velocities by the linear equations of D.mode; False where rows depend on
-    each other.
+    """x ← impulses from velocities by the linear equations of D.mode, without friction of joints;
+    False where rows depend on each other.
     """
     n, m = D.count[ALL_ROWS], D.count[ALL_NORMALS]
     M, unit = D.dense, diagonal_unit(D, n)
     for r in range(n):
         D.terms[r] = 1.0 / np.sqrt(max(D.delassus[r, r] / unit, TINY))
     for r in range(n):
-        closed = D.mode[r] == 1 if r < m else D.mode[D.normal[r]] == 1
+        cone = r >= m and D.law[r] == CONE
+        closed = D.mode[r] == 1 if r < m else cone and D.mode[D.normal[r]] == 1
         holds = closed and (r < m or D.mode[r] == 0)
         for c in range(n):
             M[r, c] = D.terms[r] * (D.delassus[r, c] / unit) * D.terms[c] if holds else 0.0
@@ -519,7 +529,7 @@ def impulses_of_modes(D, rates, x):
         if holds:
             continue
         M[r, r] = 1.0
-        if r >= m and D.mode[r] != 0:
+        if cone and D.mode[r] != 0:
             k = D.normal[r]
             M[r, k] += float(D.mode[r]) * D.mu[r] * D.terms[k] / D.terms[r]
     if not eliminate(M, n):

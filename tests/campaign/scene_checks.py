@@ -541,14 +541,15 @@ class Checks:
                 return
         if any(scene.parts[name].inertia == 0.0 for name in struck):
             return
-        if len(places) != 1 or any(one.limits for one in (*scene.pins, *scene.guides)):
+        joints = (*scene.pins, *scene.guides)
+        if len(places) != 1 or any(one.limits or one.friction > 0.0 for one in joints):
             return
         (one, spot) = places[0]
         rows = [self.column(before, w, spot.place, one) for w in (spot.normal, spot.tangent)]
         W = np.array(rows) / roots
-        joints = self.joint_rows(before, names) / roots
-        if len(joints):  # what is left of the directions that joints allow
-            W = W - W @ np.linalg.pinv(joints) @ joints
+        held = self.joint_rows(before, names) / roots
+        if len(held):  # what is left of the directions that joints allow
+            W = W - W @ np.linalg.pinv(held) @ held
         v = np.concatenate([before.v[n] for n in names]) * roots
         u = np.concatenate([after.v[n] for n in names]) * roots
         found = possible_impulses(W @ W.T, W @ v, one.friction, one.restitution, one.law)
@@ -646,6 +647,9 @@ class Checks:
         joints = self.joint_rows(state, list(self.scene.parts))
         columns += [*joints, *-joints]
         for one in (*self.scene.pins, *self.scene.guides):
+            if one.friction > 0.0:  # by how much the reaction lets it is a test of its own
+                columns += [(row := self.sliding(one)), -row]
+        for one in (*self.scene.pins, *self.scene.guides):
             for row, gap, unit in self.limited(state, one):
                 if gap < CLOSED * unit:
                     columns.append(row)
@@ -655,21 +659,28 @@ class Checks:
                         approach.append((one.name, float(row @ rates), scale))
         return columns, approach
 
+    def sliding(self, one: Any) -> Array:
+        """The generalized force along the freedom of a joint."""
+        names = list(self.scene.parts)
+        row = np.zeros(3 * len(names))
+        if hasattr(one, "angle"):
+            k = 3 * names.index(one.body)
+            row[k : k + 2] = math.cos(one.angle), math.sin(one.angle)
+            return row
+        for (body, _), sign in ((one.j, 1.0), (one.i, -1.0)):
+            if body != GROUND:
+                row[3 * names.index(body) + 2] = sign
+        return row
+
     def limited(self, state: State, one: Any) -> list[tuple[Array, float, float]]:
         """Generalized forces of the limits of a joint, how far they are, and the unit of that."""
         if not one.limits:
             return []
-        names = list(self.scene.parts)
-        row = np.zeros(3 * len(names))
+        row = self.sliding(one)
         if hasattr(one, "angle"):
-            k, unit = 3 * names.index(one.body), self.length
-            row[k : k + 2] = math.cos(one.angle), math.sin(one.angle)
-            value = self.travel(state, one)[0]
+            unit, value = self.length, self.travel(state, one)[0]
         else:
             unit, value = 1.0, state.q[one.j[0]][2] - state.q[one.i[0]][2]
-            for (body, _), sign in ((one.j, 1.0), (one.i, -1.0)):
-                if body != GROUND:
-                    row[3 * names.index(body) + 2] = sign
         low, high = one.limits
         return [(row, value - low, unit), (-row, high - value, unit)]
 

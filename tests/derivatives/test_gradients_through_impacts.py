@@ -28,6 +28,7 @@ from mbody.derivatives import free_instants
 from mbody.laws import ConstantSpeed, Table
 from tests.campaign.scenes import random_scene
 from tests.contact.test_curves import on_curve, sine
+from tests.contact.test_joint_impulses import pendulum, rotor
 from tests.contact.test_shared_forces import four_bar
 from tests.derivatives.test_gradients_through_events import difference
 from tests.support import contact_models as models
@@ -175,7 +176,21 @@ def test_random_scenes(seed, measure, names):
     """
     scene = random_scene(seed)
     how = {"until": scene.until, "instants": 2}
-    check_beside_differences(scene.mechanism("scene"), [f"last({measure})"], names, **how)
+    rough = scene.mechanism("scene")
+    machine = Mechanism("scene", ground=rough.ground.points, ground_shapes=rough.ground.shapes)
+    joints = [replace(one, friction=0.0, static=None) for one in rough.joints]
+    machine.add(*rough.bodies, *joints, *rough.loads, *rough.contacts)
+    machine.simulation = rough.simulation
+    check_beside_differences(machine, [f"last({measure})"], names, **how)
+
+
+def test_what_sticks_twice_beside_a_pin_that_slides_has_none():
+    """Three links stick at a floor, a limit and two pins: their shares press the third one."""
+    scene = random_scene(24)
+    machine, how = scene.mechanism("scene"), {"until": scene.until, "instants": 2}
+    g = mbody.gradient(machine, "last(c.angle)", ["c.mass"], analysis="simulate", **how)
+    assert np.isnan(g.jacobian).all()
+    assert "no equation decides the impulses on which friction of joints depends" in g.notes[-1]
 
 
 def test_an_impact_that_the_linear_equations_do_not_give_has_none(monkeypatch):
@@ -385,3 +400,31 @@ def test_a_wheel_that_strikes_a_curve():
     )
     names = ["road.restitution", "wheel.inertia", "gravity.y"]
     check_beside_differences(machine, ["last(wheel.x)", "last(wheel.omega)"], names, instants=3)
+
+
+# -- Friction of joints at impacts -------------------------------------------------------------
+
+
+@pytest.mark.parametrize("law", ["poisson", "newton"])
+def test_friction_in_a_pin_that_lands(law):
+    """By ρ m Δv/J, of which complex steps give the derivatives."""
+    machine = rotor(1.0, 1.0, law=law)
+    names = ["pin.friction", "rotor.mass", "rotor.inertia", "hit.restitution", "gravity.y"]
+
+    def after(friction, mass, inertia, restitution, pull):
+        rho = 0.04 * friction / np.sqrt(1.0 + friction**2)
+        change = (1.0 + restitution) * np.sqrt(-2.0 * pull)
+        return 40.0 - rho * mass * change / inertia
+
+    g = mbody.gradient(machine, ["last(rotor.omega)"], names, analysis="simulate", rtol=1e-12)
+    numbers = np.array([0.5, 2.0, 0.05, 0.5, -G])
+    steps = numbers + 1e-30j * np.eye(5)
+    expected = [after(*one).imag / 1e-30 for one in steps]
+    assert g.jacobian[0] == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("friction", [0.3, 2.0])
+def test_friction_in_a_pin_of_what_is_struck(friction):
+    names = ["pin.friction", "rod.mass", "rod.inertia", "ball.mass"]
+    measures = ["last(rod.omega)", "last(ball.vx)"]
+    check_beside_differences(pendulum(friction), measures, names)

@@ -33,7 +33,7 @@ from mbody.kernels.step_state import TIME
 from mbody.kernels.watched_steps import POLE_TIME
 from mbody.model.element import listed
 from mbody.solution.doubts import Doubt
-from mbody.solution.energy import causes, gain_of_jump, works_of_moving
+from mbody.solution.energy import causes, gain_of_jump, works_of_moving, works_of_pairs
 from mbody.solution.histories import EventRecord, with_fields
 from mbody.solution.shared_forces import ForceSet, SharedResult
 from mbody.solution.solution import Solution
@@ -63,6 +63,8 @@ class ContactLog:
             one.removesuffix(".moving"): self.work_names.index(one)
             for one in works_of_moving(system)
         }
+        #: Where the work of friction in joints is, by the number of the pair.
+        self.rubbing = [self.work_names.index(one) for one in works_of_pairs(system)]
         #: Modes whose forces are determined; the last instant whose forces were not.
         self.determined: deque[bytes] = deque(maxlen=2)
         self.last_shown: tuple[bytes, Reported] | None = None
@@ -259,6 +261,9 @@ class ContactLog:
             self.lost[self.stops.index(name)] += I.gained[k]
             if name in self.moving:
                 m.total[self.moving[name]] += I.moved[k]
+        gained = I.gained[len(m.uni.contact_points) :].tolist()
+        for joint, taken in zip(m.uni.friction_joints, gained, strict=True):
+            m.total[self.rubbing[joint.pair]] += taken
         for one, given in zip(m.system.drivers, I.driven.tolist(), strict=True):
             m.total[self.work_names.index(one.name)] += given
 
@@ -267,7 +272,9 @@ class ContactLog:
         m, I = self.motion, self.motion.memory.impact
         n, t = m.system.coordinates, float(m.state[TIME])
         closed = np.flatnonzero(m.memory.modes.touches)
-        velocities, taken_away = m.memory.modes.y[n : 2 * n], float(I.gained[closed].sum())
+        joints = I.gained[len(m.uni.contact_points) :]
+        velocities = m.memory.modes.y[n : 2 * n]
+        taken_away = float(I.gained[closed].sum() + joints.sum())
         gained, rounding = gain_of_jump(m.system.mass[:n, 0], velocities, I.jump)
         given = np.append(I.moved[closed], I.driven)
         exchanged, taken, terms = I.energy.tolist()
@@ -381,21 +388,20 @@ class ContactLog:
         states = [self.instant(now, *one) for one in every]
         m.occurred.append(EventRecord(kind, t, states[0], states[1], name, impulses or {}))
 
-    def notes_of(self, found: Solution) -> tuple[str, ...]:
-        """Notes of a motion: also on the joints whose reactions have impulses in impacts, but whose
-        friction has none.
+    def notes_of(self) -> tuple[str, ...]:
+        """Notes of a motion: also on the joints whose reactions have impulses where rates of
+        drivers jump, but whose friction has none.
         """
-        notes, kinds = tuple(self.notes), self.motion.system.layout.friction_kind
-        if not (self.jerked or any(event.name == "impact" for event in found.events)):
-            return notes
+        kinds = self.motion.system.layout.friction_kind
         names = [
             pair.name
             for pair in self.motion.uni.friction_joints
             if FRICTION_KINDS[int(kinds[pair.pair])] not in ("torque", "force")
         ]
-        if not names:
-            return notes
-        return (*notes, f"friction in {listed(names)} has no impulse of its own at impacts")
+        if not (self.jerked and names):
+            return tuple(self.notes)
+        why = "has no impulse of its own where rates of drivers jump"
+        return (*self.notes, f"friction in {listed(names)} {why}")
 
 
 def _quoted(names: Iterable[str]) -> str:

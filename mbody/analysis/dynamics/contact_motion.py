@@ -790,7 +790,7 @@ class EventIntegration(Integration):
         kept = kept or self._kept_instants()
         found = super().solution(status, kept)
         notes = reported_certificate(found).notes
-        notes = (*notes, *self._fast_events(), *self.log.notes_of(found))
+        notes = (*notes, *self._fast_events(), *self.log.notes_of())
         names = {name: [each[name] for each in kept.modes] for name in self.log.named_modes()}
         shared = self.log.shared_result(*kept.forces)
         found = with_fields(found, notes=notes, modes=names, shared=shared)

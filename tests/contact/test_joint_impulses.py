@@ -1,0 +1,146 @@
+"""Friction of joints at impacts, by the impulse of their reactions: closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import (
+    Body,
+    Contact,
+    Gravity,
+    Marker,
+    Mechanism,
+    Prismatic,
+    Revolute,
+    SimulationSettings,
+)
+
+G = 9.81
+
+
+def rotor(size, mass, friction=0.5, restitution=0.5, omega=40.0, law="poisson"):
+    """A rotor in a rough pin on a carrier that lands."""
+    machine = Mechanism(
+        "rotor",
+        ground={"O": (0.0, 0.0), "F": (0.0, -size)},
+        ground_shapes={"floor": {"line": {"point": "F"}}},
+    )
+    at = {"P": (0.0, 0.0)}
+    up = math.pi / 2.0
+    machine.add(
+        Body("carrier", mass=3.0 * mass, inertia=0.1 * mass * size**2, points=at),
+        Body("rotor", mass=2.0 * mass, inertia=0.05 * mass * size**2, points=at),
+        Prismatic("guide", Marker("ground", (0.0, 0.0), up), Marker("carrier", (0.0, 0.0), up)),
+        Revolute("pin", "carrier.P", "rotor.P", friction=friction, pin_radius=0.04 * size),
+        Contact("hit", "ground.floor", "carrier.P", restitution=restitution, law=law),
+        Gravity("gravity", y=-G * size),
+    )
+    start = {"carrier": {"y": 0.0, "vy": 0.0}, "rotor": {"angle": 0.0, "omega": omega}}
+    machine.simulation = SimulationSettings(0.46, start)
+    return machine
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0])
+@pytest.mark.parametrize("mass", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("law", ["poisson", "newton"])
+def test_a_pin_takes_the_part_of_its_impulse(size, mass, law):
+    """J Δω = −ρ m Δv with ρ = μ r/√(1 + μ²), Δv = (1 + e) √(2 g h); no impulse from the floor turns
+    the rotor otherwise.
+    """
+    run = mbody.simulate(rotor(size, mass, law=law), rtol=1e-12)
+    (event,) = (one for one in run.events if one.name == "impact")
+    before, after = (state["rotor"].omega[0] for state in (event.state, event.after))
+    rho = 0.5 * 0.04 * size / math.sqrt(1.25)
+    change = 1.5 * math.sqrt(2.0 * G * size * size)
+    assert before - after == pytest.approx(rho * 2.0 * change / (0.05 * size**2), rel=1e-10)
+    assert run.status == "completed" and not run.doubts
+    assert np.abs(run.energy.balance).max() <= 1e-9 * run.energy.size
+    # what friction in the pin took at the impact is in its work
+    taken = 0.025 * mass * size**2 * (before**2 - after**2)
+    assert run.energy.lost["pin"][-1] == pytest.approx(taken, rel=1e-9)
+    assert not any("impulse of its own" in note for note in run.notes)
+
+
+def test_a_pin_that_stops_within_its_impulse_takes_no_more():
+    """A slow rotor stops with the carrier at rest on the floor, and is not turned round."""
+    run = mbody.simulate(rotor(1.0, 1.0, omega=0.5), rtol=1e-12)
+    event = next(one for one in run.events if one.name == "impact")
+    assert event.state["rotor"].omega[0] > 0.4
+    assert abs(event.after["rotor"].omega[0]) <= 1e-12
+
+
+def pendulum(friction, speed=2.0):
+    """A pendulum at rest in a rough pin, that a ball strikes at a distance d from it."""
+    machine = Mechanism("struck", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body(
+            "rod",
+            mass=1.5,
+            inertia=0.2,
+            cg=(0.0, -0.6),
+            points={"P": (0.0, 0.0), "A": (0.0, 0.0), "B": (0.0, -2.0)},
+            shapes={"face": {"segment": ["A", "B"]}},
+        ),
+        Body("ball", mass=0.7, inertia=0.01, points={"C": (0.0, 0.0)}),
+        Revolute("pin", "ground.O", "rod.P", friction=friction, pin_radius=0.08),
+        Contact("hit", "rod.face", "ball.C", restitution=0.0),
+    )
+    start = {
+        "rod": {"angle": 0.0, "omega": 0.0},
+        "ball": {"x": 0.3, "y": -1.1, "vx": -speed, "vy": 0.0},
+    }
+    machine.simulation = SimulationSettings(0.2, start)
+    return machine
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3, 2.0, 50.0])
+def test_a_pendulum_that_is_struck_at_a_distance(friction):
+    """Momentum of both bodies by hand: of both directions of the reaction one fits."""
+    run = mbody.simulate(pendulum(friction), rtol=1e-12)
+    event = next(one for one in run.events if one.name in ("impact", "rest"))
+    m, J, c, d, M, u = 1.5, 0.2, 0.6, 1.1, 0.7, 2.0
+    rho, found = 0.08 * friction / math.sqrt(1.0 + friction**2), []
+    J += m * c * c
+    for sign in (1.0, -1.0):  # of the reaction R = m c w - L; rod and ball go on together
+        # J w = L d - rho sign R,  M (d w - u) = -L
+        A = np.array([[J + rho * sign * m * c, -d - rho * sign], [M * d, 1.0]])
+        w, L = np.linalg.solve(A, [0.0, M * u])
+        if sign * (m * c * w - L) >= 0.0 and w >= 0.0 and L >= 0.0:
+            found.append(w)
+    (w,) = set(found)
+    assert -event.after["rod"].omega[0] == pytest.approx(w, rel=1e-10, abs=1e-12)
+    assert not run.doubts
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.4, 3.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.6, 1.0])
+def test_a_rod_that_strikes_turns_in_its_pin_until_it_stops(friction, restitution):
+    """Friction opposes the turning through the compression, then through the expansion, each time
+    by the reaction of that phase: Poisson's law of one freedom by hand.
+    """
+    machine = Mechanism(
+        "rod", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    m, c, d, own = 1.5, 0.4, 1.3, 0.2
+    points = {"P": (0.0, 0.0), "B": (d, 0.0)}
+    machine.add(
+        Body("rod", mass=m, inertia=own, cg=(c, 0.0), points=points),
+        Revolute("pin", "ground.O", "rod.P", friction=friction, pin_radius=0.08),
+        Contact("hit", "ground.floor", "rod.B", restitution=restitution),
+    )
+    start = {"rod": {"angle": 0.3, "omega": -3.0}}
+    machine.simulation = SimulationSettings(0.3, start, rtol=1e-12)
+    run = mbody.simulate(machine)
+    event = next(one for one in run.events if one.name == "impact")
+    before, after = -event.state["rod"].omega[0], event.after["rod"].omega[0]
+    rho, J = 0.08 * friction / math.sqrt(1.0 + friction**2), own + m * c * c
+    # J w = N d + rho R with R = m c w - N > 0, as the tip is beyond the centre of percussion
+    N = (J - rho * m * c) * before / (d - rho)
+    # J u = e N d - rho R with R = m c u - e N > 0
+    up = restitution * N * (d + rho) / (J + rho * m * c)
+    assert m * c * before > N and m * c * up >= restitution * N
+    assert after == pytest.approx(up, rel=1e-9, abs=1e-12)
+    assert not run.doubts
+    assert 0.5 * J * (before**2 - after**2) >= -1e-12 * before**2
