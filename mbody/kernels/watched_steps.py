@@ -29,7 +29,9 @@ from mbody.kernels.contact_guards import (
     BEGIN,
     CLOSE,
     COUNT,
+    EDGE,
     END,
+    ENTER,
     EVENT,
     FIRST,
     INSIDE,
@@ -296,10 +298,11 @@ def step_to_zero(L, W, method, S, T, U, G):
                 return LOST
     else:
         return LOST
-    # another guard may be zero a little before
+    # another guard may be zero a little before; a gap that touches at its least only there is not
     for m in range(G.count[0]):
-        begin = G.value[BEGIN, m]
-        least = -max(GUARD_ZERO * begin, G.fresh[m])
+        begin, gap = G.value[BEGIN, m], G.kind[m] in (CLOSE, EDGE, ENTER)
+        least = GUARD_ROUNDING_GAP * W.size[0, 0] if gap else 0.0
+        least = -max(GUARD_ZERO * begin, max(G.fresh[m], least))
         passed = m != n and begin > 0.0 and G.value[END, m] < least
         if passed and not is_behind(G, m, BEGIN, END, state[TRIED_LENGTH], closed):
             return LOST
