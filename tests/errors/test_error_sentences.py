@@ -31,6 +31,8 @@ OTHERWISE = {
     " linkages are written": "the status of a data set",
     " bytes, with binaries for ": "what the command has written",
     "singular start": "the mark of one",
+    "no optimum:": "the head of what the command prints",
+    "none of the numbers changes '": "of a note",
     "stopped: after ": "the status of the solution that the error carries",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
     r"argument command: invalid choice: '(.*?)' \(choose": "a pattern",
