@@ -36,23 +36,23 @@ def test_sizes_are_those_of_the_record(monkeypatch, name, until):
     def begun(motion):
         own(motion)
         forces, G = force_sizes(motion), motion.guard_table
-        for guard, size in zip(motion.guards, G.size, strict=False):
-            if guard.kind in ("close", "edge", "enter"):
+        for (kind, number), size in zip(motion.guards, G.size, strict=False):
+            if kind in ("close", "edge", "enter"):
                 expected = motion.system.length
-            elif guard.kind == "lock":
-                expected = motion.speeds[guard.number]
-            elif guard.kind == "stop":  # of pins a rate of turning
+            elif kind == "lock":
+                expected = motion.speeds[number]
+            elif kind == "stop":  # of pins a rate of turning
                 uni = motion.uni
                 tangents = [one.tangent for one in (*uni.contact_points, *uni.friction_joints)]
-                unit = uni.table.speed_unit[tangents[guard.number]]
-                expected = motion.speeds[guard.number] / unit
-            elif guard.kind == "share":
+                unit = uni.table.speed_unit[tangents[number]]
+                expected = motion.speeds[number] / unit
+            elif kind == "share":
                 which = (G.open_normal | G.open_tangent) > 0
                 expected = (forces / motion.uni.arms)[which].max()
             else:
-                expected = 1.0 if guard.kind == "paradox" else forces[guard.number]
+                expected = 1.0 if kind == "paradox" else forces[number]
             assert size == pytest.approx(expected, rel=1e-14)
-            met.append(guard.kind)
+            met.append(kind)
 
     monkeypatch.setattr(contact_motion.EventIntegration, "_begun", begun)
     mbody.simulate(mbody.gallery.load(name), until)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -103,22 +103,6 @@ from mbody.system.system import System
 Array = np.ndarray
 #: Looks at a step at which forces are met, at least; looks at events in the whole motion, at least.
 OF_A_STEP, OF_ALL = 4, 400
-
-
-@dataclass(frozen=True)
-class Guard:
-    """A function that stays positive as long as a mode of a contact holds.
-
-    Attributes
-    ----------
-    kind : str
-        "close", "lock", "open", "edge", "enter", "slip", "share", "stop" or "paradox".
-    number : int
-        Of what it guards.
-    """
-
-    kind: str
-    number: int = 0
 
 
 def blank_guards(motion: ModalMotion, events: WatchedEvents) -> Guards:
@@ -265,22 +249,13 @@ class EventIntegration(Integration):
         return self.work.on[: len(self.uni), 0].copy()
 
     @property
-    def guards(self) -> list[Guard]:
-        """What is watched."""
+    def guards(self) -> list[tuple[str, int]]:
+        """What is watched: functions that stay positive as long as a mode of a contact holds, each
+        with the number of what it guards.
+        """
         G = self.guard_table
         numbers = zip(G.kind[: G.count[0]].tolist(), G.owner.tolist(), strict=False)
-        return [Guard(GUARDS[kind], owner) for kind, owner in numbers]
-
-    @property
-    def fresh_sizes(self) -> Array:
-        """What is rounding of each guard (guards,), zero of those that began elsewhere."""
-        return self.guard_table.fresh[: self.guard_table.count[0]]
-
-    @property
-    def fresh(self) -> dict[Guard, float]:
-        """What is rounding of guards that began at zero."""
-        found = zip(self.guards, self.fresh_sizes.tolist(), strict=True)
-        return {guard: least for guard, least in found if least > 0.0}
+        return [(GUARDS[kind], owner) for kind, owner in numbers]
 
     def guards_again(self, fresh: Array) -> None:
         """Guards of modes that were set, with what is rounding of them."""
@@ -493,7 +468,7 @@ class EventIntegration(Integration):
             self.least_guard = present_guards(self.motion.layout, self.motion.work, *table)
         return closes
 
-    def _if_quiet(self, until: float, count: int, outputs: Outputs) -> int:
+    def _take_steps(self, until: float, count: int, outputs: Outputs) -> int:
         """At most so many steps towards a time, and the record of where they end."""
         self.initial_states = self.record
         code = self._quietly(until, count, outputs, True)
@@ -550,7 +525,7 @@ class EventIntegration(Integration):
         work[-1], self.state[DELIVERED] = self.total, 0.0
         self.total = work[-1]  # also of steps before Python fails
         outputs = Outputs(times=marks, pages=records, work=work)
-        code = self._advance(self.target, count, outputs, self._if_quiet)
+        code = self._advance(self.target, count, outputs)
         self.total = work[-1].copy()
         met = int(self.state[DELIVERED])
         self.meet_forces(marks[:met], records[:met])
@@ -854,9 +829,8 @@ class EventIntegration(Integration):
         self.passage.whole, self.apart = until - self.first, math.inf
         if self._one_step(until):
             return ""
-        if (
-            self.stage.item(0) == CHANGED
-        ):  # forces have jumped beyond the modes, or no step was tried
+        # forces have jumped beyond the modes, or no step was tried
+        if self.stage.item(0) == CHANGED:
             self.refresh()
         return self.ending or self._advance_in_steps(until)
 
@@ -954,10 +928,13 @@ class EventIntegration(Integration):
     def _modal_state(self) -> ModalState:
         M, G, struck = self.memory.modes, self.guard_table, self.memory.impact.struck
         shared = (np.flatnonzero(one).tolist() for one in (G.open_tangent, G.open_normal))
-        groups = dict[int, list[int]]()
+        fresh = dict(zip(self.guards, G.fresh.tolist(), strict=False))
+        groups = dict[int, list[int]]()  # each begins with its leader
         for k, leader in enumerate(M.leader[: len(self.uni.contact_points)].tolist()):
             if leader >= 0:
-                groups.setdefault(leader, [leader]).extend([k] * (k != leader))
+                group = groups.setdefault(leader, [leader])
+                if k != leader:
+                    group.append(k)
         return ModalState(
             modes=tuple(self.modes),
             pairs=tuple(self.pairs),
@@ -968,7 +945,7 @@ class EventIntegration(Integration):
             shared=tuple(map(tuple, shared)),
             closed=tuple(np.flatnonzero(M.closed).tolist()),
             beyond=tuple(np.flatnonzero(M.beyond).tolist()),
-            fresh=tuple((one.kind, one.number, least) for one, least in self.fresh.items()),
+            fresh=tuple((*one, least) for one, least in fresh.items() if least > 0.0),
             struck=tuple((k, when) for k, when in enumerate(struck.tolist()) if when > -np.inf),
             page=tuple(self.initial_states[:, 0].tolist()),
             lost=tuple(self.log.lost.tolist()),
@@ -995,7 +972,7 @@ class EventIntegration(Integration):
         self.evaluate()
         super()._resume(restart)
         self.guards_again(np.zeros(0))
-        fresh = {Guard(kind, number): least for kind, number, least in found.fresh}
+        fresh = {(kind, number): least for kind, number, least in found.fresh}
         self.guards_again(np.array([fresh.get(one, 0.0) for one in self.guards]))
         self.resumed = found
 

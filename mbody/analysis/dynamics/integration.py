@@ -143,8 +143,6 @@ class ControllerReadings:
         return solution_of_records(self.system, t, records, self.regularization)
 
 
-#: What takes at most so many steps towards a time, with what is kept on the way; a code.
-StepTaker = Callable[[float, int, Outputs], int]
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
 #: Of so many steps the mean is compared with the greatest; where `PATIENT` steps are still to go,
@@ -385,22 +383,19 @@ class Integration:
         raise_user_error(self.system)
         return bool(closes)
 
-    def _advance(
-        self, until: float, steps: int, outputs: Outputs, take: StepTaker | None = None
-    ) -> int:
-        """At most so many steps; a code of `mbody.kernels.step_state`. `take`: what takes them, by
-        default the method.
-        """
+    def _take_steps(self, until: float, count: int, outputs: Outputs) -> int:
+        """At most so many steps towards a time; a code of `mbody.kernels.step_state`."""
+        return self.steps.steps(self.motion, until, count, outputs)
+
+    def _advance(self, until: float, steps: int, outputs: Outputs) -> int:
+        """At most so many steps, and what lies between them; a code as of `_take_steps`."""
         code, left = MORE, steps
         while code == MORE and left > 0:
             done = self.state[STEPS]
             count = 1 if self.passage.open else left
             if until != self.until:  # nothing is kept of what leads to a set time
                 self.state[LAST_STEP_ALLOWED] = 1.0
-            if take is None:
-                code = self.steps.steps(self.motion, until, count, outputs)
-            else:
-                code = take(until, count, outputs)
+            code = self._take_steps(until, count, outputs)
             left -= max(1, int(self.state[STEPS] - done))
             self.passage.record_crossings(self.y)
             self.passage.check_inertia(self.y)
