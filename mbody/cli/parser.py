@@ -83,6 +83,12 @@ COMMANDS = """\
     --npz FILE: write all histories as NumPy arrays
 @driven
     @model @instants @assembly
+@moving
+    @driven
+    --to TIME: the last time, such as 10 or '2 min'
+    --vary NAME=LOW:HIGH:COUNT ...: designs that are shown with one another, or NAME=1,2,3
+    --show WHAT: with commas: names, forces, velocities, accelerations, paths, centres, ghosts
+    @paths
 kinematics analyse.analyse: positions, velocities and accelerations
     @driven @angle @json @tables
 kinetostatics analyse.analyse: the motion, every joint force and every effort (inverse dynamics)
@@ -354,11 +360,7 @@ plot pictures.plot: diagrams of quantities over the cycle
     --axes BODY: the link in whose axes a hodograph is
     -o --output FILE !: ends in .svg, .png or .pdf
 view pictures.view: a page on which the mechanism moves
-    @driven
-    --to TIME: the last time, such as 10 or '2 min'
-    --vary NAME=LOW:HIGH:COUNT ...: designs that are shown with one another, or NAME=1,2,3
-    --show WHAT: with commas: names, forces, velocities, accelerations, paths, centres, ghosts
-    @paths
+    @moving
     --plot QUANTITY ...: a diagram of a measure or a formula, such as B.force; by default the
         measures
     --live: the page solves the model again while one drags and changes it; builds the core for
@@ -367,11 +369,7 @@ view pictures.view: a page on which the mechanism moves
     --open: open the page in the browser
     -o --output FILE: ends in .html (MODEL.html by default), or in .json for the web component
 animate pictures.animate: a film of the mechanism in motion
-    @driven
-    --to TIME: the last time, such as 10 or '2 min'
-    --vary NAME=LOW:HIGH:COUNT ...: designs that are shown with one another, or NAME=1,2,3
-    --show WHAT: with commas: names, forces, velocities, accelerations, paths, centres, ghosts
-    @paths
+    @moving
     --duration S: seconds of the film
     --rate N: frames a second (25)
     --width PX: pixels (640)

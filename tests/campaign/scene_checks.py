@@ -375,7 +375,7 @@ class Checks:
         if mode == "stick" and slides:
             self.fault("sticks in motion", min(map(abs, slips)) / self.swift, one.name)
         goal = np.array([force[0], force[1], force[2] / reach])
-        _, off = nnls(np.array(columns).T, goal / size)
+        off = misfit_of_cone(np.array(columns).T, goal / size)
         if off * size > FORCE * scale:
             n, t = spots[0].normal, spots[0].tangent
             normal, along = sign * float(force[:2] @ n), sign * float(force[:2] @ t)

@@ -114,15 +114,28 @@ def test_a_leg_is_led_by_c_as_by_a_simulator(library):
     assert present_places(model, len(last)) == pytest.approx(last, abs=1e-7)
 
 
-SCRIPT = """
+OPENED = """
 import {{ readFileSync }} from "node:fs";
 import * as mbody from "{module}";
 const core = await mbody.Core.load(await WebAssembly.compile(readFileSync("{core}")));
 const model = core.open(new Uint8Array(readFileSync("{image}")));
+"""
+SCRIPT = """
 model.start({{ t: 0, until: {until} }});
 const motion = model.advance({until});
 console.log(JSON.stringify({{ q: Array.from(motion.position(0)), events: model.events }}));
 """
+
+
+def run_in_node(folder, machine, program):
+    """What a program prints that leads `model`, the image of a machine."""
+    image, script = folder / "image", folder / "lead.mjs"
+    image.write_bytes(to_image(machine).content)
+    opened = OPENED.format(module=MODULE, core=browser_core(), image=image)
+    script.write_text(opened + program, "utf-8")
+    done = subprocess.run(["node", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
 
 
 @pytest.mark.browser
@@ -134,14 +147,7 @@ console.log(JSON.stringify({{ q: Array.from(motion.position(0)), events: model.e
 def test_node_meets_the_events_of_simulate(tmp_path, name, until):
     machine = without_events(gallery.load(name))
     own = mbody.simulate(machine, until, instants=2)
-    image, script = tmp_path / "image", tmp_path / "lead.mjs"
-    image.write_bytes(to_image(machine).content)
-    script.write_text(
-        SCRIPT.format(module=MODULE, core=browser_core(), image=image, until=until), "utf-8"
-    )
-    done = subprocess.run(["node", script], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+    found = run_in_node(tmp_path, machine, SCRIPT.format(until=until))
     struck = [(one.t, next(iter(one.impulses))) for one in own.events if one.name == "impact"]
     met = [(one["t"], one["contact"]) for one in found["events"] if one["kind"] == "impact"]
     assert [one for _, one in met] == [one for _, one in struck]
@@ -152,10 +158,6 @@ def test_node_meets_the_events_of_simulate(tmp_path, name, until):
 
 
 LED = """
-import {{ readFileSync }} from "node:fs";
-import * as mbody from "{module}";
-const core = await mbody.Core.load(await WebAssembly.compile(readFileSync("{core}")));
-const model = core.open(new Uint8Array(readFileSync("{image}")));
 const cranks = {{ u1: "l1", u2: "r1" }};
 const start = model.start({{ t: 0, until: 1 }});
 let {{ angles, rates }} = {first};
@@ -186,18 +188,7 @@ def test_a_leg_is_led_by_node_as_by_a_simulator(tmp_path):
             sim.inputs[u] = -80.0 * (sim[crank].angle - held[u]) - 2.0 * sim[crank].omega
         sim.step(1e-3)
     sim.step(1e-3)
-    image, script = tmp_path / "image", tmp_path / "lead.mjs"
-    image.write_bytes(to_image(leg()).content)
-    script.write_text(
-        LED.format(
-            module=MODULE, core=browser_core(), image=image, steps=300, last=0.301,
-            first=json.dumps(first),
-        ),
-        "utf-8",
-    )  # fmt: skip
-    done = subprocess.run(["node", script], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
+    found = run_in_node(tmp_path, leg(), LED.format(steps=300, last=0.301, first=json.dumps(first)))
     strikes = [one for one in found["events"] if one["kind"] == "impact"]
     assert len(strikes) == sum(one.name == "impact" for one in sim.events) > 0
     assert found["q"] == pytest.approx(sim.q, abs=1e-7)

@@ -234,8 +234,7 @@ export class Model {
     for (const [name, value] of Object.entries(values)) this._number(name)[0] = Number(value);
     const refused = this._setNumbers();
     if (refused < 0) {
-      const inputs = new Set(this.inputs.map((name) => this._place(name)));
-      this._inputsOld ||= Object.keys(values).some((name) => inputs.has(this._place(name)));
+      this._inputsOld ||= Object.keys(values).some((name) => this._isInput(name));
       this._closed = false;
       return;
     }
@@ -418,6 +417,11 @@ export class Model {
     return (this._entries.number.get(name) ?? this._entries.input.get(name) ?? this._missing(name)).place;
   }
 
+  /** Whether a name is that of an input, or of its number. */
+  _isInput(name) {
+    return this.inputs.some((one) => this._place(one) === this._place(name));
+  }
+
   _number(name) {
     return this._view(Float64Array, this._place(name), 1);
   }
@@ -445,8 +449,7 @@ export class Model {
   /** Refuse numbers that the contacts of the image were not made with. */
   _madeWith() {
     const made = this._array("motion.numbers");
-    const inputs = new Set([...this._entries.input.values()].map(({ place }) => place));
-    const other = this.numbers.find((name, n) => !inputs.has(this._entries.number.get(name).place) && this.get(name) !== made[n]);
+    const other = this.numbers.find((name, n) => !this._isInput(name) && this.get(name) !== made[n]);
     if (other) throw new MbodyError(`${other} is not what the contacts of this image were made with: export it again with the new number`);
   }
 
