@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import lsq_linear, nnls
 
 from tests.campaign.scenes import GROUND, Part, Scene, Touching
+from tests.support.impact_cones import nearest_of_cone
 
 Array = Any
 #: Of lengths: what may be closed, what surely is, what overlaps.
@@ -375,7 +375,7 @@ class Checks:
         if mode == "stick" and slides:
             self.fault("sticks in motion", min(map(abs, slips)) / self.swift, one.name)
         goal = np.array([force[0], force[1], force[2] / reach])
-        off = misfit_of_cone(np.array(columns).T, goal / size)
+        off = nearest_of_cone(np.array(columns).T, goal / size)[1]
         if off * size > FORCE * scale:
             n, t = spots[0].normal, spots[0].tangent
             normal, along = sign * float(force[:2] @ n), sign * float(force[:2] @ t)
@@ -507,7 +507,7 @@ class Checks:
             matrix = np.array(columns).T / roots[:, None] if columns else np.zeros((len(roots), 1))
             lengths = np.sqrt((matrix**2).sum(axis=0))
             matrix = matrix / np.where(lengths > 0.0, lengths, 1.0)
-            off = misfit_of_cone(matrix, change / size)
+            off = nearest_of_cone(matrix, change / size)[1]
             if off > IMPULSE and off * size > least:
                 told = f"{event.name} of {event.contact}"
                 self.fault("impulse", off, f"{told}, change {size / swift:.2g} of the momentum")
@@ -707,15 +707,6 @@ class Checks:
         if back > limit:
             self.t = float(run.t[int(np.diff(history).argmin()) + 1])
             self.fault("friction gives", back, ", ".join(lost))
-
-
-def misfit_of_cone(matrix: Array, goal: Array) -> float:
-    """How far a vector is from the cone of columns."""
-    try:
-        return float(nnls(matrix, goal, maxiter=1000)[1])
-    except np.linalg.LinAlgError:  # before scipy 1.15 not of columns that depend on each other
-        found = lsq_linear(matrix, goal, bounds=(0.0, np.inf), method="bvls")
-        return float(np.linalg.norm(matrix @ found.x - goal))
 
 
 def possible_impulses(G: Array, c: Array, mu: float, e: float, law: str) -> list[Array]:
