@@ -15,7 +15,7 @@ import numpy as np
 from mbody.analysis.contact.unilateral import Unilateral, arc_rows, edge_rows
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
-from mbody.analysis.dynamics.shared_friction import InstantModes, reported_instant
+from mbody.analysis.dynamics.shared_friction import InstantModes, SharedForces
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
@@ -179,7 +179,7 @@ class DualMotion:
         self.sided: dict[tuple[tuple[int, float], ...], tuple[Layout, dict[int, float]]] = {}
         self.uni = Unilateral(system)
         #: Those of systems with other numbers, which are kept by who asks.
-        self.beside: dict[int, Unilateral] = {}
+        self.beside: dict[int, SharedForces] = {}
         self.loads = len(system.mechanism.loads) if with_loads else 0
         self.first_load = system.record_rows + 1 + 3 * len(system.drivers)
         self.rows = self.first_load + self.loads * system.coordinates
@@ -232,9 +232,11 @@ class DualMotion:
         """A row (rows,) of a system in the modes of a stretch with the forces that are reported;
         None where all are determined.
         """
-        if system is not self.system and id(system) not in self.beside:
-            self.beside[id(system)] = Unilateral(system)
-        uni, work = self.beside.get(id(system), self.uni), system.work()
+        if id(system) not in self.beside:
+            uni = self.uni if system is self.system else Unilateral(system)
+            self.beside[id(system)] = SharedForces(uni)
+        sharing, work = self.beside[id(system)], system.work()
+        uni = sharing.uni
         n = system.coordinates
         work.q[:n, 0], work.v[:n, 0], work.time[0, 0] = row[:n], row[n : 2 * n], t
         for name, amount in stretch.inputs.items():
@@ -243,7 +245,7 @@ class DualMotion:
         work.par[uni.phase_rows, 0] = phases
         laws_of_time(without_hold(system.runtime(), self.hold), work)
         modes = InstantModes(list(stretch.modes), list(stretch.pairs), stretch.on)
-        found = reported_instant(uni, work, row, modes)
+        found = sharing.reported(work, row, modes)
         return None if found.forces is None else found.record
 
     def _layout(self, stretch: ModeStretch) -> tuple[Layout, dict[int, float]]:

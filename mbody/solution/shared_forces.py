@@ -503,18 +503,20 @@ def inadmissible(solution: Any) -> list[Doubt]:
     ]
 
 
-def primitive_numbers(layout: Layout, work: Work, multipliers: Array) -> Array:
+def primitive_numbers(
+    layout: Layout, work: Work, multipliers: Array, which: Array | None = None
+) -> Array:
     """Numbers of primitives as records keep them, (primitives, PER_PRIMITIVE, …), by their
-    multipliers (primitives, 2, …) at the position in a workspace.
+    multipliers (primitives, 2, …) at the position in a workspace: of the first, or of `which`.
     """
-    L, count = layout, len(multipliers)
-    at = 12 * L.written_node[:count, None] + 6 + np.arange(3)
+    L, which = layout, np.arange(len(multipliers)) if which is None else which
+    at = 12 * L.written_node[which, None] + 6 + np.arange(3)
     x, y = multipliers[:, 0], multipliers[:, 1]
     fx, fy, torque = (
         -(_wide(work.block[at[:, n], 0], x) * x + _wide(work.block[at[:, n] + 3, 0], y) * y)
         for n in range(3)
     )
-    j, arm = 2 * L.primitive_j[:count], L.primitive_arm[:count]
+    j, arm = 2 * L.primitive_j[which], L.primitive_arm[which]
     c, s = work.turn[j, 0], work.turn[j + 1, 0]
     ax, ay = work.par[arm, 0], work.par[arm + 1, 0]
     px, py = _wide(c * ax - s * ay, x), _wide(s * ax + c * ay, x)

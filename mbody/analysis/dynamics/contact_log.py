@@ -11,7 +11,7 @@ import numpy as np
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
 from mbody.analysis.dynamics.integration import solution_of_records
 from mbody.analysis.dynamics.modal_motion import ModalMotion
-from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, reported_instant
+from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, SharedForces
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.advance import (
@@ -54,6 +54,7 @@ class ContactLog:
     def __init__(self, motion: Any) -> None:
         self.motion, system = motion, motion.system
         self.notes: list[str] = []
+        self.sharing = SharedForces(motion.uni)
         self.jerked, self.before = False, InstantModes([], [], np.zeros(0))
         self.stops = [one.name for one in system.mechanism.contacts]
         self.lost = np.zeros(len(self.stops))
@@ -96,7 +97,7 @@ class ContactLog:
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
         m.look_at(t, record)
-        found_now = reported_instant(m.uni, m.probe, record[:, 0], modes)
+        found_now = self.sharing.reported(m.probe, record[:, 0], modes)
         if found_now.forces is None:
             self.determined.append(key)
         else:

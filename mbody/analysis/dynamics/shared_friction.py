@@ -59,22 +59,21 @@ class HeldForces:
         joints: Sequence[int],
         slipping: dict[int, float],
     ) -> None:
-        system, L, self.uni = uni.system, uni.layout, uni
+        system, L, self.uni, self.layout = uni.system, uni.layout, uni, uni.layout
         self.slipping, self.normals = slipping, tuple(normals)
-        self.rows = [uni.contact_points[k].tangent for k in sticking]
-        self.rows += [uni.friction_joints[m].tangent for m in joints]
+        rows = [uni.contact_points[k].tangent for k in sticking]
+        rows += [uni.friction_joints[m].tangent for m in joints]
         self.primitive, self.number, _ = system.row_table
-        self.first = len(self.primitive)  # of what is no joint's
+        first = len(self.primitive)  # of what is no joint's
         pair_slip = np.zeros(len(L.friction_kind))
         for one, mode in zip(uni.friction_joints, pairs, strict=True):
             pair_slip[one.pair] = SLIP_SIGNS.get(mode, 0.0)
-        for f in range(len(pair_slip)):
-            if uni.separates_wheels(f):
-                pair_slip[f] = float(system.par[int(L.friction_par[f]) + 4, 0])
+        for f in filter(uni.separates_wheels, range(len(pair_slip))):
+            pair_slip[f] = float(system.par[int(L.friction_par[f]) + 4, 0])
         pressed = [uni.friction_joints[m].pair for m in joints]
         by_law = [FRICTION_KINDS[int(L.friction_kind[f])] in ("torque", "force") for f in pressed]
         lines, bent = len(normals) + 2 * len(sticking) + 2 * sum(by_law), len(joints) - sum(by_law)
-        forces = self.first + len(normals) + len(self.rows)
+        forces = first + len(normals) + len(rows)
         self.size = 3 * L.bodies, forces, lines, bent
         whole = np.int64
         self.held = kernels.HeldForceTable(
@@ -93,8 +92,9 @@ class HeldForces:
         )
         signs = [0.0] * len(normals) + [1.0, -1.0] * ((lines - len(normals)) // 2 + bent)
         self.signs = np.array(signs)
-        self.own = np.arange(forces) >= self.first
+        self.own = np.arange(forces) >= first
         self.columns, self.forces = np.zeros((3 * L.bodies, forces)), np.zeros(forces)
+        self.which, self.parts = self._parts(rows)
 
     def read(self, work: Work, record: Array) -> ForceLimits:
         """The forces by a record (rows,) at the position and velocities in a workspace; their
@@ -121,28 +121,37 @@ class HeldForces:
         return list(zip(self.held.owner.tolist(), self.signs.tolist(), strict=True))
 
     def multipliers(self, change: Array) -> Array:
-        """Changes of the multipliers of all primitives, (primitives, 2, …), by changes of the
+        """Changes of the multipliers of the primitives `which`, (which, 2, …), by changes of the
         forces (forces, …), to first order in friction of joints that slides.
         """
-        uni, L = self.uni, self.uni.layout
-        found = np.zeros((len(uni.system.owners), 2, *change.shape[1:]))
-        found[self.primitive, self.number] = change[: self.first]
-        for n, k in enumerate(self.normals, start=self.first):
-            point = uni.contact_points[k]
-            found[int(L.active_set[point.normal]), 0] = -point.candidate.sign * change[n]
-            if k in self.slipping:
-                friction = point.friction * self.slipping[k] * change[n]
-                found[int(L.active_set[point.tangent]), 0] = friction
-        for n, row in enumerate(self.rows, start=self.first + len(self.normals)):
-            found[int(L.active_set[row]), 0] = -change[n]
+        found = np.asarray(np.tensordot(self.parts, change, 1))
         for f in np.flatnonzero(self.held.change.any(axis=1)):
-            e, by = int(L.active_set[L.friction_tangent[f]]), self.held.change[f]
-            for part, row in zip(
-                by, pressing_rows(uni.system, int(L.friction_node[f])), strict=True
-            ):
+            e = np.searchsorted(self.which, self.layout.active_set[self.layout.friction_tangent[f]])
+            rows = pressing_rows(self.uni.system, int(self.layout.friction_node[f]))
+            for part, row in zip(self.held.change[f], rows, strict=True):
                 if row >= 0:
                     found[e, 0] += part * change[row]
         return found
+
+    def _parts(self, rows: Sequence[int]) -> tuple[Array, Array]:
+        """The primitives with forces, (which,), and their multipliers by each of the forces,
+        (which, 2, forces): of joints, of contacts with the friction of those that slide, of `rows`.
+        """
+        uni, active, first = self.uni, self.layout.active_set, len(self.primitive)
+        entries = list(zip(self.primitive, self.number, range(first), [1.0] * first, strict=True))
+        for n, k in enumerate(self.normals, start=first):
+            point = uni.contact_points[k]
+            entries.append((active[point.normal], 0, n, -point.candidate.sign))
+            if k in self.slipping:
+                entries.append((active[point.tangent], 0, n, point.friction * self.slipping[k]))
+        for n, row in enumerate(rows, start=first + len(self.normals)):
+            entries.append((active[row], 0, n, -1.0))
+        tangents = active[self.layout.friction_tangent].tolist()
+        which = np.unique([*(one[0] for one in entries), *tangents]).astype(np.int64)
+        parts = np.zeros((len(which), 2, len(self.forces)))
+        for primitive, number, n, sign in entries:
+            parts[np.searchsorted(which, primitive), number, n] = sign
+        return which, parts
 
 
 # -- What is reported --------------------------------------------------------------------------
@@ -155,46 +164,61 @@ class Reported(NamedTuple):
     forces: ForceSet | None
 
 
-def reported_instant(uni: Unilateral, work: Work, record: Array, modes: InstantModes) -> Reported:
-    """The record (rows,) of an instant with those forces that keep their limits best, at the
-    position in a workspace.
+class SharedForces:
+    """What is reported where a motion has redundant constraints; what holds in some modes is kept.
+
+    `uni`: What may touch, slide or stop.
     """
-    held = _all_held(uni, modes)
-    if held is None:
-        return Reported(record, None)
-    limits = held.read(work, record)
-    forces, parts, margins = reported(held.columns, held.forces, held.own, limits)
-    if not parts:
-        return Reported(record, None)
-    system, before = uni.system, held.forces
-    first = 3 * system.coordinates
-    numbers = slice(first, first + PER_PRIMITIVE * len(system.owners))
-    found = record.copy()
-    moved = np.column_stack([forces - before, *(part.free for part in parts)])
-    changes = primitive_numbers(uni.layout, work, held.multipliers(moved))
-    changes = changes.reshape(-1, moved.shape[1])
-    found[numbers] += changes[:, 0]
-    changes = changes[:, 1:]
-    touched = np.flatnonzero(np.abs(changes).max(axis=1) > 0.0)
-    least = np.array([one.least for one in margins])
-    worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
-    every = ForceSet(forces, limits, tuple(parts), least, worst, touched, changes[touched])
-    return Reported(found, every)
 
+    def __init__(self, uni: Unilateral) -> None:
+        self.uni = uni
+        self._held = dict[tuple[str, ...], HeldForces | None]()
 
-def _all_held(uni: Unilateral, modes: InstantModes) -> HeldForces | None:
-    """Every closed contact point and what sticks; None where so few cannot depend on each other."""
-    points = uni.contact_points
-    normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
-    joints = [m for m, mode in enumerate(modes.pairs) if mode == "stick"]
-    # what joints guide may be held twice by one contact that sticks
-    guided = bool(uni.system.rows) and any(modes.modes[n] == "stick" for n in normals)
-    if not modes.on.any() or (len(normals) < 2 and not joints and not guided):
-        return None
-    slipping = {
-        k: SLIP_SIGNS[modes.modes[k]]
-        for k in normals
-        if modes.modes[k] in SLIP_SIGNS and points[k].tangent >= 0
-    }
-    sticking = [k for k in normals if modes.modes[k] == "stick" and points[k].static > 0.0]
-    return HeldForces(uni, modes.pairs, normals, sticking, joints, slipping)
+    def reported(self, work: Work, record: Array, modes: InstantModes) -> Reported:
+        """The record (rows,) of an instant with those forces that keep their limits best, at the
+        position in a workspace.
+        """
+        held = self._all_held(modes) if modes.on.any() else None
+        if held is None:
+            return Reported(record, None)
+        limits, uni = held.read(work, record), self.uni
+        forces, parts, margins = reported(held.columns, held.forces, held.own, limits)
+        if not parts:
+            return Reported(record, None)
+        moved = np.column_stack([forces - held.forces, *(part.free for part in parts)])
+        changes = primitive_numbers(uni.layout, work, held.multipliers(moved), which := held.which)
+        changes = changes.reshape(-1, moved.shape[1])
+        rows = (PER_PRIMITIVE * which[:, None] + np.arange(PER_PRIMITIVE)).ravel()
+        found = record.copy()
+        found[3 * uni.system.coordinates + rows] += changes[:, 0]
+        touched = np.flatnonzero(np.abs(changes[:, 1:]).max(axis=1) > 0.0)
+        least = np.array([one.least for one in margins])
+        worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
+        free = changes[touched, 1:]
+        every = ForceSet(forces, limits, tuple(parts), least, worst, rows[touched], free)
+        return Reported(found, every)
+
+    def _all_held(self, modes: InstantModes) -> HeldForces | None:
+        """Every closed contact point and what sticks; None where so few cannot depend on each
+        other.
+        """
+        key = (*modes.modes, *modes.pairs)
+        if key in self._held:
+            return self._held[key]
+        uni, points = self.uni, self.uni.contact_points
+        normals = [n for n, mode in enumerate(modes.modes) if mode != "open"]
+        joints = [m for m, mode in enumerate(modes.pairs) if mode == "stick"]
+        # what joints guide may be held twice by one contact that sticks
+        guided = bool(uni.system.rows) and any(modes.modes[n] == "stick" for n in normals)
+        if len(normals) >= 2 or joints or guided:
+            slipping = {
+                k: SLIP_SIGNS[modes.modes[k]]
+                for k in normals
+                if modes.modes[k] in SLIP_SIGNS and points[k].tangent >= 0
+            }
+            sticking = [k for k in normals if modes.modes[k] == "stick" and points[k].static > 0.0]
+            held = HeldForces(uni, modes.pairs, normals, sticking, joints, slipping)
+        else:
+            held = None
+        self._held[key] = held
+        return held
