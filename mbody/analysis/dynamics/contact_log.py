@@ -85,9 +85,12 @@ class ContactLog:
         m, plain = self.motion, Reported(record[:, 0], None)
         if not len(m.uni):
             return plain
-        modes = modes or self.modes_now
-        key = " ".join((*modes.modes, *modes.pairs)).encode() + modes.on.tobytes()
-        if not modes.on.any() or key in self.determined:
+        if modes is None:
+            key, on = m.memory.modes.mode.tobytes(), m.on
+        else:
+            key, on = " ".join((*modes.modes, *modes.pairs)).encode(), modes.on
+        key += on.tobytes()
+        if not on.any() or key in self.determined:
             return plain
         n, numbers = m.system.coordinates, m.system.friction_rows.start
         place = key + record[: 2 * n].tobytes() + record[3 * n : numbers].tobytes()
@@ -97,7 +100,7 @@ class ContactLog:
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
         m.look_at(t, record)
-        found_now = self.sharing.reported(m.probe, record[:, 0], modes)
+        found_now = self.sharing.reported(m.probe, record[:, 0], modes or self.modes_now)
         if found_now.forces is None:
             self.determined.append(key)
         else:
