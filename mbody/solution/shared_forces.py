@@ -510,17 +510,15 @@ def primitive_numbers(
     multipliers (primitives, 2, …) at the position in a workspace: of the first, or of `which`.
     """
     L, which = layout, np.arange(len(multipliers)) if which is None else which
-    at = 12 * L.written_node[which, None] + 6 + np.arange(3)
-    x, y = multipliers[:, 0], multipliers[:, 1]
-    fx, fy, torque = (
-        -(_wide(work.block[at[:, n], 0], x) * x + _wide(work.block[at[:, n] + 3, 0], y) * y)
-        for n in range(3)
-    )
+    at = 12 * L.written_node[which, None] + 6 + np.arange(6)
+    rows = work.block[at, 0].reshape(-1, 2, 3, *(1,) * (multipliers.ndim - 2))
+    force = -(rows[:, 0] * multipliers[:, :1] + rows[:, 1] * multipliers[:, 1:])
     j, arm = 2 * L.primitive_j[which], L.primitive_arm[which]
     c, s = work.turn[j, 0], work.turn[j + 1, 0]
     ax, ay = work.par[arm, 0], work.par[arm + 1, 0]
-    px, py = _wide(c * ax - s * ay, x), _wide(s * ax + c * ay, x)
-    return np.stack([x, y, fx, fy, torque - (px * fy - py * fx)], axis=1)
+    px, py = _wide(c * ax - s * ay, force[:, 0]), _wide(s * ax + c * ay, force[:, 0])
+    force[:, 2] -= px * force[:, 1] - py * force[:, 0]
+    return np.concatenate([multipliers, force], axis=1)
 
 
 def _wide(values: Array, like: Array) -> Array:

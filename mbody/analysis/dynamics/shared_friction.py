@@ -146,8 +146,8 @@ class HeldForces:
                 entries.append((active[point.tangent], 0, n, point.friction * self.slipping[k]))
         for n, row in enumerate(rows, start=first + len(self.normals)):
             entries.append((active[row], 0, n, -1.0))
-        tangents = active[self.layout.friction_tangent].tolist()
-        which = np.unique([*(one[0] for one in entries), *tangents]).astype(np.int64)
+        tangents = active[self.layout.friction_tangent[self.held.pair_slip != 0.0]]
+        which = np.unique([*(one[0] for one in entries), *tangents.tolist()]).astype(np.int64)
         parts = np.zeros((len(which), 2, len(self.forces)))
         for primitive, number, n, sign in entries:
             parts[np.searchsorted(which, primitive), number, n] = sign
