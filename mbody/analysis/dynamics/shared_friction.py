@@ -95,6 +95,9 @@ class HeldForces:
         self.own = np.arange(forces) >= first
         self.columns, self.forces = np.zeros((3 * L.bodies, forces)), np.zeros(forces)
         self.which, self.parts = self._parts(rows)
+        #: Their numbers in a record, from the first of all.
+        each = PER_PRIMITIVE * self.which[:, None] + np.arange(PER_PRIMITIVE)
+        self.numbers = each.ravel()
 
     def read(self, work: Work, record: Array) -> ForceLimits:
         """The forces by a record (rows,) at the position and velocities in a workspace; their
@@ -124,7 +127,7 @@ class HeldForces:
         """Changes of the multipliers of the primitives `which`, (which, 2, …), by changes of the
         forces (forces, …), to first order in friction of joints that slides.
         """
-        found = np.asarray(np.tensordot(self.parts, change, 1))
+        found = (self.parts @ change).reshape(len(self.which), 2, *change.shape[1:])
         for f in np.flatnonzero(self.held.change.any(axis=1)):
             e = np.searchsorted(self.which, self.layout.active_set[self.layout.friction_tangent[f]])
             rows = pressing_rows(self.uni.system, int(self.layout.friction_node[f]))
@@ -135,7 +138,7 @@ class HeldForces:
 
     def _parts(self, rows: Sequence[int]) -> tuple[Array, Array]:
         """The primitives with forces, (which,), and their multipliers by each of the forces,
-        (which, 2, forces): of joints, of contacts with the friction of those that slide, of `rows`.
+        (2·which, forces): of joints, of contacts with the friction of those that slide, of `rows`.
         """
         uni, active, first = self.uni, self.layout.active_set, len(self.primitive)
         entries = list(zip(self.primitive, self.number, range(first), [1.0] * first, strict=True))
@@ -151,7 +154,7 @@ class HeldForces:
         parts = np.zeros((len(which), 2, len(self.forces)))
         for primitive, number, n, sign in entries:
             parts[np.searchsorted(which, primitive), number, n] = sign
-        return which, parts
+        return which, parts.reshape(2 * len(which), -1)
 
 
 # -- What is reported --------------------------------------------------------------------------
@@ -186,16 +189,15 @@ class SharedForces:
         if not parts:
             return Reported(record, None)
         moved = np.column_stack([forces - held.forces, *(part.free for part in parts)])
-        changes = primitive_numbers(uni.layout, work, held.multipliers(moved), which := held.which)
+        changes = primitive_numbers(uni.layout, work, held.multipliers(moved), held.which)
         changes = changes.reshape(-1, moved.shape[1])
-        rows = (PER_PRIMITIVE * which[:, None] + np.arange(PER_PRIMITIVE)).ravel()
         found = record.copy()
-        found[3 * uni.system.coordinates + rows] += changes[:, 0]
-        touched = np.flatnonzero(np.abs(changes[:, 1:]).max(axis=1) > 0.0)
+        found[3 * uni.system.coordinates + held.numbers] += changes[:, 0]
+        touched = changes[:, 1:].any(axis=1)
         least = np.array([one.least for one in margins])
         worst = tuple(owner for one in margins if one.least < 0.0 for owner in one.active)
-        free = changes[touched, 1:]
-        every = ForceSet(forces, limits, tuple(parts), least, worst, rows[touched], free)
+        rows, free = held.numbers[touched], changes[touched, 1:]
+        every = ForceSet(forces, limits, tuple(parts), least, worst, rows, free)
         return Reported(found, every)
 
     def _all_held(self, modes: InstantModes) -> HeldForces | None:
