@@ -54,17 +54,19 @@ class Bundle:
     fields: ClassVar[tuple[str, ...]]
     address: int
     _numba_type_: ClassVar[Any]
-    #: Name, type of number and number of axes of each field; of a bundle no type.
-    _plan: ClassVar[tuple[tuple[str, np.dtype[Any] | None, int], ...]]
+    #: By name type of number and number of axes of a field, and its words; of a bundle no type.
+    _plan: ClassVar[dict[str, tuple[np.dtype[Any] | None, int, slice]]]
     _words: np.ndarray
 
     def __init_subclass__(cls) -> None:
         cls.fields = tuple(cls.__annotations__)
-        plan: list[tuple[str, np.dtype[Any] | None, int]] = []
+        cls._plan, start = {}, 0
         for name, kind in cls.__annotations__.items():
             number, axes = KINDS.get(kind, (None, 0))
-            plan.append((name, None if number is None else np.dtype(number), axes))
-        cls._plan = tuple(plan)
+            stop = start + (len(array_words(0, (0,) * axes)) if axes else 1)
+            dtype = None if number is None else np.dtype(number)
+            cls._plan[name] = dtype, axes, slice(start, stop)
+            start = stop
         compiler = selection.compiler()
         if compiler is not None:
             cls._numba_type_ = compiler.bundle_type(cls)
@@ -74,22 +76,25 @@ class Bundle:
             wrong = ", ".join(sorted(values.keys() ^ set(self.fields)))
             raise TypeError(f"{type(self).__name__}: missing or unknown: {wrong}")
         words: list[int] = []
-        for name, dtype, axes in self._plan:
-            if dtype is None:
-                words.append(values[name].address)
-            elif axes:
-                array = np.ascontiguousarray(values[name], dtype)
-                if array.ndim != axes:
-                    raise TypeError(f"{type(self).__name__}.{name} has {axes} axes")
-                values[name] = array
-                pointer = array.__array_interface__["data"][0]
-                words += array_words(pointer, array.shape, array.itemsize)
-            elif dtype.kind == "i":
-                words.append(int(values[name]))
-            else:
-                words += _FLOAT_WORD.unpack(_FLOAT.pack(values[name]))
-        self.__dict__.update(values)
+        for name in self.fields:
+            words += self._set(name, values[name])
         self._keep(np.array(words, dtype=np.int64))
+
+    def _set(self, name: str, value: Any) -> list[int]:
+        """Take the value of a field; its words."""
+        dtype, axes, _ = self._plan[name]
+        if dtype is None:
+            words = [value.address]
+        elif axes:
+            value = np.ascontiguousarray(value, dtype)
+            if value.ndim != axes:
+                raise TypeError(f"{type(self).__name__}.{name} has {axes} axes")
+            pointer = value.__array_interface__["data"][0]
+            words = array_words(pointer, value.shape, value.itemsize)
+        else:
+            words = [int(value)] if dtype.kind == "i" else [*_FLOAT_WORD.unpack(_FLOAT.pack(value))]
+        self.__dict__[name] = value
+        return words
 
     @classmethod
     def zeros(cls, shapes: tuple[tuple[int, ...], ...], **numbers: float) -> Self:
@@ -134,28 +139,28 @@ class Bundle:
         """Another bundle in the place of one, between two calls of kernels: what contains this
         bundle has it, too.
         """
-        at = 0
-        for one, dtype, axes in self._plan:
-            if one == name:
-                assert dtype is None and type(bundle) is type(getattr(self, name))
-                self.__dict__[name], self._words[at] = bundle, bundle.address
-                return
-            at += len(array_words(0, (0,) * axes)) if axes else 1
-        raise AttributeError(f"a {type(self).__name__} has no {name!r}")
+        if name not in self._plan:
+            raise AttributeError(f"a {type(self).__name__} has no {name!r}")
+        assert type(bundle) is type(getattr(self, name))
+        self._words[self._plan[name][2]] = self._set(name, bundle)
 
     def take(self, other: Self, but: set[str]) -> None:
         """All arrays but some become those of another bundle, between two calls of kernels."""
-        at = 0
-        for name, _, axes in self._plan:
-            size = len(array_words(0, (0,) * axes)) if axes else 1
+        for name, (_, _, words) in self._plan.items():
             if name not in but:
-                self._words[at : at + size] = other._words[at : at + size]
+                self._words[words] = other._words[words]
                 self.__dict__[name] = getattr(other, name)
-            at += size
 
     def replaced(self, **values: Any) -> Self:
         """A copy with other values of some fields."""
-        return type(self)(**(self.as_dict() | values))
+        bundle, words = type(self).__new__(type(self)), self._words.copy()
+        bundle.__dict__.update(self.as_dict())
+        for name, value in values.items():
+            if name not in self._plan:
+                raise TypeError(f"{type(self).__name__}: missing or unknown: {name}")
+            words[self._plan[name][2]] = bundle._set(name, value)
+        bundle._keep(words)
+        return bundle
 
     def as_dict(self) -> dict[str, Any]:
         """The fields by name."""
@@ -180,7 +185,7 @@ def _zeros(
     words, pointers, start = list[int](), list[int](), 0
     places: dict[str, tuple[Any, ...]] = {}
     rest = iter(shapes)
-    for name, dtype, axes in kind._plan:
+    for name, (dtype, axes, _) in kind._plan.items():
         if not axes:
             assert dtype is not None and dtype.kind == "f", f"{kind.__name__}.{name} is no float"
             places[name] = (len(words),)
