@@ -429,7 +429,9 @@ FORCE_NONE = 1e-9  # A force, an effort or a reserve below this part of the grea
 FORCE_PASSED_ON = 1e-6
 #: Masses of what is joined whose ratio is greater lose digits of the lighter one's acceleration,
 MASSES_UNEVEN = 1e3
-MASSES_LOST = 1e9  # and beyond this what decides which contacts are closed.
+#: and beyond this what decides which contacts are closed: a residual of 1e-9 of what the heavy one
+#: needs is a tenth of the light one's weight.
+MASSES_LOST = 1e8
 #: Part of the error of accelerations that a refinement leaves, for each of that ratio.
 REFINEMENT_LEAVES = 1e3 * MACHINE_EPSILON
 FORCE_NONE_BRANCH = 1e-8  # The same where branches are compared.

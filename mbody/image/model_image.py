@@ -441,11 +441,6 @@ def _interval(system: System, whole: float) -> float:
 
 def _refuse_another_motion(system: System) -> None:
     """Refuse a motion that would be another one in the image."""
-    if with_contacts_of_joints(system) is not system:
-        raise ModelError(
-            f"joints of '{system.mechanism.name}' have limits or may separate, which an image "
-            "cannot follow: describe them as contacts"
-        )
     for one in system.mechanism.inputs:
         if holds(one.value):
             raise ModelError(
@@ -538,6 +533,8 @@ def to_image(
     """
     system = as_system(model)
     name = system.mechanism.name
+    if "free" in analyses and system.batch is None:
+        system = with_contacts_of_joints(system)
     if system.batch is not None:
         raise ModelError(
             f"an image has one design, '{name}' has {system.batch}: choose one with design(n)"

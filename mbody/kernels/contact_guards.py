@@ -345,7 +345,11 @@ def is_behind(G, n, before, after, h, closed):
 
 @njit
 def between(G, n, before, after, h, closed):
-    """Whether guard n may have been zero between two looks, a time h apart."""
+    """Whether guard n may have been zero between two looks, a time h apart, as an event may that
+    was rounding before: on which side it was then is remembered.
+    """
+    if G.kind[n] == EVENT and abs(G.value[before, n]) <= G.fresh[n] < abs(G.value[after, n]):
+        return True
     side = side_of(G, n, before)
     p, q, past_p, past_q = (
         side * G.rate[before, n],

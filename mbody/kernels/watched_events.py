@@ -26,6 +26,7 @@ from mbody.kernels.forces import forces
 from mbody.kernels.layout import PER_PRIMITIVE, keep_some
 from mbody.kernels.loop_closure import constrained_accelerations
 from mbody.kernels.number_program import NumberProgram, run
+from mbody.kernels.position_velocity import least_motion
 
 #: Intervals between looks at a part of a step.
 INTERVALS = 4
@@ -54,7 +55,7 @@ class WatchedEvents(Bundle):
     `rated` (e,): Whether it is made of positions, velocities and the time alone.
     `missed` (e,): Where it varies faster than it was looked at, how far apart looks were; else 0.
     `number` (6,): See above.
-    `last` (e,): What was rounding of it when that was found last.
+    `last` (2, e): What is rounding of it at the present state, and at the end of what was tried.
     `side` (3, e): 1 or −1, on which side of zero it was last by more than rounding, else 0.
     `saved` (slots,): The slots of a state before a step.
     """
@@ -73,7 +74,7 @@ class WatchedEvents(Bundle):
     rated: Ints
     missed: Floats
     number: Floats
-    last: Floats
+    last: Rows
     side: Rows
     saved: Floats
     program: NumberProgram
@@ -105,7 +106,7 @@ def watched_events(
         handle=np.zeros(1, whole), argument=np.asarray(argument, whole),
         greatest=np.zeros(events), direction=np.zeros(events, whole),
         stops=np.zeros(events, whole), rated=np.zeros(events, whole), missed=np.zeros(events),
-        number=np.zeros(6), last=np.zeros(events), side=np.zeros((3, events)),
+        number=np.zeros(6), last=np.zeros((2, events)), side=np.zeros((3, events)),
         saved=np.zeros(slots), program=program,
     )  # fmt: skip
     found.rated[: len(rated)] = rated
@@ -246,11 +247,35 @@ def multiplier_rounding(L, W, k, r):
 
 
 @njit
+def add_rate_rounding(L, W, E, sign):
+    """E.rounding ← that of velocities and what rounding of the rates of rows makes of them, the
+    sums |g| |v| of node k having the sign signᵏ, by the factor of the rows: what two near contact
+    points hold turns by the rounding of its speed over their distance.
+    """
+    n3, turns = 3 * L.bodies, 1.0
+    for k in range(L.nodes):
+        W.x[2 * k, 0] = W.x[2 * k + 1, 0] = 0.0
+        for n in range(6):
+            column, o = L.node_column[2 * k + n // 3] + n % 3, 12 * k + n + 3 * (n // 3)
+            if column < 3 * L.slots:
+                rate = turns * MACHINE_EPSILON * abs(W.v[3 * L.slot_body[column // 3] + n % 3, 0])
+                W.x[2 * k, 0] += rate * abs(W.block[o, 0])
+                W.x[2 * k + 1, 0] += rate * abs(W.block[o + 3, 0])
+        turns *= sign
+    least_motion(L, W, 0.0, W.x, False)
+    for n in range(E.row.shape[0]):
+        k = E.row[n] - n3
+        if 0 <= k < n3:
+            E.rounding[n] += abs(W.u[3 * L.body_slot[k // 3] + k % 3, 0])
+
+
+@njit
 def find_row_rounding(L, W, S, E, refinements, h):
     """E.rounding ← what is rounding of the rows that events read, at the state that was just
-    evaluated: of positions and velocities by their scales; of accelerations and reactions by the
-    sizes that are summed in them, and by what rounding of positions makes of them; of velocities
-    what that is in a step of length h. The workspace is left at a position beside.
+    evaluated: of positions and velocities by their scales, of these by the rates of rows, too; of
+    accelerations and reactions by the sizes that are summed in them, and by what rounding of
+    positions makes of them; of velocities what that is in a step of length h. The workspace is left
+    at a position beside.
     """
     n3, wanted = 3 * L.bodies, False
     last = 3 * n3 + PER_PRIMITIVE * L.primitive_node.shape[0]
@@ -260,6 +285,8 @@ def find_row_rounding(L, W, S, E, refinements, h):
         wanted = wanted or n3 <= row < last
     if not wanted:
         return
+    for sign in (1.0, -1.0):
+        add_rate_rounding(L, W, E, sign)
     find_force_sizes(L, W)
     for n in range(E.row.shape[0]):
         row = E.row[n]

@@ -142,7 +142,8 @@ def refinements_of(S, T):
 @njit
 def round_events(L, W, S, G, refinements, at):
     """G.fresh ← what is rounding of the events in a step whose end, or beginning, was just
-    evaluated, in row `at` of the looks: the greater of both ends.
+    evaluated, in row `at` of the looks: the greater of both ends; where modes have changed, that
+    of the modes before, too.
     """
     E = G.events
     if events_of(E) == 0:
@@ -152,9 +153,11 @@ def round_events(L, W, S, G, refinements, at):
     find_rounding(L, W, E, G.event_value, G.event_rate)
     for n in range(G.count[0], watched(G)):
         e, greatest = n - G.count[0], max(abs(G.value[BEGIN, n]), abs(G.value[at, n]))
-        before = E.last[e] if at == END else 0.0
-        G.fresh[n] = max(MACHINE_EPSILON * greatest, max(before, G.event_rate[e]))
-        E.last[e] = G.event_rate[e]
+        E.last[1, e] = G.event_rate[e]
+        found = max(E.last[0, e], E.last[1, e])
+        if at == BEGIN:
+            E.last[0, e] = found
+        G.fresh[n] = max(MACHINE_EPSILON * greatest, found)
 
 
 @njit
@@ -255,14 +258,13 @@ def find_first(L, W, method, S, T, U, G):
 
 
 @njit
-def step_to_zero(L, W, method, S, T, U, G):
-    """Try a step that ends where guard or event G.passed is zero, near the part G.part of the step
-    that was looked at, so that its end has the order of the method: LOCATED, LOST or IGNORED.
+def locate(L, W, method, S, T, U, G, h):
+    """Try steps until one ends where guard or event G.passed is zero, within a time h, near the
+    part G.part of it; whether one does.
     """
     state, n, rate = S.state, G.passed[0], G.part[1]
-    t, h, closed = state[TIME], state[TRIED_LENGTH], CONTACT_GAP_CLOSED * W.size[0, 0]
     # what is rounding at the beginning may leave that at once
-    least = t + 4.0 * MACHINE_EPSILON * max(abs(t), h) if G.kind[n] == EVENT else t
+    t, least = state[TIME], state[TIME] + 4.0 * MACHINE_EPSILON * max(abs(state[TIME]), h)
     end, before, value = max(t + G.part[0] * h, least), t, math.inf
     beyond, low, high = False, t, t + h
     if not (rate < 0.0 or (G.kind[n] == EVENT and rate > 0.0)):
@@ -271,15 +273,15 @@ def step_to_zero(L, W, method, S, T, U, G):
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
         if not end > t or attempt_step(L, W, method, S, T, end) != TRIED:
-            return LOST
+            return False
         look(L, W, U, G, END, False)
         look_at_events(L, W, G, END)
         here = G.value[END, n]
         falls = G.kind[n] == EVENT or (low == t and side * here <= 0.0 and end - here / rate <= t)
         if abs(here) <= G.fresh[n] and falls:
-            break  # from where it began
+            return True  # from where it began
         if abs(here) >= abs(value) and abs(here) <= abs(rate) * GUARD_ZERO * h:
-            break  # what is left is rounding
+            return True  # what is left is rounding
         if side * here > 0.0:
             low = end
         else:
@@ -288,25 +290,52 @@ def step_to_zero(L, W, method, S, T, U, G):
             rate = (here - value) / (end - before)
         before, value, away = end, here, -here / rate
         if abs(away) <= 16.0 * MACHINE_EPSILON * h or end + away == end:
-            break
+            return True
         end += away
         if not low < end < high:
             end = 0.5 * (low + high)
-            if not low < end < high and beyond:
-                break
             if not low < end < high:
-                return LOST
-    else:
-        return LOST
-    # another guard may be zero a little before; a gap that touches at its least only there is not
+                return beyond
+    return False
+
+
+@njit
+def passed_before(W, G, h):
+    """The guard that was zero first before the end of a step of length h that was tried, if its
+    values fall evenly; −1 if none was. A gap that touches at its least only there was not.
+    """
+    first, part, closed = -1, 1.0, CONTACT_GAP_CLOSED * W.size[0, 0]
     for m in range(G.count[0]):
-        begin, gap = G.value[BEGIN, m], G.kind[m] in (CLOSE, EDGE, ENTER)
+        begin, end, gap = G.value[BEGIN, m], G.value[END, m], G.kind[m] in (CLOSE, EDGE, ENTER)
         least = GUARD_ROUNDING_GAP * W.size[0, 0] if gap else 0.0
-        least = -max(GUARD_ZERO * begin, max(G.fresh[m], least))
-        passed = m != n and begin > 0.0 and G.value[END, m] < least
-        if passed and not is_behind(G, m, BEGIN, END, state[TRIED_LENGTH], closed):
+        passed = begin > 0.0 and end < -max(GUARD_ZERO * begin, max(G.fresh[m], least))
+        earlier = passed and m != G.passed[0] and begin / (begin - end) < part
+        if earlier and not is_behind(G, m, BEGIN, END, h, closed):
+            first, part = m, begin / (begin - end)
+    return first
+
+
+@njit
+def step_to_zero(L, W, method, S, T, U, G):
+    """Try a step that ends where guard or event G.passed is zero, near the part G.part of the step
+    that was looked at, so that its end has the order of the method: LOCATED, LOST or IGNORED. Where
+    another guard was zero before, G.passed ← that, unless time has no digits between them.
+    """
+    state, first = S.state, G.passed[0]
+    t, h = state[TIME], state[TRIED_LENGTH]
+    for _ in range(1 + G.count[0]):
+        if not locate(L, W, method, S, T, U, G, h):
             return LOST
-    return LOCATED if G.kind[n] != CLOSE or closes(L, W, U, G, G.owner[n]) else IGNORED
+        n, end, same = G.passed[0], state[TRIED_END], 16.0 * MACHINE_EPSILON * max(abs(t), h)
+        m, h = passed_before(W, G, end - t), t + h - end
+        if m < 0 or h <= same:
+            if G.kind[n] != CLOSE or closes(L, W, U, G, G.owner[n]):
+                return LOCATED
+            return IGNORED if n == first else LOST
+        h, G.passed[0] = end - t, m
+        G.part[1] = (G.value[END, m] - G.value[BEGIN, m]) / h
+        G.part[0] = -G.value[BEGIN, m] / (G.part[1] * h)
+    return LOST
 
 
 @njit
@@ -328,10 +357,11 @@ def closes(L, W, U, G, k):
 @njit
 def shorten_before_pole(G, S, h):
     """Steps come no nearer than half way to where det(I − φ′ B) would vanish: beyond it forces have
-    the other sign.
+    the other sign. Where a guard is zero the modes change, and with them what would vanish.
     """
+    changes = G.part[0] != NO_ZERO and G.kind[G.passed[0]] != EVENT
     G.part[POLE_TIME] = math.inf
-    for n in range(G.count[0]):
+    for n in range(0 if changes else G.count[0]):
         if G.kind[n] == PARADOX and G.value[END, n] < G.value[BEGIN, n]:
             until = h * G.value[END, n] / (G.value[BEGIN, n] - G.value[END, n])
             G.part[POLE_TIME] = S.state[TIME] + until
@@ -423,6 +453,8 @@ def watched_steps(L, W, method, S, T, O, U, G):
             h, G.known[0] = state[TRIED_LENGTH], 0
             code = accept_step(L, W, method, S, T, O, until, quiet and G.part[DENSE] > 0.0)
             for e in range(events_of(E)):
+                if G.part[DENSE] > 0.0:
+                    E.last[0, e] = E.last[1, e]
                 if not quiet and G.seen[G.count[0] + e] >= 0.0:
                     E.side[PART, e] = 0.0  # it has crossed, and is at zero
             find_sides(G, END, PART if G.part[DENSE] > 0.0 else NOW, NOW)

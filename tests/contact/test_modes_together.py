@@ -66,7 +66,7 @@ def test_a_rough_pin_beside_a_shoe_that_slides():
     """
     run = mbody.simulate(brake(0.0, mu=0.3), 0.05, rates={"drum": 30.0, "lever": 0.0}, instants=6)
     assert run.events[0].name == "indeterminate"
-    assert "nothing decides the forces of what rests" in run.notes[0]
+    assert "nothing decides how loads are shared" in run.notes[0]
     pressed = 100.0 * 0.6 / (0.3 - 0.3 * 0.04)
     assert run.contact("shoe")[0] == pytest.approx(pressed, rel=1e-9)
 
@@ -150,3 +150,45 @@ def test_a_parked_vehicle_needs_both_axles(slope, holds):
     slides = 386.4 * (math.sin(slope) - 0.8 * math.cos(slope))
     np.testing.assert_allclose(run["chassis"].ax, -max(slides, 0.0), atol=1e-8)
     assert (run.mode("front_tyre")[-1] == run.mode("rear_tyre")[-1] == "roll") == holds
+
+
+def lifted(boxes, width):
+    """Boxes of 1 kg and their weight of 10 N, lifted by 20 N from where a body that passes is at
+    1.2345 m, within some widths [m]; each stands on two feet, on which it never tips.
+    """
+    machine = Mechanism(
+        "lift", ground={"O": (0, 0)}, ground_shapes={"floor": {"line": {"point": "O"}}}
+    )
+    machine.add(Body("s", mass=1.0, inertia=1.0), Gravity("g", y=-10.0))
+    start = {"s": {"x": 0.0, "y": 50.0, "angle": 0.0, "vx": 1.7, "vy": 0.0, "omega": 0.0}}
+    for k in range(boxes):
+        feet = {"A": (-0.5, -0.25), "B": (0.5, -0.25)}
+        machine.add(Body(f"b{k}", mass=1.0, inertia=0.1, points=feet, guess=(3.0 * k, 0.25, 0)))
+        machine.add(
+            *(Contact(f"b{k}{f}", "ground.floor", f"b{k}.{f}", friction=0.5) for f in feet),
+            Force(
+                f"f{k}", f"b{k}", f"20 N/(1 + exp((1.2345 m - s.x)/({width} m)))", angle="90 deg"
+            ),
+        )
+    machine.simulation = mbody.SimulationSettings(2.0, start=start, rtol=1e-9)
+    return machine
+
+
+@pytest.mark.parametrize(
+    ("boxes", "width"), [(1, 10.0), (1, 0.3), (2, 10.0), (2, 1e-3), (2, 1e-5), (2, 1e-18)]
+)
+def test_feet_that_lift_at_one_instant(boxes, width):
+    """Guards of all feet, of pressing and of friction, are zero together, and jump together."""
+    run = mbody.simulate(lifted(boxes, width), 2.0, instants=3)
+    time, lifts = width / 1.7, 1.2345 / 1.7
+    assert run.status == "completed"
+    assert {one.contact for one in run.events if one.name == "open"} == {
+        f"b{k}{f}" for k in range(boxes) for f in "AB"
+    }
+    assert max(abs(one.t - lifts) for one in run.events) < 1e-9
+    # v̇ = 10 tanh(u/2), u = (t − t₀)/τ, is 20 τ log cosh(u/2) after t₀
+    u = (2.0 - lifts) / time
+    log = 0.5 * u + math.log1p(math.exp(-u)) - math.log(2.0)
+    for k in range(boxes):
+        assert run[f"b{k}"].vy[-1] == pytest.approx(20.0 * time * log, rel=1e-7)
+        assert abs(run[f"b{k}"].omega[-1]) < 1e-9

@@ -269,6 +269,49 @@ def test_feet_that_slide_share_their_load():
     assert run.effort("pull") == pytest.approx(0.3 * 98.1 - 50.0) and run.unique_effort("pull")
 
 
+def sliding_feet(mu, push, rate, feet=(-0.5, 0.5)):
+    """A body of 1 kg and its weight of 10 N, 0.5 m above its feet, each with its own friction."""
+    made = Mechanism("body", ground={"O": (0, 0)}, ground_shapes={"floor": line(0.0)})
+    points = {f"f{k}": (x, -0.5) for k, x in enumerate(feet)}
+    made.add(Body("b", mass=1.0, inertia=0.2, points=points), Gravity("g", y=-10.0))
+    made.add(Force("F", "b", push, angle=0.0))
+    for k, one in enumerate(mu):
+        made.add(Contact(f"p{k}", "ground.floor", f"b.f{k}", friction=one))
+    start = {"b": {"x": 0.0, "y": 0.5, "angle": 0.0, "vx": rate, "vy": 0.0, "omega": 0.0}}
+    made.simulation = mbody.SimulationSettings(0.05, start=start)
+    return mbody.simulate(made, 0.05, instants=3)
+
+
+@pytest.mark.parametrize(
+    ("mu", "push", "rate", "mode", "press"),
+    [
+        ((0.2, 0.6), 0.0, 1.0, "slip+", 7.5),  # N₂ − N₁ = μ₁ N₁ + μ₂ N₂, N₁ + N₂ = 10
+        ((0.6, 0.2), 4.5, 0.0, "slip+", 20.0 / 3.0),
+        ((0.2, 0.6), 4.5, 0.0, "stick", 7.25),  # N₂ − N₁ = 4.5
+    ],
+)
+def test_feet_of_different_friction(mu, push, rate, mode, press):
+    """The same edge, but what sticks longer carries more: forces are unique where they slide."""
+    run = sliding_feet(mu, push, rate)
+    friction = mu[0] * (10.0 - press) + mu[1] * press
+    expected = push - friction if mode != "stick" else 0.0
+    assert run.status == "completed" and not run.events
+    assert run["b"].ax == pytest.approx(expected, abs=1e-9)
+    assert run["b"].alpha == pytest.approx(0.0, abs=1e-9)
+    for k, force in enumerate((10.0 - press, press)):
+        own = run.reaction(f"p{k}")
+        assert set(run.mode(f"p{k}")) == {mode}
+        assert own.fy == pytest.approx(force) and own.unique[:2] == (mode != "stick", True)
+
+
+def test_three_feet_of_different_friction_slide_in_several_ways():
+    """Any N ≥ 0 with ΣN = 10 and Σ x N = ½ Σ μ N: an acceleration between those of its corners."""
+    run = sliding_feet((0.2, 0.4, 0.6), 5.5, 0.0, (-0.5, 0.1, 0.5))
+    (event,) = run.events
+    assert event.name == "indeterminate" and "how loads are shared" in run.notes[0]
+    assert 0.5 - 1e-9 < float(run["b"].ax[0]) < 5.0 / 6.0 + 1e-9
+
+
 def test_no_share_keeps_a_table_that_tips():
     run = mbody.statics(on_feet((-1.0, 0.0, 1.0), 0.3, 0.0, cg=1.5))
     (doubt,) = run.doubts

@@ -146,6 +146,17 @@ def test_events_by_programs_are_those_that_python_finds(name, monkeypatch):
     assert np.abs(found - expected).max() <= 1e-7 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("rtol", [1e-8, 1e-10])
+def test_a_crossing_with_a_rest_between_is_one_whatever_rounding_says(rtol):
+    """The sleeve turns by 1e-14 where its ends hold it: signs before and after, by samples."""
+    model, times = mbody.gallery.load("woodpecker"), np.linspace(0.0, 0.3, 15001)
+    run = mbody.simulate(model, 0.3, events=[Event("sleeve.omega")], times=times, rtol=rtol)
+    rates = np.asarray(run.measure("sleeve.omega"))
+    signs = np.sign(rates[np.abs(rates) > 1e-9])
+    met = [one for one in run.events if one.name == "sleeve.omega"]
+    assert len(met) == np.count_nonzero(np.diff(signs)) == 23
+
+
 def looked_at(value, rate):
     """What `first_zero` reads of one event, by the values and rates of its five looks."""
     places = np.zeros((KEPT_LOOKS, 1))

@@ -50,15 +50,6 @@ def released():
 FLOOR = {"line": {"point": "O"}}
 
 
-def limited():
-    """A pendulum whose pin has limits."""
-    made = Mechanism("limited")
-    made.add(Body("arm", mass=1.0, cg=(0.5, 0.0)))
-    made.add(Revolute("pin", "ground", "arm", limits=(-0.3, 0.3)))
-    made.simulation = SimulationSettings(1.0)
-    return made
-
-
 def touching(bodies):
     """Bodies of 64 corners over a floor; a wheel without inertia on it, where there are none."""
     made = Mechanism("touching", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": FLOOR})
@@ -153,7 +144,6 @@ SCENARIOS = {
         assemble(four_bar()).with_values({"crank.mass": [1.0, 2.0]})
     ),
     "an image of a function in Python": lambda: to_image(by_law(Function(math.sin))),
-    "an image of a joint with limits": lambda: to_image(limited()),
     "an image of too many contacts": lambda: to_image(touching("abcde")),
     "an image of a wheel without inertia": lambda: to_image(touching("")),
     "an image of a motion that ends": lambda: to_image(
@@ -194,7 +184,6 @@ SCENARIOS = {
 SENTENCES = r"""
 an image of a batch | ModelError | - | an image has one design, 'four-bar' has 2: choose one with design(n)
 an image of a function in Python | ModelError | motor | 'motor' has a function in Python, which an image runs without: give a formula or a table instead
-an image of a joint with limits | ModelError | - | an image of 'limited' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'limited' has 1 degree left: add a driver, for example on 'arm'; no free motion: joints of 'limited' have limits or may separate, which an image cannot follow: describe them as contacts
 an image of too many contacts | ModelError | - | an image of 'touching' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'touching' has 15 degrees left: add a driver, for example on 'a'; no free motion: 'touching' has 320 places that may touch, too many for an image: leave out contacts that never close
 an image of a wheel without inertia | ModelError | - | an image of 'touching' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'touching' has 3 degrees left: add a driver, for example on 'wheel'; no free motion: an image cannot begin the motion of 'touching': what slides at the beginning at 'wheel floor' has no inertia to do so: it rolls at once
 an image of a motion that ends | ModelError | - | an image of 'four-bar' could do nothing; no driven motion: kinetostatics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'; no free motion: 'crank.omega' ends the motion, which an image cannot do: leave it out

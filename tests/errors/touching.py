@@ -8,9 +8,11 @@ from mbody import (
     Contact,
     CoordinateDriver,
     Fixed,
+    Force,
     Gravity,
     Mechanism,
     Rope,
+    SimulationSettings,
     Simulator,
     assemble,
     from_toml,
@@ -115,6 +117,17 @@ def tight():
     simulate(made, 0.1)
 
 
+def steep():
+    """A wheel that slides, and that a force lifts within 1e-40 m of where it begins."""
+    rise = "8 N*(1 + wheel.x/sqrt(wheel.x^2 + (1e-40 m)^2))"
+    made = resting(Force("lift", "wheel.C", rise, angle="90 deg"))
+    start = {"wheel": {"x": 0.0, "y": 0.5, "angle": 0.0, "vx": 1.0, "vy": 0.0, "omega": 0.0}}
+    made.simulation = SimulationSettings(1.0, start=start)
+    sim = Simulator(made)
+    sim.until(0.1)
+    sim.step(0.1)
+
+
 FILE = """
 [ground]
 points = { O = [0, 0] }
@@ -199,6 +212,7 @@ SCENARIOS = {
     ),
     "a mode of what has none": lambda: Simulator(resting()).mode("door"),
     "linear equations where something strikes": striking,
+    "a load that jumps where a motion begins": steep,
     "the mode of a contact that there is not": lambda: simulate(resting(), 0.01).mode("hand"),
     "the reaction of a contact on another body": lambda: simulate(resting(), 0.01).reaction(
         "foot", on="car"
@@ -258,6 +272,7 @@ a contact led step by step by another method | ModelError | foot | 'foot' of 're
 an impulse of a contact that there is not | ModelError | hand | there is no contact 'hand' (there are: 'foot')
 a mode of what has none | ModelError | door | 'door' is no contact, rope or joint with friction (there are: 'foot'): give a joint friction, as in friction=0.1
 linear equations where something strikes | SolveError | - | linearize of 'rest': something strikes at t = 0.451524 s, so that there are no linear equations; take an instant beside it
+a load that jumps where a motion begins | SolveError | - | the motion of 'rest' has ended: at t = 0 s, steps do not show what happens at 'foot': smooth loads that jump there; set an earlier state, or reset it
 the mode of a contact that there is not | ModelError | hand | 'hand' is no joint with friction (there are: 'foot'): give it friction, as in friction=0.1
 the reaction of a contact on another body | ModelError | - | contact 'foot' is between 'ground' and 'wheel', not 'car'
 """

@@ -65,6 +65,30 @@ def test_c_meets_the_events_of_simulate(library, name, until, impacts):
     )
 
 
+def hinged(**pin):
+    """An arm that falls on a pin with limits, or with clearance."""
+    machine = Mechanism("hinged", ground={"O": (0.0, 0.0)})
+    machine.add(
+        Body("arm", mass=1.0, inertia=0.1, cg=(0.5, 0.0), points={"I": (0.0, 0.0)}),
+        Revolute("pin", "ground.O", "arm.I", **pin),
+        mbody.Gravity("g", y=-9.81),
+    )
+    start = {"arm": dict.fromkeys(("x", "y", "angle", "vx", "vy", "omega"), 0.0)}
+    machine.simulation = SimulationSettings(0.6, start=start, rtol=1e-9)
+    return machine
+
+
+@pytest.mark.parametrize("pin", [{"limits": (-0.3, 0.3)}, {"clearance": 0.01}])
+def test_joints_with_limits_and_play_are_led_by_c(library, pin):
+    own = mbody.simulate(hinged(**pin), 0.6, instants=2)
+    model = Model(library, to_image(hinged(**pin), analyses=("free",)).content)
+    assert model.start(0.0, 0.6) == GOOD and model.advance(0.6) == GOOD, model.sentence
+    expected = [one.t for one in own.events if one.name == "impact"]
+    assert expected and happened(model)[0] == pytest.approx(expected, rel=1e-9)
+    last = own.record.table(slice(0, own.system.coordinates))[-1]
+    assert present_places(model, len(last)) == pytest.approx(last, abs=1e-8)
+
+
 def leg():
     """A five-bar leg above a floor, whose cranks inputs turn."""
     machine = Mechanism(

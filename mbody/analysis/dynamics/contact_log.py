@@ -176,7 +176,7 @@ class ContactLog:
         if code == NO_IMPACT:
             hit = np.flatnonzero(m.memory.impact.hit).tolist()
             refuse_driven_impact(m, hit)
-            return self._wedged(touching, hit)
+            return lost_by_masses(m.uni, touching, "impulses") or self._wedged(touching, hit)
         if code == LOST:
             return lost_by_masses(m.uni, touching)
         if code not in (NO_MODES, NO_COLLISION):
@@ -354,7 +354,7 @@ class ContactLog:
             for pair, mode in zip(m.uni.friction_joints, m.pairs, strict=True)
         )
         if redundant:
-            why = "nothing decides the forces of what rests): one of them was taken"
+            why = "nothing decides how loads are shared): one of them was taken"
         self.notes.append(
             f"at t = {t:.6g} {m.system.mechanism.units.time} several accelerations are "
             f"consistent with the friction at {_quoted(names)} ({why}"
@@ -364,6 +364,8 @@ class ContactLog:
         """Record mode changes of contacts that were closed before, and contacts that close without
         an impact; `record`: before these.
         """
+        if self.before[:2] == self.modes_now[:2]:
+            return
         points = self.motion.uni.contact_points
         free = {points[n].name for n in np.flatnonzero(self.motion.uni.one_way)}
         t, now = float(self.motion.state[TIME]), self.named_modes()
@@ -421,14 +423,14 @@ def ratio_of_masses(uni: Unilateral, closed: list[int]) -> float:
     return float(uni.unevenness[sorted(bodies)].max(initial=0.0))
 
 
-def lost_by_masses(uni: Unilateral, closed: list[int]) -> str:
+def lost_by_masses(uni: Unilateral, closed: list[int], what: str = "accelerations") -> str:
     """Why rounding decides what goes on at closed contact points; empty where it does not."""
     ratio = ratio_of_masses(uni, closed)
     if ratio <= tol.MASSES_LOST:
         return ""
     names = listed(list(dict.fromkeys(uni.contact_points[k].name for k in closed)))
     return (
-        f"the accelerations at {names} are lost in rounding: masses that touch differ by a factor "
+        f"the {what} at {names} are lost in rounding: masses that touch differ by a factor "
         f"of {ratio:.2g}, more than numbers carry; take masses that differ by less than "
         f"{tol.MASSES_LOST:.0e}"
     )
