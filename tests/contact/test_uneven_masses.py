@@ -12,6 +12,7 @@ import pytest
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism
 from mbody.analysis.dynamics.contact_motion import EventIntegration
+from tests.campaign.scenes import uneven_scene
 
 G = 9.81
 
@@ -87,6 +88,20 @@ def test_masses_beyond_what_numbers_carry_are_named() -> None:
     run = mbody.simulate(machine, 1.0, instants=5)
     assert "the accelerations at 'under plate', 'under block' are lost in rounding" in run.status
     assert "differ by a factor of 2.3e+13" in run.status
+
+
+@pytest.mark.parametrize(
+    ("seed", "told"),
+    [
+        (90111, "completed"),  # a ratio of 9e8: struck every 2e-10 s where modes were lost
+        (90468, "no impact are consistent at 'floor a box', 'a b', 'b c', where masses differ by"),
+        (90535, "the impulses at 'floor a box', 'a b' are lost in rounding"),
+    ],
+)
+def test_what_uneven_masses_cost_is_said(seed: int, told: str) -> None:
+    scene = uneven_scene(seed)
+    run = mbody.simulate(scene.mechanism("stack"), scene.until, rtol=scene.rtol, instants=3)
+    assert told in run.status
 
 
 @pytest.mark.parametrize("light", [5e-1, 5e-9])

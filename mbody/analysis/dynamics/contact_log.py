@@ -188,7 +188,10 @@ class ContactLog:
         name = next(iter(names), None) or joints[0].name
         self.record("inconsistent", t, name, record, record)
         if code == NO_COLLISION:
-            return f"no accelerations and no impact are consistent at {_quoted(names)}"
+            beside, ratio = "", ratio_of_masses(m.uni, touching)
+            if ratio > tol.MASSES_UNEVEN:
+                beside = f", where masses differ by a factor of {ratio:.2g}, which costs digits"
+            return f"no accelerations and no impact are consistent at {_quoted(names)}{beside}"
         friction = _quoted(one.name for one in joints)
         return f"{self._none} with the friction at {friction}"
 
