@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics.active_modes import ActiveModes
+from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.interruptions import Interruptions
 from mbody.analysis.initial.initial_state import state_of
 from mbody.core import tolerances as tol
@@ -281,11 +282,11 @@ class Strike:
     after: Array
 
 
-def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
+def strike_of(active: ActiveModes, rebounds: bool) -> Strike:
     """The impact that the kernel has just resolved."""
-    D, I = motion.memory.problem[0], motion.memory.impact
+    D, I = active.memory.problem[0], active.memory.impact
     n, m = int(D.count[ALL_ROWS]), int(D.count[ALL_NORMALS])
-    velocities = slice(motion.system.coordinates, 2 * motion.system.coordinates)
+    velocities = slice(active.system.coordinates, 2 * active.system.coordinates)
     delassus, before = D.delassus[:n, :n].copy(), D.before[:n].copy()
     joints, mu = D.law[:n] != CONE, D.mu[:n]
     normal = np.where(np.arange(n) < m, -1, np.where(joints, -2, D.normal[:n]))
@@ -340,7 +341,7 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         parts[kept] = -scale[kept][:, None] * taken
         by = D.by_force[:n, :, :n][joints & (slip != 0.0)]
         moves = np.abs(by @ parts) > tol.ROWS_DEPENDENT * (np.abs(by) @ np.abs(parts))
-        undecided = bool(moves.any() or (len(by) and motion.regularization))
+        undecided = bool(moves.any() or (len(by) and active.motion.regularization))
         return ImpactStage(hold, slip, limit & hold, reaction, undecided)
 
     stages = [stage(forces, shifted + delassus @ forces, np.zeros(m))]
@@ -348,7 +349,7 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         pushed = forces.copy()
         pushed[:m] += given
         stages.append(stage(more, shifted + delassus @ (pushed + more), given))
-    held = [one.tangent for one, h in zip(motion.uni.friction_joints, I.held, strict=True) if h]
+    held = [one.tangent for one, h in zip(active.uni.friction_joints, I.held, strict=True) if h]
     return Strike(
         owner=D.owner[:n].copy(),
         normal=normal,
@@ -356,7 +357,7 @@ def strike_of(motion: EventIntegration, rebounds: bool) -> Strike:
         rebounds=rebounds,
         stages=tuple(stages),
         held=np.array([] if rebounds else held, dtype=int),
-        after=motion.y[velocities].copy(),
+        after=active.motion.y[velocities].copy(),
     )
 
 
@@ -454,10 +455,10 @@ class ModeStretch:
 class MotionRecord:
     """The stretches of a motion, as the kernel says that they begin and end."""
 
-    def __init__(self, motion: EventIntegration) -> None:
-        self.motion = motion
+    def __init__(self, active: ActiveModes) -> None:
+        self.active = active
         self.stretches: list[ModeStretch] = []
-        motion.listener = self.happened
+        active.listener = self.happened
         self._forget()
 
     def _forget(self) -> None:
@@ -466,29 +467,30 @@ class MotionRecord:
 
     def happened(self, stage: int, code: int) -> None:
         """What came next in a motion, and what has come of it: see `mbody.kernels.advance`."""
-        motion, G = self.motion, self.motion.guard_table
+        active, G = self.active, self.active.guard_table
         if code < IMPACT or code == UNBROKEN:
             return
         if stage == PASSED:
             n = int(G.passed[0])
-            self.stretches[-1].guard = _guards_of(motion)[n]
+            self.stretches[-1].guard = _guards_of(active)[n]
         elif stage == SETTLING and not self.goes_on:
             self.jerked = True
         self.goes_on = True
-        rests = code == IMPACT and motion.counts[FOUND] == RESTED
+        rests = code == IMPACT and active.counts[FOUND] == RESTED
         self.rests |= rests
         if code in (IMPACT, COLLISION):
-            self.strikes.append(strike_of(motion, code == IMPACT and not rests))
+            self.strikes.append(strike_of(active, code == IMPACT and not rests))
             if any(one.undecided for one in self.strikes[-1].stages):
                 self.lost = "no equation decides the impulses on which friction of joints depends"
-        elif code == DECIDED and motion.counts[FOUND] == SEVERAL:
+        elif code == DECIDED and active.counts[FOUND] == SEVERAL:
             self.lost = "several accelerations are consistent with the friction there"
         elif code == BEGUN:
             self._begin()
 
     def _begin(self) -> None:
-        motion, G, guards = self.motion, self.motion.guard_table, _guards_of(self.motion)
-        t, count = float(motion.state[TIME]), len(motion.uni)
+        active, G, guards = self.active, self.active.guard_table, _guards_of(self.active)
+        motion = active.motion
+        t, count = float(motion.state[TIME]), len(active.uni)
         shares = any(one.kind == SHARE for one in guards)
         if self.stretches:
             self.stretches[-1].end = t
@@ -498,12 +500,12 @@ class MotionRecord:
                 strikes=tuple(self.strikes),
                 y=motion.y.copy(),
                 derivative=motion.K[0].copy(),
-                on=motion.on,
+                on=active.on,
                 anchor=motion.work.anchor[:count, 0].copy(),
-                phases=motion.work.par[motion.uni.phase_rows, 0].copy(),
+                phases=motion.work.par[active.uni.phase_rows, 0].copy(),
                 slip_sign=motion.work.slip_sign[: len(motion.layout.friction_kind), 0].copy(),
-                modes=tuple(motion.modes),
-                pairs=tuple(motion.pairs),
+                modes=tuple(active.modes),
+                pairs=tuple(active.pairs),
                 leader=G.leader.copy(),
                 slow=G.slow.copy(),
                 force=G.force.copy(),
@@ -518,8 +520,8 @@ class MotionRecord:
         self._forget()
 
 
-def _guards_of(motion: EventIntegration) -> tuple[Guarded, ...]:
-    G = motion.guard_table
+def _guards_of(active: ActiveModes) -> tuple[Guarded, ...]:
+    G = active.guard_table
     tables = (one[: G.count[0]].tolist() for one in (G.kind, G.owner, G.sense, G.fresh))
     return tuple(itertools.starmap(Guarded, zip(*tables, strict=True)))
 
@@ -536,17 +538,18 @@ def stretches_of(run: Solution) -> list[ModeStretch]:
     going_on = initial.start.restart
     carried = None if going_on is None else (going_on.inputs, going_on.sampled)
     found, jumps = [ModeStretch(t)], arguments(system.layout)
-    watch: EventIntegration | None = None
+    watch: Integration | None = None
     if has_modes(system) or jumps:
-        watch = EventIntegration(system, initial.start, settings, events, jumps)
+        watch = Integration(system, initial.start, settings, events, jumps)
         watch.located = watch.has_modes
-        record = MotionRecord(watch) if watch.has_modes else None
+        active = watch.active
+        record = MotionRecord(active) if active is not None and watch.has_modes else None
         watch.run(t, q, v, times[times <= run.t[-1]], None, carried=carried)
         found = found if record is None else record.stretches
     found[-1].end = float(run.t[-1])
     _divide_at_set_times(found, run, t, carried)
-    if watch is not None:
-        _divide_at_jumps(found, watch.crossings, watch.greatest_arguments())
+    if watch is not None and watch.active is not None:
+        _divide_at_jumps(found, watch.active.crossings, watch.active.greatest_arguments())
     return found
 
 

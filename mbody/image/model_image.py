@@ -14,11 +14,10 @@ from mbody._version import __version__
 from mbody.analysis.contact.systems_with_modes import has_modes, with_contacts_of_joints
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import TimeGrid, time_grid
+from mbody.analysis.dynamics.active_modes import ActiveModes
 from mbody.analysis.dynamics.branch_passage import singular_start
-from mbody.analysis.dynamics.contact_motion import EventIntegration
 from mbody.analysis.dynamics.contact_start import fit_contacts
 from mbody.analysis.dynamics.integration import Integration
-from mbody.analysis.dynamics.integrators import ExplicitSteps
 from mbody.analysis.dynamics.interruptions import has_corners, holds
 from mbody.analysis.dynamics.options import MotionRequest, last_time, motion_request, tolerances
 from mbody.analysis.initial.close_loops import close_loops
@@ -348,15 +347,12 @@ def enter_free(
             f"'{system.mechanism.name}' begins where branches meet, at a singular position, which "
             "an image cannot leave: begin elsewhere"
         )
-    integration: Integration
     contacts = contact_motion(system, start, request.settings) if has_modes(system) else None
-    integration = contacts or Integration(system, start, request.settings)
+    integration = contacts.motion if contacts else Integration(system, start, request.settings)
     integration.begin(first, q, v, last)
     if contacts is not None:
         q = fitted_start(contacts, q)
         keep_phases(contacts, numbers)
-    explicit = integration.steps
-    assert isinstance(explicit, ExplicitSteps)
     layout, work = integration.layout, integration.work
     stepping, errors = integration.stepping, integration.motion.tolerances
     record, rows, causes = integration.record, integration.rows, integration.causes
@@ -378,7 +374,7 @@ def enter_free(
         if contacts is not None:
             arena.call(name, "advance_motion", motion, outputs)
         else:
-            bundles = layout, work, explicit.method, stepping, errors, outputs
+            bundles = layout, work, integration.steps.methods.explicit, stepping, errors, outputs
             until = first if name == "advance" else last
             at = arena.call(name, "runge_kutta", *bundles, until, STEPS)
             for key in ("until", "steps"):
@@ -657,13 +653,12 @@ HAPPENINGS, OF_EACH = 1000, 3
 MOST_BYTES = 64e6
 
 
-def contact_motion(
-    system: System, start: Solution, settings: IntegrationSettings
-) -> EventIntegration:
+def contact_motion(system: System, start: Solution, settings: IntegrationSettings) -> ActiveModes:
     """The motion of a system, with memory for everything that may act at once."""
-    motion = EventIntegration(system, start, settings, ())
-    points, joints = len(motion.uni.contact_points), len(motion.uni.friction_joints)
-    rows = 2 * points + len(motion.layout.friction_kind)
+    active = Integration(system, start, settings).active
+    assert active is not None
+    points, joints = len(active.uni.contact_points), len(active.uni.friction_joints)
+    rows = 2 * points + len(active.layout.friction_kind)
     forces, lines = system.rows + 2 * points + joints, 3 * points + 2 * joints
     limits = lines + 4 * joints + 2 * forces
     if 8.0 * ((5.0 * rows) ** 2 + 4.0 * limits**2) > MOST_BYTES:
@@ -671,49 +666,50 @@ def contact_motion(
             f"'{system.mechanism.name}' has {points} places that may touch, too many for an image: "
             "leave out contacts that never close"
         )
-    motion.memory.grow(rows)
+    active.memory.grow(rows)
     found = open_forces_memory(system.coordinates, forces, lines, joints)
     for name, bundle in zip(("open", "program"), found, strict=True):
-        motion.guard_table.attach(name, bundle)
-    return motion
+        active.guard_table.attach(name, bundle)
+    return active
 
 
-def fitted_start(motion: EventIntegration, q: np.ndarray) -> np.ndarray:
+def fitted_start(active: ActiveModes, q: np.ndarray) -> np.ndarray:
     """The first position (coordinates,), fitted to contacts, once the motion has begun; refuses
     shapes that overlap, and what an image cannot begin with.
     """
-    motion.load()
-    if fit_contacts(motion.uni, motion.work) is not None:
-        q = motion.work.q[: motion.system.coordinates, 0].copy()
-    trial = EventIntegration(motion.system, motion.start, motion.settings, ())
-    n = motion.system.coordinates
+    active.load()
+    if fit_contacts(active.uni, active.work) is not None:
+        q = active.work.q[: active.system.coordinates, 0].copy()
+    motion, n = active.motion, active.system.coordinates
+    trial = Integration(motion.system, motion.start, motion.settings)
     trial.begin(motion.first, q, motion.y[n : 2 * n], motion.until)
-    status = trial.begin_modes()
-    if status or any("rolls at once" in note for note in trial.log.notes):
+    status = "" if trial.active is None else trial.active.begin()
+    notes = [] if trial.active is None else trial.active.log.notes
+    if status or any("rolls at once" in note for note in notes):
         raise ModelError(
             f"an image cannot begin the motion of '{motion.system.mechanism.name}': "
-            f"{status or trial.log.notes[-1]}"
+            f"{status or notes[-1]}"
         )
     return q
 
 
-def enter_contacts(arena: Arena, motion: EventIntegration, steps: int) -> UnilateralMotion:
+def enter_contacts(arena: Arena, active: ActiveModes, steps: int) -> UnilateralMotion:
     """Enter what a program reads and sets of a motion with contacts; the motion."""
-    G = motion.guard_table
+    G, motion = active.guard_table, active.motion
     G.asked[:] = motion.first, steps, motion.swings, 1.0
-    arena.array("motion.stage", motion.stage)
+    arena.array("motion.stage", active.stage)
     arena.array("motion.page", G.page)
     arena.array("motion.events", np.zeros(HAPPENINGS * OF_EACH))
     arena.array("motion.happened", np.zeros(1))
-    arena.array("motion.struck", motion.memory.impact.first)
+    arena.array("motion.struck", active.memory.impact.first)
     for name in ("advance", "run"):
         arena.word(f"{name}.until", arena.put(G.asked))
         arena.word(f"{name}.steps", arena.put(G.asked) + 8)
-    found = motion.eliminate_rows_that_are_on()
+    found = active.eliminate_rows_that_are_on()
     whole = {"layout": motion.layout, "joints": motion.layout}
     return found.replaced(**whole, reduced=motion.work, joint_work=motion.work)
 
 
-def keep_phases(motion: EventIntegration, numbers: NumberProgram) -> None:
+def keep_phases(active: ActiveModes, numbers: NumberProgram) -> None:
     """Where circles that stick have met is no number of the model: other numbers leave it."""
-    numbers.targets[motion.uni.phase_rows] = -1
+    numbers.targets[active.uni.phase_rows] = -1

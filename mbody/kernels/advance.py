@@ -42,6 +42,7 @@ from mbody.kernels.contact_guards import (
     find_sizes,
     look,
     look_at_guards,
+    watched,
 )
 from mbody.kernels.contact_impacts import (
     COLLISIONLESS,
@@ -330,7 +331,7 @@ def take_inputs(A):
     S.state[JACOBIAN_VALID] = 0.0
     derivative_anew(L, W, S, A.tolerances.full_refinements, G.page)
     begin_method(L, A.method, S)
-    return look_at_guards(L, W, A.unilateral, G) >= 0.0
+    return watched(G) == 0 or look_at_guards(L, W, A.unilateral, G) >= 0.0
 
 
 @njit

@@ -233,8 +233,18 @@ def keep_work(S, O):
 
 
 @njit
+def clear_rows(S, first):
+    """No terms of polynomials from that row on, which those of explicit steps have."""
+    for row in range(first, S.F.shape[0]):
+        for n in range(S.F.shape[1]):
+            S.F[row, n] = 0.0
+        for c in range(S.G.shape[1]):
+            S.G[row, c] = 0.0
+
+
+@njit
 def hermite_output(L, W, S, h, refinements):
-    """S.F (5, states) and S.G (4, causes) of a step from S.last to S.end, by derivatives at both
+    """S.F (5, states) and S.G (5, causes) of a step from S.last to S.end, by derivatives at both
     ends: rows 0 and 3 of K and P; rows 1 and 2 are workspace.
 
     The position has order 5: F₃ and F₄ follow from the accelerations of both ends, of which
@@ -283,6 +293,8 @@ def hermite_output(L, W, S, h, refinements):
         # rate of the cubic at the first inner node: what it lacks to the power there is that of F₃
         left = h * P[1, c] - G[0, c] - (1.0 - 2.0 * x) * G[1, c] - x * (2.0 - 3.0 * x) * G[2, c]
         G[3, c] = left / (2.0 * x * (1.0 - x) * (1.0 - 2.0 * x))
+        G[4, c] = 0.0
+    clear_rows(S, 5)
     return least, least_at
 
 

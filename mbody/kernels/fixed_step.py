@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from mbody.core.bundle import Bundle, Floats, Ints, Rows
-from mbody.core.decorators import kernel, njit
+from mbody.core.decorators import njit
 from mbody.core.tolerances import (
     CONDITIONING_NEAR_SINGULAR,
     FINITE,
@@ -22,7 +22,6 @@ from mbody.kernels.accelerations import augmented_solution
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.dense_output import deliver, hermite_output
 from mbody.kernels.forces import forces, signals
-from mbody.kernels.layout import Layout, Work
 from mbody.kernels.position_velocity import clear, weigh
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
@@ -34,8 +33,6 @@ from mbody.kernels.state_derivative import (
     substitute,
 )
 from mbody.kernels.step_state import (
-    ARTIFICIAL_ENERGY,
-    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CONDITIONING,
     DONE,
@@ -43,7 +40,6 @@ from mbody.kernels.step_state import (
     JACOBIAN_VALID,
     LAST_STEP,
     LAST_STEP_ALLOWED,
-    MORE,
     NEXT,
     NOT_FINITE,
     SINGULAR_AHEAD,
@@ -56,9 +52,6 @@ from mbody.kernels.step_state import (
     TRIED_LEAST,
     TRIED_LEAST_AT,
     TRIED_LENGTH,
-    Outputs,
-    Stepping,
-    Tolerances,
 )
 
 # -- One step of the generalised-α method on the accelerations of free motion ------------------
@@ -398,33 +391,6 @@ def accept_even(L, W, M, S, T, O):
     state[LAST_STEP_ALLOWED] = 0.0
     deliver(L, W, S, O, h, now, T.full_refinements)
     state[TIME], state[NEXT] = now, M.length
-
-
-@kernel
-def fixed_step(
-    L: Layout,
-    W: Work,
-    M: FixedStep,
-    S: Stepping,
-    T: Tolerances,
-    O: Outputs,
-    until: float,
-    steps: int,
-) -> int:
-    """At most so many steps towards `until`, the last one shorter; every output instant that is met
-    is kept.
-
-    M: a `FixedStep`; S: a `Stepping` with K and P (4, ·), F (5, ·); T: a `Tolerances`; O: an
-    `Outputs`. Returns DONE, MORE, LAST_STEP, NOT_FINITE or SINGULAR_AHEAD.
-    """
-    for _ in range(steps):
-        code = attempt_even(L, W, M, S, T, until)
-        if code != TRIED:
-            return code
-        accept_even(L, W, M, S, T, O)
-        if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
-            return MORE
-    return MORE
 
 
 @njit

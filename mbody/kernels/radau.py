@@ -34,7 +34,7 @@ from __future__ import annotations
 import math
 
 from mbody.core.bundle import Bundle, ComplexRows, Floats, Rows, Tables
-from mbody.core.decorators import kernel, njit
+from mbody.core.decorators import njit
 from mbody.core.tolerances import (
     CONDITIONING_NEAR_SINGULAR,
     FINITE,
@@ -45,8 +45,7 @@ from mbody.core.tolerances import (
     TIME_STEP_SHORTEST,
     TIME_STEP_SHORTEST_REJECTED,
 )
-from mbody.kernels.dense_output import along, deliver
-from mbody.kernels.layout import Layout, Work
+from mbody.kernels.dense_output import along, clear_rows, deliver
 from mbody.kernels.singularity_monitor import may_be_singular, record_accepted, sample_conditioning
 from mbody.kernels.state_derivative import (
     eliminate,
@@ -56,8 +55,6 @@ from mbody.kernels.state_derivative import (
     substitute,
 )
 from mbody.kernels.step_state import (
-    ARTIFICIAL_ENERGY,
-    ARTIFICIAL_LIMIT,
     BEST_CONDITIONING,
     CONDITIONING,
     DONE,
@@ -81,9 +78,6 @@ from mbody.kernels.step_state import (
     TRIED_LEAST,
     TRIED_LEAST_AT,
     TRIED_LENGTH,
-    Outputs,
-    Stepping,
-    Tolerances,
 )
 
 #: Newton iterations, at most.
@@ -279,6 +273,12 @@ def forget_factors(M):
 
 
 @njit
+def forget_polynomial(M):
+    """The stages of the next step do not begin with the polynomial of the last one."""
+    M.past[LENGTH, 0] = 0.0
+
+
+@njit
 def factor_stages(L, W, M, S, T, h):
     """Jacobian at S.y where it is not valid, and factors of the systems of a step of length h;
     whether they are regular.
@@ -384,6 +384,7 @@ def dense_implicit(M, S):
         M.Z[2, n] = S.end[n] - S.last[n]
     collocation_polynomial(M.C, M.Z, S.F)
     work_polynomial(M.C, M.B, S.state[TRIED_LENGTH], S.P, S.G)
+    clear_rows(S, 3)
 
 
 @njit
@@ -420,24 +421,3 @@ def accept_implicit(L, W, M, S, T, O, until, dense):
         wanted = h
     state[NEXT] = max(wanted, state[NEXT]) if now == until else wanted
     state[JACOBIAN_VALID] = 1.0 if past[LENGTH, RATE] < STEP_JACOBIAN_VALID else 0.0
-
-
-@kernel
-def radau(
-    L: Layout, W: Work, M: Radau, S: Stepping, T: Tolerances, O: Outputs, until: float, steps: int
-) -> int:
-    """At most so many steps towards `until`; every output instant that is met is kept.
-
-    M: a `Radau`; S: a `Stepping` with K and P (4, ·), F and G (3, ·); T: a `Tolerances`; O: an
-    `Outputs`. Returns DONE, MORE, STEP_VANISHED, NOT_FINITE, LAST_STEP or SINGULAR_AHEAD.
-    """
-    forget_factors(M)
-    for _ in range(steps):
-        code = attempt_implicit(L, W, M, S, T, until)
-        if code == TRIED:
-            accept_implicit(L, W, M, S, T, O, until, False)
-            if S.state[ARTIFICIAL_ENERGY] > S.state[ARTIFICIAL_LIMIT]:
-                return MORE
-        elif code != MORE:
-            return code
-    return MORE

@@ -63,7 +63,13 @@ from mbody.kernels.contact_rows import (
 from mbody.kernels.dense_output import along
 from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_guard, note_fast_events, slope
 from mbody.kernels.layout import keep
-from mbody.kernels.methods import accept_step, attempt_step, dense_step, resume_method
+from mbody.kernels.methods import (
+    accept_step,
+    attempt_watched,
+    dense_step,
+    resume_method,
+    unwatched_steps,
+)
 from mbody.kernels.state_derivative import state_derivative
 from mbody.kernels.step_state import (
     ARTIFICIAL_ENERGY,
@@ -272,7 +278,7 @@ def locate(L, W, method, S, T, U, G, h):
     side = 1.0 if rate < 0.0 else -1.0
     for _ in range(LOCATIONS):
         state[LAST_STEP_ALLOWED] = 1.0
-        if not end > t or attempt_step(L, W, method, S, T, end) != TRIED:
+        if not end > t or attempt_watched(L, W, method, S, T, end) != TRIED:
             return False
         look(L, W, U, G, END, False)
         look_at_events(L, W, G, END)
@@ -402,7 +408,7 @@ def try_quiet(L, W, method, S, T, U, G):
         for n in range(state.shape[0]):
             E.saved[n] = state[n]
         E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
-        code, longest = attempt_step(L, W, method, S, T, G.asked[UNTIL]), state[NEXT]
+        code, longest = attempt_watched(L, W, method, S, T, G.asked[UNTIL]), state[NEXT]
         if code != TRIED:
             return code, longest
         h, found = state[TRIED_LENGTH], LOST
@@ -437,8 +443,10 @@ def watched_steps(L, W, method, S, T, O, U, G):
     where the steps end, or of the event.
     """
     code, until, E, state, waits = MORE, G.asked[UNTIL], G.events, S.state, False
+    resume_method(L, method, S)
+    if watched(G) == 0 and G.asked[LOCATES] == 0.0:
+        return unwatched_steps(L, W, method, S, T, O, until, int(G.asked[COUNT]))
     E.number[LATER] = EVENT_RATE_STEP * state[NEXT] / INTERVALS
-    resume_method(method)
     if G.known[0] < KNOWN_ALL:
         look_at_present(L, W, S, U, G, T.refinements)
     for _ in range(int(G.asked[COUNT])):

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.diagnosis import load_forces
-from mbody.analysis.dynamics.integration import Integration, solution_of_records
+from mbody.analysis.dynamics.integration import Integration
+from mbody.analysis.dynamics.interruptions import solution_of_records
 from mbody.analysis.dynamics.simulate import certified_motion
 from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
 from mbody.analysis.linear.linearize import StateMatrices, linearize

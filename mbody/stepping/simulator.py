@@ -20,9 +20,11 @@ from mbody.analysis.driven.law_doubts import (
     open_tables,
 )
 from mbody.analysis.dynamics.branch_passage import choose_branch, singular_start
-from mbody.analysis.dynamics.integration import Checkpoint, Integration, solution_of_records
+from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import first_auxiliary_states
+from mbody.analysis.dynamics.interruptions import solution_of_records
 from mbody.analysis.dynamics.options import motion_request, tolerances, with_inputs
+from mbody.analysis.dynamics.restart import Checkpoint
 from mbody.analysis.dynamics.simulate import (
     first_instant_with_contacts,
     motion_of,

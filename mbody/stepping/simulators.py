@@ -207,29 +207,260 @@ def _repeated(system: System, count: int) -> System:
     return replace(system, par=par, mass=mass, batch=count)
 
 
-# -- Motions among many that go on alone, by the steps of a single `Simulator`, and come back --
-
 #: Motions that each have a simulator of their own, at most, where none goes on lanes.
 MOST_APART = 1024
 #: Slots that a motion takes with it from the lanes to steps of its own.
 TAKEN = [NEXT, STEPS, REJECTED, BEST_CONDITIONING, STIFF_COUNT, SMOOTH_COUNT, FASTEST]
 
 
-class ScalarFallback(LaneReadings):
-    """Scalar fallback of `Simulators`: motions that are continued one by one."""
+#: Of motions that all go alone: lanes make no steps of theirs.
+UNKNOWN = IntegrationSettings("dopri5", 1e-6, 1e-6)
+#: Arrays of the lanes that say all of their states.
+ROWS = ("y", "derivative", "scale", "near", "state", "inputs")
+KEPT = (*ROWS, "stale", "bad")
 
-    #: The system as it was given; arguments of `Simulator`; simulators by design.
-    _whole: System
-    _how: dict[str, Any]
-    _sims: dict[int, Simulator]
-    #: Whether ordinary steps are taken on lanes; whether each motion has a simulator of its own.
-    _on_lanes: bool
-    _apart = False
-    #: States of the motions that are alone, None where their own simulators have them; why motions
-    #: have ended or failed; doubts.
-    _states: dict[int, SimulatorState | None]
-    _reasons: dict[int, str]
-    _doubts: dict[int, str]
+
+@dataclass(frozen=True, eq=False)
+class SimulatorsState:
+    """The states of many motions at one time: to be kept, copied, pickled and set back.
+
+    Set back, the same steps give the same bits.
+    """
+
+    arrays: dict[str, Array]
+    alone: dict[int, SimulatorState]
+    reasons: dict[int, str]
+    doubts: dict[int, str]
+    bodies: tuple[str, ...]
+
+
+class Simulators(LaneReadings):
+    """n motions of one mechanism side by side, each with its state and its inputs.
+
+    Each takes the steps that a `Simulator` of it alone takes, many in one operation of the
+    processor. What a motion gets does not depend on the others, nor on the number of threads: its
+    numbers are those of ``n = 1`` to the last bit, and those of a `Simulator` to rounding. A motion
+    that meets anything out of the ordinary, a singular position near by or steps that vanish, goes
+    on alone and comes back; mechanisms with contacts, events, redundant joints, laws of time in
+    tables or code of the user go alone always, up to 1024 of them each in a simulator of its own,
+    and so do other methods than ``"dop853"`` and ``"dopri5"``.
+
+    Parameters
+    ----------
+    model : Mechanism or System
+        A system of a batch gives every motion a design of its own.
+    n : int, optional
+        How many; of a batch as many as it has designs.
+    method : str, optional
+        By default that of the description's `simulation`; in the place of ``"dop853"``
+        ``"dopri5"`` where rtol is 1e-6 or more: short steps take two thirds of the time then.
+    rtol, atol, step, start, guess, rates
+        As of `Simulator`.
+    threads : int, optional
+        At most so many work at a time, by default one for each processor.
+
+    Attributes
+    ----------
+    inputs : mapping
+        The inputs by name, arrays (n,); what is set, a number or an array, acts from now on.
+
+    Raises
+    ------
+    ModelError, SolveError
+        As `Simulator`; and for controllers, which are functions of one motion.
+
+    Examples
+    --------
+    >>> import mbody
+    >>> import numpy as np
+    >>> machine = mbody.gallery.load("double_pendulum")
+    >>> machine.add(mbody.Input("u", "0 N*m"), mbody.Torque("motor", "upper", value="u"))
+    >>> sims = mbody.Simulators(machine, 3, rtol=1e-8)
+    >>> sims.inputs["u"] = np.array([-1.0, 0.0, 1.0])
+    >>> sims.step(1e-2)
+    >>> np.argsort(sims["upper"].omega)
+    array([0, 1, 2])
+    >>> off = sims.reset([2])
+    >>> sims.t
+    array([0.01, 0.01, 0.  ])
+    """
+
+    def __init__(
+        self,
+        model: Mechanism | System,
+        n: int | None = None,
+        *,
+        method: str | None = None,
+        rtol: float | None = None,
+        atol: float | None = None,
+        step: Number | None = None,
+        start: Solution | None = None,
+        guess: Guesses | None = None,
+        rates: Mapping[str, Number] | None = None,
+        threads: int | None = None,
+    ) -> None:
+        whole = as_system(model)
+        self.n = _count(whole, n)
+        if whole.mechanism.controllers:
+            name = whole.mechanism.controllers[0].name
+            raise ModelError(
+                f"the controller '{name}' is a function of one motion: Simulators take none; read "
+                "what it reads and set its inputs between steps",
+                name,
+            )
+        own = whole.mechanism.simulation
+        usual = method is None and (own is None or own.method == METHODS[0])
+        if usual and tolerances(whole, rtol, atol)[0] >= tol.RTOL_LOOSE:
+            method = "dopri5"
+        self._how: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "step": step}
+        self._how |= {"start": start, "guess": guess, "rates": rates}
+        self._whole, self._sims, self._apart = whole, dict[int, Simulator](), False
+        first = self._sim(0)
+        begun = first.state
+        self.system = whole if whole.batch is not None else first.system
+        names, rows = first.inputs.names, self.system.layout.input_row
+        places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
+        self._input_names = names
+        #: Whether ordinary steps are taken on lanes.
+        self._on_lanes = begun.checkpoint is not None and self._may_use_lanes(begun)
+        #: Whether each motion has a simulator of its own.
+        self._apart = not self._on_lanes and self.n <= MOST_APART
+        settings = begun.checkpoint.restart.settings if begun.checkpoint is not None else UNKNOWN
+        self._lanes = LaneMotion(
+            self.system, self.n, settings, {name: places[name] for name in names}, _threads(threads)
+        )
+        self._measures = {}
+        #: The states of the motions that are alone, None where their own simulators have them; why
+        #: motions have ended or failed; doubts.
+        self._states: dict[int, SimulatorState | None] = {}
+        self._reasons: dict[int, str] = {}
+        self._doubts: dict[int, str] = {}
+        others = {
+            name: "follows its law of time: declare it with a number to set it here"
+            for name in places
+            if name not in names
+        }
+        drivers = driver_inputs(self.system.mechanism, self.system.numbers)
+        self.inputs = LaneInputs(
+            names, self._lanes, others, self._number, self._invalidate, drivers
+        )
+        self._begin_all()
+
+    def _number(self, name: str, value: Any) -> float:
+        machine = self.system.mechanism
+        own = next(one for one in machine.inputs if one.name == name)
+        return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
+
+    def _invalidate(self) -> None:
+        """Invalidates readings after a change of state or inputs."""
+        self._record_valid = False
+
+    # -- starts --------------------------------------------------------------------------------
+
+    def _begin_all(self) -> None:
+        lanes = self._lanes
+        shared = self._whole.batch is None
+        begun = [self._sim(k).state for k in range(1 if shared else self.n)]
+        y = np.array([np.concatenate([one.q, one.v, one.own]) for one in begun])
+        t = np.array([one.t for one in begun])
+        which = np.arange(self.n)
+        values = np.array([one.inputs for one in begun])
+        if len(self._input_names):
+            lanes.put_all(
+                lanes.many.inputs, which, np.broadcast_to(values, (self.n, values.shape[1]))
+            )
+        self._begin(which, np.broadcast_to(t, self.n), np.broadcast_to(y, (self.n, y.shape[1])))
+        lanes.fill()
+        self._first = self.state
+
+    def _begin(self, which: Array, t: Array, y: Array) -> None:
+        """Begin anew in some motions, with their present inputs."""
+        lanes, many = self._lanes, self._lanes.many
+        for k in which.tolist():
+            for by_state in (self._states, self._reasons, self._doubts):
+                by_state.pop(k, None)
+        self._invalidate()
+        if self._on_lanes:
+            lanes.begin(which, t, y)
+            slots = lanes.some(many.state, which)
+            left = which[
+                (many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > tol.PIVOT_SUSPECT)
+            ]
+        else:
+            lanes.put_all(many.y, which, y)
+            lanes.put(many.state, TIME, which, t)
+            left = which
+        lanes.put(many.state, UNTIL, which, t)
+        for k in left.tolist():
+            lanes.put(many.state, STEPS, np.array([k]), 0.0)
+            self._take_back(k, self._sent_alone(k))
+
+    # -- steps --------------------------------------------------------------------------------
+
+    def step(self, dt: Number | Array) -> None:
+        """Lead every motion on by `dt`, each to exactly ``t + dt``.
+
+        A motion that fails stays at its last good step; `status` says why, `ok` is False, and later
+        calls leave it as it is until it is reset. So does one that an event has ended.
+
+        Parameters
+        ----------
+        dt : float, str, or array (n,)
+            Positive [time].
+
+        Raises
+        ------
+        ModelError
+            For a time that is not positive.
+        """
+        self._advance_to(self.t + self._times(dt, "step: dt"), "step: dt")
+
+    def until(self, t: Number | Array) -> None:
+        """Lead every motion on to exactly the time `t`, one or (n,); those that are there stay.
+
+        Raises
+        ------
+        ModelError
+            For a time before that of a motion that goes on.
+        """
+        self._advance_to(self._times(t, "until: t"), "until: t")
+
+    def _times(self, value: Any, name: str) -> Array:
+        if isinstance(value, str | int | float) or np.ndim(value) == 0:
+            value = number_in(self.system.mechanism, value, "time", "simulators", name)
+        try:
+            return np.broadcast_to(np.asarray(value, dtype=float), (self.n,))
+        except (TypeError, ValueError):
+            raise ModelError(
+                f"{name} takes one time or an array of {self.n}, not {brief(value)}"
+            ) from None
+
+    def _advance_to(self, until: Array, name: str) -> None:
+        now, ok = self.t, self.ok
+        step = name.startswith("step")
+        wrong = ok & ~(((until > now) if step else (until >= now)) & (until < math.inf))
+        if wrong.any():
+            k, unit = int(np.flatnonzero(wrong)[0]), self.system.mechanism.units.time
+            raise ModelError(
+                f"{name} leads motion {k} from {now[k]:g} to {until[k]:g} {unit}: give "
+                "a later time; to go back, keep sims.state and set it again, or reset it"
+            )
+        lanes, many = self._lanes, self._lanes.many
+        targets = np.where(ok, until, now)
+        lanes.put(many.state, UNTIL, np.arange(self.n), targets)
+        self._invalidate()
+        if self._on_lanes:
+            lanes.go_on()
+        for k in np.flatnonzero((self.t < targets) & (many.bad[: self.n] > 0.0)).tolist():
+            try:
+                sim = self._sent_alone(k)
+                sim.until(float(targets[k]))
+            except SolveError as error:
+                self._reasons[k] = f"failed: {error}"
+                continue
+            self._take_back(k, sim)
+
+    # -- motions that go on alone, by the steps of a single `Simulator`, and come back ---------
 
     def _may_use_lanes(self, begun: SimulatorState) -> bool:
         """Whether ordinary steps of this mechanism, by this method, are those that lanes take."""
@@ -363,250 +594,6 @@ class ScalarFallback(LaneReadings):
         if ended:
             self._reasons[k] = ended
         lanes.many.bad[k], self._states[k] = 1.0, None
-
-
-#: Of motions that all go alone: lanes make no steps of theirs.
-UNKNOWN = IntegrationSettings("dopri5", 1e-6, 1e-6)
-#: Arrays of the lanes that say all of their states.
-ROWS = ("y", "derivative", "scale", "near", "state", "inputs")
-KEPT = (*ROWS, "stale", "bad")
-
-
-@dataclass(frozen=True, eq=False)
-class SimulatorsState:
-    """The states of many motions at one time: to be kept, copied, pickled and set back.
-
-    Set back, the same steps give the same bits.
-    """
-
-    arrays: dict[str, Array]
-    alone: dict[int, SimulatorState]
-    reasons: dict[int, str]
-    doubts: dict[int, str]
-    bodies: tuple[str, ...]
-
-
-class Simulators(ScalarFallback):
-    """n motions of one mechanism side by side, each with its state and its inputs.
-
-    Each takes the steps that a `Simulator` of it alone takes, many in one operation of the
-    processor. What a motion gets does not depend on the others, nor on the number of threads: its
-    numbers are those of ``n = 1`` to the last bit, and those of a `Simulator` to rounding. A motion
-    that meets anything out of the ordinary, a singular position near by or steps that vanish, goes
-    on alone and comes back; mechanisms with contacts, events, redundant joints, laws of time in
-    tables or code of the user go alone always, up to 1024 of them each in a simulator of its own,
-    and so do other methods than ``"dop853"`` and ``"dopri5"``.
-
-    Parameters
-    ----------
-    model : Mechanism or System
-        A system of a batch gives every motion a design of its own.
-    n : int, optional
-        How many; of a batch as many as it has designs.
-    method : str, optional
-        By default that of the description's `simulation`; in the place of ``"dop853"``
-        ``"dopri5"`` where rtol is 1e-6 or more: short steps take two thirds of the time then.
-    rtol, atol, step, start, guess, rates
-        As of `Simulator`.
-    threads : int, optional
-        At most so many work at a time, by default one for each processor.
-
-    Attributes
-    ----------
-    inputs : mapping
-        The inputs by name, arrays (n,); what is set, a number or an array, acts from now on.
-
-    Raises
-    ------
-    ModelError, SolveError
-        As `Simulator`; and for controllers, which are functions of one motion.
-
-    Examples
-    --------
-    >>> import mbody
-    >>> import numpy as np
-    >>> machine = mbody.gallery.load("double_pendulum")
-    >>> machine.add(mbody.Input("u", "0 N*m"), mbody.Torque("motor", "upper", value="u"))
-    >>> sims = mbody.Simulators(machine, 3, rtol=1e-8)
-    >>> sims.inputs["u"] = np.array([-1.0, 0.0, 1.0])
-    >>> sims.step(1e-2)
-    >>> np.argsort(sims["upper"].omega)
-    array([0, 1, 2])
-    >>> off = sims.reset([2])
-    >>> sims.t
-    array([0.01, 0.01, 0.  ])
-    """
-
-    def __init__(
-        self,
-        model: Mechanism | System,
-        n: int | None = None,
-        *,
-        method: str | None = None,
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: Number | None = None,
-        start: Solution | None = None,
-        guess: Guesses | None = None,
-        rates: Mapping[str, Number] | None = None,
-        threads: int | None = None,
-    ) -> None:
-        whole = as_system(model)
-        self.n = _count(whole, n)
-        if whole.mechanism.controllers:
-            name = whole.mechanism.controllers[0].name
-            raise ModelError(
-                f"the controller '{name}' is a function of one motion: Simulators take none; read "
-                "what it reads and set its inputs between steps",
-                name,
-            )
-        own = whole.mechanism.simulation
-        usual = method is None and (own is None or own.method == METHODS[0])
-        if usual and tolerances(whole, rtol, atol)[0] >= tol.RTOL_LOOSE:
-            method = "dopri5"
-        self._how: dict[str, Any] = {"method": method, "rtol": rtol, "atol": atol, "step": step}
-        self._how |= {"start": start, "guess": guess, "rates": rates}
-        self._whole, self._sims = whole, dict[int, Simulator]()
-        first = self._sim(0)
-        begun = first.state
-        self.system = whole if whole.batch is not None else first.system
-        names, rows = first.inputs.names, self.system.layout.input_row
-        places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
-        self._input_names = names
-        self._on_lanes = begun.checkpoint is not None and self._may_use_lanes(begun)
-        self._apart = not self._on_lanes and self.n <= MOST_APART
-        settings = begun.checkpoint.restart.settings if begun.checkpoint is not None else UNKNOWN
-        self._lanes = LaneMotion(
-            self.system, self.n, settings, {name: places[name] for name in names}, _threads(threads)
-        )
-        self._measures = {}
-        self._states: dict[int, SimulatorState | None] = {}
-        self._reasons: dict[int, str] = {}
-        self._doubts: dict[int, str] = {}
-        others = {
-            name: "follows its law of time: declare it with a number to set it here"
-            for name in places
-            if name not in names
-        }
-        drivers = driver_inputs(self.system.mechanism, self.system.numbers)
-        self.inputs = LaneInputs(
-            names, self._lanes, others, self._number, self._invalidate, drivers
-        )
-        self._begin_all()
-
-    def _number(self, name: str, value: Any) -> float:
-        machine = self.system.mechanism
-        own = next(one for one in machine.inputs if one.name == name)
-        return number_in(machine, value, own.dimension or DIMENSIONS["number"], "inputs", name)
-
-    def _invalidate(self) -> None:
-        """Invalidates readings after a change of state or inputs."""
-        self._record_valid = False
-
-    # -- starts --------------------------------------------------------------------------------
-
-    def _begin_all(self) -> None:
-        lanes = self._lanes
-        shared = self._whole.batch is None
-        begun = [self._sim(k).state for k in range(1 if shared else self.n)]
-        y = np.array([np.concatenate([one.q, one.v, one.own]) for one in begun])
-        t = np.array([one.t for one in begun])
-        which = np.arange(self.n)
-        values = np.array([one.inputs for one in begun])
-        if len(self._input_names):
-            lanes.put_all(
-                lanes.many.inputs, which, np.broadcast_to(values, (self.n, values.shape[1]))
-            )
-        self._begin(which, np.broadcast_to(t, self.n), np.broadcast_to(y, (self.n, y.shape[1])))
-        lanes.fill()
-        self._first = self.state
-
-    def _begin(self, which: Array, t: Array, y: Array) -> None:
-        """Begin anew in some motions, with their present inputs."""
-        lanes, many = self._lanes, self._lanes.many
-        for k in which.tolist():
-            for by_state in (self._states, self._reasons, self._doubts):
-                by_state.pop(k, None)
-        self._invalidate()
-        if self._on_lanes:
-            lanes.begin(which, t, y)
-            slots = lanes.some(many.state, which)
-            left = which[
-                (many.bad[which] > 0.0) | ~(slots[:, BEST_CONDITIONING] > tol.PIVOT_SUSPECT)
-            ]
-        else:
-            lanes.put_all(many.y, which, y)
-            lanes.put(many.state, TIME, which, t)
-            left = which
-        lanes.put(many.state, UNTIL, which, t)
-        for k in left.tolist():
-            lanes.put(many.state, STEPS, np.array([k]), 0.0)
-            self._take_back(k, self._sent_alone(k))
-
-    # -- steps --------------------------------------------------------------------------------
-
-    def step(self, dt: Number | Array) -> None:
-        """Lead every motion on by `dt`, each to exactly ``t + dt``.
-
-        A motion that fails stays at its last good step; `status` says why, `ok` is False, and later
-        calls leave it as it is until it is reset. So does one that an event has ended.
-
-        Parameters
-        ----------
-        dt : float, str, or array (n,)
-            Positive [time].
-
-        Raises
-        ------
-        ModelError
-            For a time that is not positive.
-        """
-        self._advance_to(self.t + self._times(dt, "step: dt"), "step: dt")
-
-    def until(self, t: Number | Array) -> None:
-        """Lead every motion on to exactly the time `t`, one or (n,); those that are there stay.
-
-        Raises
-        ------
-        ModelError
-            For a time before that of a motion that goes on.
-        """
-        self._advance_to(self._times(t, "until: t"), "until: t")
-
-    def _times(self, value: Any, name: str) -> Array:
-        if isinstance(value, str | int | float) or np.ndim(value) == 0:
-            value = number_in(self.system.mechanism, value, "time", "simulators", name)
-        try:
-            return np.broadcast_to(np.asarray(value, dtype=float), (self.n,))
-        except (TypeError, ValueError):
-            raise ModelError(
-                f"{name} takes one time or an array of {self.n}, not {brief(value)}"
-            ) from None
-
-    def _advance_to(self, until: Array, name: str) -> None:
-        now, ok = self.t, self.ok
-        step = name.startswith("step")
-        wrong = ok & ~(((until > now) if step else (until >= now)) & (until < math.inf))
-        if wrong.any():
-            k, unit = int(np.flatnonzero(wrong)[0]), self.system.mechanism.units.time
-            raise ModelError(
-                f"{name} leads motion {k} from {now[k]:g} to {until[k]:g} {unit}: give "
-                "a later time; to go back, keep sims.state and set it again, or reset it"
-            )
-        lanes, many = self._lanes, self._lanes.many
-        targets = np.where(ok, until, now)
-        lanes.put(many.state, UNTIL, np.arange(self.n), targets)
-        self._invalidate()
-        if self._on_lanes:
-            lanes.go_on()
-        for k in np.flatnonzero((self.t < targets) & (many.bad[: self.n] > 0.0)).tolist():
-            try:
-                sim = self._sent_alone(k)
-                sim.until(float(targets[k]))
-            except SolveError as error:
-                self._reasons[k] = f"failed: {error}"
-                continue
-            self._take_back(k, sim)
 
     # -- status --------------------------------------------------------------------------------
 

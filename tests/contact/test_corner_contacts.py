@@ -7,7 +7,7 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.dynamics import contact_motion
+from mbody.analysis.dynamics import active_modes
 
 G, MU = 9.81, 0.3
 HALF = 0.2
@@ -118,7 +118,7 @@ def test_rows_that_are_off_leave_elimination_as_it_is(monkeypatch):
     runs = []
     for whole in (False, True):
         if whole:
-            monkeypatch.setattr(contact_motion, "without_nodes", lambda layout, off: layout)
+            monkeypatch.setattr(active_modes, "without_nodes", lambda layout, off: layout)
         runs.append(sliding(ground, shapes, (-0.3, HALF), 1.5, until=0.6))
     one, two = runs
     assert (one["box"].x == two["box"].x).all()

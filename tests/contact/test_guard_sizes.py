@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.analysis.dynamics import contact_motion
+from mbody.analysis.dynamics import active_modes
 from mbody.core import tolerances as tol
 from mbody.kernels.layout import PER_PRIMITIVE
 
 
 def force_sizes(motion):
     """The greatest force on that body of each owner on which it is less (owners,)."""
-    system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.uni
+    system, n, L, uni = motion.system, motion.system.coordinates, motion.layout, motion.active.uni
     own = np.zeros(L.bodies + 1)
     arms = system.coordinate_units / np.repeat(system.lengths, 3)  # 1, of angles 1/length
     own[:-1] = np.abs(system.mass[:n, 0] * motion.K[0, n : 2 * n] * arms).reshape(-1, 3).max(axis=1)
@@ -31,29 +31,30 @@ def force_sizes(motion):
     ("name", "until"), [("woodpecker", 0.05), ("braking_vehicle", 0.3), ("geneva_drive", 0.2)]
 )
 def test_sizes_are_those_of_the_record(monkeypatch, name, until):
-    met, own = [], contact_motion.EventIntegration._begun
+    met, own = [], active_modes.ActiveModes.begun
 
-    def begun(motion):
-        own(motion)
-        forces, G = force_sizes(motion), motion.guard_table
-        for (kind, number), size in zip(motion.guards, G.size, strict=False):
+    def begun(active):
+        own(active)
+        motion = active.motion
+        forces, G = force_sizes(motion), motion.active.guard_table
+        for (kind, number), size in zip(motion.active.guards, G.size, strict=False):
             if kind in ("close", "edge", "enter"):
                 expected = motion.system.length
             elif kind == "lock":
-                expected = motion.speeds[number]
+                expected = motion.active.speeds[number]
             elif kind == "stop":  # of pins a rate of turning
-                uni = motion.uni
+                uni = motion.active.uni
                 tangents = [one.tangent for one in (*uni.contact_points, *uni.friction_joints)]
                 unit = uni.table.speed_unit[tangents[number]]
-                expected = motion.speeds[number] / unit
+                expected = motion.active.speeds[number] / unit
             elif kind == "share":
                 which = (G.open_normal | G.open_tangent) > 0
-                expected = (forces / motion.uni.arms)[which].max()
+                expected = (forces / motion.active.uni.arms)[which].max()
             else:
                 expected = 1.0 if kind == "paradox" else forces[number]
             assert size == pytest.approx(expected, rel=1e-14)
             met.append(kind)
 
-    monkeypatch.setattr(contact_motion.EventIntegration, "_begun", begun)
+    monkeypatch.setattr(active_modes.ActiveModes, "begun", begun)
     mbody.simulate(mbody.gallery.load(name), until)
     assert {"close", "open", "slip"} & set(met)

@@ -179,7 +179,7 @@ def test_an_impact_that_its_impulses_do_not_explain_is_doubted(monkeypatch, wron
     check = ContactLog.check_impact
 
     def planted(log):
-        log.motion.memory.impact.jump[:] *= 1.0 + wrong
+        log.active.memory.impact.jump[:] *= 1.0 + wrong
         check(log)
 
     monkeypatch.setattr(ContactLog, "check_impact", planted)
@@ -220,7 +220,7 @@ def test_a_driver_gives_what_holds_its_carriage_in_an_impact(monkeypatch):
     check, found = ContactLog.check_impact, []
 
     def kept_impact(log):
-        found.extend(log.motion.memory.impact.driven)
+        found.extend(log.active.memory.impact.driven)
         check(log)
 
     monkeypatch.setattr(ContactLog, "check_impact", kept_impact)

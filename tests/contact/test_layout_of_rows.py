@@ -7,7 +7,7 @@ import mbody
 from mbody import Between, Body, Contact, Gravity, Mechanism, Revolute, SimulationSettings, assemble
 from mbody.analysis.contact.active_layout import layout_of_rows, work_of_rows
 from mbody.analysis.contact.unilateral import unilateral_of
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics.active_modes import ActiveModes
 from mbody.kernels.accelerations import free_motion
 
 G = 9.81
@@ -79,7 +79,7 @@ def test_a_fall_onto_a_floor_past_others(monkeypatch):
     system = assemble(machine)
     assert system.layout.slots > system.layout.bodies
     runs = [mbody.simulate(system, 0.5, rtol=1e-9, instants=5)]
-    monkeypatch.setattr(EventIntegration, "_without_rows", lambda self, on, sliding: None)
+    monkeypatch.setattr(ActiveModes, "_without_rows", lambda self, on, sliding: None)
     runs.append(mbody.simulate(system, 0.5, rtol=1e-9, instants=5))
     events = [[(one.name, one.contact) for one in run.events] for run in runs]
     assert events[0] == events[1] and len(events[0]) > 2

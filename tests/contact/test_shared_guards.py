@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics.integration import Integration
 from mbody.kernels.contact_guards import BEGIN, SHARE
 from mbody.kernels.step_state import NOT_QUIET, TIME, ZERO
 from mbody.model.contact import OneSided
@@ -35,16 +35,16 @@ def test_the_margin_of_a_ladder_is_that_of_a_program(monkeypatch):
     c, s = math.cos(TILT), math.sin(TILT)
     start = {"ladder": {"x": c, "y": s, "angle": math.pi - TILT}}
     machine.simulation = mbody.SimulationSettings(until=2.0, rtol=1e-13, start=start)
-    codes, margins, own = [], {}, EventIntegration._quiet_steps
+    codes, margins, own = [], {}, Integration._quiet_steps
 
     def steps(motion):
         codes.append(int(own(motion)))
-        G = motion.guard_table
+        G = motion.active.guard_table
         for n in np.flatnonzero(G.kind[: G.count[0]] == SHARE):
             margins[float(motion.state[TIME])] = float(G.value[BEGIN, n])
         return codes[-1]
 
-    monkeypatch.setattr(EventIntegration, "_quiet_steps", steps)
+    monkeypatch.setattr(Integration, "_quiet_steps", steps)
     for until in (0.1, 0.7, 1.5, 2.0):
         run = mbody.simulate(machine, until, instants=2)
     assert ZERO in codes and NOT_QUIET not in codes

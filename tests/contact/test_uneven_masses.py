@@ -11,7 +11,7 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics.integration import Integration
 from tests.campaign.scenes import uneven_scene
 
 G = 9.81
@@ -52,13 +52,13 @@ def pile(*boxes: Body, heights: list[float], shifts: list[float], **more: object
 def test_a_light_body_under_a_heavy_one_rests_in_long_steps(
     light: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    steps, step = [], EventIntegration._step
+    steps, step = [], Integration._step
 
-    def counted(motion: EventIntegration) -> tuple[int, str]:
+    def counted(motion: Integration) -> tuple[int, str]:
         steps.append(1)
         return step(motion)
 
-    monkeypatch.setattr(EventIntegration, "_step", counted)
+    monkeypatch.setattr(Integration, "_step", counted)
     heavy = 7e5
     machine = pile(
         box("plate", light, 1.0, 0.2),

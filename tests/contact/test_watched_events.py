@@ -9,8 +9,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 import mbody
 from mbody import Body, Contact, Event, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.dynamics import contact_motion
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics import active_modes
+from mbody.analysis.dynamics.active_modes import ActiveModes
+from mbody.analysis.dynamics.integration import Integration
 from mbody.kernels.contact_guards import BEGIN, END, EVENT, INSIDE, KEPT_LOOKS, node
 from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_zero
 from mbody.kernels.step_state import NOT_QUIET
@@ -21,13 +22,13 @@ G, THROWN, RADIUS = 9.81, 3.0, 0.1
 @pytest.fixture
 def codes(monkeypatch):
     """What the kernel of steps has returned."""
-    found, own = [], EventIntegration._quiet_steps
+    found, own = [], Integration._quiet_steps
 
     def steps(motion):
         found.append(int(own(motion)))
         return found[-1]
 
-    monkeypatch.setattr(EventIntegration, "_quiet_steps", steps)
+    monkeypatch.setattr(Integration, "_quiet_steps", steps)
     return found
 
 
@@ -132,7 +133,7 @@ def test_events_by_programs_are_those_that_python_finds(name, monkeypatch):
     events = [Event(one, direction=(0, 1, -1)[n % 3]) for n, one in enumerate(of)]
     runs = [mbody.simulate(model, until, events=events, instants=9, rtol=1e-10)]
     plain = mbody.simulate(model, until, events=[], instants=9, rtol=1e-10)
-    monkeypatch.setattr(contact_motion, "watched_by_program", lambda *_: None)
+    monkeypatch.setattr(active_modes, "watched_by_program", lambda *_: None)
     runs.append(mbody.simulate(model, until, events=events, instants=9, rtol=1e-10))
     fast, slow = ([(e.name, e.contact, e.t) for e in run.events] for run in runs)
     assert [one[:2] for one in fast] == [one[:2] for one in slow]
@@ -195,15 +196,15 @@ def test_every_search_for_a_zero_ends_at_one_of_the_cubics():
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])
 def test_what_python_raises_at_an_event_ends_the_steps(error, monkeypatch):
     """The error itself; an interrupt ends the motion with what is known."""
-    monkeypatch.setattr(contact_motion, "watched_by_program", lambda *_: None)
-    own = EventIntegration.values_at
+    monkeypatch.setattr(active_modes, "watched_by_program", lambda *_: None)
+    own = ActiveModes.values_at
 
     def values(motion, t, record):
         if t > 0.2:
             raise error
         return own(motion, t, record)
 
-    monkeypatch.setattr(EventIntegration, "values_at", values)
+    monkeypatch.setattr(ActiveModes, "values_at", values)
     if error is KeyboardInterrupt:
         run = thrown([Event("ball.vy")])
         assert run.status.startswith("stopped") and run.t[-1] <= 0.2

@@ -44,6 +44,18 @@ class OneSidedForce:
     size: Array
 
 
+def extremes(forces: OneSidedForce, known: OneSidedForce | None) -> OneSidedForce:
+    """Of forces, and those that are known, the least, the largest by size, and the first of wrong
+    sign.
+    """
+    if known is not None:
+        parts = ((known.t, forces.t), (known.force, forces.force), (known.size, forces.size))
+        forces = OneSidedForce(*(np.concatenate(part) for part in parts))
+    pulls = forces.force < -FORCE_NONE * forces.size.max()
+    kept = np.unique([pulls.argmax(), forces.force.argmin(), forces.size.argmax()])
+    return OneSidedForce(forces.t[kept], forces.force[kept], forces.size[kept])
+
+
 def one_sided(system: System) -> list[Joint | Coupling | OneSided]:
     """Contacts of joints and those that are closed for good, and ropes: couplings of distances
     whose factors are all of one sign, with angles of drums. A belt of angles alone is stretched

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral
-from mbody.analysis.dynamics.integration import solution_of_records
-from mbody.analysis.dynamics.modal_motion import ModalMotion
+from mbody.analysis.dynamics.interruptions import solution_of_records
 from mbody.analysis.dynamics.shared_friction import InstantModes, Reported, SharedForces
 from mbody.core import tolerances as tol
 from mbody.errors import SolveError
@@ -44,17 +43,17 @@ Array = np.ndarray
 class ContactLog:
     """The modes of a motion by name, and the log of what changes them.
 
-    `motion`: An `mbody.analysis.dynamics.contact_motion.EventIntegration`.
+    `motion`, `active`: An `mbody.analysis.dynamics.integration.Integration`, and its modes.
     `notes`: Sentences on what happened.
     `lost`: Energy that impacts took of each contact that may strike.
     `before`: Modes before those that are being decided.
     `jerked`: Whether rates of drivers have jumped.
     """
 
-    def __init__(self, motion: Any) -> None:
-        self.motion, system = motion, motion.system
+    def __init__(self, motion: Any, active: Any) -> None:
+        self.motion, self.active, system = motion, active, motion.system
         self.notes: list[str] = []
-        self.sharing = SharedForces(motion.uni)
+        self.sharing = SharedForces(active.uni)
         self.jerked, self.before = False, InstantModes([], [], np.zeros(0))
         self.stops = [one.name for one in system.mechanism.contacts]
         self.lost = np.zeros(len(self.stops))
@@ -77,16 +76,16 @@ class ContactLog:
     @property
     def modes_now(self) -> InstantModes:
         """The present modes."""
-        m = self.motion
-        return InstantModes(m.modes, m.pairs, m.on)
+        active = self.active
+        return InstantModes(active.modes, active.pairs, active.on)
 
     def shown(self, t: float, record: Array, modes: InstantModes | None = None) -> Reported:
         """A record (rows, 1) with admissible forces, of the present modes or of others."""
         m, plain = self.motion, Reported(record[:, 0], None)
-        if not len(m.uni):
+        if not len(self.active.uni):
             return plain
         if modes is None:
-            key, on = m.memory.modes.mode.tobytes(), m.on
+            key, on = self.active.memory.modes.mode.tobytes(), self.active.on
         else:
             key, on = " ".join((*modes.modes, *modes.pairs)).encode(), modes.on
         key += on.tobytes()
@@ -99,8 +98,9 @@ class ContactLog:
             found = record[:, 0].copy()
             found[3 * n : numbers] = known.record[3 * n : numbers]
             return known._replace(record=found)
-        m.look_at(t, record)
-        found_now = self.sharing.reported(m.probe, record[:, 0], modes or self.modes_now)
+        self.active.look_at(t, record)
+        modes = modes or self.modes_now
+        found_now = self.sharing.reported(self.active.probe, record[:, 0], modes)
         if found_now.forces is None:
             self.determined.append(key)
         else:
@@ -116,7 +116,7 @@ class ContactLog:
     @property
     def _owners(self) -> list[str]:
         """Names of the contact points, and of the frictional joints after them."""
-        uni = self.motion.uni
+        uni = self.active.uni
         points = [one.name for one in uni.contact_points]
         return points + [one.name for one in uni.friction_joints]
 
@@ -134,8 +134,8 @@ class ContactLog:
         """The mode of every contact and frictional joint, by default the present one: of several
         contact points that which holds most.
         """
-        m, uni = self.motion, self.motion.uni
-        modes, pairs = modes or m.modes, pairs or m.pairs
+        active, uni = self.active, self.active.uni
+        modes, pairs = modes or active.modes, pairs or active.pairs
         found = {pair.name: mode for pair, mode in zip(uni.friction_joints, pairs, strict=True)}
         every = ("open", "slip-", "slip+", "stick", "roll")
         order = {mode: n for n, mode in enumerate(every)}
@@ -152,7 +152,7 @@ class ContactLog:
     @property
     def present_names(self) -> dict[str, str]:
         """The mode of every contact and frictional joint."""
-        numbers = self.motion.memory.modes.mode
+        numbers = self.active.memory.modes.mode
         if (key := numbers.tobytes()) != self.last_named[0]:
             self.last_named = key, self.named_modes()
         return self.last_named[1]
@@ -164,31 +164,34 @@ class ContactLog:
         what happened.
         """
         m = self.motion
-        G, M, t = m.guard_table, m.memory.modes, float(m.state[TIME])
+        G, M, t = self.active.guard_table, self.active.memory.modes, float(m.state[TIME])
         if code == POLE:
             return self.pole(max(t, float(G.part[POLE_TIME])) if G.part[POLE_TIME] < np.inf else t)
         if code == CHANGES_WITHOUT_END:
             who = f"'{self._owners[int(G.owner[G.passed[0]])]}'"
             return f"contacts and friction change their modes without end, last {who}"
         if code == IMPACTS_WITHOUT_END:
-            return f"impacts at '{self._owners[int(m.memory.impact.first[0])]}' do not end"
+            return (
+                f"impacts at '{self._owners[int(self.active.memory.impact.first[0])]}' do not end"
+            )
         touching = np.flatnonzero(M.touches).tolist()
         if code == NO_IMPACT:
-            hit = np.flatnonzero(m.memory.impact.hit).tolist()
-            refuse_driven_impact(m, hit)
-            return lost_by_masses(m.uni, touching, "impulses") or self._wedged(touching, hit)
+            hit = np.flatnonzero(self.active.memory.impact.hit).tolist()
+            refuse_driven_impact(self.active, hit)
+            why = lost_by_masses(self.active.uni, touching, "impulses")
+            return why or self._wedged(touching, hit)
         if code == LOST:
-            return lost_by_masses(m.uni, touching)
+            return lost_by_masses(self.active.uni, touching)
         if code not in (NO_MODES, NO_COLLISION):
             return ""
-        points, joints = m.uni.contact_points, m.uni.friction_joints
+        points, joints = self.active.uni.contact_points, self.active.uni.friction_joints
         names = dict.fromkeys(points[k].name for k in touching)
-        if m.counts[TRIED_COLLISION] and code == NO_MODES:
+        if self.active.counts[TRIED_COLLISION] and code == NO_MODES:
             return f"{self._none} at {_quoted(names)}"
         name = next(iter(names), None) or joints[0].name
         self.record("inconsistent", t, name, record, record)
         if code == NO_COLLISION:
-            beside, ratio = "", ratio_of_masses(m.uni, touching)
+            beside, ratio = "", ratio_of_masses(self.active.uni, touching)
             if ratio > tol.MASSES_UNEVEN:
                 beside = f", where masses differ by a factor of {ratio:.2g}, which costs digits"
             return f"no accelerations and no impact are consistent at {_quoted(names)}{beside}"
@@ -198,7 +201,7 @@ class ContactLog:
     @property
     def _none(self) -> str:
         """What is said where no modes go on: of so many contacts not every set may be tried."""
-        if self.motion.memory.problem[0].count[TRIED]:
+        if self.active.memory.problem[0].count[TRIED]:
             return "no accelerations are consistent"
         return "no consistent accelerations were found"
 
@@ -207,9 +210,9 @@ class ContactLog:
         or drivers lead it from two sides.
         """
         m = self.motion
-        quoted = _quoted(m.uni.contact_points[k].name for k in hit)
-        m.load()
-        if m.memory.rests(m, closed):
+        quoted = _quoted(self.active.uni.contact_points[k].name for k in hit)
+        self.active.load()
+        if self.active.memory.rests(m, closed):
             return (
                 f"an impact at {quoted} has no solution: friction wedges what Newton's law of "
                 'impact would throw back; Poisson\'s law (law = "poisson") or less friction has one'
@@ -222,7 +225,7 @@ class ContactLog:
     @property
     def lost_zero(self) -> str:
         """Why a motion ends whose steps meet a zero of a guard at which none ends."""
-        G, owners = self.motion.guard_table, self._owners
+        G, owners = self.active.guard_table, self._owners
         n = int(G.passed[0])
         who = f" at '{owners[int(G.owner[n])]}'" if owners and n >= 0 else ""
         return f"steps do not show what happens{who}: smooth loads that jump there"
@@ -230,7 +233,7 @@ class ContactLog:
     def pole(self, t: float) -> str:
         """Why a motion ends whose forces have a pole at a time, which it has come up to."""
         m = self.motion
-        every = zip(self._owners, (*m.modes, *m.pairs), strict=True)
+        every = zip(self._owners, (*self.active.modes, *self.active.pairs), strict=True)
         sliding = [name for name, mode in every if mode in SLIP_SIGNS]
         self.record("paradox", t, sliding[0], m.record, m.record)
         names = _quoted(sliding)
@@ -240,17 +243,17 @@ class ContactLog:
 
     def impact(self, record: Array) -> None:
         """An impact has happened; `record`: that before it."""
-        m, I = self.motion, self.motion.memory.impact
+        m, I = self.motion, self.active.memory.impact
         self._add_losses()
-        kind = "rest" if m.counts[FOUND] == RESTED else "impact"
+        kind = "rest" if self.active.counts[FOUND] == RESTED else "impact"
         t, name = float(m.state[TIME]), self._owners[int(I.first[0])]
         self.record(kind, t + float(I.rested[0]), name, record, m.record, self._impulses())
 
     def collision(self, record: Array) -> None:
         """An impact without collision has happened; `record`: that before it."""
         m = self.motion
-        t, M = float(m.state[TIME]), m.memory.modes
-        names = [m.uni.contact_points[k].name for k in np.flatnonzero(M.touches)]
+        t, M = float(m.state[TIME]), self.active.memory.modes
+        names = [self.active.uni.contact_points[k].name for k in np.flatnonzero(M.touches)]
         self.record("inconsistent", t, names[0], record, record)
         self._add_losses()
         self.record("impact", t, names[0], record, m.record, self._impulses())
@@ -261,26 +264,26 @@ class ContactLog:
 
     def _add_losses(self) -> None:
         """Energy that an impact took of contacts; what stops that move, and drivers, gave."""
-        m, I = self.motion, self.motion.memory.impact
+        m, I = self.motion, self.active.memory.impact
         self.check_impact()
-        for k in np.flatnonzero(m.memory.modes.touches).tolist():
-            name = m.uni.contact_points[k].name
+        for k in np.flatnonzero(self.active.memory.modes.touches).tolist():
+            name = self.active.uni.contact_points[k].name
             self.lost[self.stops.index(name)] += I.gained[k]
             if name in self.moving:
                 m.total[self.moving[name]] += I.moved[k]
-        gained = I.gained[len(m.uni.contact_points) :].tolist()
-        for joint, taken in zip(m.uni.friction_joints, gained, strict=True):
+        gained = I.gained[len(self.active.uni.contact_points) :].tolist()
+        for joint, taken in zip(self.active.uni.friction_joints, gained, strict=True):
             m.total[self.rubbing[joint.pair]] += taken
         for one, given in zip(m.system.drivers, I.driven.tolist(), strict=True):
             m.total[self.work_names.index(one.name)] += given
 
     def check_impact(self) -> None:
         """A doubt where an impact gives energy, or more or less than its impulses do."""
-        m, I = self.motion, self.motion.memory.impact
+        m, I = self.motion, self.active.memory.impact
         n, t = m.system.coordinates, float(m.state[TIME])
-        closed = np.flatnonzero(m.memory.modes.touches)
-        joints = I.gained[len(m.uni.contact_points) :]
-        velocities = m.memory.modes.y[n : 2 * n]
+        closed = np.flatnonzero(self.active.memory.modes.touches)
+        joints = I.gained[len(self.active.uni.contact_points) :]
+        velocities = self.active.memory.modes.y[n : 2 * n]
         taken_away = float(I.gained[closed].sum() + joints.sum())
         gained, rounding = gain_of_jump(m.system.mass[:n, 0], velocities, I.jump)
         given = np.append(I.moved[closed], I.driven)
@@ -292,7 +295,7 @@ class ContactLog:
         off |= abs(taken) > none + tol.ENERGY_IMPACT_ARTIFICIAL * terms
         if not (off or gained > rounding + tol.ENERGY_IMPACT_GAIN * exchanged):
             return
-        points = [m.uni.contact_points[k] for k in closed]
+        points = [self.active.uni.contact_points[k] for k in closed]
         names, units = tuple(dict.fromkeys(one.name for one in points)), m.system.mechanism.units
         energy = units.of("torque")
         where = f"at t = {t:.6g} {units.time} the impact of {listed(names)}"
@@ -315,8 +318,8 @@ class ContactLog:
 
     def _impulses(self) -> dict[str, tuple[float, float]]:
         """Normal and tangential impulse of every contact that took part in an impact."""
-        I, sums = self.motion.memory.impact, dict[str, tuple[float, float]]()
-        for k in np.flatnonzero(self.motion.memory.modes.touches).tolist():
+        I, sums = self.active.memory.impact, dict[str, tuple[float, float]]()
+        for k in np.flatnonzero(self.active.memory.modes.touches).tolist():
             before = sums.get(name := self._owners[k], (0.0, 0.0))
             sums[name] = before[0] + float(I.normal[k]), before[1] + float(I.tangential[k])
         return sums
@@ -325,7 +328,7 @@ class ContactLog:
 
     def check_modes(self) -> None:
         """A doubt where modes begin beyond their own limits: a guard of them is below zero."""
-        m, G = self.motion, self.motion.guard_table
+        m, G = self.motion, self.active.guard_table
         kind, value = G.kind[: G.count[0]], G.value[BEGIN, : G.count[0]]
         off = np.isin(kind, (LIFT, SLIP, SHARE, STOP))
         off &= value < -tol.GUARD_BEYOND_ZERO * G.size[: G.count[0]]
@@ -342,19 +345,19 @@ class ContactLog:
     def several(self, record: Array) -> None:
         """Several accelerations are consistent: an event and a note."""
         m = self.motion
-        t, M = float(m.state[TIME]), m.memory.modes
+        t, M = float(m.state[TIME]), self.active.memory.modes
         which = np.flatnonzero(M.closed if M.closed.any() else M.touches)
-        names = [m.uni.contact_points[k].name for k in which]
-        names = names or [one.name for one in m.uni.friction_joints]
+        names = [self.active.uni.contact_points[k].name for k in which]
+        names = names or [one.name for one in self.active.uni.friction_joints]
         self.record("indeterminate", t, names[0] if names else "", record, record)
         why = "Painlevé's paradox): that of the least contact force was taken"
-        on, points = m.work.on[:, 0], m.uni.contact_points
+        on, points = m.work.on[:, 0], self.active.uni.contact_points
         redundant = any(
             mode != "open" and not on[point.normal]
-            for point, mode in zip(points, m.modes, strict=True)
+            for point, mode in zip(points, self.active.modes, strict=True)
         ) or any(
             mode == "stick" and not on[pair.tangent]
-            for pair, mode in zip(m.uni.friction_joints, m.pairs, strict=True)
+            for pair, mode in zip(self.active.uni.friction_joints, self.active.pairs, strict=True)
         )
         if redundant:
             why = "nothing decides how loads are shared): one of them was taken"
@@ -369,8 +372,8 @@ class ContactLog:
         """
         if self.before[:2] == self.modes_now[:2]:
             return
-        points = self.motion.uni.contact_points
-        free = {points[n].name for n in np.flatnonzero(self.motion.uni.one_way)}
+        points = self.active.uni.contact_points
+        free = {points[n].name for n in np.flatnonzero(self.active.uni.one_way)}
         t, now = float(self.motion.state[TIME]), self.named_modes()
         for name, old in self.named_modes(self.before.modes, self.before.pairs).items():
             new = now[name]
@@ -404,7 +407,7 @@ class ContactLog:
         kinds = self.motion.system.layout.friction_kind
         names = [
             pair.name
-            for pair in self.motion.uni.friction_joints
+            for pair in self.active.uni.friction_joints
             if FRICTION_KINDS[int(kinds[pair.pair])] not in ("torque", "force")
         ]
         if not (self.jerked and names):
@@ -439,12 +442,13 @@ def lost_by_masses(uni: Unilateral, closed: list[int], what: str = "acceleration
     )
 
 
-def refuse_driven_impact(motion: ModalMotion, hit: list[int]) -> None:
+def refuse_driven_impact(active: Any, hit: list[int]) -> None:
     """Refuse an impact of what drivers lead, that has just been found to have no solution."""
-    D, place = motion.memory.problem[0].delassus, motion.memory.modes.place
+    memory = active.memory
+    D, place = memory.problem[0].delassus, memory.modes.place
     for number in hit:
         if not D[place[number], place[number]] > 0.0:
-            name = motion.uni.contact_points[number].name
+            name = active.uni.contact_points[number].name
             raise SolveError(
                 f"nothing that strikes '{name}' is free to rebound: it follows drivers alone; take "
                 "them off, or record when it is reached by an Event",

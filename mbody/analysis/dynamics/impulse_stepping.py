@@ -16,7 +16,7 @@ import numpy as np
 from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
 from mbody.analysis.contact.friction_problem import ClosedContacts
 from mbody.analysis.dynamics.integration import Integration, KeptInstants
-from mbody.analysis.dynamics.integrators import REFINEMENTS, FixedSteps, Integrator
+from mbody.analysis.dynamics.integrators import REFINEMENTS, Integrator, even_steps
 from mbody.analysis.dynamics.options import MotionRequest
 from mbody.analysis.dynamics.restart import check_restart
 from mbody.analysis.initial.initial_state import state_of
@@ -486,7 +486,7 @@ class ImpulseIntegration(Integration):
     @staticmethod
     def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
         """None of the others: what they would carry on is not needed."""
-        return FixedSteps(layout, 1, step, (1.0,))
+        return even_steps(layout, 1, step, (1.0,))
 
     def _load_causes(self) -> int:
         return self.causes - len(self.system.drivers)

@@ -1,4 +1,9 @@
-"""Time integration of one motion: memory and calls of the integrator, and its result."""
+"""Time integration of one motion: memory and calls of the kernel that leads it, and its result.
+
+One class leads every motion: to its end, as `simulate` asks, or to one time after another. Its
+steps are those of `mbody.kernels.advance`, which watches the guards of contacts, ropes and
+frictional joints and zeros of users' measures (`mbody.analysis.dynamics.active_modes`), or nothing.
+"""
 
 from __future__ import annotations
 
@@ -6,24 +11,29 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import refuse_modes
-from mbody.analysis.driven.contact_report import OneSidedForce
+from mbody.analysis.contact.systems_with_modes import has_modes
+from mbody.analysis.contact.unilateral import unilateral_of
+from mbody.analysis.driven.contact_report import (
+    OneSidedForce,
+    extremes,
+    one_sided,
+    one_sided_force,
+    pulled,
+)
 from mbody.analysis.driven.diagnosis import (
     adjusted,
     branching,
     open_along,
     open_note,
-    stuck,
     undetermined,
     valueless,
     weightless,
 )
-from mbody.analysis.driven.time_grid import check_law_ranges
-from mbody.analysis.dynamics.branch_passage import BranchPassage, KnownCrossings
+from mbody.analysis.dynamics.branch_passage import BranchPassage
 from mbody.analysis.dynamics.integrators import (
     PATIENT,
     REFINEMENTS,
@@ -34,114 +44,77 @@ from mbody.analysis.dynamics.integrators import (
     first_auxiliary_states,
     first_step,
     integrator,
+    limited_instants,
     refuse_auxiliary_states,
+    step_counts,
     stepping,
     unresolved_states,
 )
 from mbody.analysis.dynamics.interruptions import (
+    ControllerReadings,
     Interruptions,
     SampledState,
     has_corners,
     hold_inputs,
     input_value,
+    jump_doubt,
+    solution_of_records,
     without_hold,
     works_of_drivers,
+)
+from mbody.analysis.dynamics.modal_motion import refined_where_uneven
+from mbody.analysis.dynamics.restart import (
+    Checkpoint,
+    no_progress,
+    stopped,
+    unfit_checkpoint,
 )
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.analysis.position.closed_position import vanishing
 from mbody.analysis.singular.nearby_singularity import packed_positions, unpacked_positions
 from mbody.core import tolerances as tol
-from mbody.errors import ModelError, SolveError
+from mbody.errors import SolveError
 from mbody.kernels.layout import Work, artificial_masses
 from mbody.kernels.loop_closure import laws_of_time, violation
+from mbody.kernels.methods import unwatched_motion
 from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import (
     BEST_CONDITIONING,
     BRANCH_UNCERTAIN,
+    CROSSED,
     DELIVERED,
     DONE,
-    EVALUATIONS,
     JACOBIAN_VALID,
-    JACOBIANS,
     LAST_STEP,
     LAST_STEP_ALLOWED,
     LIMITED_INSTANTS,
     MORE,
-    NEAR_SINGULAR_STEPS,
     NEXT,
-    REJECTED,
+    NOT_QUIET,
     STEPS,
-    STIFF,
     THROUGHPUT,
     TIME,
+    ZERO,
     Outputs,
     Stepping,
     Tolerances,
 )
 from mbody.laws import Constant
 from mbody.model.closed_mechanism import may_be_one_sided
-from mbody.model.element import listed
 from mbody.model.inputs import Controller
-from mbody.model.simulation import EVEN
-from mbody.solution.doubts import Doubt, doubted
+from mbody.model.simulation import Event
+from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes, gain_of_jump
 from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields
-from mbody.solution.solution import IntegrationSettings, Restart, Solution
-from mbody.solution.traced_instant import Present, Read
+from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
+from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.rank import dense_rates
 from mbody.system.system import System
 
 if TYPE_CHECKING:
-    from mbody.solution.shared_forces import ForceSet, SharedResult
-
-# -- Readings of controllers: measures compiled when they are first read -----------------------
+    pass
 
 Array = np.ndarray
-
-
-def solution_of_records(
-    system: System, t: Array, records: Array, regularization: float = 0.0
-) -> Solution:
-    """Records (instants, rows, 1) of a motion at times (instants,) as a result, without what the
-    motion says beside them.
-    """
-    kept = Record([records], len(t), batch=False)
-    return Solution(system, "simulate", t, kept, None, regularization=regularization)
-
-
-class ControllerReadings:
-    """Readings of the present instant of a motion."""
-
-    def __init__(
-        self,
-        system: System,
-        y: Array,
-        state: Array,
-        record: Callable[[], Array],
-        regularization: float,
-    ) -> None:
-        self.system, self.state, self.record = system, state, record
-        self.regularization = regularization
-        slots = memoryview(state.data)
-        self.present = Present(
-            system, memoryview(y.data), slots, lambda: memoryview(record().reshape(-1).data)
-        )
-        self._readers: dict[str, list[Read]] = {}
-
-    def of(self, controller: Controller) -> list[float]:
-        """Measured values that a controller reads at the present instant."""
-        found = self._readers.get(controller.name)
-        if found is None:
-            measure = self.present.measure
-            found = [measure(text, self._instant) for text in controller.reads]
-            self._readers[controller.name] = found
-        return [read() for read in found]
-
-    def _instant(self) -> Solution:
-        """The present instant as a result."""
-        t, records = np.array([self.state[TIME]]), self.record()[None].copy()
-        return solution_of_records(self.system, t, records, self.regularization)
-
 
 #: Steps of one call of the kernel; between calls progress is shown and Ctrl-C takes effect.
 AT_ONCE = 500
@@ -150,51 +123,10 @@ AT_ONCE = 500
 JUDGED = 10_000
 
 
-@dataclass(frozen=True, eq=False)
-class ContactModes:
-    """Contact modes of a checkpoint: what a motion with contacts needs besides its state.
-
-    `first`: Mode of every contact and frictional joint when the motion began, by name.
-    `rows`: Which rows are on, with what depends on it, their anchors, slip signs of sliding, and
-      the numbers of the rows, among which are the phases of circles that stick.
-    `tables`: Modes, who leads what sticks, what is closed and what has left its edge, when contact
-      points were struck last, what is rounding of guards, whose forces no equation decides, when
-      modes changed last and how often then.
-    `lost` (contacts,): Energy that impacts of each took.
-    """
-
-    first: dict[str, str]
-    rows: tuple[Array, ...]
-    tables: tuple[Array, ...]
-    notes: tuple[str, ...]
-    lost: Array
-    #: Admissible forces of the first instant.
-    forces: ForceSet | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Checkpoint:
-    """All that the next step depends on.
-
-    `restart`: The state of the integrator, and the work since the reference.
-    `regularization`: Of redundant rows.
-    `near`: Distances from singular positions at the beginning of the step.
-    `passage`: Singular positions ahead, those behind, doubts, and positions that were met.
-    `reference`, `record` (rows, 1): When the motion began, what is kept of that instant (see
-      `mbody.kernels.layout`), and of the present one.
-    `extremes`: Of contacts and ropes the least force and the largest by size.
-    `modes`: What is open, sticks and slides.
-    """
-
-    restart: Restart
-    regularization: float
-    near: Array
-    passage: KnownCrossings
-    first: float
-    reference: Array
-    record: Array
-    extremes: dict[str, OneSidedForce]
-    modes: ContactModes | None = None
+#: Instants within a call at which it is monitored: of one step, and of many.
+WITHIN, AMONG = 8, 200
+#: Looks at a step at which forces are met, at least; looks at events in the whole motion, at least.
+OF_A_STEP, OF_ALL = 4, 400
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +145,19 @@ class KeptInstants:
     modes: Sequence[dict[str, str]] = ()
     forces: Sequence[ForceSet | None] = ()
 
+    @property
+    def but_last(self) -> KeptInstants:
+        """These without the last one."""
+        return KeptInstants(*(part[:-1] for part in vars(self).values()))
 
-#: Instants within a call at which it is monitored: of one step, and of many.
-WITHIN, AMONG = 8, 200
+
+def joined_instants(blocks: Sequence[KeptInstants], rows: int, causes: int) -> KeptInstants:
+    """Blocks of instants, of records of so many rows and works of so many causes, as one."""
+    none = np.empty(0), np.empty((0, rows, 1)), np.empty((0, causes))
+    every = [(one.t, one.records, one.works) for one in blocks]
+    t, records, works = (np.concatenate(part) for part in zip(none, *every, strict=True))
+    modes = tuple(mode for one in blocks for mode in one.modes)
+    return KeptInstants(t, records, works, modes, tuple(f for one in blocks for f in one.forces))
 
 
 class Integration:
@@ -226,8 +168,6 @@ class Integration:
     it was where it rejects the step; longer ones go back to where they began where they fail.
     """
 
-    #: Whether it decides what is open, sticks and slides.
-    decides_modes = False
     #: Whether the instants within calls of many steps are kept in `samples`, times and records; and
     #: those within each call.
     watched = closely = False
@@ -238,11 +178,18 @@ class Integration:
     located = False
     integrator = staticmethod(integrator)
 
-    def __init__(self, system: System, start: Solution, settings: IntegrationSettings) -> None:
+    def __init__(
+        self,
+        system: System,
+        start: Solution,
+        settings: IntegrationSettings,
+        events: Sequence[Event] = (),
+        jumps: Sequence[int] = (),
+        *,
+        meets_forces: bool = False,
+    ) -> None:
         self.system, self.start, self.settings = system, start, settings
         refuse_auxiliary_states(system, settings.method)
-        if not self.decides_modes:
-            refuse_modes(system, "stepping without events of contacts")
         self.layout = without_hold(system.runtime(), hold_inputs(system))
         self.work = system.work(masses=True)
         self.regularization = (
@@ -257,19 +204,50 @@ class Integration:
         )
         self.y, self.state = self.stepping.y, self.stepping.state
         self.K, self.P, self.scale = self.stepping.K, self.stepping.P, self.stepping.scale
+        #: What is asked of the steps where nothing is watched; whether inputs are others than those
+        #: of the present derivative.
+        self.asked, self.inputs_changed = np.zeros(3), False
+        #: Whether something may open, stick or slide; what is decided of that, and events.
+        self.has_modes, self.active = has_modes(system), None
         self.motion = self._motion()
+        #: Whether loads follow laws of time, of which the length of steps says nothing.
+        self.swings = self.layout.varying > 0 or system.has_user_code
+        #: What holds in one direction only, whose forces are met within steps.
+        self.sided: Sequence[Any] = ()
+        if self.has_modes or events or jumps:
+            from mbody.analysis.dynamics.active_modes import ActiveModes
+
+            self.active = ActiveModes(self, events, jumps)
+        if (self.active or meets_forces) and may_be_one_sided(system.mechanism):
+            self.sided = one_sided(system)
+        #: How far apart events are looked at, at most: of a call of one step at its ends.
+        self.apart = math.inf
         self.initial_work = np.zeros(self.causes)
         self.restart_point: Restart | None = None
-        self.step_reference, self.longest = (0.0, 0.0), 0.0
         self.occurred: list[EventRecord] = []
-        self.stops: list[str] = []
+        self.stops = [one.name for one in system.mechanism.contacts]
         #: Of contacts and ropes the least force, the largest by size, and the first of wrong sign.
         self.extremes: dict[str, OneSidedForce] = {}
-        #: The first instant as it is shown, and what is kept of the motion.
-        self.reference, self.outputs = np.empty((0, 1)), self._no_outputs()
+        #: The first instant as it is shown.
+        self.reference = np.empty((0, 1))
+        #: No instants to be kept; the work of every cause since the beginning.
+        records, work = np.empty((0, system.record_rows, 1)), np.zeros((1, self.causes))
+        self.nothing = Outputs(times=np.empty(0), pages=records, work=work)
+        self.total = self.nothing.work[0]
+        #: Instants that are wanted, and those that are kept.
+        self.wanted, self.kept = np.empty(0), list[KeptInstants]()
+        #: The status of a motion that ended where forces jumped.
+        self.ending = ""
+        #: The state before the step that ends in time, and that which it went on from.
+        self.before_end: Restart | None = None
+        self.resumed: ModalState | None = None
+        #: Whether `record` is of an earlier instant.
+        self.late = False
 
     def _motion(self) -> Motion:
         """All that the kernel works on."""
+        if self.active is not None:
+            self.active.forget_motions()
         # a small mass replaces a missing one: refinement takes its effect back
         light = artificial_masses(self.layout, self.system.mass, self.system.sizes).any()
         tolerances = Tolerances(
@@ -279,7 +257,9 @@ class Integration:
             full_refinements=REFINEMENTS,
             patience=PATIENT,
         )
-        return Motion(self.layout, self.work, self.stepping, tolerances)
+        motion = Motion(self.layout, self.work, self.stepping, tolerances)
+        uni = unilateral_of(self.system) if self.has_modes else None
+        return motion if uni is None else refined_where_uneven(motion, uni)
 
     # -- a whole motion ------------------------------------------------------------------------
 
@@ -317,7 +297,7 @@ class Integration:
             self.state[TIME] = found.t[lost[0]]
             found = found.take(np.arange(lost[0]))
         if lost.size or code not in (DONE, MORE):
-            raise self.stopped(found, code)
+            raise stopped(self, found, code)
         return found
 
     def begin(
@@ -356,7 +336,7 @@ class Integration:
         self.notes = adjusted(self.system, whole, self.y[: 2 * n3], until - first)
         if self.regularization:
             self.notes += branching(self.system, first, self.y[:n3], self.y[n3 : 2 * n3])
-        self._check_finite(self.K, first)
+        self.check_finite(first)
         self.passage.first_position = self.y[:n3].copy()
         own = auxiliary_sizes(self.system)
         sizes = coordinate_sizes(self.system, v, self.K[0, n3 : 2 * n3])
@@ -373,6 +353,9 @@ class Integration:
         self.state[NEXT] = self.settings.step or first_step(
             self.settings, self.y, self.K[0], self.scale, whole
         )
+        if self.has_modes and self.swings and not self.steps.fixed:
+            # what swings while nothing moves says nothing of how long steps are
+            self.state[NEXT] = min(self.state[NEXT], whole / OF_ALL)
 
     def evaluate(self) -> bool:
         """Project the state, evaluate its derivative and its record; whether the loops close."""
@@ -381,13 +364,32 @@ class Integration:
             m.layout, m.work, m.stepping, m.tolerances.full_refinements, self.record
         )
         raise_user_error(self.system)
+        if self.active is not None:
+            self.active.look()
         return bool(closes)
 
-    def _take_steps(self, until: float, count: int, outputs: Outputs) -> int:
-        """At most so many steps towards a time; a code of `mbody.kernels.step_state`."""
-        return self.steps.steps(self.motion, until, count, outputs)
+    def _evaluate_anew(self) -> None:
+        """`evaluate` of a motion that goes on: the best conditioning is that of all its steps."""
+        best = self.state.item(BEST_CONDITIONING)
+        self.evaluate()
+        self.state[BEST_CONDITIONING] = max(best, self.state.item(BEST_CONDITIONING))
 
-    def _advance(self, until: float, steps: int, outputs: Outputs) -> int:
+    # -- steps ---------------------------------------------------------------------------------
+
+    def _take_steps(self, until: float, count: int, outputs: Outputs, locates: bool = True) -> int:
+        """At most so many steps towards a time; a code of `mbody.kernels.step_state`. `locates`:
+        whether zeros of what is watched are located, and the record kept of where steps end.
+        """
+        changed, self.inputs_changed = self.inputs_changed, False
+        if (active := self.active) is not None:
+            code = active.steps(until, count, outputs, locates, changed)
+            self.inputs_changed = active.beyond
+            return code
+        m, self.asked[:] = self.motion, (until, count, changed)
+        bundles = m.layout, m.work, self.steps.methods, m.stepping, m.tolerances, outputs
+        return int(unwatched_motion(*bundles, self.asked, self.record))
+
+    def _advance(self, until: float, steps: int, outputs: Outputs, locates: bool = True) -> int:
         """At most so many steps, and what lies between them; a code as of `_take_steps`."""
         code, left = MORE, steps
         while code == MORE and left > 0:
@@ -395,7 +397,7 @@ class Integration:
             count = 1 if self.passage.open else left
             if until != self.until:  # nothing is kept of what leads to a set time
                 self.state[LAST_STEP_ALLOWED] = 1.0
-            code = self._take_steps(until, count, outputs)
+            code = self._take_steps(until, count, outputs, locates)
             left -= max(1, int(self.state[STEPS] - done))
             self.passage.record_crossings(self.y)
             self.passage.check_inertia(self.y)
@@ -412,12 +414,16 @@ class Integration:
 
     def _integrate(self, times: Array, progress: Callable[[float], None] | None) -> tuple[int, str]:
         """The whole motion, its instants kept: the last code of the kernel, and the status."""
-        records = np.empty((len(times), self.rows, 1))
-        work = np.zeros((len(times) + 1, self.causes))
-        work[-1] = self.initial_work
+        self.wanted, self.kept = times, []
+        self.apart = (self.until - self.first) / OF_ALL
+        if self.resumed is None and self.active is not None and (status := self.active.begin()):
+            return MORE, status
         if times[0] <= self.first:
-            records[0], self.state[DELIVERED] = self.record, 1.0
-        self.outputs = Outputs(times=times, pages=records, work=work)
+            self.keep(self.first, self.record, self.total)
+        self.total += self.initial_work
+        if self.resumed is not None and self.active is not None:
+            self.active.log.lost[:] = self.resumed.lost
+            self.record = np.array(self.resumed.page)[:, None]
         code, status = self._all_steps(progress)
         return code, status or "completed"
 
@@ -425,18 +431,70 @@ class Integration:
         """Steps to the last time: the last code of the kernel, and the status of a motion that ends
         before, else nothing.
         """
-        code = MORE
-        while code == MORE:
-            code = self._advance(self.target, AT_ONCE, self.outputs)
-            if code == DONE and self.target < self.until:
-                self._interrupt(self.target)
-                code = MORE
-                if len(self.outputs.times) and self.state[TIME] >= self.until:
-                    self._keep_now()  # rates of drivers jumped at the very end
+        code, status = MORE, ""
+        while code == MORE and not status:
+            code, status = self._step()
             self._check_progress()
             if progress is not None:
                 progress(float(self.state[TIME]))
-        return code, ""
+        return (MORE if status else code), status
+
+    def _step(self) -> tuple[int, str]:
+        """Steps up to what they meet."""
+        t = float(self.state[TIME])
+        if self.target <= t < self.until and not self.ending:
+            t = self._pass_set_time(t)
+        if self.ending or t >= self.until:
+            return (MORE, self.ending) if self.ending else (DONE, "")
+        code = self._quiet_steps()
+        if self.active is not None:
+            if code == CROSSED:
+                return MORE, self.active.meet()
+            if code == ZERO:
+                return MORE, self.active.go_on()
+            if code == NOT_QUIET:
+                return MORE, self.ended(self.active.log.lost_zero)
+        return MORE if code == DONE and self.target < self.until else code, ""
+
+    def _quiet_steps(self) -> int:
+        """Steps towards the next set time as long as they are quiet, keeping the instants that they
+        meet: a code of the kernel. Of what holds in one direction only the forces are met within
+        each step.
+        """
+        t, h, count = float(self.state[TIME]), float(self.state[NEXT]), AT_ONCE
+        # a motion that goes on begins before its first instant
+        since = max(t, float(self.kept[-1].t[-1])) if self.kept else t
+        first, last = np.searchsorted(self.wanted, [since, self.target], side="right")
+        marks = wanted = self.wanted[first:last]
+        if self.sided:
+            count, parts = 1, OF_A_STEP
+            if not self.has_modes or (self.active is not None and self.active.events):
+                parts = max(parts, math.ceil(h / self.apart))
+            within = t + np.arange(1, parts + 1) / parts * h
+            marks = np.union1d(wanted, within[within < self.target])
+        records, work = self.nothing.pages, np.zeros((len(marks) + 1, self.causes))
+        if len(marks):
+            records = np.empty((len(marks), self.rows, 1))
+        work[-1], self.state[DELIVERED] = self.total, 0.0
+        try:
+            code = self._advance(self.target, count, Outputs(times=marks, pages=records, work=work))
+        finally:
+            self.total[:] = work[-1]  # also of steps before Python fails
+        met = int(self.state[DELIVERED])
+        self.meet_forces(marks[:met], records[:met])
+        asked = np.flatnonzero(np.isin(marks[:met], wanted)) if self.sided else np.arange(met)
+        if not self.has_modes and len(asked):
+            self.kept.append(KeptInstants(marks[asked], records[asked], work[asked]))
+            return code
+        for n in asked.tolist():
+            self.keep(float(marks[n]), records[n], work[n])
+        return code
+
+    def ended(self, why: str) -> str:
+        """Keep the last instant; the status of a motion that ends there."""
+        t, self.restart_point = float(self.state[TIME]), None
+        self.keep(t, self.record, self.total)
+        return f"ended: at t = {t:.6g} {self.system.mechanism.units.time}, {why}"
 
     # -- one time after another ----------------------------------------------------------------
 
@@ -468,8 +526,8 @@ class Integration:
             return
         self.regularization = regularization
         self.stepping = self.stepping.replaced(regularization=regularization)
-        self.motion = self._motion()
         self.steps = integrator(self.settings.method, self.layout, self.work, self.settings.step)
+        self.motion = self._motion()
         self.__dict__.pop("_probe_memory", None)
 
     @functools.cached_property
@@ -496,15 +554,22 @@ class Integration:
         return np.array(values, dtype=float)
 
     def start_at(self, t: float, q: Array, v: Array, own: Array | None = None) -> None:
-        """Begin anew, as a motion of `simulate` does."""
+        """Begin anew, as a motion of `simulate` does; modes are decided anew."""
         self._clear()
         # how long it goes on is not known yet
         self.begin(t, q, v, math.inf, own)
         self.reference = self.record.copy()
+        if (active := self.active) is not None:
+            self.ending = active.begin()
+            active.first_modes = active.log.named_modes()
+            first = active.log.shown(t, self.record)
+            self.reference, active.first_forces = first.record[:, None].copy(), first.forces
 
     def place_at(self, t: float, record: Array) -> None:
-        """Show an instant (rows,) that no steps have led to."""
+        """Show an instant (rows,) that no steps have led to, with all contacts open."""
         self._clear()
+        if self.active is not None:
+            self.active.first_modes = self.active.log.named_modes()
         self.first, self.state[TIME] = t, t
         n, own = 2 * self.system.coordinates, self.system.auxiliary_rows.start
         self.y[:n], self.present_record[:, 0] = record[:n], record
@@ -516,12 +581,10 @@ class Integration:
             own[:] = blank
         self.state[:] = 0.0
         self.work.near[:] = 0.0
-        self.extremes, self.outputs = {}, self._no_outputs()
-
-    def _no_outputs(self) -> Outputs:
-        """None but the work since the beginning."""
-        records, work = np.empty((0, self.system.record_rows, 1)), np.zeros((1, self.causes))
-        return Outputs(times=np.empty(0), pages=records, work=work)
+        self.extremes, self.ending, self.inputs_changed = {}, "", False
+        self.total[:], self.occurred, self.kept, self.late = 0.0, [], [], False
+        if self.active is not None:
+            self.active.forget()
 
     def advance_to(self, until: float, inputs_changed: bool = False) -> str:
         """Go on to exactly this time; the status of a motion that ends before, else nothing.
@@ -529,62 +592,71 @@ class Integration:
 
         Raises SolveError as `simulate` does; the state is then the one before the call.
         """
-        state = self.state
-        if inputs_changed:
+        begins = not self.state.item(STEPS)
+        if inputs_changed and begins:
             self.refresh()
-        if not state.item(STEPS):
+        elif inputs_changed:
+            self.inputs_changed = True
+        if self.ending:
+            return self.ending
+        if begins:
             self.until = until
             self._begin_steps()
-        self.passage.whole = until - self.first
-        if not (self.guarded or self.closely) and state.item(TIME) + state.item(NEXT) >= until:
-            state[LAST_STEP_ALLOWED] = 1.0
-            code = self._advance(until, 1, self.outputs)
-            if code in (MORE, DONE) and state.item(TIME) == until:
-                return ""
-        return self._advance_in_steps(until)
+        self.passage.whole, self.apart = until - self.first, math.inf
+        if self._one_step(until):
+            return ""
+        # forces have jumped beyond the modes, or no step was tried
+        if self.inputs_changed:
+            self.refresh()
+        return self.ending or self._advance_in_steps(until)
+
+    def _one_step(self, until: float) -> bool:
+        """Go on by one step, if it reaches the end and is quiet."""
+        state = self.state
+        watched = self.closely or self.sided or (self.watched and self.active is not None)
+        if watched or self.guarded or state.item(TIME) + state.item(NEXT) < until:
+            return False
+        state[LAST_STEP_ALLOWED] = 1.0
+        code = self._advance(until, 1, self.nothing, locates=False)
+        self.late = self.active is not None
+        return code in (MORE, DONE) and state.item(TIME) == until
+
+    def _renew(self) -> None:
+        """The record of the present instant."""
+        if self.late:
+            self.record, self.late = self.instant().copy(), False
 
     def _advance_in_steps(self, until: float) -> str:
         """Advances to `until` in any number of steps; the state is restored after an error."""
+        self._renew()
         saved, self.until = self.snapshot(), until
         self.state[LAST_STEP_ALLOWED] = 1.0
         try:
-            watched = self.watched or self.closely
-            return self._watched_steps() if watched else self._steps_to_end()
+            return self._steps_to_end()
         except BaseException as error:
             self.go_on_from(saved)
             if isinstance(error, SolveError):
                 error.solution = self.now("completed")
             raise
 
-    def _instants(self) -> Array:
-        """Times within a call, its end included, at which it is monitored."""
-        t = float(self.state[TIME])
-        count = WITHIN if t + self.state[NEXT] >= self.until else AMONG
-        return np.linspace(t, self.until, count + 1)[1:]
-
-    def _watched_steps(self) -> str:
-        """Advances to `until` and keeps the records of the instants within the call."""
-        times, gained = self._instants(), self._gained.copy()
-        records = np.empty((len(times), self.rows, 1))
-        work = np.zeros((len(times) + 1, self.causes))
-        work[-1], self.state[DELIVERED] = gained, 0.0
-        self.outputs = Outputs(times=times, pages=records, work=work)
-        try:
-            status = self._steps_to_end()
-            kept = self._kept_instants()
-            self.samples = kept.t, kept.records
-        finally:
-            gained = self._gained.copy()
-            self.outputs = self._no_outputs()
-            self._gained[:] = gained
-        return status
-
     def _steps_to_end(self) -> str:
-        """Steps to `until`; the status of a motion that ends before, else nothing."""
+        """Steps to `until`, keeping the records of the instants within the call that are monitored;
+        the status of a motion that ends before, else nothing.
+        """
+        t, self.kept = float(self.state[TIME]), []
+        one = t + self.state[NEXT] >= self.until
+        if not one:
+            self.apart = (self.until - t) / OF_ALL
+        self.wanted = np.array([self.until]) if self.active is not None else np.empty(0)
+        if self.closely or (self.watched and self.active is None):
+            self.wanted = np.linspace(t, self.until, (WITHIN if one else AMONG) + 1)[1:]
         self._set_times()
         code, status = self._all_steps()
         if code not in (DONE, MORE):
-            raise self.stopped(self.solution(""), code)
+            raise stopped(self, self.solution(""), code)
+        if self.kept and (self.watched or self.closely):
+            kept = self._kept_instants()
+            self.samples = kept.t, kept.records
         return status
 
     def _set_times(self) -> None:
@@ -599,30 +671,44 @@ class Integration:
         self.target = min(self.until, self.interruptions.next(t))
 
     def refresh(self) -> None:
-        """The derivative anew, of inputs that have changed."""
-        state = self.state
-        best = state.item(BEST_CONDITIONING)
-        self.evaluate()
-        state[BEST_CONDITIONING] = max(best, state.item(BEST_CONDITIONING))
-        state[JACOBIAN_VALID] = 0.0
-        self.steps.jumped(self.motion)
+        """The derivative anew, of inputs that have changed; changed forces may end sticking."""
+        self.inputs_changed = False
+        self._evaluate_anew()
+        self.state[JACOBIAN_VALID] = 0.0
+        self.steps.jumped()
+        self.late = False
+        self.ending = "" if self.active is None else self.active.settle_jump()
 
     # -- set times -----------------------------------------------------------------------------
 
     def _interrupt(self, t: float) -> None:
         """Do what is due at a set time, and find the next one."""
-        best = float(self.state[BEST_CONDITIONING])
         if (corner := self.interruptions.jump_after(t)) is not None:
             self._pass_jump(corner)
             t = corner
         if self.interruptions.sampled or self.interruptions.tables:
-            self.evaluate()
+            self._evaluate_anew()
             if self.interruptions.at(t, self._read):
-                self.evaluate()
-                self._check_finite(self.K, t)
-                self.steps.jumped(self.motion)
-            self.state[BEST_CONDITIONING] = max(self.state[BEST_CONDITIONING], best)
+                self._evaluate_anew()
+                self.check_finite(t)
+                self.steps.jumped()
         self.target = min(self.until, self.interruptions.next(t))
+        active = self.active
+        if active is not None and active.guard_table.count[0] and not self.ending:
+            self.ending = active.settle_jump()  # the first modes follow later
+
+    def _pass_set_time(self, t: float) -> float:
+        """Do what is due at a set time, or just after it where rates of drivers jump; the time from
+        which it goes on.
+        """
+        self._interrupt(t)
+        now = float(self.state[TIME])
+        if now > t and now in self.wanted:
+            record = self.instant().copy() if self.active is None else self.record
+            self.keep(now, record, self.total)
+        if now >= self.until:
+            self.restart_point = self._restart_state(self.total)
+        return now
 
     def _read(self, controller: Controller, inputs_differ: bool) -> list[float]:
         """Measured values that a controller reads at the present instant, evaluated anew where
@@ -640,7 +726,10 @@ class Integration:
 
     def _present_record(self) -> Array:
         """The record (rows, 1) of the present instant, as it is read."""
-        return self.record
+        if self.active is None:
+            return self.record
+        shown = self.active.log.shown(float(self.state[TIME]), self.record)
+        return shown.record[:, None]
 
     def _pass_jump(self, corner: float) -> None:
         """Go from just before a time to it: velocities jump with the rates of the drivers."""
@@ -651,34 +740,24 @@ class Integration:
         size = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
         if not np.abs(after - before).max(initial=0.0) > tol.RATE_JUMP_SAME * size:
             return
-        self._loosen()
+        if self.active is not None and self.has_modes:
+            # what jerks moves what touches by impacts, not by rows that hold
+            self.active.switch_off()
         self.evaluate()
-        self._check_finite(self.K, corner)
+        self.check_finite(corner)
         work.q[:n, 0] = self.y[:n]
         mass, jump = self.system.mass[:n, 0], self.y[n : 2 * n] - v
         works = works_of_drivers(self.system, work, mass * jump, 0.5 * (before + after))
-        self._give(works)
-        self._check_jump(corner, *gain_of_jump(mass, v, jump), works)
+        for name, part in works.items():
+            self.total[causes(self.system).index(name)] += part
+        doubt = jump_doubt(self.system, corner, gain_of_jump(mass, v, jump), works)
+        self.passage.doubts += (doubt,) if doubt else ()
         self.state[JACOBIAN_VALID] = 0.0
-        self.steps.jumped(self.motion)
-        self._settle_jump()
-
-    def _check_jump(
-        self, t: float, gained: float, rounding: float, works: Mapping[str, float]
-    ) -> None:
-        """A doubt where a jump of velocities changes the energy by more or less than drivers do."""
-        given = sum(works.values())
-        allowed = rounding + tol.ENERGY_IMPACT * sum(map(abs, works.values()))
-        if abs(gained - given) <= allowed:
-            return
-        units = self.system.mechanism.units
-        energy = units.of("torque")
-        message = (
-            f"at t = {t:.6g} {units.time} rates of drivers jump, which changes the energy by "
-            f"{gained:.3g} {energy}, their impulses by {given:.3g} {energy}: do not rely on the "
-            "motion from there on, and look at bodies without mass or inertia"
-        )
-        self.passage.doubts += (Doubt("energy", message, t, tuple(works)),)
+        self.steps.jumped()
+        if self.active is not None and self.has_modes:
+            # impacts of what the driver moves towards each other; what it moves apart opens
+            self.active.close_what_drivers_press()
+            self.ending = self.active.settle()
 
     def _prescribed(self, t: float) -> Array:
         """ν of every row at a time, the position being in the workspace; lengths by the model
@@ -688,23 +767,6 @@ class Integration:
         laws_of_time(self.layout, self.work)
         violation(self.layout, self.work)
         return dense_rates(self.system, self.work)
-
-    def _loosen(self) -> None:
-        """Releases contact constraints before a jump of driver rates; nothing without contacts."""
-
-    def _settle_jump(self) -> None:
-        """Impacts and openings that follow from a jump of driver rates; none without contacts."""
-
-    def _give(self, works: Mapping[str, float]) -> None:
-        """Add what drivers gave at one instant to the work since the beginning."""
-        names, gained = causes(self.system), self._gained
-        for name, part in works.items():
-            gained[names.index(name)] += part
-
-    @property
-    def _gained(self) -> Array:
-        """Work of every cause since the beginning, in place."""
-        return np.asarray(self.outputs.work[-1])
 
     def _check_progress(self) -> None:
         """Refuse to go on where loads that jump to and fro keep steps short for ever, or where a
@@ -730,18 +792,18 @@ class Integration:
             and mean * rate < tol.STEP_COLLAPSE_SLOW
             and left > PATIENT
         ):
-            raise SolveError(
-                f"the loads jump to and fro at t = {t:.6g} {unit}: the last {JUDGED} steps were "
-                f"{mean:.1g} {unit} each, the end would take {left:.1g} more; smooth what jumps, "
-                "as dry friction and valves do where rates change their sign",
-                solution=self.solution(""),
-            )
+            raise no_progress(self, mean, left, JUDGED)
 
     # -- restarts -----------------------------------------------------------------------------
 
     def _restart_state(self, work_done: Array) -> Restart:
-        """All that the next step depends on; `work_done` since the beginning."""
-        return Restart(
+        """All that the next step depends on; `work_done` since the beginning. With modes the first
+        one before the end counts: what happens in a step that ends there happens again, in the
+        whole of it.
+        """
+        if self.has_modes and self.before_end is not None:
+            return self.before_end
+        found = Restart(
             settings=self.settings,
             scale=self.scale.copy(),
             y=self.y.copy(),
@@ -754,9 +816,18 @@ class Integration:
             sampled=tuple(one.copied() for one in self.interruptions.sampled),
             met=packed_positions(self.passage.met),
         )
+        if self.active is not None and self.has_modes:
+            found = replace(found, modal=self.active.modal_state())
+            self.before_end = found
+        return found
 
     def _resume(self, restart: Restart) -> None:
         """Continue from a restart state."""
+        modal, active = restart.modal, self.active
+        if modal is not None and active is not None:
+            active.resume(modal)
+            # the first instant, with what is on
+            self.evaluate()
         self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
         self.interruptions.restore(restart.inputs, restart.sampled)
         record = self.record.copy()
@@ -767,6 +838,9 @@ class Integration:
         if self.state[NEXT] <= tol.TIME_STEP_SHORTEST_REJECTED * abs(self.until):
             self._begin_steps()  # that of a motion that was hardly any
         self.initial_work[:] = restart.gained
+        if active is not None:
+            active.resume_guards(modal)
+            self.resumed = modal
 
     def _take(self, restart: Restart) -> None:
         """Set all that the next step depends on, the work but."""
@@ -780,17 +854,26 @@ class Integration:
             own[:] = part
 
     def _restart(self, work_done: Array) -> Restart | None:
-        """Where to continue, with the work since the last instant that was kept."""
-        if self.restart_point is None or not len(work_done):
+        """Where to continue, with the work, and what contacts took, since the last instant that was
+        kept.
+        """
+        found = self.restart_point
+        if found is None or not len(work_done):
             return None
-        return replace(
-            self.restart_point, gained=self.restart_point.gained - work_done[-1, : self.causes]
-        )
+        found = replace(found, gained=found.gained - work_done[-1, : self.causes])
+        if not self.has_modes:
+            return found
+        if found.modal is None:
+            return None
+        lost = tuple((np.array(found.modal.lost) - work_done[-1, self.causes :]).tolist())
+        return replace(found, modal=replace(found.modal, lost=lost))
 
     def snapshot(self) -> Checkpoint:
         """A copy of all that the next step depends on."""
+        self._renew()
+        self.before_end = None  # that of the present state
         return Checkpoint(
-            restart=self._restart_state(self._gained),
+            restart=self._restart_state(self.total),
             regularization=self.regularization,
             near=self.work.near.copy(),
             passage=self.passage.known,
@@ -798,49 +881,39 @@ class Integration:
             reference=self.reference,
             record=self.record.copy(),
             extremes=dict(self.extremes),
+            modes=None if self.active is None else self.active.contact_modes(),
         )
 
     def go_on_from(self, given: Checkpoint) -> None:
-        """Go on from there."""
+        """Go on from there; later events are dropped."""
         self.regularize(given.regularization)
         self._take(given.restart)
         self.interruptions.go_on_from(given.restart.inputs, given.restart.sampled)
-        self._gained[:] = given.restart.gained
+        self.total[:] = given.restart.gained
         self.work.near[:] = given.near
         self.passage.known = given.passage
         self.first, self.reference, self.record = given.first, given.reference, given.record.copy()
-        self.extremes = dict(given.extremes)
+        self.extremes, self.late, self.kept = dict(given.extremes), False, []
+        self.ending, self.inputs_changed = "", False
+        if self.active is not None:
+            assert given.modes is not None
+            self._forget_later_events(float(self.state[TIME]))
+            self.active.take_modes(given.modes)
 
     def unfit(self, given: Checkpoint, inputs: Array) -> str:
         """Why a motion of this system cannot go on from there, with these inputs; else nothing."""
-        restart, n = given.restart, self.system.coordinates
-        sampled = [one.controller.name for one in restart.sampled]
-        if sampled != [one.name for one in self.system.mechanism.controllers]:
-            return "is of another mechanism, with other controllers"
-        parts = (restart.y, restart.gained, given.reference, given.near)
-        mine = (self.y, self._gained, self.present_record, self.work.near)
-        if [part.shape for part in parts] != [part.shape for part in mine]:
-            return "is of another mechanism, with other elements"
-        before, t = self.y.copy(), float(self.state[TIME])
-        self.y[:], self.state[TIME] = restart.y, restart.state[TIME]
+        active, modes = self.active, given.modes
+        if active is not None:
+            if modes is None or not active.fits(modes):
+                return "is of another mechanism, with other contacts"
+            before = active.contact_modes(), self.ending
+            active.take_modes(modes)
         try:
-            a = self.instant(inputs, restart.inputs)[2 * n : 3 * n, 0]
+            return unfit_checkpoint(self, given, inputs)
         finally:
-            self.y[:], self.state[TIME] = before, t
-        off = np.abs((a - restart.slope[n : 2 * n]) / self.system.coordinate_units)
-        # at rest what accelerations there are is rounding
-        velocity_scale = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
-        size = velocity_scale**2 + np.abs(a / self.system.coordinate_units).max(initial=0.0)
-        moved = np.abs((self.present_record[:n, 0] - restart.y[:n]) / self.system.coordinate_units)
-        if (
-            off.max(initial=0.0) > tol.ACCELERATIONS_AGREE * size
-            or moved.max(initial=0.0) > tol.ACCELERATIONS_AGREE
-        ):
-            return (
-                "has other accelerations than this mechanism: its numbers differ; reset(state) "
-                "takes its positions and rates alone"
-            )
-        return ""
+            if active is not None:
+                active.take_modes(before[0])
+                self.ending = before[1]
 
     # -- records -------------------------------------------------------------------------------
 
@@ -859,9 +932,13 @@ class Integration:
         self, inputs: Array | None = None, input_values: Mapping[str, float] | None = None
     ) -> Array:
         """Record of the present instant, (rows, 1), with the present inputs or with others, set
-        from outside or `input_values` between set times; the motion is left unchanged.
+        from outside or `input_values` between set times, in the present modes, its forces
+        admissible; the motion is left unchanged.
         """
-        (work, memory), record = self._probe_memory, self.present_record
+        (work, memory), record, active = self._probe_memory, self.present_record, self.active
+        if active is not None:
+            for part, own in zip(active.rows_of(work), active.rows_of(self.work), strict=True):
+                part[:] = own
         memory.y[:] = self.y
         memory.state[TIME] = self.state[TIME]
         work.signal[:] = self.work.signal
@@ -871,6 +948,9 @@ class Integration:
             work.signal[self.interruptions.hold[name], 0] = value
         initial_derivative(self.layout, work, memory, REFINEMENTS, record)
         raise_user_error(self.system)
+        if active is not None:
+            shown = active.log.shown(float(self.state[TIME]), record)
+            record[:, 0], active.present_forces = shown.record, shown.forces
         return record
 
     def now(self, status: str) -> Solution:
@@ -879,122 +959,100 @@ class Integration:
 
     def _ends(self, record: Array) -> KeptInstants:
         """The first instant, and the present one of this record, if it is another one."""
-        t = float(self.state[TIME])
+        t, active = float(self.state[TIME]), self.active
         count = 1 if t == self.first else 2
         times, records = np.array([self.first, t]), np.array([self.reference, record])
-        return KeptInstants(times[:count], records[:count], self._works()[:count])
-
-    def _works(self) -> Array:
-        """The work of every cause up to the first and the present instant."""
-        return np.array([np.zeros(self.causes), self._gained])
+        works = np.zeros((2, self.causes + len(self.stops)))
+        works[1, : self.causes] = self.total
+        found = KeptInstants(times[:count], records[:count], works[:count])
+        if active is None:
+            return found
+        works[1, self.causes :] = active.log.lost
+        modes = active.first_modes, active.log.named_modes()
+        forces = active.first_forces, active.present_forces
+        return replace(found, modes=modes[:count], forces=forces[:count])
 
     @property
     def named_modes(self) -> dict[str, str]:
-        """Present modes of contacts and frictional joints, by name: there are none."""
-        return {}
+        """Present modes of contacts and frictional joints, by name."""
+        return {} if self.active is None else self.active.log.named_modes()
 
     @property
     def open_forces(self) -> SharedResult | None:
-        """None: no contact or friction shares its forces."""
-        return None
+        """Admissible forces of the present instant, which was evaluated; None where they are
+        determined.
+        """
+        active = self.active
+        return None if active is None else active.log.shared_result(active.present_forces)
 
     def meet(self, name: str, forces: OneSidedForce) -> None:
         """Take forces of a contact or a rope into its extremes, and the first of wrong sign."""
-        if name in self.extremes:
-            known = self.extremes[name]
-            parts = ((known.t, forces.t), (known.force, forces.force), (known.size, forces.size))
-            forces = OneSidedForce(*(np.concatenate(part) for part in parts))
-        pulls = forces.force < -tol.FORCE_NONE * forces.size.max()
-        kept = np.unique([pulls.argmax(), forces.force.argmin(), forces.size.argmax()])
-        self.extremes[name] = OneSidedForce(forces.t[kept], forces.force[kept], forces.size[kept])
+        self.extremes[name] = extremes(forces, self.extremes.get(name))
+
+    def meet_forces(self, marks: Array, records: Array) -> None:
+        """Take forces of contacts and ropes over a step into their extremes, within the output
+        instants.
+        """
+        if not self.sided or not len(self.wanted):
+            return
+        inside = (marks >= self.wanted[0]) & (marks <= self.wanted[-1])
+        if not inside.any():
+            return
+        run = solution_of_records(self.system, marks[inside], records[inside])
+        for one in self.sided:
+            self.meet(one.name, one_sided_force(run, one))
+
+    def keep(self, t: float, record: Array, work: Array) -> None:
+        """Keep an instant; once, the last state of it."""
+        if self.kept and self.kept[-1].t[-1] == t:
+            last = self.kept.pop().but_last
+            self.kept += [last] if len(last.t) else []
+        found = KeptInstants(np.array([t]), record[None].copy(), work[None].copy())
+        if self.active is not None and self.has_modes:
+            shown, lost = self.active.log.shown(t, record), self.active.log.lost
+            found = KeptInstants(
+                found.t,
+                shown.record[None, :, None].copy(),
+                np.concatenate([work, lost])[None],
+                (self.active.log.present_names,),
+                (shown.forces,),
+            )
+        self.kept.append(found)
+
+    def _kept_instants(self) -> KeptInstants:
+        """The instants that are kept."""
+        return joined_instants(self.kept, self.rows, self.causes + len(self.stops))
 
     def _keep_now(self) -> None:
         """Keep the instant that a motion has reached, to continue from there."""
         if not self.state[STEPS]:
             return
-        kept, done = self._kept_instants(), self._gained.copy()
-        self.restart_point = self._restart_state(done)
-        met = len(kept.t)
+        t = float(self.state[TIME])
+        self.restart_point = None if self.stops else self._restart_state(self.total)
         self.evaluate()
-        if met and kept.t[-1] == self.state[TIME]:
-            met -= 1
-        self.outputs = Outputs(
-            times=np.append(kept.t[:met], self.state[TIME]),
-            pages=np.concatenate([kept.records[:met], self.record[None]]),
-            work=np.concatenate([kept.works[:met], [done, done]]),
-        )
-        self.state[DELIVERED] = met + 1
+        self.keep(t, self.record, self.total)
+        self._forget_later_events(t)
 
-    def _kept_instants(self) -> KeptInstants:
-        """The instants that are met."""
-        met = int(self.state[DELIVERED])
-        O = self.outputs
-        return KeptInstants(O.times[:met], O.pages[:met], O.work[:met])
+    def _forget_later_events(self, t: float) -> None:
+        """What lies in a step that is not made yet is met again."""
+        self.occurred = [one for one in self.occurred if one.t <= t]
+        if self.active is not None:
+            self.active.guard_table.seen[:] = -1.0
 
-    def _check_finite(self, K: Array, t: float) -> None:
-        if np.isfinite(K[0]).all():
+    def check_finite(self, t: float) -> None:
+        """Refuse to go on where the derivative has no values."""
+        if np.isfinite(self.K[0]).all():
             return
         n = self.system.coordinates
         raise valueless(self.system, self.work, t, self.y[:n], self.y[n : 2 * n])
 
-    def stopped(self, found: Solution, code: int) -> SolveError:
-        """The sentence of a motion that cannot be integrated."""
-        state = self.state
-        unit = self.system.mechanism.units.time
-        t = float(state[TIME])
-        when = f"t = {t:.6g} {unit}"
-        if code == STIFF:
-            left = (self.until - t) / state[NEXT]
-            return SolveError(
-                f"the loads are too stiff for explicit steps: at {when} the step has shrunk to "
-                f"{state[NEXT]:.2g} {unit}, the end would take {left:.1g} more; ask for the "
-                "method 'radau5'",
-                solution=found,
-            )
-        beyond = np.array([t + part * max(t, 1e-6) for part in (0.0, 1e-9, 1e-6, 1e-3)])
-        try:
-            check_law_ranges(self.system, beyond, {})
-        except ModelError as error:
-            why = f"the motion ends at {when}: {error}"
-            return SolveError(why, error.element, found)
-        q = self.y[: self.system.coordinates]
-        reason = vanishing(self.system, q, when) or stuck(self.system, t, q)
-        if reason is not None:
-            reason.solution = found
-            return reason
-        if self.settings.method in EVEN:
-            return SolveError(
-                f"the equations of a step of '{self.settings.method}' have no solution at {when}: "
-                f"{self.settings.step:g} {unit} is too long there, or the loads jump or grow "
-                "without bound; take shorter steps, or the method 'dop853'",
-                solution=found,
-            )
-        curves = [
-            name
-            for name, curve in self.system.mechanism.curves.items()
-            if getattr(curve.law, "outside", "") == "error"
-        ]
-        self.vanished = self.settings.method != "radau5"
-        ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
-        return SolveError(
-            f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
-            f"stiff{ended}; smooth them, or ask for less accuracy",
-            solution=found,
-        )
-
     def solution(self, status: str, kept: KeptInstants | None = None) -> Solution:
-        """The motion as a result, by default with the instants that are kept."""
+        """The motion as a result, by default with the instants that are kept: with modes, shared
+        forces, and notes on contacts and events.
+        """
         n, state = self.system.coordinates, self.state
         kept = kept or self._kept_instants()
         times, output, work_done = kept.t, kept.records, kept.works
-        stats = {
-            "steps": int(state[STEPS]),
-            "rejected": int(state[REJECTED]),
-            "careful": int(state[NEAR_SINGULAR_STEPS]),
-            "evaluations": int(state[EVALUATIONS]),
-        }
-        if state[JACOBIANS]:
-            stats["tangents"] = int(state[JACOBIANS])
         found = Solution(
             system=self.system,
             analysis="simulate",
@@ -1007,7 +1065,7 @@ class Integration:
             if self.start.analysis == "close_loops"
             else (),
             status=status,
-            stats=stats,
+            stats=step_counts(state),
             energy=account(self.system, output[:, :, 0], work_done, self.stops),
             events=tuple(self.occurred),
             restart=self._restart(work_done),
@@ -1015,24 +1073,18 @@ class Integration:
         last = float(times[-1]) if len(times) else self.first
         notes = (*reported_certificate(found).notes, *self.notes, *self.passage.notes(last))
         if may_be_one_sided(self.system.mechanism):
-            from mbody.analysis.driven.contact_report import pulled
-
             notes += tuple(pulled(found, self.extremes))
-        notes += _limited(int(state[LIMITED_INSTANTS]))
+        notes += limited_instants(int(state[LIMITED_INSTANTS]))
         notes += unresolved_states(found)
         if self.regularization:
             notes += open_note(found.dependencies)
         found = with_fields(found, notes=notes, branch=self.passage.least(last))
-        return doubted(found, self.passage.doubts)
-
-
-def _limited(count: int) -> tuple[str, ...]:
-    """The note of steps that stability limits, where it shows between their ends."""
-    if not count:
-        return ()
-    when = "an instant" if count == 1 else f"{count} instants"
-    return (
-        f"stability, not the tolerance, limits the explicit steps: what they interpolate was in "
-        f"error by more than ten tolerances at {when}, which got steps of their own; some hundred "
-        "tolerances may be left of it, with the method 'radau5' none",
-    )
+        found = doubted(found, self.passage.doubts)
+        if (active := self.active) is None:
+            return found
+        notes = reported_certificate(found).notes
+        notes = (*notes, *active.fast_events(), *active.log.notes_of())
+        names = {name: [each[name] for each in kept.modes] for name in active.log.named_modes()}
+        shared = active.log.shared_result(*kept.forces)
+        found = with_fields(found, notes=notes, modes=names, shared=shared)
+        return doubted(found, inadmissible(found))

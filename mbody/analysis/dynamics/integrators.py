@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,26 +12,16 @@ import numpy as np
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.dense_output import FIRST, SECOND
-from mbody.kernels.fixed_step import FixedStep, fixed_step
+from mbody.kernels.fixed_step import FixedStep
 from mbody.kernels.methods import EVEN, EXPLICIT, IMPLICIT, Methods
-from mbody.kernels.radau import LENGTH, Radau, radau
-from mbody.kernels.runge_kutta import runge_kutta
+from mbody.kernels.radau import Radau
 from mbody.kernels.step_state import (
-    BEST_CONDITIONING,
-    CONDITIONING,
-    JACOBIAN_VALID,
-    KNOWN_UNTIL,
-    MORE,
-    NEAR_SINGULAR,
-    NEXT,
-    NOT_FINITE,
+    EVALUATIONS,
+    JACOBIANS,
+    NEAR_SINGULAR_STEPS,
     PROGRESS,
-    SHORTENED_UNTIL,
-    SINGULAR_AHEAD,
-    STEP_VANISHED,
+    REJECTED,
     STEPS,
-    TIME,
-    Outputs,
     Stepping,
     Tolerances,
 )
@@ -235,6 +225,25 @@ def unresolved_states(run: Solution) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def step_counts(state: Array) -> dict[str, int]:
+    """The counts of the steps of a motion."""
+    places = {"steps": STEPS, "rejected": REJECTED, "careful": NEAR_SINGULAR_STEPS}
+    places |= {"evaluations": EVALUATIONS} | ({"tangents": JACOBIANS} if state[JACOBIANS] else {})
+    return {name: int(state[place]) for name, place in places.items()}
+
+
+def limited_instants(count: int) -> tuple[str, ...]:
+    """The note of steps that stability limits, where it shows between their ends."""
+    if not count:
+        return ()
+    when = "an instant" if count == 1 else f"{count} instants"
+    return (
+        f"stability, not the tolerance, limits the explicit steps: what they interpolate was in "
+        f"error by more than ten tolerances at {when}, which got steps of their own; some hundred "
+        "tolerances may be left of it, with the method 'radau5' none",
+    )
+
+
 #: Steps of one explicit run that stiffness may cost.
 PATIENT = 300_000
 #: Spectral radius of generalised-α at infinite frequency.
@@ -270,212 +279,32 @@ class Motion:
     tolerances: Tolerances
 
 
-class Integrator(Protocol):
-    """One method.
+class Integrator:
+    """One method, with its memory.
 
+    `methods`: As the kernel takes it.
     `fixed`: Whether its steps are of one length.
     `rows`, `terms`: Derivatives and terms of polynomials that its `stepping` needs.
     `own`: What it carries on from step to step beyond that.
-    `methods`: As the kernel of watched steps takes it.
     """
 
-    fixed: bool
-    rows: int
-    terms: int
-    own: tuple[Array, ...]
+    def __init__(self, methods: Methods) -> None:
+        self.methods, self.fixed = methods, methods.kind == EVEN
+        # explicit steps pass singular positions also of other methods
+        explicit = methods.explicit
+        self.rows, self.terms = len(explicit.A), 3 + len(explicit.D)
+        self.own: tuple[Array, ...] = ()
+        if methods.kind == IMPLICIT:
+            self.own = methods.implicit.past, methods.implicit.J
+        elif self.fixed:
+            m = methods.even
+            self.own = m.acceleration, m.multipliers, m.J
 
-    @functools.cached_property
-    def methods(self) -> Methods:
-        """See above."""
-
-    def slack(self, until: float) -> float:
-        """How near to the last time a step is stretched to it."""
-
-    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
-        """At most so many steps towards `until`; a code of `mbody.kernels.step_state`."""
-
-    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
-        """One explicit step, or one that was rejected: `take` makes it of the motion with memory
-        for it, by that method.
+    def jumped(self) -> None:
+        """Inputs or velocities have jumped, and the derivative with them: the acceleration of the
+        algorithm begins anew.
         """
-
-    def jumped(self, motion: Motion) -> None:
-        """Inputs or velocities have jumped, and the derivative with them."""
-
-
-class ExplicitSteps:
-    """Runge–Kutta steps of adapted length."""
-
-    fixed = False
-    own: tuple[Array, ...] = ()
-
-    def __init__(self, method: Explicit) -> None:
-        self.method = method
-        self.rows, self.terms = len(method.A), 3 + len(method.D)
-
-    @functools.cached_property
-    def methods(self) -> Methods:
-        """As the kernel of watched steps takes it."""
-        return Methods(kind=EXPLICIT, explicit=self.method, **_blank_memory())
-
-    def slack(self, until: float) -> float:
-        """Rounding."""
-        return tol.TIME_END_ROUNDING * abs(until)
-
-    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
-        """Explicit Runge-Kutta steps until a time, at most `count`; returns the kernel's code."""
-        m = motion
-        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
-        return int(runge_kutta(*bundles, until, count))
-
-    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
-        """A step as any."""
-        return take(motion, self.methods)
-
-    def jumped(self, motion: Motion) -> None:
-        """Nothing is carried on."""
-
-
-class _WithPassages:
-    """Steps of a kernel, and explicit ones near singular positions, which it does not pass."""
-
-    #: Its name in `Methods`, and its kind there.
-    named: tuple[str, int]
-    method: Any
-
-    def __init__(self) -> None:
-        self.explicit = ExplicitSteps(order_8())
-        self.inner: Stepping | None = None
-
-    @functools.cached_property
-    def methods(self) -> Methods:
-        """As the kernel of watched steps takes it."""
-        name, kind = self.named
-        memory = _blank_memory() | {name: self.method}
-        return Methods(kind=kind, explicit=self.explicit.method, **memory)
-
-    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
-        """Steps until a singular position, at most."""
-        raise NotImplementedError
-
-    def forget(self, motion: Motion) -> None:
-        """After explicit steps: what was carried on is of before them."""
-        raise NotImplementedError
-
-    def steps(self, motion: Motion, until: float, count: int, outputs: Outputs) -> int:
-        """Steps until a time, at most `count`, with short steps near singular positions; returns
-        the kernel's code.
-        """
-        state, code = motion.stepping.state, MORE
-        while count > 0 and code == MORE:
-            done, t = state[STEPS], state[TIME]
-            near_singular = (
-                state[NEAR_SINGULAR] or t <= state[KNOWN_UNTIL] or t < state[SHORTENED_UNTIL]
-            )
-            best = state[BEST_CONDITIONING]
-            if state[CONDITIONING] >= tol.CONDITIONING_NEAR_SINGULAR * best and not near_singular:
-                code = int(self.kernel(motion, until, count, outputs))
-                nearly = (
-                    state[CONDITIONING] < tol.CONDITIONING_INTO_SINGULAR * state[BEST_CONDITIONING]
-                )
-                failed = code in (STEP_VANISHED, NOT_FINITE)
-                if code != SINGULAR_AHEAD and not (nearly and failed):
-                    return code
-            code = self.explicitly(
-                motion, lambda inner, _: self.explicit.steps(inner, until, 1, outputs)
-            )
-            count -= 1 + int(state[STEPS] - done)
-        return code
-
-    def explicitly(self, motion: Motion, take: Callable[[Motion, Methods], int]) -> int:
-        """One explicit step, or one that was rejected, as of `Integrator`."""
-        outer = motion.stepping
-        if self.inner is None:
-            rows, terms = self.explicit.rows, self.explicit.terms
-            width, causes = len(outer.y), outer.P.shape[1]
-            self.inner = outer.replaced(
-                K=np.zeros((rows, width)),
-                P=np.zeros((rows, causes)),
-                F=np.zeros((terms, width)),
-                G=np.zeros((terms, causes)),
-            )
-        inner, t = self.inner, outer.state[TIME]
-        inner.K[0], inner.P[0] = outer.K[0], outer.P[0]
-        # the layout is that of the rows that are on at present
-        code = take(replace(motion, stepping=inner), self.explicit.methods)
-        if outer.state[TIME] > t:
-            outer.K[0], outer.P[0] = inner.K[0], inner.P[0]
-            self.forget(motion)
-        return code
-
-
-class RadauSteps(_WithPassages):
-    """Implicit steps of adapted length."""
-
-    fixed, rows, terms = False, 4, 3
-    named = "implicit", IMPLICIT
-
-    def __init__(self, coordinates: int, owns: int) -> None:
-        super().__init__()
-        self.method = radau_memory(coordinates, owns)
-        self.own: tuple[Array, ...] = self.method.past, self.method.J
-
-    def slack(self, until: float) -> float:
-        """Rounding."""
-        return tol.TIME_END_ROUNDING * abs(until)
-
-    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
-        """Implicit steps of Radau IIA, by `mbody.kernels.radau`."""
-        m = motion
-        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
-        return radau(*bundles, until, count)
-
-    def jumped(self, motion: Motion) -> None:
-        """Newton's method ends where it does from any polynomial, by any Jacobian."""
-
-    def forget(self, motion: Motion) -> None:
-        """No polynomial to begin from, no Jacobian."""
-        self.method.past[LENGTH, 0] = motion.stepping.state[JACOBIAN_VALID] = 0.0
-
-
-class FixedSteps(_WithPassages):
-    """Steps of one length: RATTLE in parts, or generalised-α without."""
-
-    fixed, rows, terms = True, 4, 5
-    named = "even", EVEN
-
-    def __init__(self, layout: Any, blocks: int, step: float, parts: Any) -> None:
-        super().__init__()
-        self.coordinates = 3 * layout.bodies
-        sizes = self.coordinates, layout.owns, 2 * layout.nodes, blocks
-        self.method = m = fixed_memory(*sizes, step, parts)
-        self.own: tuple[Array, ...] = m.acceleration, m.multipliers, m.J
-
-    def slack(self, until: float) -> float:
-        """A last step that were as short would be lost in rounding."""
-        return tol.TIMES_SAME_SAMPLE * float(self.method.length)
-
-    def kernel(self, motion: Motion, until: float, count: int, outputs: Outputs) -> Any:
-        """Steps of equal length, by `mbody.kernels.fixed_step`."""
-        m, hat = motion, self.method.acceleration
-        if np.isnan(hat).any():
-            hat[:] = m.stepping.K[0, self.coordinates :]
-        bundles = m.layout, m.work, self.method, m.stepping, m.tolerances, outputs
-        return fixed_step(*bundles, until, count)
-
-    def jumped(self, motion: Motion) -> None:
-        """The acceleration of the algorithm begins anew."""
-        hat = self.method.acceleration
-        hat[:] = motion.stepping.K[0, self.coordinates :]
-
-    def forget(self, motion: Motion) -> None:
-        """The acceleration of the algorithm begins anew, and so does the length."""
-        S, hat = motion.stepping, self.method.acceleration
-        hat[:] = S.K[0, self.coordinates :]
-        S.state[JACOBIAN_VALID] = 0.0
-        weak = S.state[CONDITIONING] < tol.CONDITIONING_NEAR_SINGULAR * S.state[BEST_CONDITIONING]
-        if not (weak or S.state[NEAR_SINGULAR]):
-            S.state[NEXT] = self.method.length
+        self.methods.even.acceleration[:] = np.nan
 
 
 def radau_memory(coordinates: int, owns: int) -> Radau:
@@ -520,9 +349,32 @@ def fixed_memory(
     )
 
 
-def _blank_memory() -> dict[str, Any]:
-    """No memory for methods of other kinds."""
-    return {"implicit": radau_memory(0, 0), "even": fixed_memory(0, 0, 0, 0, 0.0, ())}
+@functools.cache
+def _blank(kind: int) -> Any:
+    """No memory for a method of another kind."""
+    return radau_memory(0, 0) if kind == IMPLICIT else fixed_memory(0, 0, 0, 0, 0.0, ())
+
+
+@functools.cache
+def explicit_steps(method: str) -> Integrator:
+    """Runge–Kutta steps of adapted length, which carry nothing on: one for all motions."""
+    return Integrator(_methods(EXPLICIT, order_8() if method == "dop853" else order_5()))
+
+
+def even_steps(layout: Any, blocks: int, step: float, parts: Sequence[float]) -> Integrator:
+    """Steps of one length: RATTLE in parts, or generalised-α without."""
+    sizes = 3 * layout.bodies, layout.owns, 2 * layout.nodes, blocks
+    return Integrator(_methods(EVEN, order_8(), fixed_memory(*sizes, step, parts)))
+
+
+def _methods(kind: int, explicit: Explicit, memory: Any = None) -> Methods:
+    return Methods(
+        kind=kind,
+        explicit=explicit,
+        implicit=memory if kind == IMPLICIT else _blank(IMPLICIT),
+        even=memory if kind == EVEN else _blank(EVEN),
+        tried=np.array([kind], dtype=np.int64),
+    )
 
 
 def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
@@ -538,8 +390,10 @@ def integrator(method: str, layout: Any, work: Any, step: float) -> Integrator:
             "program leads the motion on"
         )
     if method in ("dop853", "dopri5"):
-        return ExplicitSteps(order_8() if method == "dop853" else order_5())
+        return explicit_steps(method)
     if method == "radau5":
-        return RadauSteps(3 * layout.bodies, layout.owns)
-    parts = {"generalized-alpha": (), "rattle": (1.0,), "rattle4": suzuki_4()}[method]
-    return FixedSteps(layout, len(work.block), step, parts)
+        memory = radau_memory(3 * layout.bodies, layout.owns)
+        return Integrator(_methods(IMPLICIT, order_8(), memory))
+    parts: Any = () if method == "generalized-alpha" else (1.0,)
+    parts = suzuki_4() if method == "rattle4" else parts
+    return even_steps(layout, len(work.block), step, parts)

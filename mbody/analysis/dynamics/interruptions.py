@@ -20,13 +20,18 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from mbody.core.tolerances import TIMES_SAME_SAMPLE
+from mbody.core.tolerances import ENERGY_IMPACT, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Layout, Work, integers
+from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.inputs import Controller
 from mbody.model.states import State
+from mbody.solution.doubts import Doubt
+from mbody.solution.histories import Record
+from mbody.solution.solution import Solution
+from mbody.solution.traced_instant import Present, Read
 from mbody.system.rank import dense
 from mbody.system.system import System
 
@@ -93,11 +98,58 @@ def bar(done: float) -> str:
     return f"{'█' * full}{'·' * (WIDTH - full)} {100.0 * done:3.0f} %"
 
 
+Array = np.ndarray
+
+# -- Readings of controllers: measures compiled when they are first read -----------------------
+
+
+def solution_of_records(
+    system: System, t: Array, records: Array, regularization: float = 0.0
+) -> Solution:
+    """Records (instants, rows, 1) of a motion at times (instants,) as a result, without what the
+    motion says beside them.
+    """
+    kept = Record([records], len(t), batch=False)
+    return Solution(system, "simulate", t, kept, None, regularization=regularization)
+
+
+class ControllerReadings:
+    """Readings of the present instant of a motion."""
+
+    def __init__(
+        self,
+        system: System,
+        y: Array,
+        state: Array,
+        record: Callable[[], Array],
+        regularization: float,
+    ) -> None:
+        self.system, self.state, self.record = system, state, record
+        self.regularization = regularization
+        slots = memoryview(state.data)
+        self.present = Present(
+            system, memoryview(y.data), slots, lambda: memoryview(record().reshape(-1).data)
+        )
+        self._readers: dict[str, list[Read]] = {}
+
+    def of(self, controller: Controller) -> list[float]:
+        """Measured values that a controller reads at the present instant."""
+        found = self._readers.get(controller.name)
+        if found is None:
+            measure = self.present.measure
+            found = [measure(text, self._instant) for text in controller.reads]
+            self._readers[controller.name] = found
+        return [read() for read in found]
+
+    def _instant(self) -> Solution:
+        """The present instant as a result."""
+        t, records = np.array([self.state[TIME]]), self.record()[None].copy()
+        return solution_of_records(self.system, t, records, self.regularization)
+
+
 # -- Times at which driver rates jump, as at the points of a table in straight lines -----------
 # There the driver gives an impulse μ, and velocities jump with it: M (v⁺ − v⁻) = Gᵀ μ, G v⁺ = ν⁺.
 # Its work is μ (ν⁻ + ν⁺)/2. Steps end just before such a time, so that no step sees two rates.
-
-Array = np.ndarray
 
 
 def jump_times(system: System, first: float, until: float, located: bool = False) -> Array:
@@ -133,6 +185,26 @@ def works_of_drivers(system: System, work: Work, momentum: Array, nu: Array) -> 
         if name in found:
             found[name] += float(part)
     return found
+
+
+def jump_doubt(
+    system: System, t: float, change: tuple[float, float], works: Mapping[str, float]
+) -> Doubt | None:
+    """A doubt where a jump of velocities changes the energy by more or less than drivers do;
+    `change`: what it gains, and what is rounding of that.
+    """
+    (gained, rounding), given = change, sum(works.values())
+    allowed = rounding + ENERGY_IMPACT * sum(map(abs, works.values()))
+    if abs(gained - given) <= allowed:
+        return None
+    units = system.mechanism.units
+    energy = units.of("torque")
+    message = (
+        f"at t = {t:.6g} {units.time} rates of drivers jump, which changes the energy by "
+        f"{gained:.3g} {energy}, their impulses by {given:.3g} {energy}: do not rely on the "
+        "motion from there on, and look at bodies without mass or inertia"
+    )
+    return Doubt("energy", message, t, tuple(works))
 
 
 #: What measures the quantities that a controller reads, at the present instant; whether inputs have

@@ -21,7 +21,6 @@ from mbody.kernels.contact_impacts import (
 from mbody.kernels.contact_modes import FORWARD, NONE, OPEN, modes_memory
 from mbody.kernels.layout import Layout, Work
 from mbody.kernels.mode_problem import ALL_ROWS, ContactDecision, decision_memory
-from mbody.system.system import System
 
 Array = np.ndarray
 
@@ -99,25 +98,15 @@ class DecisionMemory:
 class ModalMotion(Protocol):
     """A motion with rows of the active set.
 
-    `uni`: Its contact points and frictional joints.
-    `y`: Its state.
     `work`: The workspace of its steps.
     `regularization`: The proximal term of redundant rows.
-    `motion`, `memory`: Bundles of the kernels of steps, and of those that decide modes.
+    `motion`: Bundles of the kernels of steps.
     """
 
-    system: System
     layout: Layout
-    uni: Unilateral
-    y: Array
     work: Work
     motion: Motion
-    memory: DecisionMemory
     regularization: float
-
-    @property
-    def speeds(self) -> Array:
-        """Velocity scales of contact points and frictional joints."""
 
 
 #: Refinements of accelerations, at most.

@@ -1,22 +1,35 @@
-"""Restart of a motion: checks of the state, and the modes that were kept."""
+"""What is kept of a motion, to be shown or to go on from; checks of it; how a motion stops."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Unilateral, unilateral_of
+from mbody.analysis.driven.contact_report import OneSidedForce
+from mbody.analysis.driven.diagnosis import stuck
+from mbody.analysis.driven.time_grid import check_law_ranges
+from mbody.analysis.dynamics.branch_passage import KnownCrossings
 from mbody.analysis.dynamics.integrators import integrator
+from mbody.analysis.position.closed_position import vanishing
 from mbody.analysis.singular.nearby_singularity import unpacked_positions
-from mbody.core.tolerances import RESTART_STEPS_BEFORE
-from mbody.errors import ModelError
+from mbody.core import tolerances as tol
+from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
-from mbody.kernels.step_state import NEXT, PROGRESS, TIME, UNLIMITED
-from mbody.model.simulation import EVEN, METHODS
+from mbody.kernels.step_state import NEXT, PROGRESS, STIFF, TIME, UNLIMITED
+from mbody.model.element import listed
+from mbody.model.simulation import EVEN, METHODS, Event
 from mbody.solution.energy import causes
-from mbody.solution.solution import ModalState, Restart
+from mbody.solution.histories import EventRecord
+from mbody.solution.shared_forces import ForceSet
+from mbody.solution.solution import ModalState, Restart, Solution
 from mbody.system.system import System
+
+Array = np.ndarray
 
 #: Words for modes; and for guards, in the order of the kernels.
 WORDS = ("open", "stick", *SLIP_SIGNS)
@@ -146,6 +159,161 @@ def _unfit_time(restart: Restart, last: float) -> str | None:
     if not (restart.scale > 0.0).all():
         return "'scale' holds sizes that are not positive"
     t, step = float(restart.state[TIME]), float(restart.state[NEXT])
-    if not step > 0.0 or not 0.0 <= last - t <= RESTART_STEPS_BEFORE * step:
+    if not step > 0.0 or not 0.0 <= last - t <= tol.RESTART_STEPS_BEFORE * step:
         return f"its time is {t:g} and its step {step:g}, the last instant {last:g}"
     return None
+
+
+# -- Events ------------------------------------------------------------------------------------
+
+
+def is_known(occurred: Sequence[EventRecord], event: Event, t: float, together: float) -> bool:
+    """Whether a crossing was recorded beside the change of modes that ended the last step."""
+    for one in reversed(occurred):
+        if t - one.t > together:
+            return False
+        if one.name == event.name and not one.contact and one.t - t <= together:
+            return True
+    return False
+
+
+# -- Checkpoints: all that the next step depends on, in memory ----------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class ContactModes:
+    """Contact modes of a checkpoint: what a motion with contacts needs besides its state.
+
+    `first`: Mode of every contact and frictional joint when the motion began, by name.
+    `rows`: Which rows are on, with what depends on it, their anchors, slip signs of sliding, and
+      the numbers of the rows, among which are the phases of circles that stick.
+    `tables`: Modes, who leads what sticks, what is closed and what has left its edge, when contact
+      points were struck last, what is rounding of guards, whose forces no equation decides, when
+      modes changed last and how often then.
+    `lost` (contacts,): Energy that impacts of each took.
+    """
+
+    first: dict[str, str]
+    rows: tuple[Array, ...]
+    tables: tuple[Array, ...]
+    notes: tuple[str, ...]
+    lost: Array
+    #: Admissible forces of the first instant.
+    forces: ForceSet | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Checkpoint:
+    """All that the next step depends on.
+
+    `restart`: The state of the integrator, and the work since the reference.
+    `regularization`: Of redundant rows.
+    `near`: Distances from singular positions at the beginning of the step.
+    `passage`: Singular positions ahead, those behind, doubts, and positions that were met.
+    `reference`, `record` (rows, 1): When the motion began, what is kept of that instant (see
+      `mbody.kernels.layout`), and of the present one.
+    `extremes`: Of contacts and ropes the least force and the largest by size.
+    `modes`: What is open, sticks and slides.
+    """
+
+    restart: Restart
+    regularization: float
+    near: Array
+    passage: KnownCrossings
+    first: float
+    reference: Array
+    record: Array
+    extremes: dict[str, OneSidedForce]
+    modes: ContactModes | None = None
+
+
+def unfit_checkpoint(motion: Any, given: Checkpoint, inputs: Array) -> str:
+    """Why a motion in its modes cannot go on from there."""
+    restart, n = given.restart, motion.system.coordinates
+    sampled = [one.controller.name for one in restart.sampled]
+    if sampled != [one.name for one in motion.system.mechanism.controllers]:
+        return "is of another mechanism, with other controllers"
+    parts = (restart.y, restart.gained, given.reference, given.near)
+    mine = (motion.y, motion.total, motion.present_record, motion.work.near)
+    if [part.shape for part in parts] != [part.shape for part in mine]:
+        return "is of another mechanism, with other elements"
+    before, t = motion.y.copy(), float(motion.state[TIME])
+    motion.y[:], motion.state[TIME] = restart.y, restart.state[TIME]
+    try:
+        a = motion.instant(inputs, restart.inputs)[2 * n : 3 * n, 0]
+    finally:
+        motion.y[:], motion.state[TIME] = before, t
+    off = np.abs((a - restart.slope[n : 2 * n]) / motion.system.coordinate_units)
+    # at rest what accelerations there are is rounding
+    velocity_scale = float((restart.scale[n : 2 * n] / restart.scale[:n]).max(initial=0.0))
+    size = velocity_scale**2 + np.abs(a / motion.system.coordinate_units).max(initial=0.0)
+    moved = np.abs((motion.present_record[:n, 0] - restart.y[:n]) / motion.system.coordinate_units)
+    if (
+        off.max(initial=0.0) > tol.ACCELERATIONS_AGREE * size
+        or moved.max(initial=0.0) > tol.ACCELERATIONS_AGREE
+    ):
+        return (
+            "has other accelerations than this mechanism: its numbers differ; reset(state) "
+            "takes its positions and rates alone"
+        )
+    return ""
+
+
+# -- A motion that cannot be integrated --------------------------------------------------------
+
+
+def stopped(motion: Any, found: Solution, code: int) -> SolveError:
+    """The sentence of a motion that cannot be integrated."""
+    state = motion.state
+    unit = motion.system.mechanism.units.time
+    t = float(state[TIME])
+    when = f"t = {t:.6g} {unit}"
+    if code == STIFF:
+        left = (motion.until - t) / state[NEXT]
+        return SolveError(
+            f"the loads are too stiff for explicit steps: at {when} the step has shrunk to "
+            f"{state[NEXT]:.2g} {unit}, the end would take {left:.1g} more; ask for the "
+            "method 'radau5'",
+            solution=found,
+        )
+    beyond = np.array([t + part * max(t, 1e-6) for part in (0.0, 1e-9, 1e-6, 1e-3)])
+    try:
+        check_law_ranges(motion.system, beyond, {})
+    except ModelError as error:
+        why = f"the motion ends at {when}: {error}"
+        return SolveError(why, error.element, found)
+    q = motion.y[: motion.system.coordinates]
+    reason = vanishing(motion.system, q, when) or stuck(motion.system, t, q)
+    if reason is not None:
+        reason.solution = found
+        return reason
+    if motion.settings.method in EVEN:
+        return SolveError(
+            f"the equations of a step of '{motion.settings.method}' have no solution at {when}: "
+            f"{motion.settings.step:g} {unit} is too long there, or the loads jump or grow "
+            "without bound; take shorter steps, or the method 'dop853'",
+            solution=found,
+        )
+    curves = [
+        name
+        for name, curve in motion.system.mechanism.curves.items()
+        if getattr(curve.law, "outside", "") == "error"
+    ]
+    motion.vanished = motion.settings.method != "radau5"
+    ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
+    return SolveError(
+        f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
+        f"stiff{ended}; smooth them, or ask for less accuracy",
+        solution=found,
+    )
+
+
+def no_progress(motion: Any, mean: float, left: float, steps: int) -> SolveError:
+    """The sentence of a motion whose last steps were so short that it does not come to its end."""
+    t, unit = float(motion.state[TIME]), motion.system.mechanism.units.time
+    return SolveError(
+        f"the loads jump to and fro at t = {t:.6g} {unit}: the last {steps} steps were {mean:.1g} "
+        f"{unit} each, the end would take {left:.1g} more; smooth what jumps, as dry friction and "
+        "valves do where rates change their sign",
+        solution=motion.solution(""),
+    )

@@ -42,7 +42,6 @@ from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
-from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.model.mechanism import Mechanism
 from mbody.model.simulation import EVEN, WITH_MODES, Event
 from mbody.model.study import Measure, measure_named
@@ -377,11 +376,7 @@ def motion_of(
     decided = has_modes(system)
     if decided and settings.method not in WITH_MODES:
         refuse_modes(system, f"the method '{settings.method}'")
-    if decided or events or (meets_forces and _one_sided(system)):
-        from mbody.analysis.dynamics.contact_motion import EventIntegration
-
-        return EventIntegration(system, start, settings, events)
-    return Integration(system, start, settings)
+    return Integration(system, start, settings, events, meets_forces=meets_forces)
 
 
 def _implicit_goes_on(
@@ -840,15 +835,6 @@ def first_instant(
     if own is not None and guess is None and rates is None:
         return initial_state_of(system, own)
     return close_loops(system, guess=guess, rates=rates)
-
-
-def _one_sided(system: System) -> bool:
-    """Whether something holds in one direction only, as a contact or a rope."""
-    if not may_be_one_sided(system.mechanism):
-        return False
-    from mbody.analysis.driven.contact_report import one_sided
-
-    return bool(one_sided(system))
 
 
 def certified_motion(

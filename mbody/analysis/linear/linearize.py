@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.dynamics.contact_motion import EventIntegration
+from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import (
     REFINEMENTS,
     auxiliary_sizes,
@@ -63,9 +63,10 @@ class ActiveContacts:
 
     def __init__(self, system: System, given: Solution, t: float, q: Array, v: Array) -> None:
         settings = IntegrationSettings("dop853", tol.RTOL_LINEARIZED, tol.RTOL_LINEARIZED)
-        engine = EventIntegration(system, given, settings, ())
+        engine = Integration(system, given, settings)
         engine.begin(t, q, v, t + system.mechanism.units.second)
-        status = engine.begin_modes()
+        assert engine.active is not None
+        status = engine.active.begin()
         if status or any(event.name == "impact" for event in engine.occurred):
             unit = system.mechanism.units.time
             raise SolveError(
@@ -73,8 +74,8 @@ class ActiveContacts:
                 "so that there are no linear equations; take an instant beside it"
             )
         self.names = engine.named_modes
-        self.uni, self._work = engine.uni, engine.work
-        self._on = np.flatnonzero(engine.on)
+        self.uni, self._work = engine.active.uni, engine.work
+        self._on = np.flatnonzero(engine.active.on)
         self._unit = np.where(self.uni.angular, 1.0, 1.0 / system.length)[self._on]
         self._scale = system.coordinate_units
 
