@@ -173,10 +173,10 @@ def designs(count):
 
 
 STEPPING = {
-    "dop853": lambda n: steps("dop853", n),
-    "radau5": lambda n: steps("radau5", n),
-    "rattle4": lambda n: steps("rattle4", n),
-    "generalized-alpha": lambda n: steps("generalized-alpha", n),
+    "unwatched_motion by dop853": lambda n: steps("dop853", n),
+    "unwatched_motion by radau5": lambda n: steps("radau5", n),
+    "unwatched_motion by rattle4": lambda n: steps("rattle4", n),
+    "unwatched_motion by generalized-alpha": lambda n: steps("generalized-alpha", n),
     "follow": positions,
     "follow_lanes": lanes,
     "follow_designs": designs,
@@ -256,7 +256,7 @@ def peak(task):
 
 
 @compiled
-@pytest.mark.parametrize("name", ["dop853", "radau5", "rattle4", "generalized-alpha", "follow"])
+@pytest.mark.parametrize("name", list(STEPPING)[:5])
 def test_memory_does_not_grow_with_the_number_of_steps(warm, name):
     """Ten times as many steps, the same instants: as much memory, to a few objects of a call.
 
