@@ -385,9 +385,13 @@ class Integration:
             code = active.steps(until, count, outputs, locates, changed)
             self.inputs_changed = active.beyond
             return code
-        m, self.asked[:] = self.motion, (until, count, changed)
-        bundles = m.layout, m.work, self.steps.methods, m.stepping, m.tolerances, outputs
-        return int(unwatched_motion(*bundles, self.asked, self.record))
+        m, asked, methods = self.motion, self.asked, self.steps.methods
+        asked[0], asked[1], asked[2] = until, count, changed
+        return int(
+            unwatched_motion(
+                m.layout, m.work, methods, m.stepping, m.tolerances, outputs, asked, self.record
+            )
+        )
 
     def _advance(self, until: float, steps: int, outputs: Outputs, locates: bool = True) -> int:
         """At most so many steps, and what lies between them; a code as of `_take_steps`."""
