@@ -170,6 +170,7 @@ presentation.register("drawing", FreeBody="mbody.views.free_bodies:draw_free_bod
 presentation.register("equations", Solution="mbody.summaries.equations:system_of_equations")
 presentation.register("derivation", Solution="mbody.teaching.derivation:derivation_as")
 presentation.register("columns", Solution="mbody.files.tables:columns")
+presentation.register("table", Solution="mbody.solution.result_table:result_table")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.simulate:repeated_at")
 presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")

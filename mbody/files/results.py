@@ -15,27 +15,20 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbody.analysis.inverse.conditions import Answer, AnswerCase
-from mbody.files.tables import driving_powers, friction_data, own_column
+from mbody.files.tables import as_list, friction_data
 from mbody.files.writing import writing
-from mbody.quantities.evaluate import degrees_of
-from mbody.quantities.units import DIMENSIONS
-from mbody.solution.contact_forces import acting_contacts
+from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.doubts import certificate, heading, unit_symbols
-from mbody.solution.histories import EventRecord, one_design, reported_states
-from mbody.solution.measures import found_by, measured
+from mbody.solution.histories import EventRecord, one_design
+from mbody.solution.result_table import result_table
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
-
-
-BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
-POINT = ("x", "y", "vx", "vy", "ax", "ay")
 
 
 def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
@@ -47,46 +40,43 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     60.0
     """
     one_design(solution, "data are of one design")
-    machine = solution.mechanism
-    units = machine.units
-    in_unit = degrees_of if angle == "deg" else np.asarray
-    # closing the loops finds velocities, but no accelerations
-    found = 6 if solution.analysis == "close_loops" else 9
-    keys, at_points = BODY[:found], POINT[: found - found // 3]
-    giving = (*machine.couplings, *machine.drivers) if solution.has_forces else ()
-    measures = {name: _measure(solution, m, in_unit) for name, m in machine.measures.items()}
+    machine, forces = solution.mechanism, solution.has_forces
+    points = [f"{body.name}.{point}" for body in machine.bodies for point in body.points]
+    table = result_table(solution, {"angle": angle}, points)
+    giving = table.by_owner("coupling", "effort") | table.by_owner("driver", "effort")
+    powers, measures = table.by_owner("driver", "power"), table.by_owner("measure")
     return {
-        **heading(machine.name, solution.analysis, unit_symbols(units, angle), solution),
-        "t": _list(solution.t),
-        "bodies": {
-            body.name: {
-                key: _list(in_unit(history.angle) if key == "angle" else getattr(history, key))
-                for history in [solution[body.name]]
-                for key in keys
-            }
-            for body in machine.bodies
+        **heading(machine.name, solution.analysis, unit_symbols(machine.units, angle), solution),
+        "t": as_list(table["t"].values),
+        "bodies": _histories(table.by_owner("body")),
+        "points": _histories(table.by_owner("point")),
+        "reactions": _reactions(solution, table),
+        "efforts": {name: as_list(one["effort"].values) for name, one in giving.items()},
+        "powers": {name: as_list(one["power"].values) for name, one in powers.items()},
+        "unique_efforts": {name: one["effort"].unique for name, one in giving.items()},
+        "loads": _loads(solution, table),
+        **_signals(solution, table),
+        **friction_data(solution, table),
+        "measures": {
+            name: as_list(measures[name][""].values) if name in measures else None
+            for name in machine.measures
         },
-        "points": {
-            f"{body.name}.{point}": _fields(solution.point(f"{body.name}.{point}"), at_points)
-            for body in machine.bodies
-            for point in body.points
-        },
-        "reactions": _reactions(solution),
-        "efforts": {each.name: _list(solution.effort(each.name)) for each in giving},
-        "powers": {name: _list(one) for name, one in driving_powers(solution).items()},
-        "unique_efforts": {each.name: solution.unique_effort(each.name) for each in giving},
-        "loads": _loads(solution, in_unit),
-        **_signals(solution, angle),
-        **friction_data(solution),
-        "measures": measures,
         "checks": {
             "constraint": _number(solution.checks.constraint),
-            "equilibrium": _number(solution.checks.equilibrium) if solution.has_forces else None,
-            "virtual_work": _number(solution.checks.virtual_work) if solution.has_forces else None,
+            "equilibrium": _number(solution.checks.equilibrium) if forces else None,
+            "virtual_work": _number(solution.checks.virtual_work) if forces else None,
             "energy": _number(solution.checks.energy),
             "branch": _branch(solution),
         },
         **_motion(solution),
+    }
+
+
+def _histories(columns: dict[str, dict[str, ResultColumn]]) -> dict[str, Any]:
+    """Of every owner its histories by key."""
+    return {
+        owner: {key: as_list(one.values) for key, one in own.items()}
+        for owner, own in columns.items()
     }
 
 
@@ -108,7 +98,7 @@ def _motion(solution: Solution) -> dict[str, Any]:
     if solution.modes:
         plain["modes"] = {name: list(words) for name, words in solution.modes.items()}
         plain["contacts"] = {
-            one.name: _list(solution.contact(one.name)) for one in solution.mechanism.contacts
+            one.name: as_list(solution.contact(one.name)) for one in solution.mechanism.contacts
         }
     return plain
 
@@ -121,74 +111,45 @@ def _event(one: EventRecord) -> dict[str, Any]:
     return plain | ({"impulses": impulses} if impulses else {})
 
 
-def _list(values: Any) -> list[Any]:
-    """Numbers of a history; None where there is none, as of forces that have no limit."""
-    array = np.asarray(values, dtype=float) + 0.0
-    plain = array.astype(object)
-    plain[~np.isfinite(array)] = None
-    return list(plain.tolist())
-
-
 def _number(value: float | None) -> float | None:
     """JSON has no NaN: None stands for a number that there is not, as at a division by zero."""
     return None if value is None or not math.isfinite(value) else float(value)
 
 
-def _fields(history: Any, keys: tuple[str, ...]) -> dict[str, list[Any]]:
-    return {key: _list(getattr(history, key)) for key in keys}
-
-
-def _reactions(solution: Solution) -> dict[str, Any]:
-    if not solution.has_forces:
-        return {}
+def _reactions(solution: Solution, table: ResultTable) -> dict[str, Any]:
+    keys = ("fx", "fy", "torque")
     found = {}
-    machine = solution.mechanism
-    for joint in (*machine.joints, *acting_contacts(solution)):
-        reaction = solution.reaction(joint.name)
-        sides = {"i": reaction.by, "j": reaction.on}
-        unique = {"unique": list(reaction.unique or (None, None, None))}
-        found[joint.name] = {**sides, **_fields(reaction, ("fx", "fy", "torque")), **unique}
+    for role in ("joint", "contact"):
+        for name, own in table.by_owner(role, *keys).items():
+            reaction = solution.reaction(name)
+            found[name] = {
+                "i": reaction.by,
+                "j": reaction.on,
+                **{key: as_list(own[key].values) for key in keys},
+                "unique": list(reaction.unique or (None, None, None)),
+            }
     return found
 
 
-def _loads(solution: Solution, in_unit: Callable[[Any], np.ndarray]) -> dict[str, Any]:
+def _loads(solution: Solution, table: ResultTable) -> dict[str, Any]:
     """Forces of loads, and what springs and dampers go by; not of what acts on every body."""
     found = {}
-    for load in solution.mechanism.loads:
-        keys = tuple(load.quantities())
-        if keys:
-            history = solution.load(load.name)
-            own = _fields(history, keys)
-            if "angle" in own:
-                own["angle"] = _list(in_unit(history.angle))
-            found[load.name] = {"on": history.on, "by": history.by, **own}
+    for name, own in _histories(table.by_owner("load")).items():
+        history = solution.load(name)
+        found[name] = {"on": history.on, "by": history.by, **own}
     return found
 
 
-def _signals(solution: Solution, angle: str) -> dict[str, Any]:
+def _signals(solution: Solution, table: ResultTable) -> dict[str, Any]:
     """Histories of inputs and of auxiliary states, with their units, where there are some."""
-    machine = solution.mechanism
-    own = {"inputs": machine.inputs, "states": reported_states(machine)}
     return {
-        key: {
-            one.name: {"unit": unit, "values": _list(values)}
-            for one in elements
-            for values, unit in [own_column(solution, one, angle)]
+        f"{role}s": {
+            name: {"unit": one[""].unit, "values": as_list(one[""].values)}
+            for name, one in own.items()
         }
-        for key, elements in own.items()
-        if elements
+        for role in ("input", "state")
+        if (own := table.by_owner(role))
     }
-
-
-def _measure(
-    solution: Solution, measure: Any, in_unit: Callable[[Any], np.ndarray]
-) -> list[float | None] | None:
-    """History of a measure; None where it needs forces, which the analysis does not find."""
-    if not found_by(solution, measure):
-        return None
-    values, dimension, _ = measured(solution, measure)
-    plain_angle = dimension == DIMENSIONS["angle"] and not measure.unit
-    return _list(in_unit(values) if plain_angle else values)
 
 
 def error_data(error: Exception) -> dict[str, Any]:

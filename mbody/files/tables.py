@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import math
 import os
@@ -13,14 +14,11 @@ import numpy as np
 
 from mbody.errors import ModelError, brief
 from mbody.files.writing import writing
-from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
-from mbody.quantities.evaluate import degrees_of
-from mbody.quantities.units import DIMENSIONS
+from mbody.solution.columns import ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.doubts import certificate
-from mbody.solution.histories import auxiliary_history, one_design, reported_states
-from mbody.solution.measures import found_by, measured, prescribed_rate
+from mbody.solution.result_table import result_table
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -76,23 +74,20 @@ def _number(text: str) -> float | None:
 # -- Friction results as plain lists: losses, modes, ranges, uniqueness, jams ------------------
 
 
-def friction_data(solution: Solution) -> dict[str, Any]:
+def friction_data(solution: Solution, table: ResultTable) -> dict[str, Any]:
     """``{"losses", "modes", "ranges", "friction"}`` of mechanisms with frictional joints, else
-    empty.
+    empty; losses are columns of the table.
 
     A range of a reaction has (fx, fy, torque) of each instant; None stands for what is infinite.
-
-    >>> import mbody
-    >>> friction_data(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
-    {}
     """
     report = solution.friction
     if report is None:
         return {} if solution.shared is None else {"ranges": _ranges(solution)}
     certified = report.certified
     same = bool((certified == certified.flat[0]).all()) if certified.size else True
+    losses = table.by_owner("joint", "loss") | table.by_owner("contact", "loss")
     found: dict[str, Any] = {
-        "losses": {name: _list(power) for name, power in solution.losses.items()},
+        "losses": {name: as_list(one["loss"].values) for name, one in losses.items()},
         "modes": {name: solution.mode(name) for name in solution.modes or solution.losses},
         "friction": {
             "certified": bool(certified.all()) if same else certified.tolist(),
@@ -113,7 +108,7 @@ def _ranges(solution: Solution) -> dict[str, Any]:
     for one in (*machine.couplings, *machine.drivers):
         limits = solution.range(one.name)
         if not np.array_equal(limits.low, limits.high, equal_nan=True):
-            efforts[one.name] = {"low": _list(limits.low), "high": _list(limits.high)}
+            efforts[one.name] = {"low": as_list(limits.low), "high": as_list(limits.high)}
     shared = solution.shared is not None
     for joint in (*machine.joints, *acting_contacts(solution)) if shared else joined(machine):
         limits = solution.range(joint.name)
@@ -121,192 +116,47 @@ def _ranges(solution: Solution) -> dict[str, Any]:
             np.stack([one.fx, one.fy, one.torque], axis=-1) for one in (limits.low, limits.high)
         )
         if not np.array_equal(low, high, equal_nan=True):
-            reactions[joint.name] = {"low": _list(low), "high": _list(high)}
+            reactions[joint.name] = {"low": as_list(low), "high": as_list(high)}
     return {"efforts": efforts, "reactions": reactions}
 
 
-def _list(values: Any) -> list[Any]:
-    """Numbers, None where there is none."""
+def as_list(values: Any) -> list[Any]:
+    """Numbers of a history; None where there is none, as of forces that have no limit."""
     array = np.asarray(values, dtype=float) + 0.0
     plain = array.astype(object)
     plain[~np.isfinite(array)] = None
     return list(plain.tolist())
 
 
-def friction_columns(solution: Solution) -> dict[str, np.ndarray]:
-    """Losses by joint, and the limits of efforts that joints at rest leave open."""
-    unit = solution.mechanism.units.of
-    table = {f"{name}.loss [{unit('power')}]": loss for name, loss in solution.losses.items()}
-    if solution.analysis == "simulate" or not solution.losses or not solution.resting:
-        return table
-    for one in (*solution.mechanism.couplings, *solution.mechanism.drivers):
-        limits, effort = solution.range(one.name), unit(one.effort_dimension)
-        if not np.array_equal(limits.low, limits.high, equal_nan=True):
-            table[f"{one.name}.effort_low [{effort}]"] = limits.low
-            table[f"{one.name}.effort_high [{effort}]"] = limits.high
-    return table
-
-
-MOTION = {
-    "x": "length",
-    "y": "length",
-    "angle": "angle",
-    "vx": "velocity",
-    "vy": "velocity",
-    "omega": "angular velocity",
-    "ax": "acceleration",
-    "ay": "acceleration",
-    "alpha": "angular acceleration",
-}
+# -- The columns of a result by heading ----------------------------------------------------------
 
 
 def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
-    """All histories of one motion by column name, each with its unit.
-
-    Time first, then nine columns a body (mass centre and angle), three a joint (force and torque
-    on its body j), one a coupling, an input, an auxiliary state and a measure, the effort, value,
-    rate, acceleration and power of every driver, and six columns a point that moves (of a pin that
-    on the first of its links); kinematics has no forces. Frictional joints have a column of their
-    loss, drivers those of the limits of their effort where joints rest. Where forces are not
-    determined, each joint, coupling and driver has a column ``"A.unique"``, 1 or 0.
+    """The columns of `mbody.Solution.table` by heading, each with its unit; where forces are not
+    determined, each joint, contact, coupling and driver has a column ``"A.unique"``, 1 or 0, NaN
+    where it was not examined.
 
     >>> import mbody
     >>> table = columns(mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    one_design(solution, "a table is of one design")
-    mechanism = solution.mechanism
-    unit = mechanism.units.of
-    table = {f"t [{unit('time')}]": solution.t}
-    for body in mechanism.bodies:
-        history = solution[body.name]
-        for key, dimension in MOTION.items():
-            if "acceleration" in dimension and solution.analysis == "close_loops":
-                continue  # it finds velocities, no accelerations
-            values = getattr(history, key)
-            if dimension == "angle" and angle == "deg":
-                table[f"{body.name}.{key} [deg]"] = degrees_of(values)
-            else:
-                table[f"{body.name}.{key} [{unit(dimension)}]"] = values
-    if not solution.has_forces:
-        others = _signals(solution, angle) | _measures(solution, angle)
-        return table | others | _driven(solution, angle) | _points(solution)
-    unique = uniqueness(solution)
-    for joint in mechanism.joints:
-        reaction = solution.reaction(joint.name)
-        table[f"{joint.name}.fx [{unit('force')}]"] = reaction.fx
-        table[f"{joint.name}.fy [{unit('force')}]"] = reaction.fy
-        table[f"{joint.name}.torque [{unit('torque')}]"] = reaction.torque
-        table |= unique.get(joint.name, {})
-    for contact in mechanism.contacts if solution.modes else ():
-        if contact.bodies:
-            reaction = solution.reaction(contact.name)
-            table[f"{contact.name}.fx [{unit('force')}]"] = reaction.fx
-            table[f"{contact.name}.fy [{unit('force')}]"] = reaction.fy
-            table[f"{contact.name}.torque [{unit('torque')}]"] = reaction.torque
-        pressing = unit(contact.quantities()["contact"])
-        table[f"{contact.name}.contact [{pressing}]"] = solution.contact(contact.name)
-    for each in (*mechanism.couplings, *mechanism.drivers):
-        effort = unit(each.effort_dimension)
-        table[f"{each.name}.effort [{effort}]"] = solution.effort(each.name)
-        table |= unique.get(each.name, {})
-    table |= friction_columns(solution)
-    table |= _signals(solution, angle) | _measures(solution, angle) | _driven(solution, angle)
-    for name, power in driving_powers(solution).items():
-        table[f"{name}.power [{unit('power')}]"] = power
-    return table | _points(solution)
+    table = result_table(solution, {"angle": angle})
+    found, some = dict[str, np.ndarray](), False
+    for owner, group in itertools.groupby(table, lambda one: one.owner):
+        known = list(group)
+        found |= {one.heading: one.values for one in known}
+        flags = {one.unique for one in known if one.key in UNIQUE}
+        if flags and solution.has_forces and known[0].role != "load":
+            said = 0.0 if False in flags else math.nan if None in flags else 1.0
+            found[f"{owner}.unique"], some = np.full(len(solution), said), some or said != 1.0
+    if some:
+        return found
+    return {name: values for name, values in found.items() if not name.endswith(".unique")}
 
 
-def _driven(solution: Solution, angle: str) -> dict[str, np.ndarray]:
-    """Value, rate and acceleration of what every driver drives, at rest the value."""
-    unit, table = solution.mechanism.units.of, {}
-    for driver in solution.mechanism.drivers:
-        for (key, dimension), values in zip(
-            driver.motion.items(), solution.driven(driver.name), strict=True
-        ):
-            if dimension == "angle" and angle == "deg":
-                table[f"{driver.name}.{key} [deg]"] = degrees_of(values)
-            else:
-                table[f"{driver.name}.{key} [{unit(dimension)}]"] = values
-            if solution.analysis == "statics":
-                break
-    return table
-
-
-#: Of a point, beside its place.
-POINT = {key: MOTION[key] for key in ("x", "y", "vx", "vy", "ax", "ay")}
-
-
-def _points(solution: Solution) -> dict[str, np.ndarray]:
-    """Six columns a point that moves, of a pin one side; four where there are no accelerations."""
-    unit, table = solution.mechanism.units.of, {}
-    for name in moving_points(solution.mechanism):
-        history = solution.point(name)
-        for key, dimension in POINT.items():
-            if dimension != "acceleration" or solution.analysis != "close_loops":
-                table[f"{name}.{key} [{unit(dimension)}]"] = getattr(history, key)
-    return table
-
-
-def driving_powers(solution: Solution) -> dict[str, np.ndarray]:
-    """The power of every driver; none at rest and without forces."""
-    if not solution.has_forces or solution.analysis == "statics":
-        return {}
-    return {
-        driver.name: solution.effort(driver.name) * prescribed_rate(solution, driver.name)
-        for driver in solution.mechanism.drivers
-    }
-
-
-def own_column(solution: Solution, element: Any, angle: str = "rad") -> tuple[np.ndarray, str]:
-    """The history of an input or an auxiliary state, and its unit, empty for a plain number."""
-    values, dimension = auxiliary_history(solution, element.name), element.dimension
-    if dimension == DIMENSIONS["angle"] and angle == "deg":
-        return degrees_of(values), "deg"
-    return values, "" if dimension is None else solution.mechanism.units.of(dimension)
-
-
-def _signals(solution: Solution, angle: str) -> dict[str, np.ndarray]:
-    """Inputs and auxiliary states."""
-    found = {}
-    for one in (*solution.mechanism.inputs, *reported_states(solution.mechanism)):
-        values, unit = own_column(solution, one, angle)
-        found[f"{one.name} [{unit}]" if unit else one.name] = values
-    return found
-
-
-def uniqueness(solution: Solution) -> dict[str, dict[str, np.ndarray]]:
-    """By joint, driver and coupling the column that shows whether its force is determined, 1, or
-    not, 0, NaN where it was not looked at; empty where all of them are.
-    """
-    machine = solution.mechanism
-    determined: dict[str, Any] = {}
-    for joint in machine.joints:
-        parts = solution.reaction(joint.name).unique
-        determined[joint.name] = None if parts is None else all(parts)
-    for each in (*machine.couplings, *machine.drivers):
-        determined[each.name] = solution.unique_effort(each.name)
-    if all(determined.values()):
-        return {}
-    size = len(solution)
-    return {
-        name: {f"{name}.unique": np.full(size, np.nan if one is None else float(one))}
-        for name, one in determined.items()
-    }
-
-
-def _measures(solution: Solution, angle: str) -> dict[str, np.ndarray]:
-    """The measured quantities of the mechanism, in their own units where they have some."""
-    found = {}
-    for name, measure in solution.mechanism.measures.items():
-        if not found_by(solution, measure):
-            continue
-        values, dimension, unit = measured(solution, measure)
-        if dimension == DIMENSIONS["angle"] and not measure.unit and angle == "deg":
-            values, unit = degrees_of(values), "deg"
-        found[f"{name} [{unit}]" if unit else name] = values
-    return found
+#: What is determined or not.
+UNIQUE = ("fx", "fy", "torque", "effort")
 
 
 def dataframe(solution: Solution) -> Any:
@@ -315,7 +165,7 @@ def dataframe(solution: Solution) -> Any:
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
     >>> dataframe(run).shape
-    (361, 43)
+    (361, 51)
     """
     table = columns(solution)
     try:

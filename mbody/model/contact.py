@@ -481,6 +481,10 @@ class ShapeContact(OneSided):
         super()._check()
         refuse_coefficients(self.name, self.friction, self.static, self.restitution)
 
+    def quantities(self) -> dict[str, str]:
+        """The force of a contact, and the power that its friction takes."""
+        return super().quantities() | {"loss": "power"}
+
     def coefficients(self, at: Numbers) -> tuple[float, float]:
         """Kinetic and static friction."""
         mu = at[f"{self.name}.friction"]

@@ -696,8 +696,9 @@ def _history(run: Result, owner: str, key: str) -> Any:
     owned: Any = run.mechanism.element_or_group(element)
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)
-    if owned.role == "joint" and key == "loss":
-        return run.losses[element]
+    if owned.role in ("joint", "contact") and key == "loss":
+        # what has no friction takes none
+        return run.losses[element] if element in run.losses else 0.0 * run.t
     if owned.role == "contact" and key == "contact":
         return run.contact(element)
     if owned.role in ("joint", "contact"):

@@ -41,6 +41,7 @@ from mbody.system.system import System
 if TYPE_CHECKING:
     from mbody.model.study import Measure
     from mbody.solution.balances import Equations, Momentum, PlaceLike
+    from mbody.solution.columns import ResultTable
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.friction_results import Efficiency, ForceRange, FrictionReport
@@ -755,6 +756,33 @@ class Solution(Attributes):
         the trapezoidal rule over the instants that there are.
         """
         found: Efficiency = present("efficiency", self, output)
+        return found
+
+    def table(self, units: Mapping[str, str] | None = None) -> ResultTable:
+        """Every history as a column with ``.name``, ``.unit``, ``.role``, ``.values``, ``.unique``
+        and ``.doubts``: the one table that files, data and pages are made of.
+
+        Parameters
+        ----------
+        units : dict, optional
+            Units of quantities where they are not those of the model, such as
+            ``{"angle": "deg", "speed": "rpm"}``.
+
+        Raises
+        ------
+        ModelError
+            For a batch of designs, a quantity that there is not, and a unit that does not measure
+            it.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+        >>> found = run.table({"speed": "rpm"})["crank.omega"]
+        >>> found.heading, round(float(found.values[0]), 6)
+        ('crank.omega [rpm]', 95.492966)
+        """
+        found: ResultTable = present("table", self, units)
         return found
 
     def columns(self) -> dict[str, Array]:

@@ -90,6 +90,13 @@ SCENARIOS = {
     "equations of a batch": lambda: batch().equations(),
     "columns of a batch": lambda: batch().columns(),
     "data of a batch": lambda: batch().data(),
+    "a column that is not there": lambda: motion().table()["A.fx"],
+    "output units of a misspelt quantity": lambda: run().table({"torques": "N*m"}),
+    "output units of no quantity": lambda: run().table({"colour": "red"}),
+    "an output unit of another quantity": lambda: run().table({"mass": "N"}),
+    "an output unit that is unknown": lambda: run().table({"mass": "kgs"}),
+    "an output unit that is a number": lambda: run().table({"mass": 3}),
+    "an output unit without a size": lambda: run().table({"mass": "kg*0"}),
     "some instants of a batch": lambda: batch().take([0]),
     "a free body of kinematics": lambda: free_body(motion(), "crank"),
     "free bodies of a mechanism": lambda: member_forces(four_bar()),  # type: ignore[arg-type]
@@ -139,6 +146,13 @@ causes of a batch | ModelError | A | the breakdown of 'A' is for one design, thi
 equations of a batch | ModelError | - | equations are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 columns of a batch | ModelError | - | a table is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 data of a batch | ModelError | - | data are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a column that is not there | ModelError | - | there is no column 'A.fx' (there are: 'A.angle', 'A.rate')
+output units of a misspelt quantity | ModelError | - | output units: there is no quantity 'torques', did you mean 'torque'?
+output units of no quantity | ModelError | - | output units: there is no quantity 'colour', name one as mass, torque, speed
+an output unit of another quantity | ModelError | - | output units: 'N' measures a force (N), not mass: take one such as kg
+an output unit that is unknown | ModelError | - | output units: mass: '1 kgs' is not a formula: there is no unit 'kgs', did you mean 'kg'?
+an output unit that is a number | ModelError | - | output units: the unit of mass must be text, such as 'kg': 3
+an output unit without a size | ModelError | - | output units: mass: 'kg*0' is no unit
 some instants of a batch | ModelError | - | instants are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 a free body of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
 free bodies of a mechanism | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type Mechanism: analyse first

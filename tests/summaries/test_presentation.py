@@ -296,15 +296,17 @@ def test_columns_have_names_and_units(norton):
         "crank.vx [in/s]",
     ]
     assert names[9] == "crank.alpha [rad/s²]"
-    assert names[28:31] == ["O2.fx [lbf]", "O2.fy [lbf]", "O2.torque [lbf·in]"]
-    assert names[40:43] == ["motor.effort [lbf·in]", "F12 [lbf]", "T12 [lbf·in]"]
-    rates = ["motor.value [rad]", "motor.rate [rad/s]", "motor.acceleration [rad/s²]"]
-    assert names[43:46] == rates
-    assert names[46:48] == ["motor.power [lbf·in/s]", "crank.A.x [in]"]
+    assert names[28] == "crank.A.x [in]"
+    pin = ["fx [lbf]", "fy [lbf]", "force [lbf]", "torque [lbf·in]", "angle [rad]", "rate [rad/s]"]
+    assert names[46:52] == [f"O2.{one}" for one in pin]
+    motor = ["effort [lbf·in]", "power [lbf·in/s]", "value [rad]", "rate [rad/s]"]
+    assert names[70:75] == [f"motor.{one}" for one in (*motor, "acceleration [rad/s²]")]
+    assert names[75:80] == [f"F_P.{one}" for one in pin[:4]] + ["T_4.torque [lbf·in]"]
+    assert names[80:] == ["F12 [lbf]", "T12 [lbf·in]"]
     assert np.array_equal(table["motor.rate [rad/s]"], table["crank.omega [rad/s]"])
-    assert len(names) == 1 + 27 + 12 + 1 + len(norton.mechanism.measures) + 4 + 3 * 6
     assert table["A.fx [lbf]"][0] == norton.reaction("A").fx[0]
-    assert len(mbody.kinematics(build()).columns()) == 31 + 3 * 6
+    # time, bodies, points, coordinates of pins, the driver, loads; without forces of joints
+    assert len(mbody.kinematics(build()).columns()) == 1 + 27 + 3 * 6 + 4 * 2 + 3 + 5
 
 
 def test_a_file_brings_back_every_bit(turn, tmp_path):
@@ -331,7 +333,7 @@ def test_a_frame(turn):
     pandas = pytest.importorskip("pandas")
     frame = turn.to_dataframe()
     assert isinstance(frame, pandas.DataFrame)
-    assert frame.shape == (361, 43 + 4 + 3 * 6)
+    assert frame.shape == (361, 82)
     assert np.array_equal(frame["motor.effort [lbf·in]"], turn.effort("motor"))
 
 

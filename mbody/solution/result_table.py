@@ -1,0 +1,164 @@
+"""The table of a result: every history that it has by name, with its unit, as one column.
+
+What an element has is what its `quantities` declare; the values are those of measures. All that
+prints, writes or draws histories reads these columns.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.model.closed_mechanism import moving_points
+from mbody.model.states import MOTION, ROTATION
+from mbody.quantities.output_units import OutputUnits
+from mbody.quantities.units import NUMBER, Dimension, dimension_of
+from mbody.solution.columns import ResultColumn, ResultTable
+from mbody.solution.contact_forces import acting_contacts
+from mbody.solution.histories import auxiliary_history, one_design, reported_states
+from mbody.solution.measures import found_by, measured, quantity
+
+if TYPE_CHECKING:
+    from mbody.solution.solution import Solution
+
+Array = np.ndarray
+
+#: Of a body, in the order of tables; of a point its place and the rates of it.
+BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
+OF_BODIES = MOTION | ROTATION
+ACCELERATIONS = ("ax", "ay", "alpha")
+#: What needs no forces, of joints, loads and drivers.
+FORCES = ("fx", "fy", "force", "torque", "loss", "contact", "effort", "power")
+
+
+def result_table(
+    solution: Solution, units: Mapping[str, str] | None = None, points: Iterable[str] | None = None
+) -> ResultTable:
+    """All histories of one motion.
+
+    Time first, then nine columns a body (mass centre and angle) and six a point that moves (of a
+    pin that on the first of its links), or of the `points`; of joints, contacts, couplings, drivers
+    and loads what they declare; then inputs, auxiliary states and measures. Kinematics has no
+    forces, statics no rates of drivers.
+    """
+    one_design(solution, "a table is of one design")
+    return ResultTable(_TableReader(solution, units or {}).columns(points))
+
+
+class _TableReader:
+    """Columns of one result, in units."""
+
+    def __init__(self, solution: Solution, units: Mapping[str, str]) -> None:
+        self.run, self.machine = solution, solution.mechanism
+        self.units = OutputUnits(self.machine.units).having(units)
+
+    def columns(self, points: Iterable[str] | None) -> Iterator[ResultColumn]:
+        run, machine = self.run, self.machine
+        yield self._column("t", "", "time", "time", lambda: run.t)
+        for body in machine.bodies:
+            yield from self._motion(body.name, "body", {key: OF_BODIES[key] for key in BODY})
+        for point in moving_points(machine) if points is None else points:
+            yield from self._motion(point, "point", MOTION)
+        for joint in machine.joints:
+            yield from self._element(joint, "joint")
+        acting = {one.name for one in acting_contacts(run)}
+        for contact in machine.contacts:
+            if run.has_forces and (run.modes or contact.name in acting):
+                yield from self._element(contact, "contact")
+        for coupling in machine.couplings:
+            yield from self._element(coupling, "coupling")
+        for driver in machine.drivers:
+            yield from self._element(driver, "driver")
+        for load in machine.loads:
+            yield from self._element(load, "load")
+        for role, elements in (("input", machine.inputs), ("state", reported_states(machine))):
+            for one in elements:
+                read = functools.partial(auxiliary_history, run, one.name)
+                yield self._column(one.name, "", role, one.dimension or NUMBER, read)
+        for name, measure in machine.measures.items():
+            if found_by(run, measure):
+                yield self._measure(name, measure)
+
+    def _column(
+        self,
+        owner: str,
+        key: str,
+        role: str,
+        dimension: str | Dimension,
+        read: Callable[[], Any],
+        unique: bool | None = True,
+    ) -> ResultColumn:
+        """A column of values that are read in units of the model."""
+        units, wanted = self.units, dimension_of(dimension)
+        element = owner.partition(".")[0]
+        doubts = tuple(one for one in self.run.doubts if element in (one.elements or (element,)))
+        unit = "" if wanted == NUMBER else units.of(wanted)
+
+        def converted() -> Any:
+            return units.converted(read(), wanted)
+
+        return ResultColumn(owner, key, role, wanted, unit, converted, unique, doubts)
+
+    def _histories(
+        self, owner: str, role: str, keys: Mapping[str, str], unique: Callable[[str], bool | None]
+    ) -> Iterator[ResultColumn]:
+        for key, dimension in keys.items():
+            read = functools.partial(self._read, owner, key)
+            yield self._column(owner, key, role, dimension, read, unique(key))
+
+    def _read(self, owner: str, key: str) -> Any:
+        return quantity(self.run, owner, key)[0]
+
+    def _motion(self, owner: str, role: str, keys: Mapping[str, str]) -> Iterator[ResultColumn]:
+        """Of a body or a point; closing the loops finds no accelerations."""
+        if self.run.analysis == "close_loops":
+            keys = {key: keys[key] for key in keys if key not in ACCELERATIONS}
+        return self._histories(owner, role, keys, lambda key: True)
+
+    def _element(self, element: Any, role: str) -> Iterator[ResultColumn]:
+        """What an element declares, as far as the analysis finds it."""
+        run, name, keys = self.run, element.name, element.quantities()
+        if role != "load" and not run.has_forces:
+            keys = {key: keys[key] for key in keys if key not in FORCES}
+        if role == "driver" and run.analysis == "statics":
+            keys = {key: keys[key] for key in ("effort", "value") if key in keys}
+        if "loss" in keys and name not in run.losses:
+            del keys["loss"]
+        yield from self._histories(name, role, keys, functools.partial(self._unique, element))
+        if role in ("coupling", "driver") and run.has_forces and run.resting:
+            limits = run.range(name)
+            if not np.array_equal(limits.low, limits.high, equal_nan=True):
+                for end in ("low", "high"):
+                    read = functools.partial(getattr, limits, end)
+                    dimension = element.effort_dimension
+                    yield self._column(name, f"effort_{end}", role, dimension, read, None)
+
+    def _unique(self, element: Any, key: str) -> bool | None:
+        """Whether a force of an element is determined; None where it was not examined."""
+        if key in ("effort", "power"):
+            found: bool | None = self.run.unique_effort(element.name)
+            return found
+        if key not in ("fx", "fy", "torque", "force", "contact") or element.role == "load":
+            return True
+        parts = self.run.reaction(element.name).unique if element.bodies else None
+        if parts is None:
+            return None
+        known = dict(zip(("fx", "fy", "torque"), parts, strict=True))
+        if key in known:
+            return known[key]
+        both = known["fx"], known["fy"]
+        return False if False in both else None if None in both else True
+
+    def _measure(self, name: str, measure: Any) -> ResultColumn:
+        """A measured quantity, in its own unit where it has one."""
+        values, dimension, unit = measured(self.run, measure)
+
+        def read() -> Any:
+            return values
+
+        if measure.unit:
+            return ResultColumn(name, "", "measure", dimension, unit, read, True, self.run.doubts)
+        return self._column(name, "", "measure", dimension, read)

@@ -1,0 +1,87 @@
+"""The table of a result: every history that it has by name, in the units that are wanted."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody.quantities.evaluate import convert
+
+#: Models with what tables have of elements: loads, couplings, contacts, friction, states, inputs.
+MODELS = ("norton_fourbar", "v_twin", "sliding_ladder", "mud_pump_motor", "cam_follower")
+
+
+def run_of(name):
+    model = mbody.gallery.load(name)
+    if model.simulation is None:
+        return mbody.kinetostatics(model, turn=True, instants=4)
+    return mbody.simulate(model, instants=4)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_columns_are_what_measures_of_their_names_are(name):
+    run = run_of(name)
+    table = run.table()
+    assert [one.name for one in table] == list(dict.fromkeys(table.names)), "a name stands once"
+    for one in table:
+        if one.role == "measure" or one.key.startswith("effort_"):
+            continue
+        found = run.measure(one.name)
+        assert np.array_equal(one.values, found, equal_nan=True), one
+        own = run.mechanism.units.of(one.dimension)
+        assert one.unit == ("" if one.quantity == "number" else own)
+
+
+def test_units_are_those_that_are_wanted():
+    run = run_of("norton_fourbar")
+    wanted = {"angle": "deg", "speed": "rpm", "force": "N", "torque": "N*m", "length": "mm"}
+    plain, table = run.table(), run.table(wanted)
+    assert plain.names == table.names
+    units = {"rad": "deg", "rad/s": "rpm", "lbf": "N", "lbf·in": "N·m", "in": "mm"}
+    seen = set()
+    for one, other in zip(plain, table, strict=True):
+        if one.unit not in units:
+            assert (one.unit, one.values.tolist()) == (other.unit, other.values.tolist())
+            continue
+        seen.add(one.unit)
+        assert other.unit == units[one.unit]
+        exact = convert(one.values, one.unit.replace("·", "*"), other.unit.replace("·", "*"))
+        # degrees are rounded to fifteen digits
+        assert other.values == pytest.approx(exact, rel=5e-15, abs=1e-300), one
+    assert seen == set(units)
+
+
+def test_magnitudes_roles_and_what_is_determined():
+    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
+    machine.add(mbody.Spring("spring", "ground", "rocker.B", stiffness=20.0))
+    run = mbody.kinetostatics(machine)
+    table = run.table()
+    size = math.hypot(table["A.fx"].values[0], table["A.fy"].values[0])
+    assert table["A.force"].values[0] == pytest.approx(size, rel=1e-15)
+    roles = {one.owner: one.role for one in table}
+    assert (roles["A"], roles["spring"], roles["motor"], roles["crank"], roles["t"]) == (
+        "joint", "load", "driver", "body", "time",
+    )  # fmt: skip
+    assert all(one.unique for one in table)
+    motion = mbody.kinematics(machine).table()
+    assert {one.key for one in motion if one.role == "joint"} == {"angle", "rate"}
+    assert {one.key for one in motion if one.role == "driver"} == {"value", "rate", "acceleration"}
+    still = mbody.statics(machine).table()
+    assert {one.key for one in still if one.role == "driver"} == {"effort", "value"}
+
+
+def test_forces_that_nothing_determines_are_marked():
+    machine = mbody.Mechanism("beam on three pins", ground={"A": (0, 0), "B": (1, 0), "C": (2, 0)})
+    points = {"A": (-1.0, 0.0), "B": (0.0, 0.0), "C": (1.0, 0.0)}
+    machine.add(
+        mbody.Body("beam", mass=1.0, inertia=1.0, points=points, guess=(1.0, 0.0, 0.0)),
+        *(mbody.Revolute(name, f"ground.{name}", f"beam.{name}") for name in "ABC"),
+        mbody.Gravity("weight", y=-9.81),
+    )
+    run = mbody.statics(machine)
+    table, columns = run.table(), run.columns()
+    assert [table[f"A.{key}"].unique for key in ("fx", "fy", "force")] == [False, False, False]
+    assert table["A.angle"].unique is True
+    assert columns["A.unique"].tolist() == [0.0]
+    assert not any(name.endswith(".unique") for name in run_of("norton_fourbar").columns())
