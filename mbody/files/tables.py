@@ -141,18 +141,18 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    table = result_table(solution, {"angle": angle})
-    found, some = dict[str, np.ndarray](), False
+    table, flags = result_table(solution, {"angle": angle}), dict[str, set[bool | None]]()
+    for one in table:
+        if one.key in UNIQUE and one.role != "load" and solution.has_forces:
+            flags.setdefault(one.owner, set()).add(one.unique)
+    shown = flags if any(one != {True} for one in flags.values()) else {}
+    found = dict[str, np.ndarray]()
     for owner, group in itertools.groupby(table, lambda one: one.owner):
-        known = list(group)
-        found |= {one.heading: one.values for one in known}
-        flags = {one.unique for one in known if one.key in UNIQUE}
-        if flags and solution.has_forces and known[0].role != "load":
-            said = 0.0 if False in flags else math.nan if None in flags else 1.0
-            found[f"{owner}.unique"], some = np.full(len(solution), said), some or said != 1.0
-    if some:
-        return found
-    return {name: values for name, values in found.items() if not name.endswith(".unique")}
+        found |= {one.heading: one.values for one in group}
+        if said := shown.get(owner):
+            worth = 0.0 if False in said else math.nan if None in said else 1.0
+            found[f"{owner}.unique"] = np.full(len(solution), worth)
+    return found
 
 
 #: What is determined or not.
