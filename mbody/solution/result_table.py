@@ -24,8 +24,6 @@ from mbody.solution.measures import found_by, measured, quantity
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
 
-Array = np.ndarray
-
 #: Of a body, in the order of tables; of a point its place and the rates of it.
 BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
 OF_BODIES = MOTION | ROTATION

@@ -11,7 +11,7 @@ import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -110,9 +110,6 @@ from mbody.solution.shared_forces import ForceSet, SharedResult, inadmissible
 from mbody.solution.solution import IntegrationSettings, ModalState, Restart, Solution
 from mbody.system.rank import dense_rates
 from mbody.system.system import System
-
-if TYPE_CHECKING:
-    pass
 
 Array = np.ndarray
 
