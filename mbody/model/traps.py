@@ -67,7 +67,7 @@ def traps(mechanism: Mechanism) -> Iterator[str]:
     seen = _Seen(mechanism)
     for kind in (_gravity, _weights, _speeds, _degrees, _turned_twice, _centres, _plain_masses):
         yield from kind(seen)
-    for kind in (_forgotten, _masses, _inertias, _without_length, _same_places):
+    for kind in (_forgotten, _masses, _inertias, _without_length, _same_places, _plain_forces):
         yield from kind(seen)
 
 
@@ -620,3 +620,22 @@ def _same_places(seen: _Seen) -> Iterator[str]:
             )
         elif one.role == "joint":
             pins[ends] = one.name
+
+
+def _plain_forces(seen: _Seen) -> Iterator[str]:
+    """Plain forces in a system that is named by its mass, where newtons are often meant."""
+    units = seen.units
+    middle = (*units.name.split("-"), "", "")[1]
+    if middle != units.mass or units.force in ("N", "lbf"):
+        return
+    for load in seen.machine.loads:
+        for name, value in load.numbers().items():
+            dimension = dimension_named(seen.machine, name) if value else None
+            if dimension is not None and dimension.mass == 1 and seen.plain(name):
+                unit, usual = units.of(dimension), units.of(dimension).replace(units.force, "N")
+                yield (
+                    f"'{name}' is {value:.5g} {unit}: in units '{units.name}' the unit of force "
+                    f"is the {units.force}; write the unit, as in '{value:.5g} {usual}', if it is "
+                    "meant otherwise"
+                )
+                return

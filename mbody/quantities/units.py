@@ -232,6 +232,7 @@ _TABLE: tuple[tuple[str, Fraction | int, int, Dimension], ...] = (
     ("ozf", _LBF / 16, 0, _D["force"]),
     ("kip", 1000 * _LBF, 0, _D["force"]),
     ("kgf kp", _G, 0, _D["force"]),
+    ("dyn dyne", Fraction(1, 10**5), 0, _D["force"]),
     ("Nm", 1, 0, _D["torque"]),
     ("Nmm", Fraction(1, 1000), 0, _D["torque"]),
     ("kNm", 1000, 0, _D["torque"]),
@@ -499,21 +500,27 @@ UNIT_SYSTEMS = {
 }
 
 
+#: Names of systems by their units of length, mass and time.
+BY_MASS = {"mks": "m-kg-s", "cgs": "cm-g-s"}
+
+
 def unit_system(name: str | UnitSystem) -> UnitSystem:
-    """The unit system of that name: one of `UNIT_SYSTEMS`, or any length-force-time such as
-    ``"cm-kN-s"``.
+    """The unit system of that name: one of `UNIT_SYSTEMS`, any length-force-time such as
+    ``"cm-kN-s"``, or length-mass-time such as ``"mm-kg-s"``, where the unit of force has a name.
 
     Raises ModelError when there is none; the message lists the known ones.
 
     >>> unit_system("cm-kN-s").of("torque")
     'kN·cm'
+    >>> unit_system("mm-kg-s").of("force"), unit_system("mks").name
+    ('mN', 'SI')
     """
     if isinstance(name, UnitSystem):
         return name
     if isinstance(name, str):
         if name in UNIT_SYSTEMS:
             return UNIT_SYSTEMS[name]
-        made = _coherent_system(name)
+        made = _coherent_system(BY_MASS.get(name.lower(), name))
         if made is not None:
             return made
     names = ", ".join(repr(known) for known in UNIT_SYSTEMS)
@@ -523,13 +530,46 @@ def unit_system(name: str | UnitSystem) -> UnitSystem:
     )
 
 
+def _named(dimension: str, ratio: Fraction) -> Unit | None:
+    """The first usual unit of that size."""
+    wanted = DIMENSIONS[dimension]
+    found = (unit for unit in SYMBOLS.values() if unit.dimension == wanted and unit.ratio == ratio)
+    return next(found, None)
+
+
 def _coherent_system(name: str) -> UnitSystem | None:
-    """A system of three units in `SYMBOLS`, None if they are not a length, a force and a time."""
+    """A system of three units in `SYMBOLS`, None if they are not a length, a force or a mass, and
+    a time.
+    """
     parts = [known(part) for part in name.split("-")] if len(name) <= 30 else []
-    wanted = [DIMENSIONS[base] for base in ("length", "force", "time")]
-    if len(parts) != 3 or [part and part.dimension for part in parts] != wanted:
+    length, middle, time = parts if len(parts) == 3 else (None, None, None)
+    if length is None or middle is None or time is None:
         return None
-    length, force, time = (part for part in parts if part is not None)
-    mass = f"{force.symbol}·{time.symbol}²/{length.symbol}"
+    found = [part.dimension for part in (length, middle, time)]
+    by_mass = found[1] == DIMENSIONS["mass"]
+    if found != [DIMENSIONS[k] for k in ("length", "mass" if by_mass else "force", "time")]:
+        return None
+    force, mass = middle, f"{middle.symbol}·{time.symbol}²/{length.symbol}"
+    if by_mass:
+        followed = _named("force", middle.ratio * length.ratio / time.ratio**2)
+        if followed is None:
+            raise ModelError(_no_force(name, length, middle, time))
+        force, mass = followed, middle.symbol
+        same = (length.symbol, force.symbol, time.symbol)
+        for one in UNIT_SYSTEMS.values():
+            if (one.length, one.force, one.time) == same:
+                return one
     g = Fraction("9.80665") * time.ratio**2 / length.ratio
     return UnitSystem(name, length.symbol, force.symbol, time.symbol, mass, float(g))
+
+
+def _no_force(name: str, length: Unit, mass: Unit, time: Unit) -> str:
+    """Why no system has that unit of mass, and the ways out."""
+    pound = length.symbol in ("in", "ft") or mass.symbol.startswith(("lb", "oz"))
+    force = "lbf" if pound else "N"
+    return (
+        f"'{name}' names a mass, whose unit of force {mass.symbol}·{length.symbol}/{time.symbol}² "
+        f"has no name: choose '{length.symbol}-{force}-{time.symbol}', write masses with their "
+        f'unit, as "2 {mass.symbol}", and let results show them so by output_units, mass = '
+        f'"{mass.symbol}"'
+    )

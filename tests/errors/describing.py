@@ -173,6 +173,7 @@ SCENARIOS = {
     "adding to what is assembled": lambda: assemble(crank_alone()).mechanism.add(Body("late")),
     "another unit system": lambda: Mechanism("m", units="inch"),
     "no unit system": lambda: Mechanism("m", units=["SI"]),
+    "a mass whose force has no name": lambda: Mechanism("m", units="in-lb-s"),
     "a downward g": lambda: Mechanism("m", g=-9.81),
     "a g that is a length": lambda: Mechanism("m", g="9.81 m"),
     "a g that is nan": lambda: Mechanism("m", g=NAN),
@@ -311,6 +312,7 @@ a body among very many | ModelError | F | 'F' refers to body 'x', which is not t
 adding to what is assembled | ModelError | - | 'm' has been assembled: add to the mechanism that you described, and assemble it again
 another unit system | ModelError | - | there is no unit system 'inch': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
 no unit system | ModelError | - | there is no unit system ['SI']: choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
+a mass whose force has no name | ModelError | - | 'in-lb-s' names a mass, whose unit of force lb·in/s² has no name: choose 'in-lbf-s', write masses with their unit, as "2 lb", and let results show them so by output_units, mass = "lb"
 a downward g | ModelError | m | 'm': g is -9.81 m/s², it must be positive: it only turns weights into masses, a Gravity load has the direction
 a g that is a length | ModelError | m | 'm': g: '9.81 m' is a length (m), where an acceleration (m/s²) is wanted: did you mean '9.81 m/s^2'?
 a g that is nan | ModelError | m | 'm': g is nan, it must be finite

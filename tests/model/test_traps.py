@@ -145,6 +145,11 @@ TRAPS = {
         {"loads": '[loads.s]\nspring = ["crank.A", "coupler.A"]\nstiffness = 2\nfree_length = 9'},
         "'s' has no length: it goes between the two places that 'A' joins",
     ),
+    "a plain force beside masses": (
+        {"units": "mm-kg-s", "loads": '[loads.push]\nforce = 120\nat = "rocker.B"\nangle = 0'},
+        "'push.value' is 120 mN: in units 'mm-kg-s' the unit of force is the mN; write the unit, "
+        "as in '120 N'",
+    ),
     "no free length": (
         {"loads": '[loads.s]\nspring = ["ground.O4", "crank.A"]\nstiffness = 2'},
         "'s' has no free_length, which is taken as 0 mm",

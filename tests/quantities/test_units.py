@@ -53,7 +53,7 @@ SAID = {
     **{"m\u03a9": "milliohm", "k\u03a9": "kiloohm", "m\u2126": "milliohm", "k\u2126": "kiloohm"},
     **{"\u03a9": "ohm", "\u2126": "ohm"},
 }
-SYSTEMS = [*UNIT_SYSTEMS, "cm-kN-s", "mm-kgf-ms", "yd-ozf-min"]
+SYSTEMS = [*UNIT_SYSTEMS, "cm-kN-s", "mm-kgf-ms", "yd-ozf-min", "mm-kg-s", "cgs", "m-t-s"]
 
 
 def value(text, dimension=None, system="SI"):
@@ -145,6 +145,16 @@ def test_texts_of_quantities(text, dimension, expected):
 # -- systems ----------------------------------------------------------------------------------
 
 
+@each("name, length, mass, time", [("mm-kg-s", "mm", "kg", "s"), ("cgs", "cm", "gram", "s"),
+                                   ("mks", "m", "kg", "s"), ("mm-t-s", "mm", "tonne", "s"),
+                                   ("mm-kg-ms", "mm", "kg", "ms")])  # fmt: skip
+def test_systems_by_mass_have_the_force_that_follows(name, length, mass, time):
+    system = unit_system(name)
+    force = (PINT(f"{mass}*{length}/{time}**2") * Fraction(1)).to("N").m
+    assert system.unit("force").ratio == Fraction(force) == SYMBOLS[system.force].ratio
+    assert system.unit("mass").ratio == SYMBOLS[system.mass].ratio
+
+
 @each("name", SYSTEMS)
 def test_systems_are_consistent(name):
     system = unit_system(name)
@@ -183,7 +193,7 @@ def test_symbols_of_a_system_read_back(name, dimension):
 @each(
     "name",
     [
-        *("", "inch", "cm-kN", "kN-cm-s", "cm-kN-s-s", "cm-kg-s", "deg-N-s", "m-N-Hz", "m--s"),
+        *("", "inch", "cm-kN", "kN-cm-s", "cm-kN-s-s", "deg-N-s", "m-N-Hz", "m--s"),
         *("furlong-N-s", "m-N-" + "s" * 40, None, 3),
     ],
 )
