@@ -23,15 +23,16 @@ from mbody.analysis.inverse.conditions import Answer, AnswerCase
 from mbody.files.tables import as_list, friction_data
 from mbody.files.writing import writing
 from mbody.solution.columns import ResultColumn, ResultTable
-from mbody.solution.doubts import certificate, heading, unit_symbols
+from mbody.solution.doubts import certificate, heading
 from mbody.solution.histories import EventRecord, one_design
 from mbody.solution.result_table import result_table
 
 if TYPE_CHECKING:
+    from mbody.quantities.output_units import OutputUnits
     from mbody.solution.solution import Solution
 
 
-def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
+def data(solution: Solution, angle: str | None = None) -> dict[str, Any]:
     """A solution of one design as plain lists and texts.
 
     >>> import mbody
@@ -41,12 +42,13 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
     """
     one_design(solution, "data are of one design")
     machine, forces = solution.mechanism, solution.has_forces
+    units = machine.data_units.with_angle(angle, "deg")
     points = [f"{body.name}.{point}" for body in machine.bodies for point in body.points]
-    table = result_table(solution, {"angle": angle}, points)
+    table = result_table(solution, {"angle": units.of("angle")}, points)
     giving = table.by_owner("coupling", "effort") | table.by_owner("driver", "effort")
     powers, measures = table.by_owner("driver", "power"), table.by_owner("measure")
     return {
-        **heading(machine.name, solution.analysis, unit_symbols(machine.units, angle), solution),
+        **heading(machine.name, solution.analysis, units.symbols(), solution),
         "t": as_list(table["t"].values),
         "bodies": _histories(table.by_owner("body")),
         "points": _histories(table.by_owner("point")),
@@ -56,7 +58,7 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
         "unique_efforts": {name: one["effort"].unique for name, one in giving.items()},
         "loads": _loads(solution, table),
         **_signals(solution, table),
-        **friction_data(solution, table),
+        **friction_data(solution, table, units),
         "measures": {
             name: as_list(measures[name][""].values) if name in measures else None
             for name in machine.measures
@@ -66,9 +68,9 @@ def data(solution: Solution, angle: str = "deg") -> dict[str, Any]:
             "equilibrium": _number(solution.checks.equilibrium) if forces else None,
             "virtual_work": _number(solution.checks.virtual_work) if forces else None,
             "energy": _number(solution.checks.energy),
-            "branch": _branch(solution),
+            "branch": _branch(solution, units),
         },
-        **_motion(solution),
+        **_motion(solution, units),
     }
 
 
@@ -80,35 +82,42 @@ def _histories(columns: dict[str, dict[str, ResultColumn]]) -> dict[str, Any]:
     }
 
 
-def _branch(solution: Solution) -> dict[str, float] | None:
+def _branch(solution: Solution, units: OutputUnits) -> dict[str, float] | None:
     """How near the motion came to another branch, and when; None where none was followed."""
     found = solution.branch
-    return None if found is None else {"least": float(found.least), "t": float(found.t)}
+    return None if found is None else {"least": float(found.least), "t": _time(found.t, units)}
 
 
-def _motion(solution: Solution) -> dict[str, Any]:
+def _motion(solution: Solution, units: OutputUnits) -> dict[str, Any]:
     """Counts of the steps, the account of energy and what occurred, of a motion over time."""
     plain: dict[str, Any] = {}
     if solution.stats is not None:
         plain["stats"] = dict(solution.stats)
     if solution.energy is not None:
-        plain["energy"] = solution.energy.data()
+        plain["energy"] = solution.energy.data(units)
     if solution.analysis == "simulate":
-        plain["events"] = [_event(one) for one in solution.events]
+        plain["events"] = [_event(one, units) for one in solution.events]
     if solution.modes:
         plain["modes"] = {name: list(words) for name, words in solution.modes.items()}
         plain["contacts"] = {
-            one.name: as_list(solution.contact(one.name)) for one in solution.mechanism.contacts
+            one.name: as_list(
+                units.converted(solution.contact(one.name), one.quantities()["contact"])
+            )
+            for one in solution.mechanism.contacts
         }
     return plain
 
 
-def _event(one: EventRecord) -> dict[str, Any]:
+def _event(one: EventRecord, units: OutputUnits) -> dict[str, Any]:
     """An event as data; of a contact with its name, of an impact with its impulses."""
-    plain = {"name": one.name, "t": float(one.t)}
+    plain = {"name": one.name, "t": _time(one.t, units)}
     plain |= {"contact": one.contact} if one.contact else {}
     impulses = {name: list(parts) for name, parts in one.impulses.items()}
     return plain | ({"impulses": impulses} if impulses else {})
+
+
+def _time(t: float, units: OutputUnits) -> float:
+    return float(units.converted(t, "time"))
 
 
 def _number(value: float | None) -> float | None:
@@ -206,7 +215,7 @@ def write_npz(solution: Solution, path: str | os.PathLike[str]) -> None:
 AT_THE_INSTANT = ("bodies", "reactions", "efforts", "measures")
 
 
-def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
+def answer_data(answer: Answer, angle: str | None = None) -> dict[str, Any]:
     """An answer as plain dicts: ``{"solutions": [{"unknowns", "units", "conditions",
     "side_conditions", "binding", "residual", "bodies", "reactions", "efforts", "measures"}],
     "status", "doubts", "notes"}``.
@@ -231,7 +240,7 @@ def answer_data(answer: Answer, angle: str = "deg") -> dict[str, Any]:
     return plain
 
 
-def _data(found: AnswerCase, angle: str) -> dict[str, Any]:
+def _data(found: AnswerCase, angle: str | None) -> dict[str, Any]:
     """One solution; every history is of one instant, and a number."""
     whole = data(found.run, angle)
     plain: dict[str, Any] = {

@@ -21,6 +21,7 @@ from mbody.solution.doubts import certificate
 from mbody.solution.result_table import result_table
 
 if TYPE_CHECKING:
+    from mbody.quantities.output_units import OutputUnits
     from mbody.solution.solution import Solution
 
 
@@ -74,7 +75,7 @@ def _number(text: str) -> float | None:
 # -- Friction results as plain lists: losses, modes, ranges, uniqueness, jams ------------------
 
 
-def friction_data(solution: Solution, table: ResultTable) -> dict[str, Any]:
+def friction_data(solution: Solution, table: ResultTable, units: OutputUnits) -> dict[str, Any]:
     """``{"losses", "modes", "ranges", "friction"}`` of mechanisms with frictional joints, else
     empty; losses are columns of the table.
 
@@ -82,7 +83,7 @@ def friction_data(solution: Solution, table: ResultTable) -> dict[str, Any]:
     """
     report = solution.friction
     if report is None:
-        return {} if solution.shared is None else {"ranges": _ranges(solution)}
+        return {} if solution.shared is None else {"ranges": _ranges(solution, units)}
     certified = report.certified
     same = bool((certified == certified.flat[0]).all()) if certified.size else True
     losses = table.by_owner("joint", "loss") | table.by_owner("contact", "loss")
@@ -91,15 +92,17 @@ def friction_data(solution: Solution, table: ResultTable) -> dict[str, Any]:
         "modes": {name: solution.mode(name) for name in solution.modes or solution.losses},
         "friction": {
             "certified": bool(certified.all()) if same else certified.tolist(),
-            "jams": [jam._asdict() for jam in report.jams],
+            "jams": [
+                jam._asdict() | {"t": float(units.converted(jam.t, "time"))} for jam in report.jams
+            ],
         },
     }
     if solution.analysis != "simulate" or solution.shared is not None:
-        found["ranges"] = _ranges(solution)
+        found["ranges"] = _ranges(solution, units)
     return found
 
 
-def _ranges(solution: Solution) -> dict[str, Any]:
+def _ranges(solution: Solution, units: OutputUnits) -> dict[str, Any]:
     """Of the efforts and reactions that joints at rest, or contacts, leave open."""
     efforts, reactions = {}, {}
     if solution.shared is None and not solution.resting:
@@ -108,16 +111,24 @@ def _ranges(solution: Solution) -> dict[str, Any]:
     for one in (*machine.couplings, *machine.drivers):
         limits = solution.range(one.name)
         if not np.array_equal(limits.low, limits.high, equal_nan=True):
-            efforts[one.name] = {"low": as_list(limits.low), "high": as_list(limits.high)}
+            efforts[one.name] = {
+                end: as_list(units.converted(getattr(limits, end), one.effort_dimension))
+                for end in ("low", "high")
+            }
     shared = solution.shared is not None
     for joint in (*machine.joints, *acting_contacts(solution)) if shared else joined(machine):
         limits = solution.range(joint.name)
         low, high = (
-            np.stack([one.fx, one.fy, one.torque], axis=-1) for one in (limits.low, limits.high)
+            np.stack([units.converted(getattr(one, k), d) for k, d in PARTS.items()], axis=-1)
+            for one in (limits.low, limits.high)
         )
         if not np.array_equal(low, high, equal_nan=True):
             reactions[joint.name] = {"low": as_list(low), "high": as_list(high)}
     return {"efforts": efforts, "reactions": reactions}
+
+
+#: Components of a reaction.
+PARTS = {"fx": "force", "fy": "force", "torque": "torque"}
 
 
 def as_list(values: Any) -> list[Any]:
@@ -131,7 +142,7 @@ def as_list(values: Any) -> list[Any]:
 # -- The columns of a result by heading ----------------------------------------------------------
 
 
-def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
+def columns(solution: Solution, angle: str | None = None) -> dict[str, np.ndarray]:
     """The columns of `mbody.Solution.table` by heading, each with its unit; where forces are not
     determined, each joint, contact, coupling and driver has a column ``"A.unique"``, 1 or 0, NaN
     where it was not examined.
@@ -141,7 +152,8 @@ def columns(solution: Solution, angle: str = "rad") -> dict[str, np.ndarray]:
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    table, flags = result_table(solution, {"angle": angle}), dict[str, set[bool | None]]()
+    units = {"angle": solution.mechanism.data_units.with_angle(angle, "rad").of("angle")}
+    table, flags = result_table(solution, units), dict[str, set[bool | None]]()
     for one in table:
         if one.key in UNIQUE and one.role != "load" and solution.has_forces:
             flags.setdefault(one.owner, set()).add(one.unique)
@@ -206,7 +218,7 @@ def dataset(solution: Solution) -> Any:
 
 
 def write_csv(
-    solution: Solution, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False
+    solution: Solution, path: str | os.PathLike[str], angle: str | None = None, excel: bool = False
 ) -> None:
     """Write the columns as comma-separated values, UTF-8, one header line, a line an instant; for
     spreadsheets with the mark of UTF-8.
@@ -226,7 +238,7 @@ def write_csv(
         print_csv(solution, file, angle)
 
 
-def print_csv(solution: Solution, stream: Any, angle: str = "rad") -> None:
+def print_csv(solution: Solution, stream: Any, angle: str | None = None) -> None:
     """Writes a result as CSV to a stream of text."""
     table = columns(solution, angle)
     writer = csv.writer(stream, lineterminator="\n")

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from mbody.model.stop import Stop
     from mbody.model.study import Instants, Measure, Question
     from mbody.model.touching_shapes import ShapeLike
+    from mbody.quantities.output_units import OutputUnits
 
 # -- Equality of mechanisms: all that one describes --------------------------------------------
 
@@ -116,7 +117,8 @@ def whole(machine: Any) -> tuple[Any, ...]:
     questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
     studies = machine.measures, instants, positions, sought, _simulated(machine), questions
     contacts = machine.contacts, machine.groups
-    return (*title, *elements, *signals, *contacts, parameters, following, *studies)
+    shown = machine.output_units
+    return (*title, *elements, *signals, *contacts, parameters, following, *studies, shown)
 
 
 E = TypeVar("E", bound=Element)
@@ -159,6 +161,10 @@ class Mechanism:
         ``"torque(crank.omega)"``, a `Table2` with two numbers.
     ground_shapes : dict, optional
         Shapes of the fixed link, which contacts touch; as of a `Body`.
+    output_units : dict, optional
+        Units of results by quantity, where they are not to be those of the system: ``{"mass": "kg",
+        "speed": "rpm", "torque": "N*m"}``. Without it what people read has kilograms, watts and
+        degrees, and numbers for programs are in the units of the system.
 
     Examples
     --------
@@ -187,12 +193,14 @@ class Mechanism:
         note: str = "",
         curves: Mapping[str, Law] | None = None,
         ground_shapes: Mapping[str, ShapeLike] | None = None,
+        output_units: Mapping[str, str] | None = None,
     ) -> None:
         for key, text in (("title", name), ("source", source), ("note", note)):
             if not isinstance(text, str):
                 raise ModelError(f"the {key} of a mechanism must be text, not {text!r}")
         self.name = name
         self.units = unit_system(units)
+        self.output_units = output_units or {}
         self.parameters = Parameters({} if parameters is None else parameters, self.units)
         self.source, self.note, self.ask, self.simulation = source, note, ask, simulation
         self.measures = {key: _measure(key, value) for key, value in (measures or {}).items()}
@@ -222,6 +230,36 @@ class Mechanism:
         self._groups: dict[str, Between] = {}  # as they were given
         #: States that elements bring, kept when the mechanism is closed.
         self._brought: tuple[AuxiliaryState, ...] | None = None
+
+    @property
+    def output_units(self) -> dict[str, str]:
+        """Units of results by quantity, as they were chosen."""
+        return dict(self._output_units)
+
+    @output_units.setter
+    def output_units(self, given: Mapping[str, str]) -> None:
+        if not isinstance(given, Mapping):
+            raise ModelError(
+                f"'{self.name}': output_units names units by quantity, such as "
+                f"{{'mass': 'kg'}}, not {given!r:.60}"
+            )
+        self._output_units = dict(given)
+        if given:  # refuses what is no unit
+            _ = self.data_units
+
+    @property
+    def data_units(self) -> OutputUnits:
+        """Units of numbers for programs: those of the system, and what is chosen."""
+        from mbody.quantities.output_units import OutputUnits
+
+        return OutputUnits(self.units).having(self._output_units)
+
+    @property
+    def shown(self) -> OutputUnits:
+        """Units of what people read: sheets, reports, pages and pictures."""
+        from mbody.quantities.output_units import read_by_people
+
+        return read_by_people(self.units).having(self._output_units)
 
     def _take_curves(self, curves: Any) -> None:
         from mbody.model.curves import as_curves

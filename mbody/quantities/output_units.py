@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
+import functools
 import math
+import re
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.quantities.evaluate import Scope, degrees_of, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
-from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, UnitSystem, dimension_of
+from mbody.quantities.units import DIMENSIONS, NUMBER, SYMBOLS, Dimension, UnitSystem, dimension_of
 
 #: Quantities of a name that is not that of their dimension, and what they may be.
 ALSO = {
@@ -28,6 +30,7 @@ class OutputUnits:
 
     `system`: Units of the model.
     `chosen`: Others: by dimension the symbol and its size in units of the model.
+    `beside`: Of the same form: what sheets show beside a quantity, in a column of its own.
 
     >>> from mbody.quantities.units import unit_system
     >>> units = OutputUnits(unit_system("mm-N-s")).having({"mass": "kg", "speed": "rpm"})
@@ -38,9 +41,13 @@ class OutputUnits:
     """
 
     def __init__(
-        self, system: UnitSystem, chosen: Mapping[Dimension, tuple[str, float]] | None = None
+        self,
+        system: UnitSystem,
+        chosen: Mapping[Dimension, tuple[str, float]] | None = None,
+        beside: Mapping[Dimension, tuple[str, float]] | None = None,
     ) -> None:
-        self.system, self.chosen = system, dict(chosen or {})
+        self.system, self.name = system, system.name
+        self.chosen, self.beside = dict(chosen or {}), dict(beside or {})
 
     def having(self, given: Mapping[str, str]) -> OutputUnits:
         """Other units of some quantities by name, such as ``{"mass": "kg", "speed": "rpm"}``.
@@ -50,16 +57,31 @@ class OutputUnits:
         ModelError
             For a quantity that there is not, and for a unit of another quantity.
         """
-        found = dict(self.chosen)
+        named: dict[Dimension, tuple[str, float]] = {}
         for name, unit in given.items():
             dimension, size = _sized(name, unit, self.system)
-            found[dimension] = (unit.replace("*", "·"), size)
-        return OutputUnits(self.system, found)
+            if named.setdefault(dimension, (unit_text(unit), size))[1] != size:
+                raise ModelError(
+                    f"output units: {name} has the same dimension as another quantity that is in "
+                    f"{named[dimension][0]}: give both one unit"
+                )
+        beside = {one: unit for one, unit in self.beside.items() if one not in named}
+        return OutputUnits(self.system, self.chosen | named, beside)
+
+    def with_angle(self, given: str | None, otherwise: str) -> OutputUnits:
+        """With angles in `given`; by default in the chosen unit, or `otherwise` where none is."""
+        if given is None and DIMENSIONS["angle"] in self.chosen:
+            return self
+        return self.having({"angle": given or otherwise})
 
     def of(self, dimension: str | Dimension) -> str:
         """The symbol of the unit of a quantity."""
         found = self.chosen.get(dimension_of(dimension))
         return self.system.of(dimension) if found is None else found[0]
+
+    def size(self, dimension: str | Dimension) -> float:
+        """How many units of the model the unit of a quantity is."""
+        return self.chosen.get(dimension_of(dimension), ("", 1.0))[1]
 
     def converted(self, values: Any, dimension: str | Dimension) -> Any:
         """Values in the model's unit, in that of the output."""
@@ -70,10 +92,55 @@ class OutputUnits:
             return degrees_of(values)
         return np.asarray(values, dtype=float) / found[1]
 
+    def symbols(self) -> dict[str, str]:
+        """The unit of every quantity by name, for the head of a result.
+
+        >>> from mbody.quantities.units import unit_system
+        >>> OutputUnits(unit_system("SI")).symbols()["torque"]
+        'N·m'
+        """
+        return {name: self.of(name) for name in DIMENSIONS if name not in ("number", "weight")}
+
+
+def unit_text(unit: str) -> str:
+    """A unit as it is printed: products with a dot, whether it was given with a star or a space.
+
+    >>> unit_text("lbf*in"), unit_text("kg mm^2"), unit_text("rad/s")
+    ('lbf·in', 'kg·mm²', 'rad/s')
+    """
+    return re.sub(r"\s*\*\s*|\s+", "·", unit.strip()).replace("^2", "²").replace("^3", "³")
+
+
+@functools.lru_cache(maxsize=64)
+def read_by_people(system: UnitSystem) -> OutputUnits:
+    """The units of sheets, reports and pictures where a model does not choose: angles in degrees,
+    powers in watts, metric masses in kilograms and inertias in kg times the square of the unit of
+    length; angular velocities have revolutions a minute beside them.
+
+    >>> from mbody.quantities.units import unit_system
+    >>> units = read_by_people(unit_system("mm-N-s"))
+    >>> [units.of(one) for one in ("mass", "power", "inertia", "angle", "torque")]
+    ['kg', 'W', 'kg·mm²', 'deg', 'N·mm']
+    >>> read_by_people(unit_system("in-lbf-s")).of("mass")
+    'blob'
+    """
+    found = {DIMENSIONS["angle"]: ("deg", SYMBOLS["deg"].factor)}
+    metric = {"mass": ("kg", Fraction(1)), "power": ("W", Fraction(1))}
+    metric["inertia"] = f"kg·{system.length}²", SYMBOLS[system.length].ratio ** 2
+    for name, (symbol, ratio) in metric.items():
+        ratio /= system.unit(name).ratio
+        if {str(part).rstrip("0") for part in ratio.as_integer_ratio()} == {"1"}:
+            found[DIMENSIONS[name]] = symbol, float(ratio)
+    rpm = SYMBOLS["rpm"]
+    size = rpm.factor / system.unit(rpm.dimension).factor
+    return OutputUnits(system, found, {rpm.dimension: ("rpm", size)})
+
 
 def _sized(name: Any, unit: Any, system: UnitSystem) -> tuple[Dimension, float]:
     """What a unit measures, and how many units of a system it is; for the quantity `name`."""
     if name not in QUANTITIES:
+        import difflib
+
         near = difflib.get_close_matches(str(name), QUANTITIES, 1)
         hint = f"did you mean '{near[0]}'?" if near else "name one as mass, torque, speed"
         raise ModelError(f"output units: there is no quantity {brief(str(name))}, {hint}")

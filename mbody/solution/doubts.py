@@ -10,8 +10,8 @@ from mbody._version import __version__
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
+    from mbody.quantities.output_units import OutputUnits
     from mbody.quantities.units import UnitSystem
-
 
 #: What a doubt may be about.
 KINDS = (
@@ -179,18 +179,18 @@ def inherited(*results: Any, of: Iterable[Any] = (), notes: Iterable[str] = ()) 
 
 # -- Head of every result as data --------------------------------------------------------------
 
-DIMENSIONS = ("length", "force", "time", "mass")
 
-
-def unit_symbols(units: UnitSystem, angle: str = "rad") -> dict[str, str]:
-    """The units of a result by dimension; angles are in `angle`, ``"deg"`` or ``"rad"``.
+def unit_symbols(units: UnitSystem | OutputUnits, angle: str | None = "rad") -> dict[str, str]:
+    """The unit of every quantity of a result; angles are in `angle`, ``"deg"`` or ``"rad"``.
 
     >>> from mbody.quantities.units import unit_system
     >>> unit_symbols(unit_system("SI"), "deg")["torque"]
     'N·m'
     """
-    symbols = {name: units.of(name) for name in DIMENSIONS}
-    return symbols | {"angle": angle, "torque": units.of("torque")}
+    from mbody.quantities.output_units import OutputUnits
+
+    base = units if isinstance(units, OutputUnits) else OutputUnits(units)
+    return base.with_angle(angle, "rad").symbols()
 
 
 def heading(

@@ -15,6 +15,7 @@ from mbody.system.read_only import Locked
 
 if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy
+    from mbody.quantities.output_units import OutputUnits
     from mbody.system.system import System
 
 
@@ -104,11 +105,15 @@ class Energy(Locked):
         by, lost = ({n: one[index] for n, one in part.items()} for part in (self.by, self.lost))
         return Energy(**own, by=by, lost=lost, rounding=self.rounding)
 
-    def data(self) -> dict[str, Any]:
-        """Plain lists of the energies, ready for JSON."""
-        data: dict[str, Any] = {name: getattr(self, name).tolist() for name in PLAIN}
-        data["by"] = {name: part.tolist() for name, part in self.by.items()}
-        lost = {name: part.tolist() for name, part in self.lost.items()}
+    def data(self, units: OutputUnits | None = None) -> dict[str, Any]:
+        """Plain lists of the energies, ready for JSON; in other units, where some are chosen."""
+
+        def plain(values: Any) -> Any:
+            return (values if units is None else units.converted(values, "torque")).tolist()
+
+        data: dict[str, Any] = {name: plain(getattr(self, name)) for name in PLAIN}
+        data["by"] = {name: plain(part) for name, part in self.by.items()}
+        lost = {name: plain(part) for name, part in self.lost.items()}
         return data | ({"lost": lost} if lost else {})
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.states import MOTION, ROTATION
-from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
@@ -51,7 +50,7 @@ class _TableReader:
 
     def __init__(self, solution: Solution, units: Mapping[str, str]) -> None:
         self.run, self.machine = solution, solution.mechanism
-        self.units = OutputUnits(self.machine.units).having(units)
+        self.units = self.machine.data_units.having(units)
 
     def columns(self, points: Iterable[str] | None) -> Iterator[ResultColumn]:
         run, machine = self.run, self.machine

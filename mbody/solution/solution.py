@@ -803,19 +803,23 @@ class Solution(Attributes):
         """
         return present("xarray", self)
 
-    def to_csv(self, path: str | os.PathLike[str], angle: str = "rad", excel: bool = False) -> None:
+    def to_csv(
+        self, path: str | os.PathLike[str], angle: str | None = None, excel: bool = False
+    ) -> None:
         """Write the columns as comma-separated values, numbers in full precision, angles in
-        ``"rad"`` or ``"deg"``; `excel`: with the mark of UTF-8, by which spreadsheets know it.
+        ``"rad"`` or ``"deg"``, by default in rad or as output units say; `excel`: with the mark
+        of UTF-8, by which spreadsheets know it.
         """
         present("csv", self, path, angle, excel)
 
-    def data(self, angle: str = "deg") -> dict[str, Any]:
+    def data(self, angle: str | None = None) -> dict[str, Any]:
         """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.
 
         Parameters
         ----------
-        angle : str
-            Unit of angles, ``"deg"`` or ``"rad"``; rates are in rad always.
+        angle : str, optional
+            Unit of angles, ``"deg"`` or ``"rad"``, by default deg or as output units say; rates are
+            in rad.
         """
         found: dict[str, Any] = present("data", self, angle)
         return found

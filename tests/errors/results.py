@@ -97,6 +97,10 @@ SCENARIOS = {
     "an output unit that is unknown": lambda: run().table({"mass": "kgs"}),
     "an output unit that is a number": lambda: run().table({"mass": 3}),
     "an output unit without a size": lambda: run().table({"mass": "kg*0"}),
+    "output units that differ for one dimension": lambda: run().table(
+        {"work": "J", "torque": "N*mm"}
+    ),
+    "output units of a mechanism as text": lambda: Mechanism("m", output_units="SI"),
     "some instants of a batch": lambda: batch().take([0]),
     "a free body of kinematics": lambda: free_body(motion(), "crank"),
     "free bodies of a mechanism": lambda: member_forces(four_bar()),  # type: ignore[arg-type]
@@ -153,6 +157,8 @@ an output unit of another quantity | ModelError | - | output units: 'N' measures
 an output unit that is unknown | ModelError | - | output units: mass: '1 kgs' is not a formula: there is no unit 'kgs', did you mean 'kg'?
 an output unit that is a number | ModelError | - | output units: the unit of mass must be text, such as 'kg': 3
 an output unit without a size | ModelError | - | output units: mass: 'kg*0' is no unit
+output units that differ for one dimension | ModelError | - | output units: torque has the same dimension as another quantity that is in J: give both one unit
+output units of a mechanism as text | ModelError | - | 'm': output_units names units by quantity, such as {'mass': 'kg'}, not 'SI'
 some instants of a batch | ModelError | - | instants are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 a free body of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
 free bodies of a mechanism | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type Mechanism: analyse first

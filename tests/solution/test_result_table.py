@@ -85,3 +85,47 @@ def test_forces_that_nothing_determines_are_marked():
     assert table["A.angle"].unique is True
     assert columns["A.unique"].tolist() == [0.0]
     assert not any(name.endswith(".unique") for name in run_of("norton_fourbar").columns())
+
+
+#: Units of results by quantity, each another than that of SI.
+CHOSEN = {
+    "length": "mm", "time": "ms", "angle": "deg", "speed": "rpm", "velocity": "cm/s",
+    "force": "kN", "torque": "N*mm", "power": "kW", "acceleration": "mm/s^2",
+    "angular acceleration": "deg/s^2",
+}  # fmt: skip
+
+
+def _numbers(tree, path=()):
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            yield from _numbers(value, (*path, key))
+    elif isinstance(tree, list):
+        for value in tree:
+            yield from _numbers(value, path)
+    elif isinstance(tree, float):
+        yield path, tree
+
+
+def test_chosen_units_are_those_of_all_data_and_of_their_head():
+    machine = mbody.gallery.load("stick_slip")
+    plain = mbody.simulate(machine, 2.0, instants=9).data()
+    machine.output_units = CHOSEN
+    found = mbody.simulate(machine, 2.0, instants=9).data()
+    dimensions = {
+        "x": "length", "y": "length", "angle": "angle", "vx": "velocity", "vy": "velocity",
+        "omega": "angular velocity", "ax": "acceleration", "ay": "acceleration",
+        "alpha": "angular acceleration", "fx": "force", "fy": "force", "torque": "torque",
+        "t": "time",
+    }  # fmt: skip
+    by_group = {"energy": "torque", "losses": "power", "contacts": "force"}
+    seen = set()
+    for (path, one), (other, value) in zip(_numbers(plain), _numbers(found), strict=True):
+        assert path == other
+        dimension = by_group.get(path[0]) or dimensions.get(path[-1])
+        if dimension is None or path[0] in ("checks", "stats"):
+            continue
+        units = plain["units"][dimension], found["units"][dimension]
+        exact = convert(one, *(unit.replace("·", "*") for unit in units))
+        assert value == pytest.approx(exact, rel=1e-14, abs=1e-300), path
+        seen.add(dimension)
+    assert seen >= {"length", "velocity", "acceleration", "force", "torque", "power", "time"}
