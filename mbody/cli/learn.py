@@ -164,7 +164,6 @@ def explain(args: Any) -> int:
 
 def exercise(args: Any) -> int:
     """Print the sheet, and write its figures and the key."""
-    from mbody.files.model import in_units
     from mbody.files.writing import writing
     from mbody.teaching.exercises import exercises
 
@@ -177,7 +176,7 @@ def exercise(args: Any) -> int:
 
     def make(values: Mapping[str, str]) -> Mechanism:
         machine = option_values.model_in(path, {**fixed, **values})
-        return in_units(machine, args.units) if args.units else machine
+        return option_values.in_units_of(machine, args.units) if args.units else machine
 
     count, seed = (
         option_values.whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed")

@@ -129,10 +129,27 @@ def _refused(option: str, text: str) -> UsageError:
 
 def model_of(args: Any) -> Mechanism:
     """The mechanism that the arguments name."""
+    mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
+    return in_units_of(mechanism, args.units) if args.units else mechanism
+
+
+def in_units_of(mechanism: Mechanism, text: str) -> Mechanism:
+    """The mechanism with results in other units: of ``--units``, a unit system, or units of
+    quantities, or both, as in ``SI,power=kW``.
+    """
     from mbody.files.model import in_units
 
-    mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
-    return in_units(mechanism, args.units) if args.units else mechanism
+    parts = [part.strip() for part in text.split(",")]
+    systems = [part for part in parts if "=" not in part]
+    if len(systems) > 1 or "" in parts:
+        raise UsageError(
+            "--units takes one unit system, units of quantities, or both, as in 'SI', "
+            f"'mass=kg,power=W' or 'SI,power=kW', not {text[:60]!r}"
+        )
+    chosen = named_values([part for part in parts if "=" in part], "--units")
+    made = in_units(mechanism, systems[0]) if systems else mechanism
+    made.output_units = mechanism.output_units | chosen
+    return made
 
 
 def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechanism:

@@ -16,6 +16,7 @@ from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.study import mean_over
+from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import (
     ROWS,
@@ -40,7 +41,6 @@ from mbody.summaries.text_table import (
     number,
     numbers,
     uniqueness_text,
-    unit_text,
 )
 from mbody.views.frame import MODES, mode_rows
 from mbody.views.free_bodies import MOST, draw_free_bodies, when

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.files.model.write import as_data
+from mbody.quantities.output_units import unit_text
 from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text, first_rows
 from mbody.summaries.analyses import constituents, counts, many
-from mbody.summaries.text_table import number, numbers, unit_text
+from mbody.summaries.text_table import number, numbers
 from mbody.views.drawing import draw
 from mbody.views.free_bodies import when
 

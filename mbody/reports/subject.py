@@ -19,8 +19,9 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.quantities.evaluate import place_in_turn
+from mbody.quantities.output_units import unit_text
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import force_floor, force_names, number, unit_text
+from mbody.summaries.text_table import force_floor, force_names, number
 from mbody.system.formula_rows import driver_states
 from mbody.views.free_bodies import force_peak
 from mbody.views.motions import cycle

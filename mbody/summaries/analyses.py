@@ -12,8 +12,8 @@ from mbody.model.element import listed
 from mbody.summaries.instant import measures
 from mbody.summaries.text_table import (
     Column,
-    angles,
     certified,
+    directions,
     even,
     force_floor,
     force_names,
@@ -21,8 +21,10 @@ from mbody.summaries.text_table import (
     number,
     numbers,
     paragraph,
+    quantities,
     table,
     title,
+    with_unit,
 )
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from mbody.analysis.linear.modes import Mode, Modes, ModesAt
     from mbody.model.coupling import Coupling
     from mbody.model.driver import Driver
+    from mbody.quantities.output_units import OutputUnits
 
 
 #: Free motions and joints that are shown.
@@ -181,15 +184,14 @@ def assemblies_summary(found: AssemblyModes) -> str:
 
 def circuits_summary(found: Circuits) -> str:
     """Assembly modes, circuits and dead centres as text."""
-    unit = found.mechanism.units.length
-    lines = _modes(found.modes, found)
-    angular = _angular(found.mechanism, found.driver)
+    units, lines = found.mechanism.shown, _modes(found.modes, found)
+    dimension = "angle" if _angular(found.mechanism, found.driver) else "length"
     rows = [
         (
             f"circuit {one.number}",
             ", ".join(map(str, one.modes)) or "none here",
             " | ".join(", ".join(map(str, branch)) for branch in one.branches),
-            _range(one, angular, unit),
+            _range(one, dimension, units),
         )
         for one in found
     ]
@@ -229,7 +231,7 @@ def closing_line(found: AssemblyModes) -> list[str]:
 
 def dead_centres_summary(found: DeadCentres) -> str:
     """Dead centres as text."""
-    lines = title(found.mechanism.name, f"dead centres of '{found.driver}'", found.mechanism.units)
+    lines = title(found.mechanism.name, f"dead centres of '{found.driver}'", found.mechanism.shown)
     lines += ["", *paragraph(_dead_centres(found))]
     if found.positions:
         values = [_dead_value(found, one.value) for one in found]
@@ -242,13 +244,14 @@ def dead_centres_summary(found: DeadCentres) -> str:
 def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     machine = found.mechanism
     where = " and ".join(_value(name, value, found) for name, value in found.at.items())
-    lines = title(machine.name, f"assemblies at {where}" if where else "assemblies", machine.units)
+    lines = title(machine.name, f"assemblies at {where}" if where else "assemblies", machine.shown)
     counted = f"{many(len(found), 'assembly mode')} at {where or 'rest'}"
     proof = "; it is proven that there are no more" if found.complete else ""
     if not len(found) and found.complete:
         proof = "; it is proven that the loops close nowhere there"
     if proof and found.within is not None:
-        proof += f" within displacements of {found.within:.4g} {machine.units.length}"
+        within = f"{machine.shown.converted(found.within, 'length'):.4g}"
+        proof += f" within displacements of {within} {machine.shown.of('length')}"
     lines += ["", *paragraph(counted + proof), ""]
     modes = list(found)[:LISTED_ASSEMBLY_MODES]
     names = [body.name for body in machine.bodies]
@@ -267,10 +270,10 @@ def _modes(found: AssemblyModes, circuits: Circuits | None) -> list[str]:
     floor = LENGTH_NONE * max((abs(part) for place in places for part in place[:2]), default=1.0)
     columns.append(Column("LINK", [name for _ in modes for name in names], text=True))
     for k, axis in enumerate("xy"):
-        cells = numbers([place[k] for place in places], floor) if places else []
-        columns.append(Column(axis, cells, machine.units.length))
-    columns.append(Column("angle", angles([place[2] for place in places]) if places else [], "deg"))
+        values = [place[k] for place in places]
+        columns += [quantities(axis, values, "length", machine.shown, floor)] if places else []
     if modes:
+        columns.append(directions("angle", [place[2] for place in places], machine.shown))
         lines += table(columns)
     if len(found) > LISTED_ASSEMBLY_MODES:
         lines.append(f"and {len(found) - LISTED_ASSEMBLY_MODES} more")
@@ -283,24 +286,27 @@ def _angular(machine: object, driver: str) -> bool:
 
 
 def _value(name: str, value: float, found: AssemblyModes) -> str:
-    if _angular(found.mechanism, name):
-        return f"{name} = {round(math.degrees(value), 9):.10g} deg"
-    return f"{name} = {value:.10g} {found.mechanism.units.length}"
+    units = found.mechanism.shown
+    dimension = "angle" if _angular(found.mechanism, name) else "length"
+    shown = float(units.converted(value, dimension))
+    return f"{name} = {round(shown, 9):.10g} {units.of(dimension)}"
 
 
-def _range(one: Circuit, angular: bool, unit: str) -> str:
+def _range(one: Circuit, dimension: str, units: OutputUnits) -> str:
     if one.full_turn:
         return "turns all the way round"
     if one.range is None:
         return "not followed to its end"
-    low, high = (math.degrees(x) if angular else x for x in one.range)
-    return f"{low:.6g} to {high:.6g} {'deg' if angular else unit}"
+    low, high = (units.converted(x, dimension) for x in one.range)
+    return f"{low:.6g} to {high:.6g} {units.of(dimension)}"
 
 
 def _dead_value(found: DeadCentres, value: float) -> str:
-    if found.angular:
+    units = found.mechanism.shown
+    if found.angular and units.of("angle") == "deg":
         return f"{math.degrees(value):.6f}°"
-    return f"{value:.9g} {found.mechanism.units.length}"
+    dimension = "angle" if found.angular else "length"
+    return f"{units.converted(value, dimension):.9g} {units.of(dimension)}"
 
 
 def _dead_centres(found: DeadCentres) -> str:
@@ -358,7 +364,8 @@ def _positions(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     one = all(len(e.motions) == 1 for e in listed_ones)
     leaders = {e.motions[0].leader for e in listed_ones}
     angular = all(e.motions[0].turns for e in listed_ones)
-    unit = found.units.of("torsion stiffness" if angular else "stiffness") if one else ""
+    units = listed_ones[0].solution.mechanism.shown
+    dimension = ("torsion stiffness" if angular else "stiffness") if one else "number"
     title = "stiffness" if one else "least stiffness"
     if one and len(leaders) == 1:
         title += f" of {leaders.pop()}"
@@ -366,7 +373,7 @@ def _positions(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     columns = [
         Column("REST", [str(n) for n in range(1, len(listed_ones) + 1)], text=True, whole=True),
         Column("", [e.stability for e in listed_ones], text=True, whole=True),
-        Column(title, numbers(least), unit),
+        quantities(title, least, dimension, units),
         Column("frequency", frequencies, f"rad/{found.units.time}"),
         Column("residual", [f"{e.residual:.1e}" if e.residual else "0" for e in listed_ones]),
     ]
@@ -386,13 +393,11 @@ def _bands(found: Equilibria) -> list[str]:
     poses = np.array([(np.nan,) * 3 if pose is None else pose for _, _, _, pose in rows])
     floor = PRINTED_NONE * float(np.nanmax(np.abs(poses[:, :2]), initial=0.0))
     ended = ~np.isnan(poses[:, 0])
-    places = [
-        [text if end else "" for text, end in zip(numbers(part, floor), ended)]
-        for part in poses[:, :2].T
-    ]
-    angle_texts = [
-        angles([angle])[0] if end else "no end" for angle, end in zip(poses[:, 2], ended)
-    ]
+    units = found[0].solution.mechanism.shown
+    x, y = (quantities(key, part, "length", units, floor) for key, part in zip("xy", poses.T))
+    turned = directions("angle", poses[:, 2], units)
+    for column, none in ((x, ""), (y, ""), (turned, "no end")):
+        column.cells = [text if end else none for text, end in zip(column.cells, ended)]
     inside = [", ".join(str(k + 1) for k in band.positions) for _, band, _, _ in rows]
     columns = [
         Column(
@@ -402,9 +407,7 @@ def _bands(found: Equilibria) -> list[str]:
             "", [str(n) if word == "from" else "" for n, _, word, _ in rows], text=True, whole=True
         ),
         Column("", [word for _, _, word, _ in rows], text=True, whole=True),
-        Column("angle", angle_texts, "deg"),
-        Column("x", places[0], found.units.length),
-        Column("y", places[1], found.units.length),
+        *(turned, x, y),
         Column(
             "rests",
             [text if row[2] == "from" else "" for text, row in zip(inside, rows, strict=True)],
@@ -425,13 +428,14 @@ def _links(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Mass centre and angle of every link at every equilibrium."""
     bodies = [body.name for body in listed_ones[0].solution.mechanism.bodies][:LISTED_EQUILIBRIA]
     rows = [(n, name, e[name]) for name in bodies for n, e in enumerate(listed_ones, 1)]
-    unit, floor = found.units.length, PRINTED_NONE * listed_ones[0].solution.system.length
+    first = listed_ones[0].solution
+    units, floor = first.mechanism.shown, PRINTED_NONE * first.system.length
     columns = [
         Column("LINK", [name if n == 1 else "" for n, name, _ in rows], text=True),
         Column("at", [str(n) for n, _, _ in rows], whole=True),
-        Column("angle", [angles(part.angle)[0] for _, _, part in rows], "deg"),
-        Column("x of G", numbers([part.x[0] for _, _, part in rows], floor), unit),
-        Column("y of G", numbers([part.y[0] for _, _, part in rows], floor), unit),
+        directions("angle", [part.angle[0] for _, _, part in rows], units),
+        quantities("x of G", [part.x[0] for _, _, part in rows], "length", units, floor),
+        quantities("y of G", [part.y[0] for _, _, part in rows], "length", units, floor),
     ]
     return table(columns)
 
@@ -439,7 +443,7 @@ def _links(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
 def _forces(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
     """Joint forces, and efforts of the fixed drivers and of couplings."""
     mechanism = listed_ones[0].solution.mechanism
-    names, unit = force_names(mechanism), found.units.of
+    names, units = force_names(mechanism), mechanism.shown
     floor = max(force_floor(e.solution) for e in listed_ones)
     cells: list[tuple[str, str, int, float, float]] = []
     for joint in mechanism.joints[:LISTED_EQUILIBRIA]:
@@ -454,17 +458,17 @@ def _forces(found: Equilibria, listed_ones: list[Equilibrium]) -> list[str]:
             Column("FORCE", [c[0] if c[2] == 1 else "" for c in cells], text=True, whole=True),
             Column("joint", [c[1] if c[2] == 1 else "" for c in cells], text=True),
             Column("at", [str(c[2]) for c in cells], whole=True),
-            Column("x", numbers([c[3] for c in cells], floor), unit("force")),
-            Column("y", numbers([c[4] for c in cells], floor), unit("force")),
-            Column("magnitude", numbers([np.hypot(*c[3:]) for c in cells], floor), unit("force")),
+            quantities("x", [c[3] for c in cells], "force", units, floor),
+            quantities("y", [c[4] for c in cells], "force", units, floor),
+            quantities("magnitude", [np.hypot(*c[3:]) for c in cells], "force", units, floor),
         ]
     )
     elements: tuple[Driver | Coupling, ...] = (*mechanism.drivers, *mechanism.couplings)
     for element in elements:
         efforts = [float(e.solution.effort(element.name)[0]) for e in listed_ones]
-        what = unit(element.effort_dimension)
-        row = ", ".join(number(effort) for effort in efforts)
-        lines += paragraph(f"{row} {what}", f"effort of {element.name}   ")
+        what = element.effort_dimension
+        row = ", ".join(number(one) for one in units.converted(np.array(efforts), what))
+        lines += paragraph(f"{row} {units.of(what)}", f"effort of {element.name}   ")
     return lines
 
 
@@ -497,19 +501,19 @@ def curve_summary(curve: EquilibriumCurve) -> str:
     columns += [column for name in bodies for column in _moving(curve, name, rows)]
     columns.append(Column("onward", onward, text=True, whole=True))
     about = f"rest positions along {curve.parameter}: {len(curve)} points"
-    lines = [*title(machine.name, about, machine.units), "", *table(columns)]
+    lines = [*title(machine.name, about, machine.shown), "", *table(columns)]
     return "\n".join(even([*lines, *noted(curve.notes)]))
 
 
 def _moving(curve: EquilibriumCurve, name: str, rows: list[int]) -> list[Column]:
     """The angle of a link, or of one that does not turn the coordinates that change."""
-    history, unit = curve[name], curve.solution.mechanism.units.length
+    history, units = curve[name], curve.solution.mechanism.shown
     length = curve.solution.system.length
     if np.ptp(history.angle) > PRINTED_NONE:
-        return [Column(name, angles(history.angle[rows]), "deg")]
+        return [directions(name, history.angle[rows], units)]
     parts = {"x": history.x, "y": history.y}
     return [
-        Column(f"{key} of {name}", numbers(part[rows], PRINTED_NONE * length), unit)
+        quantities(f"{key} of {name}", part[rows], "length", units, PRINTED_NONE * length)
         for key, part in parts.items()
         if np.ptp(part) > PRINTED_NONE * length
     ]
@@ -547,8 +551,8 @@ def modes_summary(found: Modes) -> str:
 
 def _where(one: ModesAt) -> str:
     """The position by its leaders: their angles, or places of what slides."""
-    solution, words = one.linear.solution, []
-    length = solution.mechanism.units.length
+    solution, words = one.linear.solution, list[str]()
+    units = solution.mechanism.shown
     leaders = {motion.leader: motion for motion in reversed(one.linear.motions)}
     motions = sorted(leaders.values(), key=one.linear.motions.index)
     for motion in motions[:LEADERS]:
@@ -559,7 +563,8 @@ def _where(one: ModesAt) -> str:
         else:
             floor = PRINTED_NONE * solution.system.length
             x, y = (0.0 if abs(part[-1]) <= floor else float(part[-1]) for part in (body.x, body.y))
-            words.append(f"{name} ({number(x)}, {number(y)}) {length}")
+            at = (number(units.converted(part, "length")) for part in (x, y))
+            words.append(f"{name} ({', '.join(at)}) {units.of('length')}")
     more = len(motions) - LEADERS
     return ", ".join(words) + (f" and {more} more" if more > 0 else "")
 
@@ -674,15 +679,15 @@ def _answer_lines(found: AnswerCase, title: str) -> list[str]:
 
 def _joints(found: AnswerCase) -> list[str]:
     run = found.run
-    unit = run.mechanism.units.of("force")
+    units = run.mechanism.shown
     reactions = [run.reaction(joint.name) for joint in run.mechanism.joints]
     x, y = (np.array([getattr(r, key)[-1] for r in reactions]) for key in ("fx", "fy"))
     floor = PRINTED_NONE * float(np.hypot(x, y).max(initial=0.0))
     return table(
         [
             Column("FORCES", [r.joint for r in reactions], text=True),
-            Column("x", numbers(x, floor), unit),
-            Column("y", numbers(y, floor), unit),
+            quantities("x", x, "force", units, floor),
+            quantities("y", y, "force", units, floor),
             Column("i on j", [f"{r.by} on {r.on}" for r in reactions], text=True),
         ]
     )
@@ -702,12 +707,11 @@ def transmission_summary(found: Transmission) -> str:
     >>> print(transmission_summary(mbody.transmission(run, output="rocker")).splitlines()[3])
     least transmission angle 52.831° at 'B', where 'motor' = 180 deg
     """
-    unit = found.mechanism.units.length
+    units, dimension = found.mechanism.shown, "angle" if found.angular else "length"
     words = f"transmission from '{found.driver}' to '{found.output}'"
-    lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
+    lines = [*title(found.mechanism.name, words, found.mechanism.shown), ""]
     if found.least is not None:
-        x = found.least.driver
-        where = f"{math.degrees(x):.6g} deg" if found.angular else f"{x:.6g} {unit}"
+        where = with_unit(found.least.driver, dimension, units)
         lines += paragraph(
             f"least transmission angle {math.degrees(found.least.value):.3f}° at '{found.joint}', "
             f"where '{found.driver}' = {where}"
@@ -722,9 +726,8 @@ def transmission_summary(found: Transmission) -> str:
         }
     )
     kept = [k for k in kept if k <= last]
-    value = np.degrees(found.driver_value) if found.angular else found.driver_value
     columns = [
-        Column(found.driver, numbers(value[kept]), "deg" if found.angular else unit),
+        quantities(found.driver, found.driver_value[kept], dimension, units),
         Column("transmission angle", _cells(np.degrees(found.angle[kept])), "deg"),
         Column("pressure angle", _cells(np.degrees(found.pressure_angle[kept])), "deg"),
         Column("velocity ratio", _cells(found.velocity_ratio[kept])),
@@ -756,7 +759,7 @@ def crosscheck_summary(report: Any) -> str:
     run = report.run
     instants = f"{len(run)} instants" if len(run) > 1 else "1 instant"
     about = f"cross-check of {run.analysis}, {instants}"
-    lines = title(run.mechanism.name, about, run.mechanism.units)
+    lines = title(run.mechanism.name, about, run.mechanism.shown)
     for name, result in report.opinions.items():
         lines += ["", *_engine_lines(name, result)]
     verdict = "all agree"

@@ -14,6 +14,7 @@ from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.model.element import AuxiliaryState
 from mbody.model.study import Measure, in_time, mean_weights, outermost
+from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import auxiliary_history, reported_states
 from mbody.solution.measures import found_by, measured
@@ -23,10 +24,11 @@ from mbody.summaries.text_table import (
     Column,
     acceleration_scale,
     angles,
+    beside,
     closing,
     cut,
+    directions,
     even,
-    everyday,
     force_floor,
     force_names,
     heading,
@@ -35,14 +37,19 @@ from mbody.summaries.text_table import (
     number,
     numbers,
     paragraph,
-    polars,
+    quantities,
     table,
     there,
     torque_cells,
+    turned,
     uniqueness_text,
+    vectors,
+    with_unit,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from mbody.model.element import Element
     from mbody.solution.friction_results import Efficiency
     from mbody.solution.solution import Solution
@@ -60,7 +67,7 @@ def contacts(solution: Solution) -> list[str]:
         return []
     machine = solution.mechanism
     pressing = {one.name: one.quantities()["contact"] for one in machine.contacts}
-    names, unit = list(modes), machine.units.of
+    names, units = list(modes), machine.shown
     driven = solution.analysis != "simulate"
     if driven:  # its frictional joints are in a table of their own
         names = [name for name in names if name in pressing]
@@ -78,29 +85,30 @@ def contacts(solution: Solution) -> list[str]:
     if solution.energy is not None:
         lost |= {n: float(part[-1]) for n, part in solution.energy.lost.items() if n in lost}
     kinds = [
-        ("greatest press", "force", numbers(np.array(most), floor)),
-        ("torque", "torque", numbers(np.array(most), floor * solution.system.length)),
+        quantities("greatest press", most, "force", units, floor),
+        quantities("torque", most, "torque", units, floor * solution.system.length),
     ]
     if "torque" not in pressing.values():
         kinds.pop()
     columns = [Column("CONTACTS", names, text=True)]
     if not driven:
         columns.append(Column("impacts", [str(n) if n else "" for n in strikes]))
-    columns += [
-        Column(title, _of_kind(cells, names, pressing, kind), unit(kind))
-        for title, kind, cells in kinds
-    ]
+    for column, kind in zip(kinds, ("force", "torque"), strict=False):
+        column.cells = _of_kind(column.cells, names, pressing, kind)
+    columns += kinds
     if driven:
         return table([*columns, Column("", texts, text=True, whole=True)])
     columns += [
-        Column("took", numbers(np.array([lost[n] for n in names])), unit("torque")),
+        quantities("took", [lost[n] for n in names], "torque", units),
         Column("at the end", [str(modes[n][-1]) for n in names], text=True),
         Column("between", [_between(solution, n) for n in names], text=True, whole=True),
     ]
     return table(columns)
 
 
-def _of_kind(cells: list[str], names: list[str], pressing: dict[str, str], kind: str) -> list[str]:
+def _of_kind(
+    cells: Sequence[str], names: list[str], pressing: dict[str, str], kind: str
+) -> list[str]:
     """The cells of what presses with that, a force or a torque."""
     return [
         cell if pressing.get(name, "force") == kind else ""
@@ -123,7 +131,7 @@ def couplings(solution: Solution) -> list[str]:
     lines: list[str] = []
     if not solution.has_forces:
         return lines
-    unit, floor = solution.mechanism.units.of, force_floor(solution)
+    units, floor = solution.mechanism.shown, force_floor(solution)
     for kind in ("torque", "force"):
         chosen = [c for c in solution.mechanism.couplings if c.effort_dimension == kind]
         if not chosen:
@@ -132,11 +140,11 @@ def couplings(solution: Solution) -> list[str]:
         least = floor * (solution.system.length if kind == "torque" else 1.0)
         columns = [Column("COUPLINGS", [coupling.name for coupling in chosen], text=True)]
         if efforts[0].size == 1:
-            columns.append(Column(kind, numbers(np.concatenate(efforts), least), unit(kind)))
+            columns.append(quantities(kind, np.concatenate(efforts), kind, units, least))
         else:
             ends = np.array([(there(effort).min(), there(effort).max()) for effort in efforts]).T
-            columns.append(Column(f"least {kind}", numbers(ends[0], least), unit(kind)))
-            columns.append(Column("greatest", numbers(ends[1], least), unit(kind)))
+            columns.append(quantities(f"least {kind}", ends[0], kind, units, least))
+            columns.append(quantities("greatest", ends[1], kind, units, least))
         bodies = [", ".join(coupling.bodies) for coupling in chosen]
         columns.append(Column("between", bodies, text=True, whole=True))
         lines += [*([""] if lines else []), *table(columns)]
@@ -164,17 +172,16 @@ def friction(solution: Solution) -> list[list[str]]:
 
 def efficiency_line(solution: Solution, output: str, found: Efficiency) -> str:
     """The account of work of a motion."""
-    unit = solution.mechanism.units.of("torque")
-    given, useful, lost = (number(x) for x in (found.given, found.useful, found.lost))
+    units = solution.mechanism.shown
+    given, useful = (number(units.converted(x, "torque")) for x in (found.given, found.useful))
     return (
         f"EFFICIENCY   {found.value:.6g} of '{output}': given {given}, useful {useful}, lost in "
-        f"joints {lost} {unit}"
+        f"joints {with_unit(found.lost, 'torque', units)}"
     )
 
 
 def _losses(solution: Solution) -> list[str]:
-    units = solution.mechanism.units
-    unit = units.of("power")
+    units = solution.mechanism.shown
     names = list(solution.losses)
     losses = np.array([solution.losses[name] for name in names]).reshape(len(names), -1)
     if losses.shape[1] == 1:
@@ -184,8 +191,7 @@ def _losses(solution: Solution) -> list[str]:
         return table(
             [
                 Column("FRICTION", names, text=True),
-                Column("loss", numbers(power, least), unit),
-                *everyday(units, "power", power, least),
+                quantities("loss", power, "power", units, least),
                 Column("", modes, text=True),
             ]
         )
@@ -196,10 +202,8 @@ def _losses(solution: Solution) -> list[str]:
     return table(
         [
             Column("FRICTION", names, text=True),
-            Column("peak loss", numbers(peak, floor), unit),
-            *everyday(units, "power", peak, floor),
-            Column("mean of the instants", numbers(mean, floor), unit),
-            *everyday(units, "power", mean, floor),
+            quantities("peak loss", peak, "power", units, floor),
+            quantities("mean of the instants", mean, "power", units, floor),
         ]
     )
 
@@ -211,18 +215,18 @@ def _bands(solution: Solution) -> list[str]:
         limits = solution.range(driver.name)
         open_at = (limits.low != limits.high) & ~np.isnan(limits.low)
         if open_at.any():
-            unit = solution.mechanism.units.of(driver.effort_dimension)
-            ends = limits.low[open_at].min(), limits.high[open_at].max()
-            found.append((driver.name, *ends, unit))
+            units, kind = solution.mechanism.shown, driver.effort_dimension
+            ends = [limits.low[open_at].min(), limits.high[open_at].max()]
+            found.append((driver.name, *units.converted(np.array(ends), kind), units.of(kind)))
     if not found:
         return []
-    names, low, high, units = zip(*found, strict=True)
+    names, low, high, symbols = zip(*found, strict=True)
     return table(
         [
             Column("AT REST", list(names), text=True),
             Column("from", _ends(low)),
             Column("to", _ends(high)),
-            Column("unit", list(units), text=True),
+            Column("unit", list(symbols), text=True),
         ]
     )
 
@@ -295,9 +299,10 @@ def measures(solution: Solution) -> list[str]:
                 cells[key].append("")
             continue
         values, dimension, unit = measured(solution, measure)
-        if dimension == DIMENSIONS["angle"] and not measure.unit:
-            values, unit = np.degrees(values), "deg"
         values = _cleared(solution, measure, values)
+        if not measure.unit:
+            units = solution.mechanism.shown
+            values, unit = units.converted(values, dimension), units.of(dimension)
         extremes = (
             number(np.fmin.reduce(values, axis=None)),
             number(np.fmax.reduce(values, axis=None)),
@@ -333,17 +338,16 @@ def points(solution: Solution) -> list[str]:
         np.array([getattr(one, key)[0] for one in found])
         for key in ("x", "y", "vx", "vy", "ax", "ay")
     )
-    unit, length = solution.mechanism.units.of, solution.system.length
+    units, length = solution.mechanism.shown, solution.system.length
     acceleration = acceleration_scale(solution)
+    rate = PRINTED_NONE * float(np.sqrt(acceleration)) * length
     lines = table(
         [
             Column("POINTS", names[:LISTED_POINTS], text=True),
-            Column("x", numbers(x, PRINTED_NONE * length), unit("length")),
-            Column("y", numbers(y, PRINTED_NONE * length), unit("length")),
-            Column(
-                "v", polars(vx, vy, PRINTED_NONE * np.sqrt(acceleration) * length), unit("velocity")
-            ),
-            Column("a", polars(ax, ay, PRINTED_NONE * acceleration * length), unit("acceleration")),
+            quantities("x", x, "length", units, PRINTED_NONE * length),
+            quantities("y", y, "length", units, PRINTED_NONE * length),
+            vectors("v", vx, vy, "velocity", units, rate),
+            vectors("a", ax, ay, "acceleration", units, PRINTED_NONE * acceleration * length),
         ]
     )
     more = len(names) - LISTED_POINTS
@@ -381,10 +385,9 @@ def _table(solution: Solution, title: str, own: Any, more: list[Column]) -> list
     least, greatest, units = [], [], []
     for one in own:
         values, unit = auxiliary_history(solution, one.name), ""
-        if one.dimension == DIMENSIONS["angle"]:
-            values, unit = np.degrees(values), "deg"
-        elif one.dimension is not None:
-            unit = solution.mechanism.units.of(one.dimension)
+        if one.dimension is not None:
+            shown = solution.mechanism.shown
+            values, unit = shown.converted(values, one.dimension), shown.of(one.dimension)
         least.append(number(np.fmin.reduce(values)))
         greatest.append(number(np.fmax.reduce(values)))
         units.append(unit)
@@ -423,7 +426,7 @@ def few_instants(solution: Solution) -> list[str]:
         return []
     rows = _Rows(solution)
     if np.ptp(solution.t) > 0.0:
-        rows.add("t", rows.unit("time"), solution.t)
+        rows.quantity("t", solution.t, "time")
     rows.drivers()
     if len(solution.mechanism.bodies) <= LINKS:
         rows.links()
@@ -438,7 +441,7 @@ class _Rows:
     def __init__(self, solution: Solution) -> None:
         self.solution = solution
         self.mechanism = solution.mechanism
-        self.unit = self.mechanism.units.of
+        self.shown = self.mechanism.shown
         self.names: list[str] = []
         self.units: list[str] = []
         self.cells: list[list[str]] = []
@@ -463,6 +466,12 @@ class _Rows:
         half = (len(columns) + 1) // 2
         return [*table([*head, *columns[:half]]), "", *table([*head, *columns[half:]])]
 
+    def quantity(self, name: str, values: Array, dimension: str, floor: float = 0.0) -> None:
+        """A row of values and a floor in units of the model."""
+        units = self.shown
+        floor /= units.size(dimension)
+        self.add(name, units.of(dimension), units.converted(values, dimension), floor)
+
     def add(self, name: str, unit: str, values: Array, floor: float = 0.0) -> None:
         cells = numbers(values, floor)
         there = np.isfinite(values)
@@ -478,39 +487,37 @@ class _Rows:
         states = self.solution.drive_states
         for n, driver in enumerate(self.mechanism.drivers):
             if states is not None and not driver.angular:
-                self.add(driver.name, self.unit("length"), states[:, n, 0])
+                self.quantity(driver.name, states[:, n, 0], "length")
             if not self.solution.has_forces:
                 continue
             effort = self.solution.effort(driver.name)
             kind = "torque" if driver.angular else "force"
             floor = self.floor * (self.solution.system.length if driver.angular else 1.0)
-            self.add(f"{driver.name} {kind}", self.unit(kind), effort, floor)
+            self.quantity(f"{driver.name} {kind}", effort, kind, floor)
             if states is None or self.solution.analysis == "statics":
                 continue
             rate = states[:, n, 1]
             power, least = effort * rate, floor * float(np.abs(rate).max())
-            self.add(f"{driver.name} power", self.unit("power"), power, least)
-            other = self.mechanism.units.everyday("power")
-            if other is not None:
-                self.add("", other[0], power * other[1], least * other[1])
+            self.quantity(f"{driver.name} power", power, "power", least)
 
     def links(self) -> None:
         """Angles of the links, and their rates."""
         for body in self.mechanism.bodies:
             history = self.solution[body.name]
-            self._row(f"{body.name} angle", "deg", angles(history.angle))
+            self._turned(f"{body.name} angle", history.angle)
             if self.solution.analysis == "statics":
                 continue
             floor = PRINTED_NONE * float(np.sqrt(self.acceleration))
-            self.add(f"{body.name} ω", self.unit("angular velocity"), history.omega, floor)
+            self.quantity(f"{body.name} ω", history.omega, "angular velocity", floor)
             if self.solution.analysis != "close_loops":
-                kind = "angular acceleration"
-                self.add(
-                    f"{body.name} α",
-                    self.unit(kind),
-                    history.alpha,
-                    PRINTED_NONE * self.acceleration,
-                )
+                floor = PRINTED_NONE * self.acceleration
+                self.quantity(f"{body.name} α", history.alpha, "angular acceleration", floor)
+
+    def _turned(self, name: str, angle: Array, there: Array | bool = True) -> None:
+        """A row of angles, where there are some."""
+        seen = np.broadcast_to(there, angle.shape)
+        cells = zip(angles(angle, self.shown), seen, strict=True)
+        self._row(name, self.shown.of("angle"), [cell if one else "" for cell, one in cells])
 
     def joints(self) -> None:
         """Forces at the joints: magnitude and direction."""
@@ -521,12 +528,10 @@ class _Rows:
             name, on = names[joint.name]
             reaction = self.solution.reaction(joint.name, on)
             label = name if name.endswith(joint.name) else f"{name}, {joint.name}"
-            self.add(label, self.unit("force"), reaction.magnitude, self.floor)
+            self.quantity(label, reaction.magnitude, "force", self.floor)
             there = reaction.magnitude > self.floor
             x, y = (np.where(np.abs(c) > self.floor, c, 0.0) for c in (reaction.fx, reaction.fy))
-            directions = angles(np.arctan2(y, x))
-            cells = [cell if seen else "" for cell, seen in zip(directions, there, strict=True)]
-            self._row("", "deg", cells)
+            self._turned("", np.arctan2(y, x), there)
 
     def measures(self) -> None:
         """The measures of the model that change from instant to instant."""
@@ -534,8 +539,8 @@ class _Rows:
             if measure.by or not found_by(self.solution, measure):
                 continue
             values, dimension, unit = measured(self.solution, measure)
-            if dimension == DIMENSIONS["angle"] and not measure.unit:
-                values, unit = np.degrees(values), "deg"
+            if not measure.unit:
+                values, unit = self.shown.converted(values, dimension), self.shown.of(dimension)
             finite = np.abs(values[np.isfinite(values)])
             self.add(name, unit, values, PRINTED_NONE * float(finite.max(initial=0.0)))
 
@@ -549,7 +554,7 @@ class _Summary:
     def __init__(self, solution: Solution) -> None:
         self.solution = solution
         self.mechanism = solution.mechanism
-        self.unit = self.mechanism.units.of
+        self.units = self.mechanism.shown
         self.batch = solution.record.batch
         self.names = force_names(self.mechanism)
         self.states = solution.drive_states
@@ -574,7 +579,7 @@ class _Summary:
         return lines + closing(self.solution, residuals=not self.batch)
 
     def _when(self) -> str:
-        t, unit = self.solution.t, self.unit("time")
+        t, unit = self.units.converted(self.solution.t, "time"), self.units.of("time")
         count = len(t)
         when = f"at {count} instants" if count > 1 else "at one instant"
         if self.batch:
@@ -594,14 +599,14 @@ class _Summary:
             design = [str(k // len(self.solution)) for k in at]
             columns.append(Column("design", design))
         if self.spans:
-            columns.append(Column("at t", numbers(self.solution.t[instant]), self.unit("time")))
+            columns.append(quantities("at t", self.solution.t[instant], "time", self.units))
         if self.states is not None and self.states.shape[1]:
             driver = self.mechanism.drivers[0]
             value, title = self.states[instant, 0, 0], f"at {cut(driver.name, 12)}"
             if driver.angular:
-                columns.append(Column(title, angles(value), "deg"))
+                columns.append(directions(title, value, self.units))
             else:
-                columns.append(Column(title, numbers(value), self.unit("length")))
+                columns.append(quantities(title, value, "length", self.units))
         elif len(self.solution) > 1 and not self.spans:
             columns.append(Column("at instant", [str(k) for k in instant]))
         return columns
@@ -610,12 +615,10 @@ class _Summary:
 
     def _links(self) -> list[str]:
         bodies = [self.solution[body.name] for body in self.mechanism.bodies]
-        unit = self.unit
+        units = self.units
         columns = [Column("LINKS", link_names(self.mechanism)[1:], text=True)]
-        ends = [(np.degrees(body.angle.min()), np.degrees(body.angle.max())) for body in bodies]
-        low, high = ([f"{round(end[k], 3) + 0.0:.3f}" for end in ends] for k in (0, 1))
-        columns.append(Column("angle from", low, "deg"))
-        columns.append(Column("to", high, "deg"))
+        columns.append(turned("angle from", [body.angle.min() for body in bodies], units))
+        columns.append(turned("to", [body.angle.max() for body in bodies], units))
         if self.moves:
             omega, alpha = (
                 np.array([np.abs(getattr(body, key)).max() for body in bodies])
@@ -625,22 +628,13 @@ class _Summary:
             rate = np.array([np.hypot(body.ax, body.ay).max() for body in bodies])
             acceleration, length = acceleration_scale(self.solution), self.solution.system.length
             columns += [
-                Column(
-                    "peak ω",
-                    numbers(omega, PRINTED_NONE * np.sqrt(acceleration)),
-                    unit("angular velocity"),
-                ),
-                Column(
-                    "peak α",
-                    numbers(alpha, PRINTED_NONE * acceleration),
-                    unit("angular acceleration"),
-                ),
-                Column("peak v_G", numbers(speed, PRINTED_NONE * speed.max()), unit("velocity")),
-                Column(
-                    "peak a_G",
-                    numbers(rate, PRINTED_NONE * acceleration * length),
-                    unit("acceleration"),
-                ),
+                quantities(title, values, dimension, units, PRINTED_NONE * least)
+                for title, values, dimension, least in (
+                    ("peak ω", omega, "angular velocity", np.sqrt(acceleration)),
+                    ("peak α", alpha, "angular acceleration", acceleration),
+                    ("peak v_G", speed, "velocity", speed.max()),
+                    ("peak a_G", rate, "acceleration", acceleration * length),
+                )
             ]
         return table(columns)
 
@@ -663,9 +657,9 @@ class _Summary:
         lines = table(
             [
                 Column("PEAK FORCES", [name for name, *_ in found], text=True),
-                Column("magnitude @ dir.", polars(x, y, floor), self.unit("force")),
+                vectors("magnitude @ dir.", x, y, "force", self.units, floor),
                 *self._places(at),
-                Column("peak torque", torques, self.unit("torque")),
+                Column("peak torque", torques, self.units.of("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
                 Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
@@ -682,7 +676,7 @@ class _Summary:
         weight = self._weights()
         mean = np.nansum((efforts * weight).reshape(len(chosen), -1), axis=1)
         square = np.nansum((efforts**2 * weight).reshape(len(chosen), -1), axis=1)
-        kind = self.unit("torque" if angular else "force")
+        units, kind = self.units, "torque" if angular else "force"
         floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
         columns = [
             Column(
@@ -691,10 +685,10 @@ class _Summary:
                 text=True,
             ),
             Column("driver", [d.name for d in chosen], text=True),
-            Column("least", numbers(np.fmin.reduce(flat, axis=1), floor), kind),
-            Column("greatest", numbers(np.fmax.reduce(flat, axis=1), floor), kind),
-            Column("mean", numbers(mean, floor), kind),
-            Column("rms", numbers(np.sqrt(square), floor), kind),
+            quantities("least", np.fmin.reduce(flat, axis=1), kind, units, floor),
+            quantities("greatest", np.fmax.reduce(flat, axis=1), kind, units, floor),
+            quantities("mean", mean, kind, units, floor),
+            quantities("rms", np.sqrt(square), kind, units, floor),
         ]
         if self.moves and self.states is not None:
             number_of = {driver.name: n for n, driver in enumerate(self.mechanism.drivers)}
@@ -702,8 +696,7 @@ class _Summary:
             rates = rates[:, None, :] if self.batch else rates
             power = np.fmax.reduce(np.abs(efforts * rates).reshape(len(chosen), -1), axis=1)
             least = floor * np.abs(rates).max()
-            columns.append(Column("peak power", numbers(power, least), self.unit("power")))
-            columns += everyday(self.mechanism.units, "power", power, least)
+            columns.append(quantities("peak power", power, "power", units, least))
         over = "time" if in_time(self.solution.t) else "the instants"
         return [*table(columns), f"mean and rms over {over}"]
 
@@ -738,7 +731,7 @@ class _Instant:
     def __init__(self, solution: Solution) -> None:
         self.solution = solution
         self.mechanism = solution.mechanism
-        self.unit = self.mechanism.units.of
+        self.units = self.mechanism.shown
         self.forces = solution.has_forces
         self.moves = solution.analysis != "statics"
         self.accelerates = self.moves and solution.analysis != "close_loops"
@@ -746,7 +739,7 @@ class _Instant:
         self.t = float(solution.t[0])
 
     def lines(self) -> list[str]:
-        when = f"at t = {number(self.t)} {self.unit('time')}"
+        when = f"at t = {with_unit(self.t, 'time', self.units)}"
         parts = [self._links(), points(self.solution) if self.accelerates else []]
         if self.forces:
             parts.append(self._joints())
@@ -772,7 +765,7 @@ class _Instant:
         return [np.array([getattr(body, key)[0] for body in bodies]) for key in keys]
 
     def _links(self) -> list[str]:
-        unit, acceleration = self.unit, acceleration_scale(self.solution)
+        units, acceleration = self.units, acceleration_scale(self.solution)
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         x, y, angle, omega, alpha, ax, ay = self._histories(
             "x", "y", "angle", "omega", "alpha", "ax", "ay"
@@ -780,29 +773,22 @@ class _Instant:
         length = self.solution.system.length
         columns = [
             Column("LINKS", link_names(self.mechanism), text=True),
-            Column("mass", ["", *numbers(mass[:, 0])], unit("mass")),
-            *self._kilograms(mass[:, 0]),
-            Column("I_G", ["", *numbers(mass[:, 2])], unit("inertia")),
+            quantities("mass", mass[:, 0], "mass", units, before=[""]),
+            quantities("I_G", mass[:, 2], "inertia", units, before=[""]),
         ]
         if not self.moves:
             rounding = PRINTED_NONE * length
-            columns.append(Column("x_G", ["", *numbers(x, rounding)], unit("length")))
-            columns.append(Column("y_G", ["", *numbers(y, rounding)], unit("length")))
-        columns.append(Column("angle", ["", *angles(angle)], "deg"))
+            columns.append(quantities("x_G", x, "length", units, rounding, [""]))
+            columns.append(quantities("y_G", y, "length", units, rounding, [""]))
+        columns.append(directions("angle", angle, units, [""]))
         if self.moves:
-            floor = PRINTED_NONE * np.sqrt(acceleration)
-            columns.append(Column("ω", ["", *numbers(omega, floor)], unit("angular velocity")))
+            floor = PRINTED_NONE * float(np.sqrt(acceleration))
+            columns.append(quantities("ω", omega, "angular velocity", units, floor, [""]))
         if self.accelerates:
-            alphas = numbers(alpha, PRINTED_NONE * acceleration)
-            columns.append(Column("α", ["", *alphas], unit("angular acceleration")))
-            vector = polars(ax, ay, PRINTED_NONE * acceleration * length)
-            columns.append(Column("a_G", ["", *vector], unit("acceleration")))
+            floor = PRINTED_NONE * acceleration
+            columns.append(quantities("α", alpha, "angular acceleration", units, floor, [""]))
+            columns.append(vectors("a_G", ax, ay, "acceleration", units, floor * length, [""]))
         return table(columns)
-
-    def _kilograms(self, mass: Array) -> list[Column]:
-        """The masses again where the unit of the system is not in everyday use."""
-        found = everyday(self.mechanism.units, "mass", mass)
-        return [Column(one.title, ["", *one.cells], one.unit) for one in found]
 
     def _joints(self) -> list[str]:
         found = []
@@ -813,15 +799,15 @@ class _Instant:
             return []
         x, y = (np.array([getattr(r, k)[0] for *_, r in found]) for k in ("fx", "fy"))
         torque = np.array([joint_torque(self.mechanism, r)[0] for *_, r in found])
-        floor, unit = force_floor(self.solution), self.unit("force")
+        floor, units = force_floor(self.solution), self.units
         torques = torque_cells(self.solution, torque, floor)
         lines = table(
             [
                 Column("FORCES", [name for name, *_ in found], text=True),
-                Column("x", numbers(x, floor), unit),
-                Column("y", numbers(y, floor), unit),
-                Column("magnitude @ dir.", polars(x, y, floor), unit),
-                Column("torque", torques, self.unit("torque")),
+                quantities("x", x, "force", units, floor),
+                quantities("y", y, "force", units, floor),
+                vectors("magnitude @ dir.", x, y, "force", units, floor),
+                Column("torque", torques, units.of("torque")),
                 Column("joint", [joint for _, joint, _ in found], text=True),
                 Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
                 Column("", [uniqueness_text(r) for *_, r in found], text=True, whole=True),
@@ -838,7 +824,7 @@ class _Instant:
         assert states is not None  # one motion has them
         value, rate, change = states[0, chosen].T
         names = [drivers[n].name for n in chosen]
-        unit, per = self.unit, "angular " if angular else ""
+        units, per = self.units, "angular " if angular else ""
         columns = [Column("driver" if self.forces else "DRIVERS", names, text=True)]
         if self.forces:
             titles = [self.names[name][0] for name in names]
@@ -847,20 +833,18 @@ class _Instant:
             kind = "torque" if angular else "force"
             floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
             effort = np.where(np.abs(effort) > floor, effort, 0.0)
-            columns.append(Column(kind, numbers(effort), unit(kind)))
+            columns.append(quantities(kind, effort, kind, units))
             if self.moves:
-                columns.append(Column("power", numbers(effort * rate), unit("power")))
-                columns += everyday(self.mechanism.units, "power", effort * rate)
+                columns.append(quantities("power", effort * rate, "power", units))
         if angular:
-            columns.append(
-                Column("angle", [f"{v + 0.0:.3f}" for v in np.degrees(value).round(3)], "deg")
-            )
+            columns.append(turned("angle", value, units))
         else:
-            columns.append(Column("length", numbers(value), unit("length")))
+            columns.append(quantities("length", value, "length", units))
         if self.moves:
-            columns.append(Column("rate", numbers(rate), unit(f"{per}velocity")))
+            columns.append(quantities("rate", rate, f"{per}velocity", units))
+            columns += beside(rate, f"{per}velocity", units)
         if self.accelerates:
-            columns.append(Column("acceleration", numbers(change), unit(f"{per}acceleration")))
+            columns.append(quantities("acceleration", change, f"{per}acceleration", units))
         return table(columns)
 
     def _inertia(self) -> list[str]:
@@ -869,16 +853,16 @@ class _Instant:
         mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
         if not mass.any():
             return []
-        unit, acceleration = self.unit, acceleration_scale(self.solution)
+        units, acceleration = self.units, acceleration_scale(self.solution)
         floor = PRINTED_NONE * mass[:, 0].max() * acceleration * self.solution.system.length
-        torques = numbers(torque, PRINTED_NONE * mass[:, 2].max() * acceleration)
+        least = PRINTED_NONE * mass[:, 2].max() * acceleration
         return table(
             [
                 Column("INERTIA", link_names(self.mechanism)[1:], text=True),
-                Column("-m a_Gx", numbers(x, floor), unit("force")),
-                Column("-m a_Gy", numbers(y, floor), unit("force")),
-                Column("magnitude @ dir.", polars(x, y, floor), unit("force")),
-                Column("-I_G α", torques, unit("torque")),
+                quantities("-m a_Gx", x, "force", units, floor),
+                quantities("-m a_Gy", y, "force", units, floor),
+                vectors("magnitude @ dir.", x, y, "force", units, floor),
+                quantities("-I_G α", torque, "torque", units, least),
             ]
         )
 
@@ -914,7 +898,20 @@ class _Instant:
         law = getattr(load, field)
         if isinstance(law, MeasuredFormula):
             return f"({law.text})"
-        return number(self._law(load, field))
+        dimension = type(load).__dataclass_fields__[field].metadata["law"]
+        return number(self._units_of(load).converted(self._law(load, field), dimension))
+
+    def unit(self, dimension: str) -> str:
+        """The unit of what `value` gives of the load whose line is written."""
+        return self.of_load.of(dimension)
+
+    def _units_of(self, load: Element) -> OutputUnits:
+        """Units of the numbers of a load: of one with formulas those of the model, in which they
+        are written.
+        """
+        given = (getattr(load, one.name) for one in dataclasses.fields(load))
+        written = any(isinstance(one, MeasuredFormula) for one in given)
+        return OutputUnits(self.mechanism.units) if written else self.units
 
     def degrees(self, load: Element, field: str) -> str:
         """An angle in degrees, as text."""
@@ -922,7 +919,8 @@ class _Instant:
 
     def _load(self, load: Any) -> str:
         """Line on a load at this instant, with its two bodies."""
-        values, unit = self.solution.system.values, self.unit
+        values = self.solution.system.values
+        self.of_load = units = self._units_of(load)
         line: str = load.line(self)
         if line:
             return line
@@ -931,9 +929,9 @@ class _Instant:
             name = f"{load.name}.{field.name}"
             if "dimension" in field.metadata and values.get(name):
                 dimension, label = field.metadata["dimension"], field.name.replace("_", " ")
-                words.append(f"{label} {number(values[name])} {unit(dimension)}")
+                words.append(f"{label} {with_unit(values[name], dimension, units)}")
             elif field.name == "value":
-                words.append(f"{self.value(load, 'value')} {unit(field.metadata['law'])}")
+                words.append(f"{self.value(load, 'value')} {units.of(field.metadata['law'])}")
             elif isinstance(measured := getattr(load, field.name), MeasuredFormula):
                 words.append(f"{field.name} {measured.text}")
             elif field.name == "law" and load.law is not None:
@@ -942,7 +940,7 @@ class _Instant:
                 constant = values.get(name)
                 label = f"{field.name} by a law"
                 if constant is not None:
-                    label = f"{field.name} {number(constant)} {unit(field.metadata['law'])}"
+                    label = f"{field.name} {with_unit(constant, field.metadata['law'], units)}"
                 if constant != 0.0:
                     words.append(label)
         by, on = load.bodies[0], load.bodies[-1]

@@ -15,6 +15,8 @@ import numpy as np
 
 from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.model.contact import Contact, Rope, joined
+from mbody.quantities.output_units import OutputUnits, read_by_people
+from mbody.quantities.units import DIMENSIONS
 from mbody.solution.contact_forces import acting_contacts
 
 if TYPE_CHECKING:
@@ -41,15 +43,6 @@ def there(values: Any) -> np.ndarray:
     array = np.asarray(values, dtype=float).reshape(-1)
     finite = np.isfinite(array)
     return array[finite] if finite.any() else array[:1]
-
-
-def unit_text(unit: str) -> str:
-    """A unit as it is printed: products with a dot, whether it was given with a star or a space.
-
-    >>> unit_text("lbf*in"), unit_text("lbf in"), unit_text("rad/s")
-    ('lbf·in', 'lbf·in', 'rad/s')
-    """
-    return re.sub(r"\s*\*\s*|\s+", "·", unit.strip())
 
 
 def numbers(values: Any, floor: float = 0.0) -> list[str]:
@@ -82,27 +75,33 @@ def number(value: float) -> str:
     return f"{float(value) + 0.0:.{DIGITS}g}"
 
 
-def angles(values: Any) -> list[str]:
-    """Angles [rad] as cells of a column, 0 … 360 deg.
+def angles(values: Any, units: OutputUnits | None = None) -> list[str]:
+    """Angles [rad] as cells of a column, 0 … 360 deg, or a turn in the unit that is shown.
 
     >>> angles([-1e-12, np.pi / 3])
     ['0.000', '60.000']
     """
-    degrees = np.degrees(np.atleast_1d(np.asarray(values, dtype=float)))
-    return [f"{round(angle % 360.0, 3) % 360.0:.3f}" for angle in degrees]
+    radians = np.atleast_1d(np.asarray(values, dtype=float))
+    if units is None or units.of("angle") == "deg":
+        return [f"{round(one % 360.0, 3) % 360.0:.3f}" for one in np.degrees(radians)]
+    turn = 2.0 * math.pi / units.size("angle")
+    places = max(0, DIGITS - 1 - math.floor(math.log10(turn)))
+    shown = (round(one % turn, places) % turn for one in radians / units.size("angle"))
+    return [f"{one:.{places}f}" for one in shown]
 
 
-def polars(x: Any, y: Any, floor: float = 0.0) -> list[str]:
+def polars(x: Any, y: Any, floor: float = 0.0, units: OutputUnits | None = None) -> list[str]:
     """Vectors as cells of a column, "magnitude @ direction"; one that is not above `floor` is 0.
 
     >>> polars([0.0, 3.0], [2.0, 0.0])
     ['2 @  90.000°', '3 @   0.000°']
     """
     x, y = np.atleast_1d(x), np.atleast_1d(y)
-    size = np.hypot(x, y)
-    directions = angles(np.arctan2(np.where(np.abs(y) <= floor, 0.0, y), x))
+    size, unit = np.hypot(x, y), "deg" if units is None else units.of("angle")
+    mark = "°" if unit == "deg" else f" {unit}"
+    directions = angles(np.arctan2(np.where(np.abs(y) <= floor, 0.0, y), x), units)
     return [
-        f"{cell} @ {direction:>7}°" if s > floor else f"{cell}{'':11}"
+        f"{cell} @ {direction:>7}{mark}" if s > floor else f"{cell}{'':10}{'':{len(mark)}}"
         for cell, direction, s in zip(numbers(size, floor), directions, size, strict=True)
     ]
 
@@ -122,6 +121,72 @@ class Column:
     def width(self) -> int:
         """Characters of the widest cell or heading."""
         return max(map(len, (self.title, self.unit, *self.cells)))
+
+
+def quantities(
+    title: str,
+    values: Any,
+    dimension: str,
+    units: OutputUnits,
+    floor: float = 0.0,
+    before: Sequence[str] = (),
+) -> Column:
+    """A column of values and a `floor` that are in units of the model, in those that are shown.
+
+    >>> from mbody.quantities.output_units import read_by_people
+    >>> from mbody.quantities.units import unit_system
+    >>> quantities("mass", [0.03], "mass", read_by_people(unit_system("mm-N-s")))
+    Column(title='mass', cells=['30'], unit='kg', text=False, whole=False)
+    """
+    shown = numbers(units.converted(values, dimension), floor / units.size(dimension))
+    return Column(title, [*before, *shown], units.of(dimension))
+
+
+def vectors(
+    title: str,
+    x: Any,
+    y: Any,
+    dimension: str,
+    units: OutputUnits,
+    floor: float = 0.0,
+    before: Sequence[str] = (),
+) -> Column:
+    """A column of vectors by magnitude and direction, as `quantities`."""
+    x, y = (units.converted(one, dimension) for one in (x, y))
+    cells = polars(x, y, floor / units.size(dimension), units)
+    return Column(title, [*before, *cells], units.of(dimension))
+
+
+def directions(title: str, values: Any, units: OutputUnits, before: Sequence[str] = ()) -> Column:
+    """A column of angles within one turn."""
+    return Column(title, [*before, *angles(values, units)], units.of("angle"))
+
+
+def turned(title: str, values: Any, units: OutputUnits) -> Column:
+    """A column of angles that may be more than a turn."""
+    if units.of("angle") != "deg":
+        return quantities(title, values, "angle", units)
+    degrees = np.degrees(np.atleast_1d(np.asarray(values, dtype=float)))
+    return Column(title, [f"{one + 0.0:.3f}" for one in degrees.round(3)], "deg")
+
+
+def with_unit(value: float, dimension: str, units: OutputUnits) -> str:
+    """One value in units of the model as text in the unit that is shown.
+
+    >>> from mbody.quantities.output_units import read_by_people
+    >>> from mbody.quantities.units import unit_system
+    >>> with_unit(np.pi / 6, "angle", read_by_people(unit_system("SI")))
+    '30 deg'
+    """
+    return f"{number(units.converted(value, dimension))} {units.of(dimension)}"
+
+
+def beside(values: Any, dimension: str, units: OutputUnits, floor: float = 0.0) -> list[Column]:
+    """The column of a quantity in the unit that is shown beside its own, where there is one."""
+    found = units.beside.get(DIMENSIONS[dimension])
+    if found is None:
+        return []
+    return [Column("", numbers(np.asarray(values) / found[1], floor / found[1]), found[0])]
 
 
 def table(columns: Iterable[Column]) -> list[str]:
@@ -284,24 +349,17 @@ def _exchanged(name: str) -> str:
     return re.sub(r"^([A-Z])\((\d+),(\d+)\)", r"\1(\3,\2)", name)
 
 
-def everyday(system: UnitSystem, dimension: str, values: Array, floor: float = 0.0) -> list[Column]:
-    """A column of the same values in kg or W, where the system has another unit of them."""
-    found = system.everyday(dimension)
-    if found is None:
-        return []
-    unit, ratio = found
-    return [Column("", numbers(values * ratio, floor * ratio), unit)]
-
-
 def heading(solution: Solution, when: str) -> list[str]:
     """Title; analysis, instants and units."""
     machine = solution.mechanism
-    return title(machine.name, f"{solution.analysis} {when}", machine.units)
+    return title(machine.name, f"{solution.analysis} {when}", machine.shown)
 
 
-def title(mechanism: str, words: str, units: UnitSystem) -> list[str]:
+def title(mechanism: str, words: str, units: OutputUnits | UnitSystem) -> list[str]:
     """Name of the mechanism; its analysis, and the units of all that follows."""
-    symbols = ", ".join((units.length, units.force, units.time, units.mass))
+    if not isinstance(units, OutputUnits):
+        units = read_by_people(units)
+    symbols = ", ".join(units.of(one) for one in ("length", "force", "time", "mass"))
     return [*paragraph(mechanism), *paragraph(f"{words}; units {units.name}: {symbols}")]
 
 
@@ -344,14 +402,16 @@ def certified(result: Any) -> list[str]:
 
 def _events(solution: Solution) -> list[str]:
     """Number of occurrences of each event, and the times of the first few."""
-    unit, lines = solution.mechanism.units.time, []
+    units, lines = solution.mechanism.shown, list[str]()
     for name in dict.fromkeys(_event_name(one) for one in solution.events):
-        times = [one.t for one in solution.events if _event_name(one) == name]
+        times = [
+            units.converted(one.t, "time") for one in solution.events if _event_name(one) == name
+        ]
         texts = ", ".join(f"{t:.6g}" for t in times[:LISTED_TIMES]) + (
             ", …" if len(times) > LISTED_TIMES else ""
         )
         many = f", {len(times)} times" if len(times) > 1 else ""
-        lines += paragraph(f"{name} at t = {texts} {unit}{many}", "EVENT   ")
+        lines += paragraph(f"{name} at t = {texts} {units.of('time')}{many}", "EVENT   ")
     return lines
 
 
@@ -412,7 +472,7 @@ def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:
     floor *= solution.system.length
     if not (np.abs(torque) > floor).any():
         return [""] * len(torque)
-    return numbers(torque, floor)
+    return list(quantities("", torque, "torque", solution.mechanism.shown, floor).cells)
 
 
 def joint_torque(mechanism: Mechanism, reaction: Reaction) -> Array:

@@ -14,11 +14,12 @@ from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
 from mbody.model.study import measure_named
+from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Place, moved
 from mbody.solution.measures import found_by, measured
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import force_floor, force_names, unit_text
+from mbody.summaries.text_table import force_floor, force_names
 from mbody.views.acting import notation
 from mbody.views.frame import mode_rows
 from mbody.views.friction_symbols import contact_arrows, line_of_action, sign_history

@@ -13,10 +13,11 @@ from mbody.core.tolerances import DRAWN_CONSTANT, DRAWN_SERIES_SAME
 from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
+from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 from mbody.solution.histories import one_design
 from mbody.solution.measures import found_by, measured
-from mbody.summaries.text_table import cut, unit_text
+from mbody.summaries.text_table import cut
 from mbody.views.frame import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.labels import extent
 from mbody.views.motions import one_way

@@ -101,7 +101,9 @@ def test_the_summary_of_norton(norton):
     assert list(forces) == ["F12", "F32", "F43", "F14"]
     assert forces["F12"][:5] == ["-117.560", "-107.459", "159.272", "@", "222.430°"]
     assert forces["F32"][5:] == ["A", "coupler", "on", "crank"]
-    assert rows(text, "DRIVERS") == {"T12": ["motor", "243.238", "6080.94", "60.000", "25", "-40"]}
+    assert rows(text, "DRIVERS") == {
+        "T12": ["motor", "243.238", "6080.94", "60.000", "25", "238.732", "-40"]
+    }
     inertia = rows(text, "INERTIA")
     assert float(inertia["4"][-1]) == pytest.approx(-0.8 * 276.289, abs=1e-3)
     loads = rows(text, "LOADS")
