@@ -148,21 +148,21 @@ presentation.register(
     EquilibriumCurve="mbody.summaries.analyses:curve_summary",
     Mobility="mbody.summaries.analyses:mobility_summary",
     Modes="mbody.summaries.analyses:modes_summary",
+    Presented="mbody.summaries.declared_text:summary",
     Optimum="mbody.optimization.optimum:summary",
     Solution="mbody.summaries.instant:summary",
     Transmission="mbody.summaries.analyses:transmission_summary",
 )
 presentation.register(
-    "data", Answer="mbody.files.results:answer_data", Solution="mbody.files.results:data"
+    "data",
+    Answer="mbody.files.results:answer_data",
+    Presented="mbody.solution.declared_result:data",
+    Solution="mbody.files.results:data",
 )
 presentation.register(
     "notebook",
-    Crosscheck="mbody.views.notebook_html:html_of",
-    Equilibria="mbody.views.notebook_html:html_of",
     Mechanism="mbody.views.notebook_html:html_of",
-    Modes="mbody.views.notebook_html:html_of",
-    Solution="mbody.views.notebook_html:html_of",
-    Sweep="mbody.views.notebook_html:html_of",
+    Presented="mbody.views.notebook_html:html_of",
     System="mbody.views.notebook_html:html_of",
 )
 presentation.register("certificate", Solution="mbody.solution.checks:certificate_of")

@@ -93,9 +93,8 @@ def flywheel(args: Any) -> int:
     found = size_flywheel(run, coefficient, args.driver)
     proof = found.simulated() if args.simulate else None
     if args.json:
-        data = head_of(run.mechanism, "flywheel", found, args.angle or "rad") | found.data()
-        for key in ("least_at", "greatest_at") if args.angle == "deg" else ():
-            data[key] = in_degrees(data[key])
+        angle = args.angle or "rad"
+        data = head_of(run.mechanism, "flywheel", found, angle) | found.data(angle)
         if proof is not None:
             data["simulated"] = {"coefficient": proof.coefficient, "status": proof.status}
         print_data(data)

@@ -41,3 +41,31 @@ def present(form: str, result: Any, *args: Any) -> Any:
         raise KeyError(f"{form} of {type(result).__name__}")
     module, _, function = makers[known[0]].partition(":")
     return getattr(importlib.import_module(module), function)(result, *args)
+
+
+class Presented:
+    """Base of results: as text, as data and in notebooks as what is registered for their class.
+
+    `declared`: What they are made of (`mbody/solution/declared_result.py`); else their fields.
+    `angle_unit`: Of their data, unless another is asked for.
+    `analysis_name`: Of the heading of their data, if they have one.
+    `about_text`: After the name of the model where they are printed, with "{0.name}" for a field.
+    """
+
+    declared: tuple[Any, ...] = ()
+    angle_unit = "rad"
+    analysis_name = ""
+    about_text = ""
+
+    def data(self, angle: str | None = None) -> Any:
+        """Plain numbers, texts, lists and dicts, ready for JSON; angles in `angle`, ``"deg"`` or
+        ``"rad"``.
+        """
+        return present("data", self, angle or self.angle_unit)
+
+    def __str__(self) -> str:
+        return str(present("summary", self))
+
+    def _repr_html_(self) -> str:
+        # what a notebook shows
+        return str(present("notebook", self))

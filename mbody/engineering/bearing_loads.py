@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
+from mbody.solution.declared_result import Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -26,7 +28,7 @@ REVOLUTION = 2.0 * math.pi
 
 
 @dataclass(frozen=True, eq=False)
-class BearingLoad(Inherited):
+class BearingLoad(Inherited, Presented):
     """The load of a bearing over a cycle.
 
     Attributes
@@ -72,6 +74,11 @@ class BearingLoad(Inherited):
     time: float | None
     t: Array
 
+    declared = (
+        *map(Quantity, ("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle")),
+        *map(Quantity, ("exponent", "life", "time")),
+    )
+
     def spectrum(self, classes: int = 10) -> list[tuple[float, float, float, float]]:
         """The load spectrum: of equal classes of force (from, to, share of revolutions, share of
         time).
@@ -93,11 +100,6 @@ class BearingLoad(Inherited):
         ]
         rows = zip(edges[:-1], edges[1:], *shares, strict=True)
         return [(float(a), float(b), float(r), float(s)) for a, b, r, s in rows]
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON."""
-        keys = ("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle", "exponent")
-        return {key: getattr(self, key) for key in (*keys, "life", "time")}
 
 
 @inherits

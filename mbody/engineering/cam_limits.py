@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.engineering.motion_polygons import check_moving, pose_at
 from mbody.errors import ModelError, SolveError, brief
 from mbody.laws import Law
@@ -20,19 +21,10 @@ from mbody.model.joints import CamFollower, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
+from mbody.solution.declared_result import Columns, Heading, Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import ends
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import (
-    Column,
-    angles,
-    certified,
-    even,
-    number,
-    numbers,
-    table,
-    title,
-)
 from mbody.system.rank import dense
 
 if TYPE_CHECKING:
@@ -138,9 +130,6 @@ def cam_places(cam: CamFollower) -> np.ndarray:
 
 Array = np.ndarray
 
-#: Instants that are shown.
-LISTED_INSTANTS = 13
-
 
 @dataclass(frozen=True)
 class CamPlace:
@@ -160,8 +149,12 @@ class CamPlace:
     psi: float
 
 
+#: What a least or greatest value of a cam has as data, and beside it as text.
+AT = Quantity("value"), Quantity("psi", "at ψ", "angle")
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CamAnalysis(Inherited):
+class CamAnalysis(Inherited, Presented):
     """A cam with its follower over a cycle; ``print`` shows it.
 
     Attributes
@@ -228,6 +221,65 @@ class CamAnalysis(Inherited):
     face: tuple[float, float] | None
     run: Any = field(repr=False)
 
+    about_text = "cam '{0.joint.name}', {0.follower}"
+    angle_unit = "deg"
+    declared = (
+        Heading("CAM"),
+        Quantity("joint", value=lambda found: found.joint.name),
+        Quantity("follower"),
+        Quantity("base_radius", "base radius", "length"),
+        Quantity("roller"),
+        Quantity("", "radius of the roller", "length", lambda found: found.roller or None),
+        Quantity("limit", "limit of the pressure angle", "angle"),
+        Quantity("base_radius_for_limit", "base radius that keeps it", "length", "needed"),
+        Quantity(
+            "greatest_pressure_angle", "greatest pressure angle", "angle", "greatest", columns=AT
+        ),
+        Quantity("least_radius_of_pitch_curve", value="pitch_sharpest", columns=AT),
+        Quantity(
+            "",
+            "least radius of the pitch curve",
+            "length",
+            lambda found: found.pitch_sharpest if found.roller else None,
+            columns=AT,
+            missing="none",
+        ),
+        Quantity(
+            "least_radius_of_curvature",
+            "least radius of the contour, convex",
+            "length",
+            "sharpest",
+            columns=AT,
+            missing="none",
+        ),
+        Quantity(
+            "least_hollow_radius",
+            "least radius of the contour, hollow",
+            "length",
+            "hollow",
+            columns=AT,
+            missing="none",
+        ),
+        Quantity("face", "contact along the face", "length"),
+        Quantity(
+            "base_radius_without_undercut", "least base radius without undercut", "length", "uncut"
+        ),
+        Columns(
+            (
+                Quantity("t", "t", "time"),
+                Quantity("psi", "ψ", "angle"),
+                Quantity("pressure_angle", "pressure angle", "angle"),
+                Quantity(
+                    "radius_of_curvature",
+                    "radius of the contour",
+                    "length",
+                    "curvature",
+                    missing="straight",
+                ),
+            )
+        ),
+    )
+
     def contour(self, points: int = 361) -> Array:
         """The cam as a table for its making, (points, 6): ψ [rad], x and y of the contour, x and y
         of the pitch curve, in the axes of the cam's body, and the radius of curvature of the
@@ -246,127 +298,6 @@ class CamAnalysis(Inherited):
         pitch = cam_contour(cam, numbers, psi, pitch=True)
         radius = cam_curvature(cam, numbers, psi)[1]
         return np.column_stack([psi, edge, pitch, radius])
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        in_unit = np.degrees if angle == "deg" else np.asarray
-
-        def place(one: CamPlace | None, angular: bool = False) -> dict[str, float | None] | None:
-            if one is None:
-                return None
-            value = float(in_unit(one.value)) if angular else one.value
-            psi = float(in_unit(one.psi))
-            return {"value": value if math.isfinite(value) else None, "psi": psi}
-
-        return {
-            "joint": self.joint.name,
-            "follower": self.follower,
-            "base_radius": self.base_radius,
-            "roller": self.roller,
-            "greatest_pressure_angle": place(self.greatest, angular=True),
-            "least_radius_of_curvature": place(self.sharpest),
-            "least_radius_of_pitch_curve": place(self.pitch_sharpest),
-            "least_hollow_radius": place(self.hollow),
-            "limit": None if self.limit is None else float(in_unit(self.limit)),
-            "base_radius_for_limit": self.needed,
-            "base_radius_without_undercut": self.uncut,
-            "face": self.face,
-            "t": self.t.tolist(),
-            "psi": in_unit(self.psi).tolist(),
-            "pressure_angle": _plain(in_unit(self.pressure_angle)),
-            "radius_of_curvature": _plain(self.curvature),
-        }
-
-    def __str__(self) -> str:
-        return _summary(self)
-
-
-def _plain(values: Array) -> list[float | None]:
-    return [float(value) if math.isfinite(value) else None for value in values]
-
-
-def _summary(found: CamAnalysis) -> str:
-    """A cam as text, at most 100 characters wide."""
-    unit = found.mechanism.units.length
-    words = f"cam '{found.joint.name}', {found.follower}"
-    lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
-    rows: list[tuple[str, str, str, str]] = [("base radius", number(found.base_radius), unit, "")]
-    if found.roller:
-        rows.append(("radius of the roller", number(found.roller), unit, ""))
-    if found.greatest is not None:
-        rows.append(
-            (
-                "greatest pressure angle",
-                f"{math.degrees(found.greatest.value):.4f}",
-                "deg",
-                _angle_text(found.greatest),
-            )
-        )
-    if found.roller:
-        rows.append(_radius("least radius of the pitch curve", found.pitch_sharpest, unit))
-    rows.append(_radius("least radius of the contour, convex", found.sharpest, unit))
-    if found.hollow is not None:
-        rows.append(_radius("least radius of the contour, hollow", found.hollow, unit))
-    if found.face is not None:
-        low, high = numbers(found.face)
-        rows.append(("contact along the face, from", low.strip(), unit, ""))
-        rows.append(("to", high.strip(), unit, ""))
-    if found.uncut is not None:
-        rows.append(("least base radius without undercut", number(found.uncut), unit, ""))
-    if found.limit is not None and found.needed is not None:
-        bound = f"base radius for a pressure angle of {math.degrees(found.limit):g} deg"
-        rows.append((bound, number(found.needed), unit, ""))
-    what, cells, units, where = zip(*rows, strict=True)
-    lines += table(
-        [
-            Column("CAM", what, text=True),
-            Column("", cells),
-            Column("unit", units, text=True),
-            Column("at ψ", where, "deg"),
-        ]
-    )
-    last = len(found.t) - 1
-    kept = sorted(
-        {
-            round(n * last / (min(LISTED_INSTANTS, last + 1) - 1 or 1))
-            for n in range(LISTED_INSTANTS)
-        }
-    )
-    kept = [k for k in kept if k <= last]
-    lines += [
-        "",
-        *table(
-            [
-                Column("t", numbers(found.t[kept]), found.mechanism.units.time),
-                Column("ψ", angles(found.psi[kept]), "deg"),
-                Column("pressure angle", _signed(found.pressure_angle[kept]), "deg"),
-                Column("radius of the contour", _lengths(found.curvature[kept]), unit),
-            ]
-        ),
-    ]
-    if len(kept) <= last:
-        lines.append(f"{len(kept)} of {last + 1} instants; all of them with --json")
-    return "\n".join(even([*lines, *certified(found)]))
-
-
-def _radius(words: str, place: CamPlace, unit: str) -> tuple[str, str, str, str]:
-    if not math.isfinite(place.value):
-        return words, "none", "", ""
-    return words, number(place.value), unit, _angle_text(place)
-
-
-def _angle_text(place: CamPlace) -> str:
-    return f"{math.degrees(place.psi):.3f}"
-
-
-def _signed(values: np.ndarray) -> list[str]:
-    return [f"{math.degrees(v) + 0.0:.3f}" if math.isfinite(v) else "–" for v in values.tolist()]
-
-
-def _lengths(values: np.ndarray) -> list[str]:
-    finite = [value for value in values.tolist() if math.isfinite(value)]
-    cells = iter(numbers(finite or [0.0]))
-    return [next(cells) if math.isfinite(v) else "straight" for v in values.tolist()]
 
 
 # -- Followers on a guide or an arm, their motion kept, over base circles of other radii -------

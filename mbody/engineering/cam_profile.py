@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import CAM_CIRCLE_ENDLESS, CAM_CIRCLE_NONE, TABLE_CLOSES
-from mbody.engineering.cam_limits import CamPlace, cam_places, named_cam
+from mbody.engineering.cam_limits import AT, CamPlace, cam_places, named_cam
 from mbody.errors import ModelError
 from mbody.laws import Law, Table
 from mbody.model.closed_mechanism import with_element
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, heading, unit_symbols
-from mbody.summaries.text_table import Column, even, number, paragraph, table, title
+from mbody.solution.declared_result import Heading, Quantity, Sentence
+from mbody.solution.doubts import Inherited
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -130,7 +131,7 @@ HALVED = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CamUndercut(Inherited):
+class CamUndercut(Inherited, Presented):
     """Whether a cam undercuts its follower, of its profile alone; ``print`` shows it.
 
     Attributes
@@ -173,27 +174,45 @@ class CamUndercut(Inherited):
     least_base: float
     greatest_roller: float | None
 
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; infinite or undefined values are null."""
-        in_unit = np.degrees if angle == "deg" else np.asarray
-        symbols = unit_symbols(self.mechanism.units, angle)
-        value = self.least.value
-        return heading(self.mechanism.name, "cam undercut", symbols, self) | {
-            "joint": self.joint.name,
-            "undercut": self.undercut,
-            "ranges": in_unit(self.ranges).tolist(),
-            "least_radius": {
-                "value": value if math.isfinite(value) else None,
-                "psi": float(in_unit(self.least.psi)),
-            },
-            "roller": self.roller,
-            "base_radius": self.base_radius,
-            "least_base_radius": self.least_base,
-            "greatest_roller": self.greatest_roller,
-        }
+    about_text = "cam '{0.joint.name}', {0.kind}: undercut"
+    analysis_name = "cam undercut"
+    angle_unit = "deg"
+    declared = (
+        Sentence(lambda found: found.sentences),
+        Heading("CAM"),
+        Quantity("joint", value=lambda found: found.joint.name),
+        Quantity("undercut"),
+        Quantity("ranges", dimension="angle"),
+        Quantity("base_radius", "base radius", "length"),
+        Quantity("roller"),
+        Quantity("", "radius of the roller", "length", lambda found: found.roller or None),
+        Quantity("least_radius", "least radius of curvature", "length", "least", columns=AT),
+        Quantity("least_base_radius", value="least_base"),
+        Quantity(
+            "",
+            "least base radius without undercut",
+            "length",
+            lambda found: found.least_base if found.joint.flat or found.roller else None,
+        ),
+        Quantity("greatest_roller", "greatest roller without undercut", "length"),
+    )
 
-    def __str__(self) -> str:
-        return _summary(self)
+    @property
+    def kind(self) -> str:
+        """What follows it."""
+        return "flat face" if self.joint.flat else "roller" if self.roller else "knife edge"
+
+    @property
+    def sentences(self) -> list[str]:
+        """Where it undercuts."""
+        name = f"'{self.joint.name}' undercuts"
+        found = [
+            f"{name} its {self.kind} from ψ = {low:.2f} to {high:.2f} deg"
+            for low, high in np.degrees(self.ranges).tolist()
+        ]
+        if self.roller and self.greatest_roller is None:
+            found.append("no roller rolls without undercutting")
+        return found if self.undercut else [f"{name} nowhere", *found]
 
 
 def cam_undercut(model: Mechanism | System, joint: str | None = None) -> CamUndercut:
@@ -347,43 +366,3 @@ def _ranges(psi: Array, cut: Array) -> Array:
         end = np.roll(end, -1)
     start, stop = psi[begin], psi[end]
     return np.column_stack([start, np.where(stop < start, stop + math.tau, stop)])
-
-
-def _summary(found: CamUndercut) -> str:
-    """An undercut as text, at most 100 characters wide."""
-    unit, cam = found.mechanism.units.length, found.joint
-    kind = "flat face" if cam.flat else "roller" if found.roller else "knife edge"
-    words = f"cam '{cam.name}', {kind}: undercut"
-    lines = [*title(found.mechanism.name, words, found.mechanism.units), ""]
-    if not found.undercut:
-        lines += paragraph(f"'{cam.name}' undercuts nowhere")
-    for low, high in np.degrees(found.ranges).tolist():
-        where = f"from ψ = {low:.2f} to {high:.2f} deg"
-        lines += paragraph(f"'{cam.name}' undercuts its {kind} {where}")
-    curve = "contour" if cam.flat else "pitch curve"
-    rows = [("base radius", number(found.base_radius), unit, "")]
-    if found.roller:
-        rows.append(("radius of the roller", number(found.roller), unit, ""))
-    if math.isfinite(found.least.value):
-        psi = f"{math.degrees(found.least.psi):.3f}"
-        rows.append((f"least radius of the {curve}", number(found.least.value), unit, psi))
-    if cam.flat or found.roller:
-        rows.append(("least base radius without undercut", number(found.least_base), unit, ""))
-    if found.roller:
-        size = found.greatest_roller
-        greatest = ("none", "") if size is None else (number(size), unit)
-        if size is None or math.isfinite(size):
-            rows.append(("greatest roller without undercut", *greatest, ""))
-    what, cells, units, where_at = zip(*rows, strict=True)
-    lines += [
-        "",
-        *table(
-            [
-                Column("CAM", what, text=True),
-                Column("", cells),
-                Column("unit", units, text=True),
-                Column("at ψ", where_at, "deg"),
-            ]
-        ),
-    ]
-    return "\n".join(even(lines))

@@ -10,14 +10,15 @@ import numpy as np
 import numpy.typing as npt
 
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
+from mbody.solution.declared_result import Heading, Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, number, plain_notes
 
 # -- Whole cycles of a driver: how many revolutions they are, and whether a quantity repeats -------
 
@@ -79,8 +80,13 @@ def link_energy(run: Solution) -> np.ndarray:
     return np.asarray(0.5 * np.einsum("bk,bkt->t", mass, rates**2))
 
 
+def _rounding(found: Fluctuation) -> float:
+    """Below which torque and work are none: all of them where the work is rounding."""
+    return math.inf if math.isinf(found.energy_coefficient) else 0.0
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Fluctuation(Inherited):
+class Fluctuation(Inherited, Presented):
     """The turning-moment diagram of a cycle, with mean torque and fluctuation of energy.
 
     Attributes
@@ -121,6 +127,16 @@ class Fluctuation(Inherited):
     at_greatest: float
     run: Any = None
 
+    declared = (
+        Heading("FLUCTUATION"),
+        Quantity("mean_torque", "mean torque of the driver", "torque", "mean", floor=_rounding),
+        Quantity("work", "work of a cycle", "torque", floor=_rounding),
+        Quantity("energy_fluctuation", "greatest fluctuation of energy", "torque", "fluctuation"),
+        Quantity("energy_coefficient", "as a part of the work"),
+        Quantity("least_at", "energy least at", "angle", "at_least"),
+        Quantity("greatest_at", "energy greatest at", "angle", "at_greatest"),
+    )
+
     @property
     def fluctuation(self) -> float:
         """Greatest fluctuation of energy ΔE = E_max − E_min [force·length]."""
@@ -138,24 +154,6 @@ class Fluctuation(Inherited):
     def torque_coefficient(self) -> float:
         """(T_max − T_min) / mean torque at the instants; infinite where the mean is zero."""
         return float(np.ptp(self.torque)) / abs(self.mean) if self.mean else math.inf
-
-    def rows(self) -> list[tuple[str, str, str]]:
-        """Names, numbers and units for a summary; work that is rounding beside ΔE is none."""
-        unit = self.run.mechanism.units.of("torque") if self.run is not None else ""
-        share = self.energy_coefficient
-        none = math.isinf(share)
-        return [
-            ("mean torque of the driver", number(0.0 if none else self.mean), unit),
-            ("work of a cycle", number(0.0 if none else self.work), unit),
-            ("greatest fluctuation of energy", number(self.fluctuation), unit),
-            ("as a part of the work", "" if none else number(share), ""),
-            ("energy least at", number(math.degrees(self.at_least)), "deg"),
-            ("energy greatest at", number(math.degrees(self.at_greatest)), "deg"),
-        ]
-
-    def __str__(self) -> str:
-        named = [self.run.mechanism.name, ""] if self.run is not None else []
-        return "\n".join([*named, *labelled_rows("FLUCTUATION", self.rows()), *plain_notes(self)])
 
     def __repr__(self) -> str:
         return f"Fluctuation({self.fluctuation:.6g} about a mean torque of {self.mean:.6g})"

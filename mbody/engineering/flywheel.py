@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import RATE_CONSTANT, RTOL_FINE
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation, link_energy
 from mbody.errors import ModelError, ModelWarning
@@ -18,11 +19,12 @@ from mbody.laws import Table
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
+from mbody.solution.declared_result import Heading, Part, Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, number, numbers, plain_notes
+from mbody.summaries.text_table import numbers
 
 # -- Flywheel for a speed fluctuation, with its proof by the free motion -----------------------
 
@@ -34,6 +36,8 @@ BETWEEN = 8
 PASSES = 200
 #: Instants of a simulated cycle, a revolution of it.
 INSTANTS = 720
+#: Said in place of a fluctuation that is infinite.
+STANDS = "the speed would reach zero"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +67,14 @@ class FlywheelProof(Inherited):
     run: Any
 
 
+def _between(found: FlywheelSizing) -> tuple[float, float]:
+    """Least and greatest speed."""
+    speed = np.abs(found.speeds)
+    return float(speed.min()), float(speed.max())
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class FlywheelSizing(Inherited):
+class FlywheelSizing(Inherited, Presented):
     """A flywheel and what the speed does with it.
 
     Attributes
@@ -107,6 +117,20 @@ class FlywheelSizing(Inherited):
     run: Any
     driver: str
 
+    about_text = "driver '{0.driver}'"
+    declared = (
+        Heading("FLYWHEEL"),
+        Quantity("driver"),
+        Quantity("", "mean speed", "angular velocity", lambda found: abs(found.speed)),
+        Quantity("speed"),
+        Part("fluctuation"),
+        Quantity("without", "fluctuation of the speed without it", missing=STANDS),
+        Quantity("coefficient", "fluctuation of the speed with it", missing=STANDS),
+        Quantity("", "speed with it", "angular velocity", _between),
+        Quantity("inertia", "inertia of the flywheel", "mass·length²"),
+        Quantity("inertia_simple", "by ΔE/(C ω²)", "mass·length²", "simple"),
+    )
+
     def simulated(self) -> FlywheelProof:
         """The free motion over one cycle, from the speed at the first instant, under the mean
         torque in place of the driver.
@@ -147,56 +171,8 @@ class FlywheelSizing(Inherited):
             _spread(np.abs(speed)), run[driver.body].angle, speed, run, **inherited(run)
         )
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; angles in rad."""
-        found = self.fluctuation
-        return {
-            "driver": self.driver,
-            "speed": self.speed,
-            "mean_torque": found.mean,
-            "work": found.work,
-            "energy_fluctuation": found.fluctuation,
-            "energy_coefficient": _plain(found.energy_coefficient),
-            "least_at": found.at_least,
-            "greatest_at": found.at_greatest,
-            "coefficient": self.coefficient,
-            "without": _plain(self.without),
-            "inertia": self.inertia,
-            "inertia_simple": self.simple,
-        }
-
-    def __str__(self) -> str:
-        unit = self.run.mechanism.units
-        inertia, speed = f"{unit.mass}·{unit.length}²", np.abs(self.speeds)
-        rows = [
-            ("mean speed", number(abs(self.speed)), f"rad/{unit.time}"),
-            *self.fluctuation.rows(),
-            ("fluctuation of the speed without it", _share(self.without), ""),
-            ("fluctuation of the speed with it", _share(self.coefficient), ""),
-            ("speed with it", f"{speed.min():.6g} … {speed.max():.6g}", f"rad/{unit.time}"),
-            ("inertia of the flywheel", number(self.inertia), inertia),
-            *self._everyday(self.inertia),
-            ("by ΔE/(C ω²)", number(self.simple), inertia),
-            *self._everyday(self.simple),
-        ]
-        named = f"{self.run.mechanism.name}: driver '{self.driver}'"
-        return "\n".join([named, "", *labelled_rows("FLYWHEEL", rows), *plain_notes(self)])
-
-    def _everyday(self, inertia: float) -> list[tuple[str, str, str]]:
-        """The row of an inertia in kg·m², where that is not the unit of the system."""
-        found = self.run.mechanism.units.everyday("inertia")
-        return [] if found is None else [("", number(inertia * found[1]), found[0])]
-
     def __repr__(self) -> str:
         return f"FlywheelSizing({numbers([self.inertia])[0]} for {self.coefficient:.4g})"
-
-
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _share(value: float) -> str:
-    return f"{value:.6g}" if math.isfinite(value) else "the speed would reach zero"
 
 
 def check_coefficient(coefficient: Any) -> float:

@@ -11,17 +11,18 @@ import numpy as np
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
+from mbody.solution.declared_result import Heading, Quantity, Rows, Sentence
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import PointHistory
 from mbody.solution.measures import point_history
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
 from mbody.system.read_only import Locked
 from mbody.system.system import System
@@ -252,8 +253,18 @@ class Shaking(Locked):
         return np.hypot(self.fx, self.fy)
 
 
+def _rounding(found: ForceBalance) -> dict[str, float]:
+    """Rounding beside the force before, and beside the moment that the forces would have at the
+    size of the mechanism.
+    """
+    parts, length = found.peaks.values(), found.system.length
+    sizes = [found.peaks["before"]["force"] * length, *(one["moment"] for one in parts)]
+    force = tol.PRINTED_NONE_FINE * found.peaks["before"]["force"]
+    return {"force": force, "moment": tol.PRINTED_NONE_FINE * max(sizes)}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class ForceBalance(Inherited):
+class ForceBalance(Inherited, Presented):
     """Counterweights, and what they do.
 
     Attributes
@@ -297,57 +308,50 @@ class ForceBalance(Inherited):
     mechanism: Any = None
     system: Any = None
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; angles in rad."""
-        peaks = {
+    declared = (
+        Rows(
+            "counterweights",
+            (
+                Quantity("body", "COUNTERWEIGHT", "text"),
+                Quantity("mass", "mass", "mass"),
+                Quantity("at", "from", "text"),
+                Quantity("radius", "radius", "length"),
+                Quantity("angle", "angle", "angle"),
+                Quantity("moment", "moment", "mass·length"),
+                *map(Quantity, "xy"),
+            ),
+        ),
+        *map(Quantity, ("conditions", "complete", "left", "reason", "peaks")),
+        Heading("GREATEST"),
+        Quantity(
+            "",
+            {"force": "shaking force", "moment": "shaking moment"},
+            {"force": "force", "moment": "torque"},
+            lambda found: {
+                key: {when: one[key] for when, one in found.peaks.items()}
+                for key in ("force", "moment")
+            },
+            floor=_rounding,
+            columns=(Quantity("before", "before"), Quantity("after", "after")),
+        ),
+        Sentence(
+            lambda found: (
+                f"{found.conditions} conditions; "
+                + ("complete balance" if found.complete else f"{100.0 * found.left:.3g} % is left")
+            )
+        ),
+    )
+
+    @property
+    def peaks(self) -> dict[str, dict[str, float]]:
+        """The greatest shaking force and moment before and after."""
+        return {
             name: {
                 "force": float(one.magnitude.max(initial=0.0)),
                 "moment": float(np.abs(one.moment).max(initial=0.0)),
             }
             for name, one in (("before", self.before), ("after", self.after))
         }
-        return {
-            "counterweights": [dict(vars(one)) for one in self.counterweights],
-            "conditions": self.conditions,
-            "complete": self.complete,
-            "left": self.left,
-            "reason": self.reason,
-            "peaks": peaks,
-        }
-
-    def __str__(self) -> str:
-        unit = self.mechanism.units
-        weights = self.counterweights
-        rows = table(
-            [
-                Column("COUNTERWEIGHT", [one.body for one in weights], text=True),
-                Column("mass", numbers([one.mass for one in weights]), unit.mass),
-                Column("from", [one.at for one in weights], text=True),
-                Column("radius", numbers([one.radius for one in weights]), unit.length),
-                Column("angle", [f"{np.degrees(one.angle):.3f}" for one in weights], "deg"),
-                Column(
-                    "moment", numbers([one.moment for one in weights]), f"{unit.mass}·{unit.length}"
-                ),
-            ]
-        )
-        peaks = self.data()["peaks"]
-        parts = [peaks[when][what] for what in ("force", "moment") for when in ("before", "after")]
-        # a moment is rounding beside what the forces would have at the size of the mechanism
-        floor = tol.PRINTED_NONE_FINE * max(max(parts[2:]), parts[0] * self.system.length)
-        parts[2:] = [part if part > floor else 0.0 for part in parts[2:]]
-        rows_of_orders = table(
-            [
-                Column("GREATEST", ["shaking force", "shaking moment"], text=True),
-                Column("before", [number(parts[0]), number(parts[2])]),
-                Column("after", [number(parts[1]), number(parts[3])]),
-                Column("unit", [unit.force, unit.of("torque")], text=True),
-            ]
-        )
-        head = f"{self.conditions} conditions; "
-        head += "complete balance" if self.complete else f"{100.0 * self.left:.3g} % is left"
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        lines = [self.mechanism.name, "", *rows, "", *rows_of_orders, "", head, *notes]
-        return "\n".join(lines)
 
     def __repr__(self) -> str:
         how = "complete" if self.complete else f"{self.left:.3g} left"

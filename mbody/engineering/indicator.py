@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
+from mbody.solution.declared_result import Heading, Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import labelled_rows, number, plain_notes
 
 Array = np.ndarray
 
 
+def _extreme(key: str, of: Callable[[Array], Any]) -> Callable[[Any], float]:
+    return lambda found: float(of(getattr(found, key)))
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Indicator(Inherited):
+class Indicator(Inherited, Presented):
     """Histories of a chamber: arrays (instants,).
 
     Attributes
@@ -54,26 +60,29 @@ class Indicator(Inherited):
     power: Array
     run: Any
 
-    def __str__(self) -> str:
-        units, t = self.run.mechanism.units, self.run.t
-        volume, pressure = f"{units.length}³", f"{units.force}/{units.length}²"
-        rows = [
-            ("least volume", number(self.volume.min()), volume),
-            ("greatest volume", number(self.volume.max()), volume),
-            ("least pressure", number(self.pressure.min()), pressure),
-            ("greatest pressure", number(self.pressure.max()), pressure),
-        ]
-        if len(t) > 1:
-            rows += [
-                ("delivered", number(np.trapezoid(self.delivery, t)), volume),
-                ("taken in", number(np.trapezoid(self.suction, t)), volume),
-                ("work on the fluid", number(np.trapezoid(self.power, t)), units.of("torque")),
-            ]
-        time = (
-            f"{t[0]:.6g} … {t[-1]:.6g} {units.time}" if len(t) > 1 else f"{t[0]:.6g} {units.time}"
-        )
-        named = f"{self.run.mechanism.name}: a chamber at t = {time}"
-        return "\n".join([named, "", *labelled_rows("INDICATOR", rows), *plain_notes(self)])
+    about_text = "a chamber at {0.span}"
+    declared = (
+        Heading("INDICATOR"),
+        Quantity("least_volume", "least volume", "volume", _extreme("volume", np.min)),
+        Quantity("greatest_volume", "greatest volume", "volume", _extreme("volume", np.max)),
+        Quantity("least_pressure", "least pressure", "pressure", _extreme("pressure", np.min)),
+        Quantity(
+            "greatest_pressure", "greatest pressure", "pressure", _extreme("pressure", np.max)
+        ),
+        Quantity("delivered", "delivered", "volume", lambda found: found.over_time(found.delivery)),
+        Quantity("taken_in", "taken in", "volume", lambda found: found.over_time(found.suction)),
+        Quantity("work", "work on the fluid", "torque", lambda found: found.over_time(found.power)),
+    )
+
+    @property
+    def span(self) -> str:
+        """The instants."""
+        t, unit = self.run.t, self.run.mechanism.units.time
+        return f"t = {t[0]:.6g}" + (f" … {t[-1]:.6g} {unit}" if len(t) > 1 else f" {unit}")
+
+    def over_time(self, rate: Array) -> float | None:
+        """What a rate makes in all; None of one instant."""
+        return float(np.trapezoid(rate, self.run.t)) if len(self.run) > 1 else None
 
     def __repr__(self) -> str:
         return f"Indicator({len(self.volume)} instants, up to {self.pressure.max():.6g})"

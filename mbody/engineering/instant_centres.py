@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.engineering import motion_polygons
 from mbody.errors import ModelError
 from mbody.model.joints import Fixed, Gear, Prismatic, RackPinion, Revolute, Rolling
@@ -28,7 +29,7 @@ BEGINNING = "the instant centres are those that it begins with, from acceleratio
 
 
 @dataclass(frozen=True, eq=False)
-class InstantCentre(Locked):
+class InstantCentre(Locked, Presented):
     """The instant centre of one pair of bodies: arrays (instants,).
 
     Attributes
@@ -69,15 +70,6 @@ class InstantCentre(Locked):
         y = np.where(infinite, np.sin(self.direction), self.y / length)
         found = np.column_stack([x, y, np.where(infinite, 0.0, 1.0)])
         return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
-
-    def data(self) -> dict[str, Any]:
-        """Plain numbers and lists, for JSON; None for NaN and infinite values."""
-        parts = {
-            name: [float(v) if np.isfinite(v) else None for v in getattr(self, name)]
-            for name in ("x", "y", "direction")
-        }
-        head = {"bodies": list(self.bodies), "permanence": self.permanence}
-        return head | {"kind": list(self.kind)} | parts
 
 
 @dataclass(frozen=True, eq=False)

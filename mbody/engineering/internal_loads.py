@@ -11,16 +11,17 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
+from mbody.solution.declared_result import Heading, Quantity, Sentence
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.read_only import Locked
 
 # -- Mass distribution along the bar of a link, and its weight and inertia up to a cut ---------
@@ -318,8 +319,15 @@ class Stress(Inherited):
     equivalent: Array
 
 
+def _rounding(found: InternalLoads) -> dict[str, float]:
+    """Below which a load is rounding beside the greatest force."""
+    greatest = found.greatest()
+    size = tol.PRINTED_NONE_FINE * max(abs(greatest[key][0]) for key in ("axial", "shear"))
+    return {"axial": size, "shear": size, "bending": size * found.length}
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class InternalLoads(Inherited):
+class InternalLoads(Inherited, Presented):
     """Axial force, shear force and bending moment of a link, at cuts along its bar.
 
     Attributes
@@ -364,6 +372,38 @@ class InternalLoads(Inherited):
     lumped: bool
     section: CrossSection | None
     run: Any
+
+    about_text = "'{0.body}' along {0.along[0]}–{0.along[1]}"
+    declared = (
+        *map(Quantity, ("body", "along", "lumped", "closure")),
+        Quantity("t", value=lambda found: found.run.t),
+        *map(Quantity, ("place", "axial", "shear", "bending")),
+        Quantity("stress", value=lambda found: found.stress() if found.section else ...),
+        Heading("BAR"),
+        Quantity("length", "length", "length"),
+        Heading("GREATEST"),
+        Quantity(
+            "greatest",
+            {
+                "axial": "axial force",
+                "shear": "shear force",
+                "bending": "bending moment",
+                "stress": "equivalent stress",
+            },
+            {"axial": "force", "shear": "force", "bending": "torque", "stress": "pressure"},
+            lambda found: {
+                key: {"value": value, "place": place, "t": float(found.run.t[k])}
+                for key, (value, place, k) in found.greatest().items()
+            },
+            floor=_rounding,
+            columns=(
+                Quantity("value"),
+                Quantity("place", "at s", "length"),
+                Quantity("t", "t", "time"),
+            ),
+        ),
+        Sentence(lambda found: f"equilibrium {found.closure:.1e} (relative)"),
+    )
 
     def stress(self, section: CrossSection | None = None) -> Stress:
         """Stress of the link's own section, or of another.
@@ -418,69 +458,6 @@ class InternalLoads(Inherited):
             k, n = np.unravel_index(int(np.abs(values).argmax()), values.shape)
             found[key] = (float(values[k, n]), float(self.place[n]), int(k))
         return found
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON."""
-        whole = {
-            "body": self.body,
-            "along": list(self.along),
-            "length": self.length,
-            "lumped": self.lumped,
-            "closure": self.closure,
-            "t": self.run.t.tolist(),
-            "place": self.place.tolist(),
-            **{key: getattr(self, key).tolist() for key in ("axial", "shear", "bending")},
-        }
-        if self.section is not None:
-            stress = self.stress()
-            whole["stress"] = {
-                key: getattr(stress, key).tolist()
-                for key in ("upper", "lower", "shear", "equivalent")
-            }
-        whole["greatest"] = {
-            key: {"value": value, "place": place, "t": float(self.run.t[k])}
-            for key, (value, place, k) in self.greatest().items()
-        }
-        return whole
-
-    def __str__(self) -> str:
-        unit = self.run.mechanism.units
-        units = {
-            "axial": unit.force,
-            "shear": unit.force,
-            "bending": unit.of("torque"),
-            "stress": unit.of("pressure"),
-        }
-        words = {
-            "axial": "axial force",
-            "shear": "shear force",
-            "bending": "bending moment",
-            "stress": "equivalent stress",
-        }
-        found = self.greatest()
-        size = max(abs(found["axial"][0]), abs(found["shear"][0]))
-        floor = {"axial": size, "shear": size, "bending": size * self.length}
-        value = {
-            key: one[0] if abs(one[0]) > tol.PRINTED_NONE_FINE * floor.get(key, 0.0) else 0.0
-            for key, one in found.items()
-        }
-        lines = table(
-            [
-                Column("GREATEST", [words[key] for key in found], text=True),
-                Column("", [number(value[key]) for key in found]),
-                Column("unit", [units[key] for key in found], text=True),
-                Column("at s", [number(one[1]) for one in found.values()], unit.length),
-                Column("t", [number(self.run.t[one[2]]) for one in found.values()], unit.time),
-            ]
-        )
-        head = (
-            f"{self.run.mechanism.name}: '{self.body}' along {self.along[0]}–{self.along[1]}, "
-            f"{number(self.length)} {unit.length}"
-        )
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        return "\n".join(
-            [head, "", *lines, "", f"equilibrium {self.closure:.1e} (relative)", *notes]
-        )
 
     def __repr__(self) -> str:
         return f"InternalLoads('{self.body}' along {self.along[0]}–{self.along[1]})"

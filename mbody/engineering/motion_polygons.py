@@ -10,11 +10,13 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.free_body import free_body
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import ACCELERATION_NONE, POINT_SAME
 from mbody.errors import ModelError
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
+from mbody.solution.declared_result import Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import BodyHistory, PointHistory, one_design, with_fields
 from mbody.solution.solution import Solution, as_solution
@@ -148,7 +150,7 @@ def relative_motion(run: Solution, body: str, relative_to: str) -> RelativeMotio
 
 
 @dataclass(frozen=True, eq=False)
-class MotionPolygon(Inherited):
+class MotionPolygon(Inherited, Presented):
     """The polygon of velocities or accelerations of named points.
 
     The image of a point is the end of its velocity (acceleration) drawn from the pole, which is
@@ -184,6 +186,16 @@ class MotionPolygon(Inherited):
     links: dict[str, tuple[str, ...]] = field(default_factory=dict)
     joints: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
+    declared = (
+        Quantity("quantity"),
+        Quantity(
+            "points",
+            value=lambda found: {key: {"x": found.x[key], "y": found.y[key]} for key in found.x},
+        ),
+        Quantity("links"),
+        Quantity("joints"),
+    )
+
     def between(self, first: str, second: str) -> tuple[Array, Array]:
         """The side from the image of one point to that of another: the relative velocity or
         acceleration of the second, x and y.
@@ -197,14 +209,6 @@ class MotionPolygon(Inherited):
             if name not in self.x:
                 raise ModelError(f"{name!r} is not in the polygon, which has {listed(self.x, 30)}")
         return self.x[second] - self.x[first], self.y[second] - self.y[first]
-
-    def data(self) -> dict[str, Any]:
-        """Plain lists of the polygon's points, for JSON."""
-        points = {name: {"x": x.tolist(), "y": self.y[name].tolist()} for name, x in self.x.items()}
-        links = {name: list(points) for name, points in self.links.items()}
-        joints = {name: list(points) for name, points in self.joints.items()}
-        head = {"quantity": self.quantity, "points": points}
-        return head | {"links": links, "joints": joints}
 
 
 def velocity_polygon(run: Solution, points: Sequence[str] | None = None) -> MotionPolygon:

@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import LIMIT_EXCEEDED, RATE_NONE
 from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
+from mbody.solution.declared_result import Heading, Quantity, Sentence
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import Column, number, numbers, table
+from mbody.summaries.text_table import numbers
 
 Array = np.ndarray
 
@@ -55,7 +57,7 @@ class MotorCurve:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MotorSizing(Inherited):
+class MotorSizing(Inherited, Presented):
     """Torques and speeds required of a motor, and how much of its limits they use.
 
     Attributes
@@ -103,48 +105,33 @@ class MotorSizing(Inherited):
     run: Any
     driver: str
 
+    about_text = "driver '{0.driver}'"
+    declared = (
+        Heading("MOTOR"),
+        Quantity("driver"),
+        Quantity("ratio", "gear ratio"),
+        Quantity("best_ratio", "ratio of least rms torque"),
+        Quantity("rms", "rms torque, rest included", "torque"),
+        Quantity("peak", "greatest torque", "torque"),
+        Quantity("rms_speed"),
+        # motors are sold by rpm
+        Quantity("top_speed", "greatest speed", "angular velocity", unit="rpm"),
+        Quantity("inertia_ratio", "inertia of the load by the motor's own", missing="infinite"),
+        Quantity("used", "{} limit used", "share"),
+        Quantity("active"),
+        Quantity("suffices"),
+        Sentence(
+            lambda found: (
+                f"it {'suffices' if found.suffices else 'does not suffice'}: the "
+                f"{found.active} limit is nearest"
+            )
+        ),
+    )
+
     @property
     def suffices(self) -> bool:
         """Whether no limit is exceeded."""
         return self.used[self.active] <= 1.0
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; infinite values are null."""
-        keys = ("ratio", "rms", "peak", "rms_speed", "top_speed", "inertia_ratio", "best_ratio")
-        plain = {key: getattr(self, key) for key in keys}
-        return {
-            "driver": self.driver,
-            **{key: value if math.isfinite(value) else None for key, value in plain.items()},
-            "used": self.used,
-            "active": self.active,
-            "suffices": self.suffices,
-        }
-
-    def __str__(self) -> str:
-        unit = self.run.mechanism.units
-        torque, per_second = unit.of("torque"), unit.time == "s"
-        # motors are sold by rpm
-        speed = self.top_speed * (30.0 / math.pi if per_second else 1.0)
-        rows = [
-            ("gear ratio", self.ratio, ""),
-            ("rms torque, rest included", self.rms, torque),
-            ("greatest torque", self.peak, torque),
-            ("greatest speed", speed, "rpm" if per_second else f"rad/{unit.time}"),
-            ("inertia of the load by the motor's own", self.inertia_ratio, ""),
-        ]
-        if math.isfinite(self.best_ratio):
-            rows.insert(1, ("ratio of least rms torque", self.best_ratio, ""))
-        rows += [(f"{key} limit used", 100.0 * value, "%") for key, value in self.used.items()]
-        lines = table(
-            [
-                Column("MOTOR", [row[0] for row in rows], text=True),
-                Column("", [number(row[1]) for row in rows]),
-                Column("unit", [row[2] for row in rows], text=True),
-            ]
-        )
-        verdict = "it suffices" if self.suffices else "it does not suffice"
-        head = f"{self.run.mechanism.name}: driver '{self.driver}'"
-        return "\n".join([head, "", *lines, "", f"{verdict}: the {self.active} limit is nearest"])
 
     def __repr__(self) -> str:
         return f"MotorSizing({numbers([self.used[self.active]])[0]} of its {self.active} limit)"

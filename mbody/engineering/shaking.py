@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import Orders, complex_orders, driver_cycle
 from mbody.errors import ModelError, brief
@@ -21,11 +22,11 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import acting_contacts
+from mbody.solution.declared_result import Columns, Heading, Quantity
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, reaction_torque
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.summaries.text_table import Column, number, numbers, table
 
 Array = np.ndarray
 
@@ -390,8 +391,23 @@ def _check_cranks(found: Mapping[int, float], cranks: Mapping[int, float]) -> No
 ORDERS = 8.0
 
 
+def _rounding_force(found: ShakingOrders) -> float:
+    return tol.FORCE_NONE * found.size
+
+
+def _rounding_moment(found: ShakingOrders) -> float:
+    return _rounding_force(found) * float(found.run.system.length)
+
+
+def _present_orders(found: ShakingOrders) -> list[int]:
+    """The first two orders, and those with more than rounding."""
+    force = found.force > _rounding_force(found)
+    there = force | (found.moment > _rounding_moment(found)) | np.isin(found.orders, (1.0, 2.0))
+    return np.flatnonzero(there).tolist()
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class ShakingOrders(Orders):
+class ShakingOrders(Orders, Presented):
     """Shaking force and moment by order of the driver.
 
     The force of an order n is forward·e^{inθ} + backward·e^{−inθ}, fx + i fy: a vector that turns
@@ -441,6 +457,45 @@ class ShakingOrders(Orders):
     turns: int
     run: Any
 
+    declared = (
+        Columns(
+            (
+                Quantity("orders", "ORDER"),
+                Quantity("fx", "fx", "force", floor=_rounding_force),
+                Quantity("fy", "fy", "force", floor=_rounding_force),
+                Quantity(
+                    "",
+                    "with it",
+                    "force",
+                    lambda found: np.abs(found.forward),
+                    floor=_rounding_force,
+                ),
+                Quantity(
+                    "",
+                    "against it",
+                    "force",
+                    lambda found: np.abs(found.backward),
+                    floor=_rounding_force,
+                ),
+                Quantity("moment", "moment", "torque", floor=_rounding_moment),
+                *map(Quantity, ("force", "forward", "backward")),
+            ),
+            kept=_present_orders,
+        ),
+        Heading("GREATEST"),
+        Quantity(
+            "peak",
+            {"force": "shaking force", "moment": "shaking moment"},
+            {"force": "force", "moment": "torque"},
+            lambda found: dict(zip(("force", "moment"), found.peak, strict=True)),
+            floor=lambda found: {
+                "force": _rounding_force(found),
+                "moment": _rounding_moment(found),
+            },
+        ),
+        Quantity("turns"),
+    )
+
     def of(self, order: float) -> float:
         """The greatest magnitude of the force of an order [force].
 
@@ -450,50 +505,6 @@ class ShakingOrders(Orders):
             For an order that there is not.
         """
         return float(self.force[self.place(order)])
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; complex numbers as pairs."""
-        pairs = {
-            key: [[float(c.real), float(c.imag)] for c in getattr(self, key)]
-            for key in ("forward", "backward")
-        }
-        rows = {k: getattr(self, k).tolist() for k in ("orders", "fx", "fy", "moment", "force")}
-        return {
-            **rows,
-            **pairs,
-            "peak": {"force": self.peak[0], "moment": self.peak[1]},
-            "turns": self.turns,
-        }
-
-    def __str__(self) -> str:
-        unit = self.run.mechanism.units
-        floor = tol.FORCE_NONE * self.size
-        moment_floor = floor * self.run.system.length
-        listed_orders = [
-            k
-            for k in range(len(self.orders))
-            if self.force[k] > floor
-            or self.moment[k] > moment_floor
-            or self.orders[k] in (1.0, 2.0)
-        ]
-        columns = [Column("ORDER", [f"{self.orders[k]:g}" for k in listed_orders])]
-        for title, values, least, dimension in (
-            ("fx", self.fx, floor, unit.force),
-            ("fy", self.fy, floor, unit.force),
-            ("with it", np.abs(self.forward), floor, unit.force),
-            ("against it", np.abs(self.backward), floor, unit.force),
-            ("moment", self.moment, moment_floor, unit.of("torque")),
-        ):
-            columns.append(Column(title, numbers(values[listed_orders], least), dimension))
-        force, moment = (
-            part if part > least else 0.0
-            for part, least in zip(self.peak, (floor, moment_floor), strict=True)
-        )
-        peak = (
-            f"greatest shaking force {number(force)} {unit.force}, moment {number(moment)} "
-            f"{unit.of('torque')}"
-        )
-        return "\n".join([self.run.mechanism.name, "", *table(columns), "", peak])
 
 
 @dataclass(frozen=True)

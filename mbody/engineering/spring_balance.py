@@ -10,15 +10,16 @@ import numpy as np
 
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
+from mbody.solution.declared_result import Heading, Quantity, Sentence
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import Column, number, numbers, paragraph, table
 from mbody.system.assembler import assemble
 from mbody.system.system import System
 
@@ -28,7 +29,7 @@ STILL = " does not move: what it holds need not be balanced"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SpringBalance(Inherited):
+class SpringBalance(Inherited, Presented):
     """Stiffnesses, and what they do.
 
     Attributes
@@ -75,53 +76,48 @@ class SpringBalance(Inherited):
     mechanism: Any = None
     system: Any = None
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON."""
-        peaks = {
-            name: {"before": _peak(effort), "after": _peak(self.after[name])}
-            for name, effort in self.before.items()
-        }
+    declared = (
+        Heading("SPRING", "stiffness"),
+        Quantity("stiffness", "{}", lambda found: found.dimensions),
+        *map(Quantity, ("complete", "left", "reason")),
+        Heading("GREATEST EFFORT"),
+        Quantity(
+            "peaks",
+            "{}",
+            lambda found: found.dimensions,
+            floor=lambda found: (
+                FORCE_NONE_BALANCE
+                * max((one["before"] for one in found.peaks.values()), default=0.0)
+            ),
+            columns=(Quantity("before", "before"), Quantity("after", "after")),
+        ),
+        Sentence(
+            lambda found: (
+                "complete balance"
+                if found.complete
+                else f"{100.0 * found.left:.3g} % is left (rms)"
+            )
+        ),
+    )
+
+    @property
+    def peaks(self) -> dict[str, dict[str, float]]:
+        """The greatest effort of every driver before and after."""
+        rows = {"before": self.before, "after": self.after}
         return {
-            "stiffness": dict(self.stiffness),
-            "complete": self.complete,
-            "left": self.left,
-            "reason": self.reason,
-            "peaks": peaks,
+            name: {when: float(np.abs(row[name]).max(initial=0.0)) for when, row in rows.items()}
+            for name in self.before
         }
 
-    def __str__(self) -> str:
-        unit = self.mechanism.units
-        names = list(self.stiffness)
-        kinds = [_dimension(self.mechanism[name]) for name in names]
-        springs = table(
-            [
-                Column("SPRING", names, text=True),
-                Column("stiffness", numbers(list(self.stiffness.values()))),
-                Column("unit", [unit.of(kind) for kind in kinds], text=True),
-            ]
-        )
-        drivers = list(self.before)
-        floor = FORCE_NONE_BALANCE * max([_peak(one) for one in self.before.values()], default=0.0)
-        angular = {
-            one.name: getattr(one, "angular", False) for one in self.system.independent_drivers
+    @property
+    def dimensions(self) -> dict[str, str]:
+        """What the stiffness of every spring and the effort of every driver measures."""
+        efforts = {one.name: one.angular for one in self.mechanism.drivers}
+        springs = {name: isinstance(self.mechanism[name], Spring) for name in self.stiffness}
+        return {name: "torque" if angular else "force" for name, angular in efforts.items()} | {
+            name: "stiffness" if straight else "torsion stiffness"
+            for name, straight in springs.items()
         }
-        efforts = table(
-            [
-                Column("GREATEST EFFORT", drivers, text=True),
-                Column("before", [number(_peak(self.before[name])) for name in drivers]),
-                Column(
-                    "after", [_number_above(_peak(self.after[name]), floor) for name in drivers]
-                ),
-                Column(
-                    "unit",
-                    [unit.of("torque" if angular[name] else "force") for name in drivers],
-                    text=True,
-                ),
-            ]
-        )
-        head = "complete balance" if self.complete else f"{100.0 * self.left:.3g} % is left (rms)"
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        return "\n".join([self.mechanism.name, "", *springs, "", *efforts, "", head, *notes])
 
     def __repr__(self) -> str:
         how = "complete" if self.complete else f"{self.left:.3g} left"
@@ -397,15 +393,3 @@ def _reason(left: float, stiffness: dict[str, float], columns: Array, present: A
             f"{100.0 * residual:.3g} %: other places may do it"
         )
     return f"{head}: other places or free lengths may leave less"
-
-
-def _peak(effort: Array) -> float:
-    return float(np.abs(effort).max(initial=0.0))
-
-
-def _number_above(value: float, floor: float) -> str:
-    return number(value if value > floor else 0.0)
-
-
-def _dimension(spring: Any) -> str:
-    return "stiffness" if isinstance(spring, Spring) else "torsion stiffness"

@@ -1,0 +1,248 @@
+"""What a result is made of, declared once: its data and its text are both written from that.
+
+A class of results lists its quantities in `declared`: key of the data, words for people, what is
+measured, where the value is read. Data have the units of the model, and the unit of angles that is
+asked for; the text (`mbody/summaries/declared_text.py`) has units for people.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mbody.quantities.evaluate import degrees_of, short_degrees
+from mbody.solution.doubts import heading, unit_symbols
+
+#: Where a value is read: an attribute or a key, by default that of the data, or a function.
+Reader: TypeAlias = "str | Callable[[Any], Any]"
+
+
+class Entry:
+    """One part of a result.
+
+    `key`: In the data; empty of what is for people alone.
+    `value`: Where it is read.
+    """
+
+    key: str
+    value: Reader
+
+    def read(self, owner: Any) -> Any:
+        """Its value of a result, or of an item of one."""
+        source = self.value or self.key
+        if callable(source):
+            return source(owner)
+        return owner[source] if isinstance(owner, Mapping) else getattr(owner, source)
+
+    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+        """Its plain value by its key, which may be none."""
+        return {self.key: plain(self.read(owner), degrees)} if self.key else {}
+
+
+@dataclass(frozen=True)
+class Quantity(Entry):
+    """A quantity: a row of the text, or a column of a table.
+
+    `key`: In the data; empty of what is for people alone.
+    `words`: For people; empty of what is data alone. Of a mapping the words by key, or a pattern.
+    `dimension`: What it measures: a name of `DIMENSIONS`, a product such as ``"mass·length²"``, or
+      "share", which people read in percent; of a mapping also by key; or a function that says it.
+    `missing`: For people, where there is no value; by default it has no row.
+    `floor`: Below it a value is rounding beside others, and printed as 0; of a mapping by key.
+    `unit`: Of what people read, if it is not that of all results.
+    `columns`: Where the value has parts: of what it is, and beside it.
+    """
+
+    key: str = ""
+    words: str | Mapping[str, str] = ""
+    dimension: str | Mapping[str, str] | Callable[[Any], Any] = ""
+    value: Reader = ""
+    missing: str | None = field(default=None, kw_only=True)
+    floor: Callable[[Any], Any] | None = field(default=None, kw_only=True)
+    unit: str = field(default="", kw_only=True)
+    columns: tuple[Quantity, ...] = field(default=(), kw_only=True)
+
+    def data(self, owner: Any, degrees: bool, dimension: str = "") -> dict[str, Any]:
+        """Its plain value by its key; angles in degrees if they are wanted so. `dimension`: What it
+        measures where it does not say it itself.
+        """
+        if not self.key:
+            return {}
+        value, measured = self.read(owner), self.dimension_of(owner) or dimension
+        if value is ...:  # there is no such thing in this one
+            return {}
+        if self.by_key:
+            parts = {
+                name: self._plain(one, degrees, of_name(measured, name, ""))
+                for name, one in value.items()
+            }
+            return {self.key: parts}
+        return {self.key: self._plain(value, degrees, measured)}
+
+    @property
+    def by_key(self) -> bool:
+        """Whether it is a mapping of quantities."""
+        return isinstance(self.words, Mapping) or "{}" in self.words
+
+    def dimension_of(self, owner: Any) -> Any:
+        """What it measures in a result."""
+        return self.dimension(owner) if callable(self.dimension) else self.dimension
+
+    def floor_of(self, owner: Any) -> Any:
+        """Below which it is rounding in a result."""
+        return 0.0 if self.floor is None else self.floor(owner)
+
+    def _plain(self, value: Any, degrees: bool, dimension: str) -> Any:
+        if self.columns and value is not None:
+            return of_columns(self.columns, value, degrees, dimension)
+        return plain(value, degrees and dimension == "angle")
+
+
+def of_columns(
+    columns: Sequence[Quantity], owner: Any, degrees: bool, dimension: str = ""
+) -> dict[str, Any]:
+    """The plain values of several quantities of one thing."""
+    found: dict[str, Any] = {}
+    for column in columns:
+        found |= column.data(owner, degrees, dimension)
+    return found
+
+
+def of_name(found: Any, name: str, other: Any) -> Any:
+    """What a mapping has of a name, else `other`; what is no mapping is of all names."""
+    return found.get(name, other) if isinstance(found, Mapping) else found
+
+
+@dataclass(frozen=True)
+class Heading(Entry):
+    """Quantities below it are a table of their own under this heading; `of`: that of the values."""
+
+    words: str
+    of: str = ""
+    key, value = "", ""
+
+
+@dataclass(frozen=True)
+class Part(Entry):
+    """What another result declares, as if it were declared here."""
+
+    value: Reader
+    key = ""
+
+    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+        """The data of the other result."""
+        return declared_data(self.read(owner), degrees)
+
+
+@dataclass(frozen=True)
+class Rows(Entry):
+    """A table of items: a sequence, or a mapping whose keys are the first column, under `words`.
+
+    `columns`: Of each item.
+    """
+
+    key: str
+    columns: tuple[Quantity, ...]
+    words: str = ""
+    value: Reader = ""
+
+    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+        """The items as dicts, in a list, or by their keys."""
+        if not self.key:
+            return {}
+        items = self.read(owner)
+        if isinstance(items, Mapping):
+            return {
+                self.key: {
+                    name: of_columns(self.columns, one, degrees) for name, one in items.items()
+                }
+            }
+        return {self.key: [of_columns(self.columns, one, degrees) for one in items]}
+
+
+@dataclass(frozen=True)
+class Columns(Entry):
+    """A table of columns that are quantities of the result by themselves: sequences alike, or
+    mappings with the same keys, which are the first column, under `words`.
+
+    `columns`: Of the table, and of the data.
+    `kept`: Which rows people see; by default `SHOWN` of them, at even distances.
+    """
+
+    columns: tuple[Quantity, ...]
+    words: str = ""
+    kept: Callable[[Any], Sequence[int]] | None = None
+    key, value = "", ""
+
+    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+        """Every column by its key."""
+        return of_columns(self.columns, owner, degrees)
+
+
+@dataclass(frozen=True)
+class Sentence(Entry):
+    """A sentence, or several; nothing where there is none."""
+
+    value: Reader
+    key = ""
+
+
+def plain(value: Any, degrees: bool = False) -> Any:
+    """A value as JSON has it: complex numbers are pairs, what is infinite or undefined is None.
+
+    >>> plain({"a": (1.0, math.inf), "b": np.array([1.0 + 2.0j])}), plain(math.radians(60.0), True)
+    ({'a': [1.0, None], 'b': [[1.0, 2.0]]}, 60.0)
+    """
+    if value is None or isinstance(value, str | bool | int):
+        return value
+    if isinstance(value, float):
+        found = short_degrees(float(value)) if degrees else float(value)
+        return found if math.isfinite(found) else None
+    if isinstance(value, np.ndarray):
+        whole = degrees_of(value) if degrees else value
+        if whole.dtype.kind != "f" or not np.isfinite(whole).all():
+            return [plain(one) for one in whole.tolist()]
+        return whole.tolist()
+    if isinstance(value, Mapping):
+        return {key: plain(one, degrees) for key, one in value.items()}
+    if isinstance(value, complex | np.complexfloating):
+        return [float(value.real), float(value.imag)]
+    if isinstance(value, np.generic):
+        return plain(value.item(), degrees)
+    if dataclasses.is_dataclass(value):
+        return declared_data(value, degrees)
+    return [plain(one, degrees) for one in value]
+
+
+def entries(result: Any) -> Sequence[Entry]:
+    """What a result declares; its fields where it declares nothing."""
+    declared: Sequence[Entry] = getattr(result, "declared", ())
+    if declared:
+        return declared
+    # those that its `repr` has: not its status and notes
+    return [Quantity(one.name) for one in dataclasses.fields(result) if one.repr]
+
+
+def declared_data(result: Any, degrees: bool = False) -> dict[str, Any]:
+    """The plain values of all that a result declares."""
+    found: dict[str, Any] = {}
+    for one in entries(result):
+        found |= one.data(result, degrees)
+    return found
+
+
+def data(result: Any, angle: str) -> dict[str, Any]:
+    """A result as plain values, ready for JSON; angles in `angle`, "deg" or "rad". One that says
+    which analysis it is has the heading of all results.
+    """
+    found = declared_data(result, angle == "deg")
+    if not result.analysis_name:
+        return found
+    machine = result.mechanism
+    symbols = unit_symbols(machine.units, angle)
+    return heading(machine.name, result.analysis_name, symbols, result) | found
