@@ -78,11 +78,14 @@ def head_of(mechanism: Mechanism, command: str, found: Any, angle: str = "rad") 
 
 
 def answered(
-    args: Any, found: Any, data: Callable[[], Mapping[str, Any]], printed: bool = False
+    args: Any,
+    found: Any,
+    data: Callable[[], Mapping[str, Any]] | None = None,
+    printed: bool = False,
 ) -> int:
     """Print a result, or its data; its exit status. `printed`: whether its text has the notes."""
     if args.json:
-        print_data(data())
+        print_data(data() if data else found.data(getattr(args, "angle", None)))
     else:
         print(found)
     return exit_status(found, printed=printed or args.json)

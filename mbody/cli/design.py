@@ -436,5 +436,4 @@ def balance(args: Any) -> int:
     if args.output:
         save(found.mechanism, args.output)
         message(f"wrote {args.output}")
-    head = head_of(mechanism, "balance", found)
-    return answered(args, found, lambda: head | found.data(), printed=True)
+    return answered(args, found, printed=True)

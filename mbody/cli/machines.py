@@ -33,8 +33,7 @@ def shaking(args: Any) -> int:
         plain = [dataclasses.asdict(one) for one in shafts]
         for one in plain if args.angle == "deg" else ():
             one["angle"] = in_degrees(one["angle"])
-        head = head_of(run.mechanism, "shaking", found, args.angle or "rad")
-        print_data(head | found.data() | {"shafts": plain})
+        print_data(found.data(args.angle) | {"shafts": plain})
     else:
         print(found)
         if orders:
@@ -93,8 +92,7 @@ def flywheel(args: Any) -> int:
     found = size_flywheel(run, coefficient, args.driver)
     proof = found.simulated() if args.simulate else None
     if args.json:
-        angle = args.angle or "rad"
-        data = head_of(run.mechanism, "flywheel", found, angle) | found.data(angle)
+        data = found.data(args.angle)
         if proof is not None:
             data["simulated"] = {"coefficient": proof.coefficient, "status": proof.status}
         print_data(data)
@@ -125,7 +123,7 @@ def motor(args: Any) -> int:
     found = motor_sizing(
         run, curve, args.driver, ratio=ratio, efficiency=efficiency, rest=args.rest
     )
-    return answered(args, found, lambda: head_of(run.mechanism, "motor", found) | found.data())
+    return answered(args, found)
 
 
 def _row(text: str) -> list[str]:
@@ -265,8 +263,7 @@ def cam(args: Any) -> int:
     if args.csv:
         _write(found, args, POINTS if points is None else points, args.angle or "rad")
     if args.json:
-        angle = args.angle or "deg"
-        print_data(head_of(run.mechanism, "cam", found, angle) | found.data(angle))
+        print_data(found.data(args.angle))
     elif not printed:
         print(found)
     return exit_status(found, printed=not printed)
@@ -285,7 +282,7 @@ def _print_undercut(machine: Mechanism, args: Any) -> bool:
     if args.csv:
         message(f"mbody: '{found.joint.name}' undercuts: no contour is written")
     if args.json:
-        print_data(found.data(args.angle or "deg"))
+        print_data(found.data(args.angle))
     else:
         print(found)
     return True

@@ -103,7 +103,7 @@ def internal(args: Any) -> int:
 
         save(internal_diagram(found), args.output)
         message(f"wrote {args.output}")
-    return answered(args, found, lambda: head_of(run.mechanism, "internal", found) | found.data())
+    return answered(args, found)
 
 
 # -- `mbody poles MODEL`: instant centres, and the polygons of velocities and accelerations ----

@@ -47,7 +47,7 @@ class Presented:
     """Base of results: as text, as data and in notebooks as what is registered for their class.
 
     `declared`: What they are made of (`mbody/solution/declared_result.py`); else their fields.
-    `angle_unit`: Of their data, unless another is asked for.
+    `angle_unit`: Of their data, unless another is asked for, or is chosen by the model.
     `analysis_name`: Of the heading of their data, if they have one.
     `about_text`: After the name of the model where they are printed, with "{0.name}" for a field.
     """
@@ -61,7 +61,7 @@ class Presented:
         """Plain numbers, texts, lists and dicts, ready for JSON; angles in `angle`, ``"deg"`` or
         ``"rad"``.
         """
-        return present("data", self, angle or self.angle_unit)
+        return present("data", self, angle)
 
     def __str__(self) -> str:
         return str(present("summary", self))

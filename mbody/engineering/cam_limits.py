@@ -21,7 +21,7 @@ from mbody.model.joints import CamFollower, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import Columns, Heading, Quantity
+from mbody.solution.declared_result import ColumnTable, Heading, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import ends
 from mbody.solution.solution import Solution, as_solution
@@ -150,7 +150,7 @@ class CamPlace:
 
 
 #: What a least or greatest value of a cam has as data, and beside it as text.
-AT = Quantity("value"), Quantity("psi", "at ψ", "angle")
+AT = Value("value"), Value("psi", "at ψ", "angle")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -222,21 +222,22 @@ class CamAnalysis(Inherited, Presented):
     run: Any = field(repr=False)
 
     about_text = "cam '{0.joint.name}', {0.follower}"
+    analysis_name = "cam"
     angle_unit = "deg"
     declared = (
         Heading("CAM"),
-        Quantity("joint", value=lambda found: found.joint.name),
-        Quantity("follower"),
-        Quantity("base_radius", "base radius", "length"),
-        Quantity("roller"),
-        Quantity("", "radius of the roller", "length", lambda found: found.roller or None),
-        Quantity("limit", "limit of the pressure angle", "angle"),
-        Quantity("base_radius_for_limit", "base radius that keeps it", "length", "needed"),
-        Quantity(
+        Value("joint", value=lambda found: found.joint.name),
+        Value("follower"),
+        Value("base_radius", "base radius", "length"),
+        Value("roller", dimension="length"),
+        Value("", "radius of the roller", "length", lambda found: found.roller or None),
+        Value("limit", "limit of the pressure angle", "angle"),
+        Value("base_radius_for_limit", "base radius that keeps it", "length", "needed"),
+        Value(
             "greatest_pressure_angle", "greatest pressure angle", "angle", "greatest", columns=AT
         ),
-        Quantity("least_radius_of_pitch_curve", value="pitch_sharpest", columns=AT),
-        Quantity(
+        Value("least_radius_of_pitch_curve", "", "length", "pitch_sharpest", columns=AT),
+        Value(
             "",
             "least radius of the pitch curve",
             "length",
@@ -244,7 +245,7 @@ class CamAnalysis(Inherited, Presented):
             columns=AT,
             missing="none",
         ),
-        Quantity(
+        Value(
             "least_radius_of_curvature",
             "least radius of the contour, convex",
             "length",
@@ -252,7 +253,7 @@ class CamAnalysis(Inherited, Presented):
             columns=AT,
             missing="none",
         ),
-        Quantity(
+        Value(
             "least_hollow_radius",
             "least radius of the contour, hollow",
             "length",
@@ -260,16 +261,16 @@ class CamAnalysis(Inherited, Presented):
             columns=AT,
             missing="none",
         ),
-        Quantity("face", "contact along the face", "length"),
-        Quantity(
+        Value("face", "contact along the face", "length"),
+        Value(
             "base_radius_without_undercut", "least base radius without undercut", "length", "uncut"
         ),
-        Columns(
+        ColumnTable(
             (
-                Quantity("t", "t", "time"),
-                Quantity("psi", "ψ", "angle"),
-                Quantity("pressure_angle", "pressure angle", "angle"),
-                Quantity(
+                Value("t", "t", "time"),
+                Value("psi", "ψ", "angle"),
+                Value("pressure_angle", "pressure angle", "angle"),
+                Value(
                     "radius_of_curvature",
                     "radius of the contour",
                     "length",

@@ -17,7 +17,7 @@ from mbody.laws import Law, Table
 from mbody.model.closed_mechanism import with_element
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import Heading, Quantity, Sentence
+from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -180,21 +180,21 @@ class CamUndercut(Inherited, Presented):
     declared = (
         Sentence(lambda found: found.sentences),
         Heading("CAM"),
-        Quantity("joint", value=lambda found: found.joint.name),
-        Quantity("undercut"),
-        Quantity("ranges", dimension="angle"),
-        Quantity("base_radius", "base radius", "length"),
-        Quantity("roller"),
-        Quantity("", "radius of the roller", "length", lambda found: found.roller or None),
-        Quantity("least_radius", "least radius of curvature", "length", "least", columns=AT),
-        Quantity("least_base_radius", value="least_base"),
-        Quantity(
+        Value("joint", value=lambda found: found.joint.name),
+        Value("undercut"),
+        Value("ranges", dimension="angle"),
+        Value("base_radius", "base radius", "length"),
+        Value("roller", dimension="length"),
+        Value("", "radius of the roller", "length", lambda found: found.roller or None),
+        Value("least_radius", "least radius of curvature", "length", "least", columns=AT),
+        Value("least_base_radius", "", "length", "least_base"),
+        Value(
             "",
             "least base radius without undercut",
             "length",
             lambda found: found.least_base if found.joint.flat or found.roller else None,
         ),
-        Quantity("greatest_roller", "greatest roller without undercut", "length"),
+        Value("greatest_roller", "greatest roller without undercut", "length"),
     )
 
     @property

@@ -14,7 +14,7 @@ from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.laws import Table
 from mbody.model.element import listed
-from mbody.solution.declared_result import Heading, Quantity
+from mbody.solution.declared_result import Heading, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
@@ -129,12 +129,12 @@ class Fluctuation(Inherited, Presented):
 
     declared = (
         Heading("FLUCTUATION"),
-        Quantity("mean_torque", "mean torque of the driver", "torque", "mean", floor=_rounding),
-        Quantity("work", "work of a cycle", "torque", floor=_rounding),
-        Quantity("energy_fluctuation", "greatest fluctuation of energy", "torque", "fluctuation"),
-        Quantity("energy_coefficient", "as a part of the work"),
-        Quantity("least_at", "energy least at", "angle", "at_least"),
-        Quantity("greatest_at", "energy greatest at", "angle", "at_greatest"),
+        Value("mean_torque", "mean torque of the driver", "torque", "mean", floor=_rounding),
+        Value("work", "work of a cycle", "torque", floor=_rounding),
+        Value("energy_fluctuation", "greatest fluctuation of energy", "torque", "fluctuation"),
+        Value("energy_coefficient", "as a part of the work"),
+        Value("least_at", "energy least at", "angle", "at_least"),
+        Value("greatest_at", "energy greatest at", "angle", "at_greatest"),
     )
 
     @property

@@ -19,7 +19,7 @@ from mbody.laws import Table
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker
 from mbody.model.loads import Torque
-from mbody.solution.declared_result import Heading, Part, Quantity
+from mbody.solution.declared_result import Heading, IncludedResult, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
@@ -117,18 +117,19 @@ class FlywheelSizing(Inherited, Presented):
     run: Any
     driver: str
 
+    analysis_name = "flywheel"
     about_text = "driver '{0.driver}'"
     declared = (
         Heading("FLYWHEEL"),
-        Quantity("driver"),
-        Quantity("", "mean speed", "angular velocity", lambda found: abs(found.speed)),
-        Quantity("speed"),
-        Part("fluctuation"),
-        Quantity("without", "fluctuation of the speed without it", missing=STANDS),
-        Quantity("coefficient", "fluctuation of the speed with it", missing=STANDS),
-        Quantity("", "speed with it", "angular velocity", _between),
-        Quantity("inertia", "inertia of the flywheel", "mass·length²"),
-        Quantity("inertia_simple", "by ΔE/(C ω²)", "mass·length²", "simple"),
+        Value("driver"),
+        Value("", "mean speed", "angular velocity", lambda found: abs(found.speed)),
+        Value("speed", dimension="angular velocity"),
+        IncludedResult("fluctuation"),
+        Value("without", "fluctuation of the speed without it", missing=STANDS),
+        Value("coefficient", "fluctuation of the speed with it", missing=STANDS),
+        Value("", "speed with it", "angular velocity", _between),
+        Value("inertia", "inertia of the flywheel", "mass·length²"),
+        Value("inertia_simple", "by ΔE/(C ω²)", "mass·length²", "simple"),
     )
 
     def simulated(self) -> FlywheelProof:

@@ -18,7 +18,7 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.solution.declared_result import Heading, Quantity, Rows, Sentence
+from mbody.solution.declared_result import Heading, ItemTable, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import PointHistory
 from mbody.solution.measures import point_history
@@ -71,7 +71,7 @@ def link_columns(run: Solution, quantity: str) -> Array:
 
 
 def counterweight_columns(run: Solution, places: Sequence[Marker], quantity: str) -> Array:
-    """Columns of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
+    """ColumnTable of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
     columns = []
     for place in places:
         columns += _columns(run, place.body, run.point(place), quantity)
@@ -308,22 +308,30 @@ class ForceBalance(Inherited, Presented):
     mechanism: Any = None
     system: Any = None
 
+    analysis_name = "balance"
     declared = (
-        Rows(
+        ItemTable(
             "counterweights",
             (
-                Quantity("body", "COUNTERWEIGHT", "text"),
-                Quantity("mass", "mass", "mass"),
-                Quantity("at", "from", "text"),
-                Quantity("radius", "radius", "length"),
-                Quantity("angle", "angle", "angle"),
-                Quantity("moment", "moment", "mass·length"),
-                *map(Quantity, "xy"),
+                Value("body", "COUNTERWEIGHT", "text"),
+                Value("mass", "mass", "mass"),
+                Value("at", "from", "text"),
+                Value("radius", "radius", "length"),
+                Value("angle", "angle", "angle"),
+                Value("moment", "moment", "mass·length"),
+                *(Value(key, "", "length") for key in "xy"),
             ),
         ),
-        *map(Quantity, ("conditions", "complete", "left", "reason", "peaks")),
+        *map(Value, ("conditions", "complete", "left", "reason")),
+        Value(
+            "peaks",
+            columns=tuple(
+                Value(when, columns=(Value("force", "", "force"), Value("moment", "", "torque")))
+                for when in ("before", "after")
+            ),
+        ),
         Heading("GREATEST"),
-        Quantity(
+        Value(
             "",
             {"force": "shaking force", "moment": "shaking moment"},
             {"force": "force", "moment": "torque"},
@@ -332,7 +340,7 @@ class ForceBalance(Inherited, Presented):
                 for key in ("force", "moment")
             },
             floor=_rounding,
-            columns=(Quantity("before", "before"), Quantity("after", "after")),
+            columns=(Value("before", "before"), Value("after", "after")),
         ),
         Sentence(
             lambda found: (
@@ -576,7 +584,7 @@ def _same_motion(system: System, run: Solution) -> Solution:
 
 
 def _rows(runs: list[Solution], places: list[Marker] | None, quantity: str) -> Array:
-    """Columns of the links, or of counterweights at places, over the instants of several runs."""
+    """ColumnTable of the links, or of counterweights at places, over the instants of several runs."""
     parts = [
         link_columns(run, quantity)
         if places is None

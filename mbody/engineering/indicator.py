@@ -13,7 +13,7 @@ from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.loads import ReciprocatingCylinder
-from mbody.solution.declared_result import Heading, Quantity
+from mbody.solution.declared_result import Heading, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
@@ -63,15 +63,13 @@ class Indicator(Inherited, Presented):
     about_text = "a chamber at {0.span}"
     declared = (
         Heading("INDICATOR"),
-        Quantity("least_volume", "least volume", "volume", _extreme("volume", np.min)),
-        Quantity("greatest_volume", "greatest volume", "volume", _extreme("volume", np.max)),
-        Quantity("least_pressure", "least pressure", "pressure", _extreme("pressure", np.min)),
-        Quantity(
-            "greatest_pressure", "greatest pressure", "pressure", _extreme("pressure", np.max)
-        ),
-        Quantity("delivered", "delivered", "volume", lambda found: found.over_time(found.delivery)),
-        Quantity("taken_in", "taken in", "volume", lambda found: found.over_time(found.suction)),
-        Quantity("work", "work on the fluid", "torque", lambda found: found.over_time(found.power)),
+        Value("least_volume", "least volume", "volume", _extreme("volume", np.min)),
+        Value("greatest_volume", "greatest volume", "volume", _extreme("volume", np.max)),
+        Value("least_pressure", "least pressure", "pressure", _extreme("pressure", np.min)),
+        Value("greatest_pressure", "greatest pressure", "pressure", _extreme("pressure", np.max)),
+        Value("delivered", "delivered", "volume", lambda found: found.over_time(found.delivery)),
+        Value("taken_in", "taken in", "volume", lambda found: found.over_time(found.suction)),
+        Value("work", "work on the fluid", "torque", lambda found: found.over_time(found.power)),
     )
 
     @property

@@ -17,7 +17,7 @@ from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
-from mbody.solution.declared_result import Heading, Quantity, Sentence
+from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -373,16 +373,19 @@ class InternalLoads(Inherited, Presented):
     section: CrossSection | None
     run: Any
 
+    analysis_name = "internal"
     about_text = "'{0.body}' along {0.along[0]}–{0.along[1]}"
     declared = (
-        *map(Quantity, ("body", "along", "lumped", "closure")),
-        Quantity("t", value=lambda found: found.run.t),
-        *map(Quantity, ("place", "axial", "shear", "bending")),
-        Quantity("stress", value=lambda found: found.stress() if found.section else ...),
+        *map(Value, ("body", "along", "lumped", "closure")),
+        Value("t", "", "time", lambda found: found.run.t),
+        Value("place", "", "length"),
+        *(Value(key, "", "force") for key in ("axial", "shear")),
+        Value("bending", "", "torque"),
+        Value("stress", "", "pressure", lambda found: found.stress() if found.section else ...),
         Heading("BAR"),
-        Quantity("length", "length", "length"),
+        Value("length", "length", "length"),
         Heading("GREATEST"),
-        Quantity(
+        Value(
             "greatest",
             {
                 "axial": "axial force",
@@ -397,9 +400,9 @@ class InternalLoads(Inherited, Presented):
             },
             floor=_rounding,
             columns=(
-                Quantity("value"),
-                Quantity("place", "at s", "length"),
-                Quantity("t", "t", "time"),
+                Value("value"),
+                Value("place", "at s", "length"),
+                Value("t", "t", "time"),
             ),
         ),
         Sentence(lambda found: f"equilibrium {found.closure:.1e} (relative)"),

@@ -16,7 +16,7 @@ from mbody.errors import ModelError
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
-from mbody.solution.declared_result import Quantity
+from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import BodyHistory, PointHistory, one_design, with_fields
 from mbody.solution.solution import Solution, as_solution
@@ -187,13 +187,13 @@ class MotionPolygon(Inherited, Presented):
     joints: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     declared = (
-        Quantity("quantity"),
-        Quantity(
+        Value("quantity"),
+        Value(
             "points",
             value=lambda found: {key: {"x": found.x[key], "y": found.y[key]} for key in found.x},
         ),
-        Quantity("links"),
-        Quantity("joints"),
+        Value("links"),
+        Value("joints"),
     )
 
     def between(self, first: str, second: str) -> tuple[Array, Array]:

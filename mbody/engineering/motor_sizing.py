@@ -15,7 +15,7 @@ from mbody.engineering.fluctuation import angle_driver, link_energy
 from mbody.errors import ModelError
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import Heading, Quantity, Sentence
+from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design
 from mbody.solution.known_forces import inherits
@@ -105,21 +105,21 @@ class MotorSizing(Inherited, Presented):
     run: Any
     driver: str
 
+    analysis_name = "motor"
     about_text = "driver '{0.driver}'"
     declared = (
         Heading("MOTOR"),
-        Quantity("driver"),
-        Quantity("ratio", "gear ratio"),
-        Quantity("best_ratio", "ratio of least rms torque"),
-        Quantity("rms", "rms torque, rest included", "torque"),
-        Quantity("peak", "greatest torque", "torque"),
-        Quantity("rms_speed"),
-        # motors are sold by rpm
-        Quantity("top_speed", "greatest speed", "angular velocity", unit="rpm"),
-        Quantity("inertia_ratio", "inertia of the load by the motor's own", missing="infinite"),
-        Quantity("used", "{} limit used", "share"),
-        Quantity("active"),
-        Quantity("suffices"),
+        Value("driver"),
+        Value("ratio", "gear ratio"),
+        Value("best_ratio", "ratio of least rms torque"),
+        Value("rms", "rms torque, rest included", "torque"),
+        Value("peak", "greatest torque", "torque"),
+        Value("rms_speed", dimension="angular velocity"),
+        Value("top_speed", "greatest speed", "angular velocity"),
+        Value("inertia_ratio", "inertia of the load by the motor's own", missing="infinite"),
+        Value("used", "{} limit used", "share"),
+        Value("active"),
+        Value("suffices"),
         Sentence(
             lambda found: (
                 f"it {'suffices' if found.suffices else 'does not suffice'}: the "

@@ -22,7 +22,7 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import acting_contacts
-from mbody.solution.declared_result import Columns, Heading, Quantity
+from mbody.solution.declared_result import ColumnTable, Heading, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, reaction_torque
 from mbody.solution.known_forces import inherits
@@ -457,33 +457,34 @@ class ShakingOrders(Orders, Presented):
     turns: int
     run: Any
 
+    analysis_name = "shaking"
     declared = (
-        Columns(
+        ColumnTable(
             (
-                Quantity("orders", "ORDER"),
-                Quantity("fx", "fx", "force", floor=_rounding_force),
-                Quantity("fy", "fy", "force", floor=_rounding_force),
-                Quantity(
+                Value("orders", "ORDER"),
+                Value("fx", "fx", "force", floor=_rounding_force),
+                Value("fy", "fy", "force", floor=_rounding_force),
+                Value(
                     "",
                     "with it",
                     "force",
                     lambda found: np.abs(found.forward),
                     floor=_rounding_force,
                 ),
-                Quantity(
+                Value(
                     "",
                     "against it",
                     "force",
                     lambda found: np.abs(found.backward),
                     floor=_rounding_force,
                 ),
-                Quantity("moment", "moment", "torque", floor=_rounding_moment),
-                *map(Quantity, ("force", "forward", "backward")),
+                Value("moment", "moment", "torque", floor=_rounding_moment),
+                *(Value(key, "", "force") for key in ("force", "forward", "backward")),
             ),
             kept=_present_orders,
         ),
         Heading("GREATEST"),
-        Quantity(
+        Value(
             "peak",
             {"force": "shaking force", "moment": "shaking moment"},
             {"force": "force", "moment": "torque"},
@@ -493,7 +494,7 @@ class ShakingOrders(Orders, Presented):
                 "moment": _rounding_moment(found),
             },
         ),
-        Quantity("turns"),
+        Value("turns"),
     )
 
     def of(self, order: float) -> float:

@@ -17,7 +17,7 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import Heading, Quantity, Sentence
+from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
@@ -76,12 +76,13 @@ class SpringBalance(Inherited, Presented):
     mechanism: Any = None
     system: Any = None
 
+    analysis_name = "balance"
     declared = (
         Heading("SPRING", "stiffness"),
-        Quantity("stiffness", "{}", lambda found: found.dimensions),
-        *map(Quantity, ("complete", "left", "reason")),
+        Value("stiffness", "{}", lambda found: found.dimensions),
+        *map(Value, ("complete", "left", "reason")),
         Heading("GREATEST EFFORT"),
-        Quantity(
+        Value(
             "peaks",
             "{}",
             lambda found: found.dimensions,
@@ -89,7 +90,7 @@ class SpringBalance(Inherited, Presented):
                 FORCE_NONE_BALANCE
                 * max((one["before"] for one in found.peaks.values()), default=0.0)
             ),
-            columns=(Quantity("before", "before"), Quantity("after", "after")),
+            columns=(Value("before", "before"), Value("after", "after")),
         ),
         Sentence(
             lambda found: (

@@ -11,13 +11,19 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mbody.quantities.evaluate import degrees_of, short_degrees
+from mbody.quantities.evaluate import short_degrees
+from mbody.quantities.units import DIMENSIONS, NUMBER
 from mbody.solution.doubts import heading, unit_symbols
 
+if TYPE_CHECKING:
+    from mbody.quantities.output_units import OutputUnits
+
+#: Powers as they are written in products of units.
+POWERS = {"²": 2, "³": 3}
 #: Where a value is read: an attribute or a key, by default that of the data, or a function.
 Reader: TypeAlias = "str | Callable[[Any], Any]"
 
@@ -39,9 +45,9 @@ class Entry:
             return source(owner)
         return owner[source] if isinstance(owner, Mapping) else getattr(owner, source)
 
-    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Its plain value by its key, which may be none."""
-        return {self.key: plain(self.read(owner), degrees)} if self.key else {}
+        return {}
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,6 @@ class Quantity(Entry):
       "share", which people read in percent; of a mapping also by key; or a function that says it.
     `missing`: For people, where there is no value; by default it has no row.
     `floor`: Below it a value is rounding beside others, and printed as 0; of a mapping by key.
-    `unit`: Of what people read, if it is not that of all results.
     `columns`: Where the value has parts: of what it is, and beside it.
     """
 
@@ -64,11 +69,10 @@ class Quantity(Entry):
     value: Reader = ""
     missing: str | None = field(default=None, kw_only=True)
     floor: Callable[[Any], Any] | None = field(default=None, kw_only=True)
-    unit: str = field(default="", kw_only=True)
     columns: tuple[Quantity, ...] = field(default=(), kw_only=True)
 
-    def data(self, owner: Any, degrees: bool, dimension: str = "") -> dict[str, Any]:
-        """Its plain value by its key; angles in degrees if they are wanted so. `dimension`: What it
+    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+        """Its plain value by its key. `dimension`: What it
         measures where it does not say it itself.
         """
         if not self.key:
@@ -78,11 +82,11 @@ class Quantity(Entry):
             return {}
         if self.by_key:
             parts = {
-                name: self._plain(one, degrees, of_name(measured, name, ""))
+                name: self._plain(one, units, of_name(measured, name, ""))
                 for name, one in value.items()
             }
             return {self.key: parts}
-        return {self.key: self._plain(value, degrees, measured)}
+        return {self.key: self._plain(value, units, measured)}
 
     @property
     def by_key(self) -> bool:
@@ -97,19 +101,19 @@ class Quantity(Entry):
         """Below which it is rounding in a result."""
         return 0.0 if self.floor is None else self.floor(owner)
 
-    def _plain(self, value: Any, degrees: bool, dimension: str) -> Any:
+    def _plain(self, value: Any, units: Any, dimension: str) -> Any:
         if self.columns and value is not None:
-            return of_columns(self.columns, value, degrees, dimension)
-        return plain(value, degrees and dimension == "angle")
+            return of_columns(self.columns, value, units, dimension)
+        return plain(value, units, dimension)
 
 
 def of_columns(
-    columns: Sequence[Quantity], owner: Any, degrees: bool, dimension: str = ""
+    columns: Sequence[Quantity], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
     """The plain values of several quantities of one thing."""
     found: dict[str, Any] = {}
     for column in columns:
-        found |= column.data(owner, degrees, dimension)
+        found |= column.data(owner, units, dimension)
     return found
 
 
@@ -134,9 +138,9 @@ class Part(Entry):
     value: Reader
     key = ""
 
-    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """The data of the other result."""
-        return declared_data(self.read(owner), degrees)
+        return declared_data(self.read(owner), units)
 
 
 @dataclass(frozen=True)
@@ -151,7 +155,7 @@ class Rows(Entry):
     words: str = ""
     value: Reader = ""
 
-    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """The items as dicts, in a list, or by their keys."""
         if not self.key:
             return {}
@@ -159,10 +163,10 @@ class Rows(Entry):
         if isinstance(items, Mapping):
             return {
                 self.key: {
-                    name: of_columns(self.columns, one, degrees) for name, one in items.items()
+                    name: of_columns(self.columns, one, units) for name, one in items.items()
                 }
             }
-        return {self.key: [of_columns(self.columns, one, degrees) for one in items]}
+        return {self.key: [of_columns(self.columns, one, units) for one in items]}
 
 
 @dataclass(frozen=True)
@@ -179,9 +183,9 @@ class Columns(Entry):
     kept: Callable[[Any], Sequence[int]] | None = None
     key, value = "", ""
 
-    def data(self, owner: Any, degrees: bool) -> dict[str, Any]:
+    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Every column by its key."""
-        return of_columns(self.columns, owner, degrees)
+        return of_columns(self.columns, owner, units)
 
 
 @dataclass(frozen=True)
@@ -192,31 +196,49 @@ class Sentence(Entry):
     key = ""
 
 
-def plain(value: Any, degrees: bool = False) -> Any:
+def in_units(units: OutputUnits, dimension: str, values: Any) -> tuple[Any, str]:
+    """Values of a quantity of a model in other units, and the symbol.
+
+    >>> from mbody.quantities.output_units import read_by_people
+    >>> from mbody.quantities.units import unit_system
+    >>> in_units(read_by_people(unit_system("mm-N-s")), "mass·length", 0.002)
+    (2.0, 'kg·mm')
+    """
+    if dimension in ("", "share"):
+        return values, ""
+    # a product is read by its factors: kg·mm, where the system alone has N·s²
+    factors = [(part.rstrip("²³"), POWERS.get(part[-1], 1)) for part in dimension.split("·")]
+    whole = math.prod((DIMENSIONS[name] ** n for name, n in factors), start=NUMBER)
+    if len(factors) == 1 or whole in units.chosen:
+        return units.converted(values, whole), units.of(whole)
+    size = math.prod(units.size(name) ** n for name, n in factors)
+    return values / size, "·".join(units.of(name) + ("", "", "²", "³")[n] for name, n in factors)
+
+
+def plain(value: Any, units: OutputUnits | None = None, dimension: str = "") -> Any:
     """A value as JSON has it: complex numbers are pairs, what is infinite or undefined is None.
 
-    >>> plain({"a": (1.0, math.inf), "b": np.array([1.0 + 2.0j])}), plain(math.radians(60.0), True)
-    ({'a': [1.0, None], 'b': [[1.0, 2.0]]}, 60.0)
+    >>> plain({"a": (1.0, math.inf), "b": np.array([1.0 + 2.0j])})
+    {'a': [1.0, None], 'b': [[1.0, 2.0]]}
     """
     if value is None or isinstance(value, str | bool | int):
         return value
-    if isinstance(value, float):
-        found = short_degrees(float(value)) if degrees else float(value)
-        return found if math.isfinite(found) else None
-    if isinstance(value, np.ndarray):
-        whole = degrees_of(value) if degrees else value
-        if whole.dtype.kind != "f" or not np.isfinite(whole).all():
-            return [plain(one) for one in whole.tolist()]
-        return whole.tolist()
     if isinstance(value, Mapping):
-        return {key: plain(one, degrees) for key, one in value.items()}
-    if isinstance(value, complex | np.complexfloating):
-        return [float(value.real), float(value.imag)]
-    if isinstance(value, np.generic):
-        return plain(value.item(), degrees)
+        return {key: plain(one, units, dimension) for key, one in value.items()}
     if dataclasses.is_dataclass(value):
-        return declared_data(value, degrees)
-    return [plain(one, degrees) for one in value]
+        return declared_data(value, units, dimension)
+    if isinstance(value, float | complex | np.ndarray | np.generic):
+        whole, symbol = (value, "") if units is None else in_units(units, dimension, value)
+        if symbol == "deg" and isinstance(value, float):
+            whole = short_degrees(value)
+        array = np.asarray(whole)
+        if array.dtype.kind == "c":
+            array = np.stack([array.real, array.imag], axis=-1)
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            array = array.astype(object)
+            array[~np.isfinite(array.astype(float))] = None
+        return array.tolist()
+    return [plain(one, units, dimension) for one in value]
 
 
 def entries(result: Any) -> Sequence[Entry]:
@@ -228,21 +250,30 @@ def entries(result: Any) -> Sequence[Entry]:
     return [Quantity(one.name) for one in dataclasses.fields(result) if one.repr]
 
 
-def declared_data(result: Any, degrees: bool = False) -> dict[str, Any]:
-    """The plain values of all that a result declares."""
+def declared_data(result: Any, units: OutputUnits | None, dimension: str = "") -> dict[str, Any]:
+    """The plain values of all that a result declares; `dimension`: Of what does not say its own."""
     found: dict[str, Any] = {}
     for one in entries(result):
-        found |= one.data(result, degrees)
+        found |= one.data(result, units, dimension)
     return found
 
 
-def data(result: Any, angle: str) -> dict[str, Any]:
-    """A result as plain values, ready for JSON; angles in `angle`, "deg" or "rad". One that says
-    which analysis it is has the heading of all results.
+def data(result: Any, angle: str | None) -> dict[str, Any]:
+    """A result as plain values, ready for JSON, in the units of the model or those that it has for
+    results; one that says which analysis it is has the heading of all results.
     """
-    found = declared_data(result, angle == "deg")
+    machine = machine_of(result)
+    if machine is None:
+        return declared_data(result, None)
+    units = machine.data_units.with_angle(angle, result.angle_unit)
+    found = declared_data(result, units)
     if not result.analysis_name:
         return found
-    machine = result.mechanism
-    symbols = unit_symbols(machine.units, angle)
+    symbols = unit_symbols(units, None)
     return heading(machine.name, result.analysis_name, symbols, result) | found
+
+
+def machine_of(result: Any) -> Any:
+    """The mechanism of a result; None where it does not know one."""
+    found = getattr(result, "mechanism", None)
+    return getattr(getattr(result, "run", None), "mechanism", None) if found is None else found

@@ -11,21 +11,22 @@ import numpy as np
 from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.declared_result import (
-    Columns,
-    Entry,
+    ColumnTable,
+    DeclaredEntry,
     Heading,
-    Part,
-    Quantity,
-    Rows,
+    IncludedResult,
+    ItemTable,
     Sentence,
+    Value,
     entries,
+    in_units,
+    machine_of,
     of_name,
 )
 from mbody.summaries.text_table import Column, certified, even, number, numbers, paragraph, table
 
-#: Rows of a table of histories that are shown.
+#: ItemTable of a table of histories that are shown.
 SHOWN = 13
-POWERS = {"²": 2, "³": 3}
 
 
 def summary(result: Any) -> str:
@@ -37,11 +38,12 @@ def summary(result: Any) -> str:
     >>> summary(found).splitlines()[2].split()
     ['FLUCTUATION', 'unit']
     """
-    units, heading = UnitsOfText(result), Heading("")
+    machine = machine_of(result)
+    units, heading = UnitsOfText(None if machine is None else machine.shown), Heading("")
     blocks: list[list[str]] = []
-    group: list[tuple[Quantity, Any]] = []
+    group: list[tuple[Value, Any]] = []
     for one, owner in [*expanded(result), (heading, result)]:
-        if isinstance(one, Quantity):
+        if isinstance(one, Value):
             group += [(one, owner)] if one.words else []
             continue
         blocks.append(labelled(heading, group, units))
@@ -52,9 +54,9 @@ def summary(result: Any) -> str:
             said = one.read(owner)
             texts = [said] if isinstance(said, str) else said
             blocks.append([line for text in texts if text for line in paragraph(text)])
-        elif isinstance(one, Rows):
+        elif isinstance(one, ItemTable):
             blocks.append(rows_table(one, owner, units))
-        elif isinstance(one, Columns):
+        elif isinstance(one, ColumnTable):
             blocks.append(columns_table(one, owner, units))
     if not any(blocks):
         return repr(result)
@@ -64,10 +66,10 @@ def summary(result: Any) -> str:
     return "\n".join(even([*lines, *(certified(result) if hasattr(result, "doubts") else [])]))
 
 
-def expanded(result: Any) -> Iterator[tuple[Entry, Any]]:
+def expanded(result: Any) -> Iterator[tuple[DeclaredEntry, Any]]:
     """All that is declared, with what it is read of."""
     for one in entries(result):
-        if isinstance(one, Part):
+        if isinstance(one, IncludedResult):
             # its headings would begin tables of their own
             parts = expanded(one.read(result))
             yield from (part for part in parts if not isinstance(part[0], Heading))
@@ -83,73 +85,65 @@ def first_line(result: Any) -> list[str]:
     return paragraph(text) if text else []
 
 
-def machine_of(result: Any) -> Any:
-    """The mechanism of a result; None where it does not know one."""
-    found = getattr(result, "mechanism", None)
-    return getattr(getattr(result, "run", None), "mechanism", None) if found is None else found
-
-
 class UnitsOfText:
-    """Numbers in the units that people read, and the symbols of these."""
+    """Numbers in the units that people read, and the symbols of these.
 
-    def __init__(self, result: Any) -> None:
-        machine = machine_of(result)
-        self.output: Any = None if machine is None else OutputUnits(machine.units)
+    `output`: None of a result that knows no mechanism: angles alone are in degrees.
+    """
 
-    def of(self, dimension: str, values: Any, unit: str = "") -> tuple[Any, str]:
+    def __init__(self, output: OutputUnits | None) -> None:
+        self.output = output
+
+    def of(self, dimension: str, values: Any) -> tuple[Any, str]:
         """Values of a quantity in their unit, and its symbol."""
-        output = self.output
-        if not dimension:
-            return values, unit
         if dimension == "share":
             return np.multiply(values, 100.0), "%"
-        if output is None:
-            return (np.degrees(values), "deg") if dimension == "angle" else (values, "")
-        output = output.having({dimension: unit}) if unit else output
-        # a product is read by its factors: kg·mm², where the system alone has N·s²·mm
-        factors = [(part.rstrip("²³"), POWERS.get(part[-1], 1)) for part in dimension.split("·")]
-        whole = math.prod(
-            (DIMENSIONS[name] ** n for name, n in factors), start=DIMENSIONS["number"]
-        )
-        if whole in output.chosen or len(factors) == 1:
-            found, symbol = output.converted(values, whole), output.of(whole)
-            return (np.degrees(values), "deg") if symbol == "rad" else (found, symbol)
-        for name, n in factors:
-            for _ in range(n):
-                values = output.converted(values, name)
-        return values, "·".join(output.of(name) + ("", "", "²", "³")[n] for name, n in factors)
+        if self.output is not None:
+            return in_units(self.output, dimension, values)
+        return (np.degrees(values), "deg") if dimension == "angle" else (values, "")
+
+    def second(self, dimension: str) -> UnitsOfText | None:
+        """Other units that people read beside these; None of most quantities."""
+        found = self.output
+        if found is None or DIMENSIONS.get(dimension or "number") not in found.beside:
+            return None
+        return UnitsOfText(OutputUnits(found.system, found.chosen | found.beside))
 
 
-# -- Rows: a name, a value, its unit -------------------------------------------------------------
+# -- ItemTable: a name, a value, its unit -------------------------------------------------------------
 
 
-def labelled(
-    heading: Heading, group: Sequence[tuple[Quantity, Any]], units: UnitsOfText
-) -> list[str]:
+def labelled(heading: Heading, group: Sequence[tuple[Value, Any]], units: UnitsOfText) -> list[str]:
     """A table of single quantities; parts of another dimension are beside the unit."""
-    rows = [row for one, owner in group for row in rows_of(one, owner)]
-    if not rows:
-        return []
-    names, symbols = [row[0] for row in rows], [""] * len(rows)
-    values: dict[str, list[str]] = {}
-    beside: dict[str, tuple[str, list[str]]] = {}
-    for n, (_, one, value, dimension, floor) in enumerate(rows):
-        for column in one.columns or (Quantity("", heading.of, value=lambda whole: whole),):
-            own, words, part = str(column.dimension), str(column.words), column.read(value)
-            there = not absent(part) and not (own and absent(one.columns[0].read(value)))
-            cell, symbol = text_of(part if there else None, own or dimension, units, one, floor)
-            if own:
-                _, cells = beside.setdefault(words, (symbol, [""] * len(rows)))
-            else:
-                cells, symbols[n] = values.setdefault(words, [""] * len(rows)), symbol
-            cells[n] = cell
-    columns = [Column(title, cells) for title, cells in values.items()]
-    unit = Column("unit", symbols, text=True)
-    others = [Column(title, cells, symbol) for title, (symbol, cells) in beside.items()]
-    return table([Column(heading.words, names, text=True), *columns, unit, *others])
+    rows: list[tuple[str, str, dict[str, str], dict[str, str]]] = []
+    symbols: dict[str, str] = {}
+    for words, one, value, dimension, floor in (row for pair in group for row in rows_of(*pair)):
+        for name, read in ((words, units), ("", units.second(dimension))):
+            if read is None:
+                continue
+            cells, others, unit = {}, {}, ""
+            for column in one.columns or (Value("", heading.of, value=lambda whole: whole),):
+                own, title, part = str(column.dimension), str(column.words), column.read(value)
+                if own and absent(one.columns[0].read(value)):
+                    continue
+                cell, symbol = text_of(part, own or dimension, read, one, floor)
+                if own:
+                    others[title], symbols[title] = cell, symbol
+                else:
+                    cells[title], unit = cell, symbol
+            rows.append((name, unit, cells, others))
+    titles = dict.fromkeys(title for row in rows for title in row[2])
+    columns = [Column(heading.words, [row[0] for row in rows], text=True)]
+    columns += [Column(title, [row[2].get(title, "") for row in rows]) for title in titles]
+    columns.append(Column("unit", [row[1] for row in rows], text=True))
+    columns += [
+        Column(title, [row[3].get(title, "") for row in rows], symbol)
+        for title, symbol in symbols.items()
+    ]
+    return table(columns) if rows else []
 
 
-def rows_of(one: Quantity, owner: Any) -> Iterator[tuple[str, Quantity, Any, str, float]]:
+def rows_of(one: Value, owner: Any) -> Iterator[tuple[str, Value, Any, str, float]]:
     """Words, value, dimension and rounding of the rows of a quantity, of a mapping one a key."""
     value, dimension, floor = one.read(owner), one.dimension_of(owner), one.floor_of(owner)
     if one.by_key:
@@ -168,7 +162,7 @@ def absent(value: Any) -> bool:
 
 
 def text_of(
-    value: Any, dimension: str, units: UnitsOfText, one: Quantity, floor: float
+    value: Any, dimension: str, units: UnitsOfText, one: Value, floor: float
 ) -> tuple[str, str]:
     """The cell of one value, and its unit."""
     if absent(value):
@@ -178,7 +172,7 @@ def text_of(
     if isinstance(value, tuple):
         parts = [text_of(part, dimension, units, one, floor) for part in value]
         return " … ".join(cell for cell, _ in parts), parts[0][1]
-    found, symbol = units.of(dimension, 0.0 if abs(value) <= floor else value, one.unit)
+    found, symbol = units.of(dimension, 0.0 if abs(value) <= floor else value)
     return (degrees(found) if symbol == "deg" else number(found)), symbol
 
 
@@ -194,21 +188,27 @@ def degrees(value: float) -> str:
 # -- Tables --------------------------------------------------------------------------------------
 
 
-def column_of(
-    one: Quantity, values: Sequence[Any], dimension: str, units: UnitsOfText, floor: float
-) -> Column:
-    """A column of values of one quantity."""
+def columns_of(
+    one: Value, values: Sequence[Any], owner: Any, units: UnitsOfText
+) -> Iterator[Column]:
+    """The column of values of one quantity, and one of a second unit of it."""
     words, missing = str(one.words), "–" if one.missing is None else one.missing
+    dimension, floor = one.dimension_of(owner), one.floor_of(owner)
     if dimension == "text" or any(isinstance(value, str) for value in values):
         whole = ["; ".join(v) if isinstance(v, list | tuple) else v for v in values]
-        return Column(words, [missing if v is None else str(v) for v in whole], text=True)
+        yield Column(words, [missing if v is None else str(v) for v in whole], text=True)
+        return
     there = np.array([value for value in values if not absent(value)] or [0.0], dtype=float)
-    found, symbol = units.of(dimension, np.where(np.abs(there) <= floor, 0.0, there), one.unit)
-    cells = iter(map(degrees, found) if symbol == "deg" else numbers(found))
-    return Column(words, [missing if absent(value) else next(cells) for value in values], symbol)
+    there = np.where(np.abs(there) <= floor, 0.0, there)
+    for title, read in ((words, units), ("", units.second(dimension))):
+        if read is not None:
+            found, symbol = read.of(dimension, there)
+            cells = iter(map(degrees, found) if symbol == "deg" else numbers(found))
+            texts = [missing if absent(value) else next(cells) for value in values]
+            yield Column(title, texts, symbol)
 
 
-def rows_table(one: Rows, owner: Any, units: UnitsOfText) -> list[str]:
+def rows_table(one: ItemTable, owner: Any, units: UnitsOfText) -> list[str]:
     """A table of items, those of a mapping after their names."""
     items, columns = one.read(owner), []
     if isinstance(items, Mapping):
@@ -216,12 +216,11 @@ def rows_table(one: Rows, owner: Any, units: UnitsOfText) -> list[str]:
         items = list(items.values())
     for column in one.columns if len(items) else ():
         if column.words:
-            values, floor = [column.read(item) for item in items], column.floor_of(owner)
-            columns.append(column_of(column, values, column.dimension_of(owner), units, floor))
+            columns += columns_of(column, [column.read(item) for item in items], owner, units)
     return table(columns) if len(items) else []
 
 
-def columns_table(one: Columns, owner: Any, units: UnitsOfText) -> list[str]:
+def columns_table(one: ColumnTable, owner: Any, units: UnitsOfText) -> list[str]:
     """A table of what are columns already; how many rows are left out."""
     shown = [column for column in one.columns if column.words]
     values: list[Any] = [column.read(owner) for column in shown]
@@ -232,8 +231,7 @@ def columns_table(one: Columns, owner: Any, units: UnitsOfText) -> list[str]:
     kept = one.kept(owner) if one.kept else range(count) if names else evenly(count)
     columns = [Column(one.words, [str(names[k]) for k in kept], text=True)] if names else []
     for column, whole in zip(shown, values, strict=True):
-        part, floor = [whole[k] for k in kept], column.floor_of(owner)
-        columns.append(column_of(column, part, column.dimension_of(owner), units, floor))
+        columns += columns_of(column, [whole[k] for k in kept], owner, units)
     more = one.kept is None and len(kept) < count
     left = [f"{len(kept)} of {count} instants; all of them with --json"] if more else []
     return [*table(columns), *left] if count else []
