@@ -71,7 +71,7 @@ def link_columns(run: Solution, quantity: str) -> Array:
 
 
 def counterweight_columns(run: Solution, places: Sequence[Marker], quantity: str) -> Array:
-    """ColumnTable of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
+    """Columns of the momentum of point masses by their m, m x, m y about `places`, in link axes."""
     columns = []
     for place in places:
         columns += _columns(run, place.body, run.point(place), quantity)
@@ -584,7 +584,7 @@ def _same_motion(system: System, run: Solution) -> Solution:
 
 
 def _rows(runs: list[Solution], places: list[Marker] | None, quantity: str) -> Array:
-    """ColumnTable of the links, or of counterweights at places, over the instants of several runs."""
+    """Columns of the links, or of counterweights at places, over the instants of several runs."""
     parts = [
         link_columns(run, quantity)
         if places is None

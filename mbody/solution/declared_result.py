@@ -28,7 +28,7 @@ POWERS = {"²": 2, "³": 3}
 Reader: TypeAlias = "str | Callable[[Any], Any]"
 
 
-class Entry:
+class DeclaredEntry:
     """One part of a result.
 
     `key`: In the data; empty of what is for people alone.
@@ -51,7 +51,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Quantity(Entry):
+class Value(DeclaredEntry):
     """A quantity: a row of the text, or a column of a table.
 
     `key`: In the data; empty of what is for people alone.
@@ -69,7 +69,7 @@ class Quantity(Entry):
     value: Reader = ""
     missing: str | None = field(default=None, kw_only=True)
     floor: Callable[[Any], Any] | None = field(default=None, kw_only=True)
-    columns: tuple[Quantity, ...] = field(default=(), kw_only=True)
+    columns: tuple[Value, ...] = field(default=(), kw_only=True)
 
     def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Its plain value by its key. `dimension`: What it
@@ -108,7 +108,7 @@ class Quantity(Entry):
 
 
 def of_columns(
-    columns: Sequence[Quantity], owner: Any, units: Any, dimension: str = ""
+    columns: Sequence[Value], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
     """The plain values of several quantities of one thing."""
     found: dict[str, Any] = {}
@@ -123,7 +123,7 @@ def of_name(found: Any, name: str, other: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class Heading(Entry):
+class Heading(DeclaredEntry):
     """Quantities below it are a table of their own under this heading; `of`: that of the values."""
 
     words: str
@@ -132,7 +132,7 @@ class Heading(Entry):
 
 
 @dataclass(frozen=True)
-class Part(Entry):
+class IncludedResult(DeclaredEntry):
     """What another result declares, as if it were declared here."""
 
     value: Reader
@@ -144,14 +144,14 @@ class Part(Entry):
 
 
 @dataclass(frozen=True)
-class Rows(Entry):
+class ItemTable(DeclaredEntry):
     """A table of items: a sequence, or a mapping whose keys are the first column, under `words`.
 
     `columns`: Of each item.
     """
 
     key: str
-    columns: tuple[Quantity, ...]
+    columns: tuple[Value, ...]
     words: str = ""
     value: Reader = ""
 
@@ -170,7 +170,7 @@ class Rows(Entry):
 
 
 @dataclass(frozen=True)
-class Columns(Entry):
+class ColumnTable(DeclaredEntry):
     """A table of columns that are quantities of the result by themselves: sequences alike, or
     mappings with the same keys, which are the first column, under `words`.
 
@@ -178,7 +178,7 @@ class Columns(Entry):
     `kept`: Which rows people see; by default `SHOWN` of them, at even distances.
     """
 
-    columns: tuple[Quantity, ...]
+    columns: tuple[Value, ...]
     words: str = ""
     kept: Callable[[Any], Sequence[int]] | None = None
     key, value = "", ""
@@ -189,7 +189,7 @@ class Columns(Entry):
 
 
 @dataclass(frozen=True)
-class Sentence(Entry):
+class Sentence(DeclaredEntry):
     """A sentence, or several; nothing where there is none."""
 
     value: Reader
@@ -241,13 +241,13 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: str = "") -> 
     return [plain(one, units, dimension) for one in value]
 
 
-def entries(result: Any) -> Sequence[Entry]:
+def entries(result: Any) -> Sequence[DeclaredEntry]:
     """What a result declares; its fields where it declares nothing."""
-    declared: Sequence[Entry] = getattr(result, "declared", ())
+    declared: Sequence[DeclaredEntry] = getattr(result, "declared", ())
     if declared:
         return declared
     # those that its `repr` has: not its status and notes
-    return [Quantity(one.name) for one in dataclasses.fields(result) if one.repr]
+    return [Value(one.name) for one in dataclasses.fields(result) if one.repr]
 
 
 def declared_data(result: Any, units: OutputUnits | None, dimension: str = "") -> dict[str, Any]:

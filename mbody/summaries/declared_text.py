@@ -25,7 +25,7 @@ from mbody.solution.declared_result import (
 )
 from mbody.summaries.text_table import Column, certified, even, number, numbers, paragraph, table
 
-#: ItemTable of a table of histories that are shown.
+#: Rows of a table of histories that are shown.
 SHOWN = 13
 
 
@@ -110,7 +110,7 @@ class UnitsOfText:
         return UnitsOfText(OutputUnits(found.system, found.chosen | found.beside))
 
 
-# -- ItemTable: a name, a value, its unit -------------------------------------------------------------
+# -- Rows: a name, a value, its unit -------------------------------------------------------------
 
 
 def labelled(heading: Heading, group: Sequence[tuple[Value, Any]], units: UnitsOfText) -> list[str]:

@@ -305,10 +305,10 @@ def test_a_file_of_several_mechanisms_of_pmks_is_refused():
 def test_inertias_and_losses_are_in_the_units_that_people_use(capsys):
     words = ["flywheel", "slider_crank", "--coefficient", "0.02", "--units"]
     rows = {}
-    for units in ("SI", "mm-N-s"):
+    for units, unit, size in (("SI", "kg·m²", 1.0), ("mm-N-s", "kg·mm²", 1e-6)):
         assert cli.main([*words, units]) == 0
         found = [line.split() for line in capsys.readouterr().out.splitlines()]
-        rows[units] = [float(row[-2]) for row in found if row and row[-1] == "kg·m²"]
+        rows[units] = [size * float(row[-2]) for row in found if row and row[-1] == unit]
     # printed to six digits
     assert len(rows["SI"]) == 2 and rows["mm-N-s"] == pytest.approx(rows["SI"], rel=2e-5)
     machine = mbody.makers.slider_crank(50, 200, masses=("1 kg",) * 3, speed=30, units="mm-N-s")

@@ -90,38 +90,12 @@ def test_data_follow_the_units_that_are_chosen():
     found = Shaft(Disc(3.0, KILOGRAM), mechanism=machine).data()
     assert (found["mass"], found["radius"]) == (1.0, 0.003)
     assert (found["angle"], found["places"]["A"]) == (60.0, {"at": 0.001, "turn": 90.0})
-    assert found["units"]["mass"], found["units"]["angle"] == ("kg", "deg")
+    assert (found["units"]["mass"], found["units"]["angle"]) == ("kg", "deg")
     again = Shaft(Disc(3.0, KILOGRAM), mechanism=machine).data("rad")
     assert (again["angle"], again["units"]["angle"]) == (math.radians(60.0), "rad")
 
 
 def test_people_read_kilograms_degrees_and_revolutions_a_minute():
-    assert (
-        str(Shaft(Disc(3.0, KILOGRAM)))
-        == "\n".join(
-            [
-                "shaft: at 10",
-                "",
-                "SHAFT                   unit",
-                "────────────────────────────────",
-                "radius              3   mm",
-                "mass                1   kg",
-                "speed              10   rad/s",
-                "              95.4930   rpm",
-                "angle          60.000   deg",
-                "inertia             2   kg·mm²",
-                "life          endless",
-                "heat used          50   %",
-                "speed used        125   %",
-                "rounding            0   N",
-                "",
-                "PLACE   at     turn",
-                "        mm      deg",
-                "────────────────────────────────",
-            ]
-        )
-        or True
-    )
     lines = str(Shaft(Disc(3.0, KILOGRAM))).splitlines()
     cells = [line.split() for line in lines]
     for expected in (
