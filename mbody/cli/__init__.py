@@ -25,11 +25,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         be written; 2 for bad input; 130 if Ctrl-C ended it. The reason goes to stderr as a
         sentence, or with --json to stdout as data.
 
-    Raises
-    ------
-    SystemExit
-        For --help and --version.
-
     Examples
     --------
     >>> main([])  # doctest: +ELLIPSIS

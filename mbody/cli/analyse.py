@@ -14,11 +14,11 @@ from mbody.analysis.dynamics.interruptions import progress_display
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     equal_steps,
-    finite_number,
+    given,
     model_of,
     named_values,
     path_of,
-    whole_number,
+    plain_angle,
 )
 from mbody.cli.streams import UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
@@ -108,7 +108,6 @@ def exit_status(result: Any, printed: bool = True) -> int:
 def question(args: Any, own: Instants | None) -> Instants | None:
     """The instants that the arguments ask for, or those of the model."""
     from mbody.model.study import Instants
-    from mbody.quantities import FormulaError, read
 
     if args.at and args.over:
         raise UsageError("give --at or --over, not both")
@@ -120,21 +119,17 @@ def question(args: Any, own: Instants | None) -> Instants | None:
         )
     over = args.over or (own.over if own and not args.at else "") or ("turn" if counts else "")
     if args.over or counts:
-        turns = whole_number("--turns", args.turns)
+        turns = args.turns
         if turns is None:
             turns = own.turns if own and not args.over else 1
         try:
-            count = whole_number("--instants", args.instants)
-            return Instants(over=over, instants=count, turns=turns)
+            return Instants(over=over, instants=args.instants, turns=turns)
         except ModelError as error:
             raise ModelError(str(error).replace("ask: ", "--", 1)) from None
     at: dict[str, Any] = {}
     for name, text in named_values(args.at, "--at").items():
         parts = equal_steps(f"--at {name}", text)
-        try:
-            at[name] = [read(part, None, "deg") for part in parts]
-        except FormulaError as error:
-            raise ModelError(f"--at {name}: {error}", name) from None
+        at[name] = [plain_angle(f"--at {name}", part) for part in parts]
     return Instants(at=at) if at else own
 
 
@@ -181,7 +176,7 @@ def check(args: Any) -> int:
     from mbody.summaries.analyses import closing_data, closing_line
 
     mechanism = model_of(args)
-    report = mobility(mechanism)
+    report = mobility(mechanism, _when(args, mechanism))
     found = _assemblies(mechanism) if report.drivers and report.driven.freedom == 0 else None
     if args.json:
         closing = None if found is None else closing_data(found)
@@ -206,11 +201,9 @@ def _assemblies(mechanism: Mechanism) -> AssemblyModes | None:
 def equilibrium(args: Any) -> int:
     """Equilibria of a model."""
     from mbody.analysis.equilibria.equilibrium import equilibrium as found
-    from mbody.model.numbers import number_in
 
     mechanism = model_of(args)
-    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
-    report = found(mechanism, free=args.free, t=when)
+    report = found(mechanism, **_about_rest(args, mechanism))
     angle = args.angle or "deg"
     return answered(args, report, lambda: report.data(angle), printed=True)
 
@@ -218,12 +211,31 @@ def equilibrium(args: Any) -> int:
 def modes(args: Any) -> int:
     """Frequencies, damping and shapes of small motions about the equilibria of a model."""
     from mbody.analysis.linear.modes import modes as found
-    from mbody.model.numbers import number_in
 
     mechanism = model_of(args)
-    when = 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
-    report = found(mechanism, free=args.free, t=when)
+    report = found(mechanism, **_about_rest(args, mechanism))
     return answered(args, report, report.data, printed=True)
+
+
+def _when(args: Any, mechanism: Mechanism) -> float:
+    """The time at which laws are evaluated."""
+    return 0.0 if args.t is None else number_in(mechanism, args.t, "time", "--t", "value")
+
+
+def _about_rest(args: Any, mechanism: Mechanism) -> dict[str, Any]:
+    """The arguments of analyses about rest."""
+    found: dict[str, Any] = {"free": args.free, "t": _when(args, mechanism)}
+    if args.guess:
+        found["starts"] = _guesses(mechanism, args.guess)
+    return found
+
+
+def _guesses(mechanism: Mechanism, texts: list[str]) -> dict[str, float]:
+    """First angles of bodies [rad] by name."""
+    return {
+        name: number_in(mechanism, plain_angle("--guess", text), "angle", name, "--guess")
+        for name, text in named_values(texts, "--guess").items()
+    }
 
 
 def models(args: Any) -> int:
@@ -280,19 +292,19 @@ def simulate(args: Any) -> int:
     check_forms(args)
     mechanism = model_of(args)
     options: dict[str, Any] = {"progress": _progress(args, _last(mechanism, args.to))}
-    if args.rtol is not None:
-        options["rtol"] = finite_number("--rtol", args.rtol)
-    if args.method is not None:
-        options["method"] = args.method
-    if args.step is not None:
-        options["step"] = number_in(mechanism, args.step, "time", "simulate", "--step")
-    if args.every is not None:
-        options["every"] = number_in(mechanism, args.every, "time", "simulate", "--every")
-    if args.instants is not None:
-        options["instants"] = whole_number("--instants", args.instants)
-    if args.input:
-        given = named_values(args.input, "--input")
-        options["inputs"] = {name: _history(name, text) for name, text in given.items()}
+    options |= given(args, "method", "rtol", "atol", "instants")
+    for name, text in given(args, "step", "every").items():
+        options[name] = number_in(mechanism, text, "time", "simulate", f"--{name}")
+    if args.times:
+        parts = [part for text in args.times for part in equal_steps("--times", text)]
+        options["times"] = [number_in(mechanism, one, "time", "--times", "t") for one in parts]
+    if args.guess:
+        options["guess"] = _guesses(mechanism, args.guess)
+    for name in ("rates", "release"):
+        if texts := named_values(getattr(args, name), f"--{name}"):
+            options[name] = texts
+    if texts := named_values(args.input, "--input"):
+        options["inputs"] = {name: _history(name, text) for name, text in texts.items()}
     if args.begun is not None:
         from mbody.files.saved import load_run
 
@@ -367,7 +379,7 @@ def assemblies(args: Any) -> int:
         name = args.driver or system.independent_drivers[0].name
         found = circuits(system, drive, driver=name, used=used)
     else:
-        found = assembly_modes(system)
+        found = assembly_modes(system, **given(args, "most"))
     if args.output:
         from mbody.views import save
         from mbody.views.drawing import draw_assemblies
@@ -452,10 +464,5 @@ def crosscheck(args: Any) -> int:
     """Check a model against other engines; 1 where one of them differs."""
     from mbody.engines.crosscheck import crosscheck as checked
 
-    against = None
-    if args.against is not None:
-        against = [name.strip() for name in args.against.split(",") if name.strip()]
-        if not against:
-            raise UsageError("--against takes names of engines with commas between them")
-    report = checked(model_of(args), against)
+    report = checked(model_of(args), args.against or None)
     return answered(args, report, report.data, printed=True)

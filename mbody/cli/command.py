@@ -6,12 +6,14 @@ import contextlib
 import gc
 import json
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from typing import Any
 
+from mbody._version import __version__
 from mbody.cli.interrupts import STATUS, interrupt
-from mbody.cli.parser import parser
+from mbody.cli.parser import parser_of, verbs
 from mbody.cli.streams import UsageError, message, opened, silenced
 from mbody.errors import ModelError, SolveError, at_the_command
 
@@ -62,18 +64,11 @@ def _exit_status(arguments: list[str]) -> int:
     except SolveError as error:
         _report(error, "--json" in arguments)
         return 1
-    except SystemExit:
-        # of --help: what was printed is written now, while a failure can still be reported
-        if sys.stdout is not None:
-            sys.stdout.flush()
-        raise
 
 
 def _run(arguments: list[str]) -> int:
-    root = parser()
-    args = root.parse_args(arguments)
-    if args.command is None:
-        root.print_help()
+    args = parsed(arguments)
+    if args is None:
         return 0
     gc.set_threshold(OBJECTS)
     # the function of a command is imported only now: help is there at once
@@ -81,6 +76,39 @@ def _run(arguments: list[str]) -> int:
     answer: Callable[[Any], int] = getattr(import_module(f"mbody.cli.{module}"), function)
     with at_the_command():
         return answer(args)
+
+
+def parsed(words: Sequence[str]) -> Namespace | None:
+    """The arguments of a command line; None where it has been answered: --help, --version."""
+    asked = words[1:2] if words[:1] == ["help"] else words[:1]
+    if asked and asked[0] in ("--version", "-V"):
+        print(f"mbody {__version__}")
+        return None
+    if not asked or asked[0] in ("-h", "--help"):
+        from mbody.cli.help_pages import overview
+
+        print(overview())
+        return None
+    if asked[0] not in verbs():
+        from mbody.cli.mistyped import refusal_of_verb
+
+        raise UsageError(refusal_of_verb(words))
+    verb = verbs()[asked[0]]
+    if words[0] == "help" or not {"-h", "--help"}.isdisjoint(words[1:]):
+        from mbody.cli.help_pages import help_of
+
+        print(help_of(verb))
+        return None
+    known = verb.long_options()
+    options = [word for word in words[1:] if word.startswith("--") and word != "--"]
+    unknown = [word for word in options if word[2:].partition("=")[0] not in known]
+    if not unknown:
+        found, unknown = parser_of(verb).parse_known_args(words[1:])
+    if unknown:
+        from mbody.cli.mistyped import refusal_of_words
+
+        raise UsageError(refusal_of_words(verb, unknown))
+    return found
 
 
 def _report(error: Exception, as_json: bool) -> None:

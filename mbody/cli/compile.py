@@ -34,7 +34,7 @@ def all_kernels() -> dict[str, Callable[..., Any]]:
 
 
 def compile_libraries(args: Any) -> int:
-    """Build what the arguments name; its status."""
+    """Build kernels as libraries: for other machines, C programs, browsers and co-simulation."""
     from importlib.util import find_spec
 
     from mbody.errors import ModelError

@@ -9,11 +9,13 @@ from mbody.cli.analyse import answered, exit_status, head_of, print_data, questi
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     bounds,
+    given,
     low_and_high,
     measures_in_degrees,
     model_of,
+    named_numbers,
     named_values,
-    whole_number,
+    plain_angle,
 )
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError, SolveError
@@ -45,7 +47,8 @@ def sweep(args: Any) -> int:
         if ask is None
         else {"at": ask.at, "over": ask.over, "instants": ask.instants, "turns": ask.turns}
     )
-    options |= {"to": args.to, "progress": lambda done, of: interrupt.mark()}
+    options |= {"progress": lambda done, of: interrupt.mark()}
+    options |= given(args, "to", "threads", "scheduler")
     measures = args.measure or None
     if args.angle == "deg":
         measures = measures_in_degrees(mechanism, args.measure or list(mechanism.measures))
@@ -82,21 +85,16 @@ def _is_plain(text: str) -> bool:
 
 def values_of(name: str, text: str) -> Any:
     """Values of a parameter: LOW:HIGH:COUNT, or a list with commas."""
-    from mbody.quantities import FormulaError, read
     from mbody.sweeps import Steps
 
-    try:
-        low, sign, tail = text.partition(":")
-        if not sign:
-            return [read(part, None, "deg") for part in text.split(",")]
-        high, _, count = tail.partition(":")
-        if not (count.strip().isascii() and count.strip().isdigit()) or len(count) > 9:
-            raise UsageError(
-                f"--vary takes LOW:HIGH:COUNT, or values with commas, not {text[:60]!r}"
-            )
-        return Steps(read(low, None, "deg"), read(high, None, "deg"), int(count))
-    except FormulaError as error:
-        raise ModelError(f"--vary {name}: {error}", name) from None
+    option = f"--vary {name}"
+    low, sign, tail = text.partition(":")
+    if not sign:
+        return [plain_angle(option, part) for part in text.split(",")]
+    high, _, count = tail.partition(":")
+    if not (count.strip().isascii() and count.strip().isdigit()) or len(count) > 9:
+        raise UsageError(f"--vary takes LOW:HIGH:COUNT, or values with commas, not {text[:60]!r}")
+    return Steps(plain_angle(option, low), plain_angle(option, high), int(count))
 
 
 def _data(found: Sweep, angle: str) -> dict[str, Any]:
@@ -145,7 +143,7 @@ def sensitivity(args: Any) -> int:
     ask = question(args, mechanism.ask) or Instants()
     system = assemble(mechanism)
     run = analyse_system_at(system, args.analysis, ask)
-    by = [name for names in args.by for name in names.split(",")] or None
+    by = args.by or None
     names = checked_names(system, by, "sensitivity")
     wanted: Any = args.measure
     if args.angle == "deg":
@@ -178,13 +176,13 @@ def tolerances(args: Any) -> int:
     within = None
     if args.within is not None:
         within = low_and_high("--within", args.within)
-    count, seed = (whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed"))
+    options |= given(args, "count", "seed")
+    if args.cost:
+        options["cost"] = named_numbers(args.cost, "--cost")
     wanted: Any = args.measure
     if args.angle == "deg":
         wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
-    found = solved(
-        mechanism, wanted, scatter, args.analysis, count=count, seed=seed, within=within, **options
-    )
+    found = solved(mechanism, wanted, scatter, args.analysis, within=within, **options)
     if args.json:
         print_data(head_of(mechanism, "tolerances", found) | found.data())
     else:
@@ -279,29 +277,27 @@ def _of_options(args: Any) -> OptimizationTask | None:
     """The task that the options are, if any is given."""
     from mbody.model.study import OptimizationTask
 
-    others = {
-        "subject_to": args.subject_to,
-        "by": {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()},
-        "over": args.over,
-        "analysis": args.analysis,
-        "turns": whole_number("--turns", args.turns),
-        "until": args.until,
-        "starts": whole_number("--starts", args.starts),
-        "seed": whole_number("--seed", args.seed),
-    }
-    given = {name: value for name, value in others.items() if value not in (None, [], {})}
+    names = ("subject_to", "by", "over", "analysis", "instants", "turns", "until")
+    options = given(args, *names, "start", "starts", "points", "seed")
+    if "by" in options:
+        options["by"] = {n: bounds(n, text) for n, text in named_values(args.by, "--by").items()}
+    if "start" in options:
+        options["start"] = {
+            name: plain_angle(f"--start {name}", text)
+            for name, text in named_values(args.start, "--start").items()
+        }
     if not args.minimize and not args.maximize:
-        if given:
-            option = next(iter(given)).replace("_", "-")
+        if options:
+            option = next(iter(options)).replace("_", "-")
             raise UsageError(f"--{option} needs --minimize or --maximize: what is to be best")
         return None
-    if "by" not in given:
+    if "by" not in options:
         raise UsageError("choose the numbers that may change: --by NAME=LOW:HIGH")
     if args.name:
         raise UsageError(
             f"--minimize and --maximize make a task of their own: leave out {args.name[:40]!r}"
         )
-    return OptimizationTask(tuple(args.minimize), tuple(args.maximize), **given)
+    return OptimizationTask(tuple(args.minimize), tuple(args.maximize), **options)
 
 
 def _progress(name: str) -> Any:
@@ -390,13 +386,12 @@ def fit(args: Any) -> int:
     from mbody.derivatives.fit import fit as solved
     from mbody.files.model.study_tables import fit_settings
 
-    names = [name.strip() for names in args.by for name in names.split(",")]
-    offsets = [name.strip() for names in args.offset for name in names.split(",")]
     mechanism = model_of(args)
     kept = fit_settings(mechanism)
     how = kept.arguments() if kept is not None else {}
-    given = {"by": names, "offsets": offsets, "analysis": args.analysis}
-    how |= {name: value for name, value in given.items() if value}
+    how |= given(args, "by", "offsets", "analysis", "confidence")
+    if args.deviations:
+        how["deviations"] = named_numbers(args.deviations, "--deviations")
     if "by" not in how:
         raise UsageError(
             "choose the unknown numbers: --by NAMES, or by = [...] in a table [fit] of the file"
@@ -415,8 +410,7 @@ def balance(args: Any) -> int:
     from mbody.files.model import save
 
     on = named_values(args.on, "--on")
-    springs = [name for names in args.springs for name in names.split(",")]
-    if bool(on) == bool(springs):
+    if bool(on) == bool(args.springs):
         raise UsageError(
             "choose what is to balance: --on LINK=RADIUS for counterweights, or --springs NAMES"
         )
@@ -431,7 +425,7 @@ def balance(args: Any) -> int:
     found = (
         force_balance(mechanism, on, **options)
         if on
-        else spring_balance(mechanism, springs, **options)
+        else spring_balance(mechanism, args.springs, args.against or None, **options)
     )
     if args.output:
         save(found.mechanism, args.output)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mbody.cli.option_values import model_of, whole_number
+from mbody.cli.option_values import given, model_of
 from mbody.cli.streams import UsageError, message
 
 
@@ -33,7 +33,7 @@ def _mjcf(args: Any) -> int:
     """Write a model for MuJoCo."""
     from mbody.engines.mjcf import to_mjcf
 
-    made = to_mjcf(model_of(args))
+    made = to_mjcf(model_of(args), fix_drivers=args.fix_drivers)
     missing = [f"not in the file: '{one.element}': {one.why}" for one in made.not_expressible]
     return _write(args.output, made.text, [*missing, *made.notes])
 
@@ -50,10 +50,9 @@ def _image(args: Any) -> int:
     """Write the image of a model."""
     if args.output is None:
         raise UsageError("an image is binary, it cannot be printed: name its file with -o FILE")
-    instants = whole_number("--instants", args.instants)
     from mbody.image.model_image import to_image
 
-    made = to_image(model_of(args), instants)
+    made = to_image(model_of(args), **given(args, "instants", "analyses"))
     return _write(args.output, made.content, made.notes, f": {len(made.content)} bytes")
 
 

@@ -178,10 +178,7 @@ def exercise(args: Any) -> int:
         machine = option_values.model_in(path, {**fixed, **values})
         return option_values.in_units_of(machine, args.units) if args.units else machine
 
-    count, seed = (
-        option_values.whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed")
-    )
-    found = exercises(make, bounds, count, seed)
+    found = exercises(make, bounds, **option_values.given(args, "count", "seed"))
     folder = f"{path.stem}_figures"
     files = found.save_figures(folder)
     sheet = found.sheet(folder)

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
-from mbody.cli.option_values import finite_number, in_degrees, model_of, named_values, whole_number
-from mbody.cli.pictures import motion_or_driven, named_bodies
+from mbody.cli.option_values import given, in_degrees, model_of, named_values, plain_angle
+from mbody.cli.pictures import motion_or_driven
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.engineering import BalanceShaft, BearingLoad, CamAnalysis, FlywheelProof
     from mbody.model.mechanism import Mechanism
-    from mbody.quantities.types import Number
     from mbody.solution.solution import Solution
 
 
@@ -24,10 +23,10 @@ def shaking(args: Any) -> int:
     """Print the orders of the shaking force."""
     from mbody.engineering import balance_shafts, shaking_orders
 
-    highest = _positive_number(args.orders, "--orders")
+    highest = {} if args.orders is None else {"highest": _positive_number(args.orders, "--orders")}
     orders = [_positive_number(part, "--shafts") for part in (args.shafts or "").split(",") if part]
     run = cycle_run(args, model_of(args))
-    found = shaking_orders(run, args.about, args.driver, highest)
+    found = shaking_orders(run, args.about, args.driver, **highest)
     shafts = balance_shafts(run, orders, args.driver) if orders else ()
     if args.json:
         plain = [dataclasses.asdict(one) for one in shafts]
@@ -87,9 +86,8 @@ def flywheel(args: Any) -> int:
     """Print the fluctuation and the flywheel, and prove it by the free motion."""
     from mbody.engineering import size_flywheel
 
-    coefficient = finite_number("--coefficient", args.coefficient, "0.02")
     run = cycle_run(args, model_of(args))
-    found = size_flywheel(run, coefficient, args.driver)
+    found = size_flywheel(run, args.coefficient, args.driver)
     proof = found.simulated() if args.simulate else None
     if args.json:
         data = found.data(args.angle)
@@ -117,12 +115,8 @@ def motor(args: Any) -> int:
     curve = MotorCurve(
         _row(args.speed), _row(args.peak), _row(args.continuous), inertia=args.inertia
     )
-    ratio = None if args.ratio is None else finite_number("--ratio", args.ratio, "12.5")
-    efficiency = finite_number("--efficiency", args.efficiency, "0.9")
     run = cycle_run(args, model_of(args))
-    found = motor_sizing(
-        run, curve, args.driver, ratio=ratio, efficiency=efficiency, rest=args.rest
-    )
+    found = motor_sizing(run, curve, args.driver, **given(args, "ratio", "efficiency", "rest"))
     return answered(args, found)
 
 
@@ -141,22 +135,21 @@ def bearings(args: Any) -> int:
     from mbody.engineering import bearing_load
 
     ratings: dict[str, Any] = named_values(args.rating, "--rating")
-    classes = whole_number("--spectrum", args.spectrum)
     mechanism = model_of(args)
     # a rating for a joint that is no bearing is refused with those that there are
-    wanted = [*dict.fromkeys([*(named_bodies(args.joint) or _revolutes(mechanism)), *ratings])]
+    wanted = [*dict.fromkeys([*(args.joint or _revolutes(mechanism)), *ratings])]
     kind = _kind(args.kind)
     run = motion_or_driven(args, mechanism) if args.to else cycle_run(args, mechanism)
     found = {name: bearing_load(run, name, kind, ratings.get(name)) for name in wanted}
     if args.json:
         head = head_of(run.mechanism, "bearings", run)
         rows = {
-            name: _plain(one.data()) | {"spectrum": one.spectrum(classes or CLASSES)}
+            name: _plain(one.data()) | {"spectrum": one.spectrum(args.spectrum or CLASSES)}
             for name, one in found.items()
         }
         print_data(head | {"bearings": rows})
     else:
-        print(_summary(run, found, classes))
+        print(_summary(run, found, args.spectrum))
     return exit_status(run, printed=True)
 
 
@@ -251,7 +244,6 @@ def cam(args: Any) -> int:
     printed = args.csv == PRINTED
     if args.points is not None and not args.csv:
         raise UsageError("--points goes with --csv")
-    points = whole_number("--points", args.points)
     machine = model_of(args)
     try:
         run = cycle_run(args, machine, "kinematics")
@@ -259,9 +251,10 @@ def cam(args: Any) -> int:
         if _print_undercut(machine, args):
             return 1
         raise
-    found = cam_analysis(run, args.joint, limit=_limit(args.limit))
+    limit = None if args.limit is None else plain_angle("--limit", args.limit)
+    found = cam_analysis(run, args.joint, limit=limit)
     if args.csv:
-        _write(found, args, POINTS if points is None else points, args.angle or "rad")
+        _write(found, args, POINTS if args.points is None else args.points, args.angle or "rad")
     if args.json:
         print_data(found.data(args.angle))
     elif not printed:
@@ -286,18 +279,6 @@ def _print_undercut(machine: Mechanism, args: Any) -> bool:
     else:
         print(found)
     return True
-
-
-def _limit(text: str | None) -> Number | None:
-    """An angle, without a unit in degrees."""
-    from mbody.quantities import FormulaError, read
-
-    if text is None:
-        return None
-    try:
-        return read(text, None, "deg")
-    except FormulaError as error:
-        raise ModelError(f"--limit: {error}") from None
 
 
 def _write(found: CamAnalysis, args: Any, points: int, angle: str) -> None:

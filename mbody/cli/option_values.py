@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
+from argparse import ArgumentTypeError
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mbody.cli.parser import finite_number
 from mbody.cli.streams import UsageError
 from mbody.errors import ModelError
 from mbody.quantities.evaluate import short_degrees
@@ -28,33 +29,27 @@ def in_degrees(angles: Any) -> Any:
     return None if angles is None else short_degrees(angles)
 
 
-def whole_number(option: str, text: str | None) -> Any:
-    """A number without a sign; None where it is not given.
+def given(args: Any, *names: str) -> dict[str, Any]:
+    """The options of these names that are given.
 
-    >>> whole_number("--count", "30"), whole_number("--count", None)
-    (30, None)
+    >>> from argparse import Namespace
+    >>> given(Namespace(count=3, seed=None, by=[]), "count", "seed", "by")
+    {'count': 3}
     """
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdigit()) or len(text) > 9:
-        raise UsageError(f"{option} takes a whole number, not {text[:40]!r}")
-    return int(text)
+    found = {name: getattr(args, name) for name in names}
+    return {name: value for name, value in found.items() if value not in (None, [], "")}
 
 
-def finite_number(option: str, text: str, such: str = "") -> float:
-    """A number; `such`: an example of one.
+def plain_angle(option: str, text: str) -> Any:
+    """A number or a formula; an angle without a unit is in degrees."""
+    from mbody.quantities import FormulaError, read
 
-    >>> finite_number("--rate", "2.5")
-    2.5
-    """
     try:
-        found = float(text)
-    except ValueError:
-        found = math.nan
-    if not math.isfinite(found):
-        example = f" such as {such}" if such else ""
-        raise UsageError(f"{option} takes a number{example}, not {text[:40]!r}")
-    return found
+        return read(text, None, "deg")
+    except FormulaError as error:
+        element = option.split()[-1]
+        named = None if element.startswith("--") else element
+        raise ModelError(f"{option}: {error}", named) from None
 
 
 def low_and_high(option: str, text: str) -> tuple[str, str]:
@@ -75,13 +70,8 @@ def bounds(option: str, text: str) -> tuple[Any, Any]:
     >>> [one.text for one in bounds("--span", "40:60 deg")]
     ['40', '60 deg']
     """
-    from mbody.quantities import FormulaError, read
-
     low, high = low_and_high(option, text)
-    try:
-        return read(low, None, "deg"), read(high, None, "deg")
-    except FormulaError as error:
-        raise ModelError(f"{option}: {error}", option) from None
+    return plain_angle(option, low), plain_angle(option, high)
 
 
 # -- Values in equal steps, as an option names them: LOW:HIGH:COUNT ----------------------------
@@ -192,6 +182,21 @@ def named_values(texts: Sequence[str], option: str) -> dict[str, Any]:
         if name in found:
             raise ModelError(f"{option} gives '{name}' twice: give it once", name)
         found[name] = value
+    return found
+
+
+def named_numbers(texts: Sequence[str], option: str) -> dict[str, float]:
+    """``["a=2", "b=3"]`` as a mapping of plain numbers.
+
+    >>> named_numbers(["a=2"], "--cost")
+    {'a': 2.0}
+    """
+    found = {}
+    for name, text in named_values(texts, option).items():
+        try:
+            found[name] = finite_number(text)
+        except ArgumentTypeError as error:
+            raise UsageError(f"{option} {name} {error}") from None
     return found
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
 from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import finite_number, in_degrees, model_of, named_values, path_of
+from mbody.cli.option_values import given, in_degrees, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
 from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
@@ -44,7 +44,7 @@ def freebody(args: Any) -> int:
     if not args.at and len(run) > 1:
         instants = [force_peak(run)]
         message("mbody: at the instant of the greatest joint force; choose others with --at")
-    save(draw_free_bodies(run, named_bodies(args.bodies), instants), output)
+    save(draw_free_bodies(run, args.bodies or None, instants), output)
     message(f"wrote {output}")
     return 0
 
@@ -76,12 +76,6 @@ def _of_free_motion(mechanism: Mechanism, wanted: Instants | None) -> bool:
     return asked and mechanism.simulation is not None and not mechanism.drivers
 
 
-def named_bodies(given: list[str]) -> list[str] | None:
-    """Names of bodies, with commas or several options; None where there are none."""
-    names = [name.strip() for text in given for name in text.split(",") if name.strip()]
-    return names or None
-
-
 # -- `mbody internal MODEL --body LINK`: internal loads and stress along a link ----------------
 
 
@@ -96,7 +90,7 @@ def internal(args: Any) -> int:
     if along is not None and len(along) != 2:
         raise UsageError(f"--along takes two points such as A,B, not {args.along[:60]!r}")
     run = motion_or_driven(args, model_of(args))
-    found = internal_loads(run, args.body, along, lumped=args.lumped)
+    found = internal_loads(run, args.body, along, lumped=args.lumped, **given(args, "places"))
     if args.output:
         from mbody.views import save
         from mbody.views.plotting import internal_diagram
@@ -190,12 +184,12 @@ def draw(args: Any) -> int:
     check_ending(args.output)
     count = _positions(args)
     mechanism = model_of(args)
-    options = {"paths": args.path, "only": named_bodies(args.only) or ()}
+    options = {"paths": args.path, "only": args.only}
     marks = {
         "poles": args.poles,
         "polygons": args.polygons,
-        "centrodes": named_bodies(args.centrodes) or (),
-        "inflection": named_bodies(args.inflection) or (),
+        "centrodes": args.centrodes,
+        "inflection": args.inflection,
         "curvature": args.curvature,
     }
     wanted = question(args, mechanism.ask)
@@ -221,14 +215,12 @@ def draw(args: Any) -> int:
 
 def _positions(args: Any) -> int | None:
     """Number of positions that are wanted."""
-    text = args.positions
-    if text is None:
-        return None
-    if not (text.isascii() and text.isdigit()) or not 1 <= int(text[:9]) <= LONGEST:
-        raise UsageError(f"--positions takes a whole number, 1 to {LONGEST}, not {text[:40]!r}")
-    if args.at:
+    count: int | None = args.positions
+    if count is not None and not 1 <= count <= LONGEST:
+        raise UsageError(f"--positions takes a whole number, 1 to {LONGEST}, not '{count}'")
+    if count is not None and args.at:
         raise UsageError("--positions are equal steps of the motion, --at names places: give one")
-    return int(text)
+    return count
 
 
 def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
@@ -304,10 +296,9 @@ def _figure(args: Any, run: Solution) -> Figure:
     from mbody.views.polar import hodograph, path_plot, polar
 
     if args.polar:
-        return polar(run, *named_bodies(args.polar) or ())
+        return polar(run, *args.polar)
     if args.hodograph:
-        joints = named_bodies(args.hodograph) or ()
-        return hodograph(run, *joints, axes=args.axes or "ground")
+        return hodograph(run, *args.hodograph, axes=args.axes or "ground")
     if args.path:
         return path_plot(run, *args.path)
     bars = not args.no_modes
@@ -433,12 +424,7 @@ def animate(args: Any) -> int:
     from mbody.views import animate as animated
 
     path = args.output or f"{path_of(args.model).stem}.gif"
-    options: dict[str, Any] = {}
-    for name in ("duration", "rate"):
-        if getattr(args, name) is not None:
-            options[name] = finite_number(f"--{name}", getattr(args, name))
-    if args.width is not None:
-        options["width"] = int(finite_number("--width", args.width))
+    options = given(args, "duration", "rate", "width")
     if args.path:
         options["paths"] = args.path
     if args.show is not None:
@@ -554,17 +540,17 @@ def report(args: Any) -> int:
         kept = [one for one in args.set if one.partition("=")[0].strip() not in compared]
         other = model_of(Namespace(model=args.model, set=kept + args.compare, units=args.units))
     wanted = question(args, mechanism.ask)
-    against = named_bodies(args.against)
     found = made(
         mechanism,
-        named_bodies(args.sections) or (),
-        without=named_bodies(args.without) or (),
+        args.sections,
+        without=args.without,
         at=None if wanted is mechanism.ask else wanted,
         to=args.to,
         title=args.title or "",
+        author=args.author or "",
         plots=args.plot,
-        polar=named_bodies(args.polar) or (),
-        against=against,
+        polar=args.polar,
+        against=args.against or None,
         compare=other,
         labels=_labels(args),
         command=_repeating_command(args),
@@ -590,7 +576,7 @@ def _repeating_command(args: Any) -> str:
     words = ["mbody", "report", args.model]
     for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
         words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
-    for option in ("units", "over", "instants", "turns", "assembly", "to", "title"):
-        if getattr(args, option) is not None:
-            words += [f"--{option}", getattr(args, option)]
+    names = ("units", "over", "instants", "turns", "assembly", "to", "title", "author")
+    for option, value in given(args, *names).items():
+        words += [f"--{option}", str(value)]
     return shlex.join(words)

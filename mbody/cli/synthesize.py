@@ -10,12 +10,11 @@ from mbody.cli.analyse import print_data
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     bounds,
-    finite_number,
+    given,
     model_in,
     model_of,
     named_values,
     path_of,
-    whole_number,
 )
 from mbody.cli.streams import UsageError, message
 from mbody.solution.doubts import heading, unit_symbols
@@ -32,13 +31,11 @@ def synthesize(args: Any) -> int:
             "rocker.angle"
         )
     options: dict[str, Any] = dict(read_demand(args.points))
-    options |= {
-        name: whole_number(f"--{name}", getattr(args, name)) for name in ("count", "search", "seed")
-    }
-    if args.ground is not None:
-        options["ground"] = args.ground
+    names = ("count", "search", "starts", "seed", "ground", "tolerance", "kind", "units", "atlas")
+    options |= given(args, *names)
     by = {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()}
-    options |= {"kind": args.kind, "units": args.units, "of": args.point, "atlas": args.atlas}
+    if args.point is not None:
+        options["of"] = args.point
     if args.span is not None:
         options["span"] = bounds("--span", args.span)
     model = None if args.model is None else model_in(path_of(args.model))
@@ -48,7 +45,7 @@ def synthesize(args: Any) -> int:
         subject_to=args.subject_to,
         full_turn=args.full_turn,
         defective=args.defective,
-        **{name: value for name, value in options.items() if value is not None},
+        **options,
     )
     files = [numbered_file(args.output, n) for n in range(len(found))] if args.output else []
     for design, file in zip(found, files, strict=False):
@@ -104,8 +101,7 @@ def atlas(args: Any) -> int:
     """Make an atlas and write it to a file."""
     from mbody.synthesis import Atlas
 
-    given = {name: whole_number(f"--{name}", getattr(args, name)) for name in ("count", "seed")}
-    found = Atlas.made(args.kind, **{name: n for name, n in given.items() if n is not None})
+    found = Atlas.made(**given(args, "kind", "count", "seed"))
     found.save(args.to)
     message(f"wrote {args.to}: {len(found)} curves")
     return 0
@@ -115,21 +111,16 @@ def atlas(args: Any) -> int:
 
 
 def linkages(args: Any) -> int:
-    """Write a data set, or go on with one."""
+    """Write a data set of random linkages with motion and forces, or go on with one."""
     from mbody.analysis.dynamics.interruptions import counted
     from mbody.sweeps.run import cores
     from mbody.topologies.dataset import LinkageSet, write_linkages
 
-    names = ("count", "nodes", "seed", "instants", "threads")
-    given = {name: whole_number(f"--{name}", getattr(args, name)) for name in names}
-    options: dict[str, Any] = {name: n for name, n in given.items() if n is not None}
-    threads = options.pop("threads", None) or cores()
-    if args.groups is not None:
-        options["groups"] = tuple(part.strip() for part in args.groups.split(",") if part.strip())
+    options = given(args, "count", "nodes", "seed", "instants", "speed")
+    if args.groups:
+        options["groups"] = tuple(args.groups)
     if args.turn is not None:
-        options["turn"] = math.radians(finite_number("--turn", args.turn))
-    if args.speed is not None:
-        options["speed"] = finite_number("--speed", args.speed)
+        options["turn"] = math.radians(args.turn)
     show = counted("linkages")
 
     def progress(done: int, total: int) -> None:
@@ -140,7 +131,7 @@ def linkages(args: Any) -> int:
     found = write_linkages(
         args.to,
         what,
-        threads=threads,
+        threads=args.threads or cores(),
         scheduler=args.scheduler,
         part=_share(args.part),
         progress=progress,

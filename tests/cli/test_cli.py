@@ -116,9 +116,7 @@ def test_warmup_tells_what_it_does(capsys):
 
 
 def test_version_and_help(capsys, run):
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["--version"])
-    assert stop.value.code == 0
+    assert cli.main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == f"mbody {mbody.__version__}"
     status, out, _ = run()
     assert status == 0 and "demo" in out and "kinetostatics" in out
@@ -349,11 +347,6 @@ def test_bad_input_is_a_sentence(name, run):
 def test_bad_input_of_commands_that_write_text_is_a_sentence(name, run):
     wanted = told(command.SCENARIOS[name])
     assert run(*command.WRITERS[name]) == (2, "", f"mbody: {wanted.sentence}\n")
-
-
-def test_another_command(run):
-    status, _, err = run("kinematix", "x")  # Python 3.12 and later write the choices otherwise
-    assert status == 2 and "no command 'kinematix': did you mean kinematics?" in err
 
 
 def test_a_driver_that_does_not_come_there(run):

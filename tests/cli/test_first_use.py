@@ -87,7 +87,6 @@ def test_turns_alone_are_a_whole_turn_each(capsys):
     [
         (["animate", "hoekens", "--ratee", "5"], "did you mean --rate? (see mbody animate --help)"),
         (["simulate", "hoekens", "--fast"], "--fast (see mbody simulate --help)"),
-        (["--fast"], "unrecognized arguments: --fast (see mbody --help)"),
     ],
 )
 def test_an_unknown_option_leads_to_the_help_of_its_command(words, sentence, capsys):

@@ -1,13 +1,12 @@
 """Every command that takes --json begins its answer alike, and its exit status follows from it."""
 
-import argparse
 import json
 
 import pytest
 
 import mbody
 from mbody import cli
-from mbody.cli.parser import parser
+from mbody.cli.parser import verbs
 from mbody.solution.doubts import KINDS, succeeded
 from tests.support.cases import first_fast
 
@@ -70,16 +69,7 @@ RUN = "motor [deg],rocker.angle [deg]\n60,104.41\n70,106.9\n80,109.8\n"
 
 
 def commands_with_json() -> set[str]:
-    (choices,) = (
-        action.choices
-        for action in parser()._actions
-        if isinstance(action, argparse._SubParsersAction)
-    )
-    return {
-        name
-        for name, command in choices.items()
-        if any("--json" in action.option_strings for action in command._actions)
-    }
+    return {name for name, verb in verbs().items() if "json" in verb.long_options()}
 
 
 def test_every_command_is_here():

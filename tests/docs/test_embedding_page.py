@@ -9,7 +9,7 @@ import numpy as np
 
 import mbody
 from mbody import gallery
-from mbody.cli.parser import parser
+from mbody.cli.command import parsed
 from mbody.image.model_image import to_image
 from tests.support import embedded
 from tests.support.embedded import ADVANCE, DOOR, GOOD, Model
@@ -36,7 +36,7 @@ def test_the_commands_are_understood():
     for line in "".join(text for kind, text in BLOCKS if kind == "sh").splitlines():
         words = shlex.split(line, comments=True)
         if words[0] == "mbody":
-            found.append(parser().parse_args(words[1:]))
+            found.append(parsed(words[1:]))
     assert [one.command for one in found] == ["export", "compile", "compile"]
     assert found[1].images and found[2].fmu
 

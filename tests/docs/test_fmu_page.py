@@ -8,7 +8,7 @@ import numpy as np
 
 import mbody
 from mbody import gallery
-from mbody.cli.parser import parser
+from mbody.cli.command import parsed
 from mbody.image.fmu import to_fmu
 from mbody.image.model_image import si_unit
 from tests.image.test_fmu import FMPY, LINUX, binary, needs_fmpy
@@ -23,7 +23,7 @@ __all__ = ["binary"]
 def test_the_commands_are_understood():
     assert [kind for kind, _ in BLOCKS] == ["sh", "python", "python"]
     lines = [shlex.split(line, comments=True) for line in BLOCKS[0][1].splitlines()]
-    found = [parser().parse_args(words[1:]) for words in lines]
+    found = [parsed(words[1:]) for words in lines]
     assert [(one.command, one.to, one.fmi) for one in found] == [
         ("export", "fmu", None),
         ("export", "fmu", "2.0"),

@@ -40,6 +40,7 @@ from tests.errors import (
     linkages,
     many_at_once,
     many_contacts,
+    mistyped,
     mjcf,
     model_files,
     motors,
@@ -69,7 +70,8 @@ from tests.support.paths import ROOT
 
 PACKAGE = ROOT / "mbody"
 SUBJECTS = (
-    *(everyday, describing, friction, touching, pistons, laws, formulas, model_files, assembling),
+    *(everyday, mistyped, describing, friction, touching, pistons, laws, formulas),
+    *(model_files, assembling),
     *(
         solving,
         resting,

@@ -39,6 +39,9 @@ WORDS = {
         *("motor", "norton_fourbar", "--speed", "0,100", "--peak", "9,9"),
         *("--continuous", "3,3", "--ratio", "high"),
     ],
+    "a cost in words": [
+        *("tolerances", "hoekens", "P.x", "--scatter", "a=0.1 mm", "--cost", "a=dear"),
+    ],
     "steps without a count": ["kinematics", "hoekens", "--at", "crank=0:360"],
     "steps of two units": ["kinematics", "hoekens", "--at", "crank=0 deg:1 rad:5"],
     "steps of words": ["kinematics", "hoekens", "--at", "t=now:then:5"],
@@ -76,7 +79,7 @@ SENTENCES = r"""
 a rest of what is held | SolveError | - | nothing is free in 'Four-bar: dynamic force analysis': joints and drivers fix every body; use statics, or release a driver, --free motor
 arrays that are printed | UsageError | - | --npz takes a file: its arrays cannot be printed
 no model | UsageError | - | the following arguments are required: MODEL (see mbody kinematics --help)
-an option that is not there | UsageError | - | unrecognized arguments: --fast (see mbody kinematics --help)
+an option that is not there | UsageError | - | kinematics has no option --fast (see mbody kinematics --help)
 a model that is not there | ModelError | - | the gallery has no model 'hoekns': did you mean 'hoekens'?
 a model like no other | ModelError | - | the gallery has no model 'robot': 'mbody models' lists all, in Python mbody.gallery.names()
 a file that is not there | ModelError | - | there is no file 'none.toml'
@@ -89,7 +92,7 @@ a driver that is not there | ModelError | crunk | there is no driver 'crunk' (th
 a value twice | ModelError | crank | --at gives 'crank' twice: give it once
 at and over | UsageError | - | give --at or --over, not both
 instants of a turn at one position | UsageError | - | --instants is of whole turns, --at of single instants: give one of them; in equal steps --at crank=0:360:25
-an option nearly as it is | UsageError | - | unrecognized arguments: --instant 12: did you mean --instants? (see mbody kinematics --help)
+an option nearly as it is | UsageError | - | kinematics has no option --instant: did you mean --instants? (see mbody kinematics --help)
 one instant | ModelError | - | --instants must be a whole number from 2 to 1000000, not 1
 negative instants | UsageError | - | --instants takes a whole number, not '-3'
 a turn of a body without a motor | ModelError | rocker | there is no driver 'rocker' to turn (there are: 'motor')
@@ -103,13 +106,14 @@ a limit that is no angle | ModelError | - | --limit: '30 +' ends where a number 
 points of no table | UsageError | - | --points goes with --csv
 a balanced model that is printed | UsageError | - | argument -o/--output: the model goes to a file, results are printed: give -o a name, such as design.toml (see mbody balance --help)
 bearings of what has none | ModelError | - | 'Pile of discs that friction holds' has no revolute joint: there is no bearing in it
-a gear ratio in words | UsageError | - | --ratio takes a number such as 12.5, not 'high'
+a gear ratio in words | UsageError | - | --ratio takes a number, not 'high'
+a cost in words | UsageError | - | --cost a takes a number, not 'dear'
 steps without a count | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360'
 steps of two units | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0 deg:1 rad:5'
 steps of words | UsageError | - | --at t takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not 'now:then:5'
 one step | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360:1'
 equations of a turn | ModelError | - | --equations shows one instant: choose it with --at
-a command of another word | UsageError | - | there is no command 'forces': did you mean kinetostatics?
+a command of another word | UsageError | - | there is no command 'forces': did you mean kinetostatics (motion, all joint forces)?
 a command that is not there | UsageError | - | there is no command 'qqqq': mbody --help lists them
 a number of an element as a parameter | ModelError | crank.A.x | hoekens.toml: there is no parameter 'crank.A.x' (there are: 'a'): numbers of elements are changed by sweep and optimize
 exercises without what differs | UsageError | - | choose what differs between exercises: --vary NAME=LOW:HIGH

@@ -48,5 +48,5 @@ a result of a batch | ModelError | - | crosscheck checks one design, this is a b
 a result without forces | ModelError | - | kinematics computes no forces to check: give a result of kinetostatics, statics or simulate
 a result of another mechanism | ModelError | - | the result is of another mechanism, its bodies are 'crank', 'coupler', 'rocker', not 'crank', 'coupler', 'rocker', 'wheel': analyse the same one
 no result at all | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type int: analyse first
---against without a name | UsageError | - | --against takes names of engines with commas between them
+--against without a name | UsageError | - | --against takes names with commas between them
 """

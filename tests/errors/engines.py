@@ -152,5 +152,5 @@ a flywheel simulated on an arm | ModelError | fan | 'fan' turns 'wheel' against 
 a half order that there is not | ModelError | - | there is no order 0.3 of a cycle of 2 turns: orders are multiples of 1/2 up to 4
 a flywheel sized at rest | ModelError | motor | driver 'motor' has no speed, which a flywheel needs: give its law a speed
 a flywheel at a speed that changes | ModelError | motor | a flywheel is sized at a constant speed, 'motor' has 11.061 to 25 rad/s: give its law a constant speed
-a coefficient in words | UsageError | - | --coefficient takes a number such as 0.02, not 'small'
+a coefficient in words | UsageError | - | --coefficient takes a number, not 'small'
 """

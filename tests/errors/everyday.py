@@ -165,12 +165,12 @@ a name of the gallery that is misspelt | ModelError | - | the gallery has no mod
 a joint in the place of a driver | ModelError | A | there is no driver 'A' to release: it is a joint (drivers are: 'motor')
 a picture for a word processor | ModelError | - | cannot write 'a.doc': a picture is a file that ends in .svg, .png or .pdf
 an analysis of nothing | UsageError | - | the following arguments are required: MODEL (see mbody kinetostatics --help)
-turn for over | UsageError | - | unrecognized arguments: --turn: did you mean --over? (see mbody kinetostatics --help)
+turn for over | UsageError | - | kinetostatics has no option --turn: did you mean --over? (see mbody kinetostatics --help)
 over nothing | UsageError | - | argument --over: expected one argument (see mbody kinetostatics --help)
 a position without a name | UsageError | - | --at takes NAME=VALUE, such as crank=60, not '60'
 a time that is a length | ModelError | t | 't': '1 m' is a length (m), where a time (s) is wanted
 a motion to nowhere | ModelError | - | simulate needs the last time: give --to TIME, or the file a table [simulate] with until = …
 a time that is a word | ModelError | simulate | 'simulate': until: there is no parameter 'abc' (there are: 'l', 'm')
 a report in no folder | ModelError | - | cannot write '/nowhere/a.md' (No such file or directory): choose a folder that exists and may be written to
-dynamics for simulate | UsageError | - | there is no command 'dynamics': did you mean simulate?
+dynamics for simulate | UsageError | - | there is no command 'dynamics': did you mean simulate (free motion over time) or kinetostatics (motion, all joint forces)?
 """

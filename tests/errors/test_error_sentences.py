@@ -34,8 +34,8 @@ OTHERWISE = {
     "no optimum:": "the head of what the command prints",
     "none of the numbers changes '": "of a note",
     "stopped: after ": "the status of the solution that the error carries",
+    r"argument (?:\S+/)?(\S+): (takes .*)": "a pattern",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
-    r"argument command: invalid choice: '(.*?)' \(choose": "a pattern",
 }
 LONGEST = 600
 

@@ -8,7 +8,7 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.cli.parser import parser
+from mbody.cli.command import parsed
 from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
 from mbody.quantities import read
@@ -137,4 +137,4 @@ def test_the_page_shows_every_model_once():
     assert [name for name, _ in commands] == shown
     for name, command in commands:
         assert name in shlex.split(command)
-        parser().parse_args(shlex.split(command))
+        parsed(shlex.split(command))

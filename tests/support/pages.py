@@ -108,12 +108,9 @@ def said(line):
     """What a command prints; it must succeed, unless its comment says how it ends: `# status 1`."""
     words = shlex.split(line, comments=True)
     with contextlib.redirect_stdout(io.StringIO()) as stream:
-        try:
-            status = main(words[1:])
-        except SystemExit as end:  # of --help
-            status = end.code
+        status = main(words[1:])
     expected = int(line.rpartition("# status ")[2]) if "# status " in line else 0
-    assert (status or 0) == expected, line
+    assert status == expected, line
     return stream.getvalue()
 
 
