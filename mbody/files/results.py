@@ -22,13 +22,13 @@ import numpy as np
 from mbody.analysis.inverse.conditions import Answer, AnswerCase
 from mbody.files.tables import as_list, friction_data
 from mbody.files.writing import writing
+from mbody.quantities.output_units import OutputUnits
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.doubts import certificate, heading
 from mbody.solution.histories import EventRecord, one_design
 from mbody.solution.result_table import result_table
 
 if TYPE_CHECKING:
-    from mbody.quantities.output_units import OutputUnits
     from mbody.solution.solution import Solution
 
 
@@ -40,11 +40,20 @@ def data(solution: Solution, angle: str | None = None) -> dict[str, Any]:
     >>> round(data(run)["bodies"]["crank"]["angle"][0], 9)
     60.0
     """
+    return data_in(solution, solution.mechanism.data_units.with_angle(angle, "deg"))
+
+
+def in_units_of_the_model(solution: Solution) -> dict[str, Any]:
+    """As `data`, with no other unit than degrees: what a page draws."""
+    return data_in(solution, OutputUnits(solution.mechanism.units).with_angle("deg", ""))
+
+
+def data_in(solution: Solution, units: OutputUnits) -> dict[str, Any]:
+    """A solution of one design as plain lists and texts, in units."""
     one_design(solution, "data are of one design")
     machine, forces = solution.mechanism, solution.has_forces
-    units = machine.data_units.with_angle(angle, "deg")
     points = [f"{body.name}.{point}" for body in machine.bodies for point in body.points]
-    table = result_table(solution, {"angle": units.of("angle")}, points)
+    table = result_table(solution, units, points)
     giving = table.by_owner("coupling", "effort") | table.by_owner("driver", "effort")
     powers, measures = table.by_owner("driver", "power"), table.by_owner("measure")
     return {

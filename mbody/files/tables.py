@@ -152,7 +152,7 @@ def columns(solution: Solution, angle: str | None = None) -> dict[str, np.ndarra
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    units = {"angle": solution.mechanism.data_units.with_angle(angle, "rad").of("angle")}
+    units = solution.mechanism.data_units.with_angle(angle, "rad")
     table, flags = result_table(solution, units), dict[str, set[bool | None]]()
     for one in table:
         if one.key in UNIQUE and one.role != "load" and solution.has_forces:

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mbody.summaries.text_table import Column
+
 
 #: Rows of a table of links or joints: more of them are not read.
 ROWS = 40
@@ -37,16 +39,6 @@ class Items:
 
 
 @dataclass(frozen=True)
-class Cells:
-    """A column of a table: its title, unit and cells; numbers stand on the right."""
-
-    title: str
-    cells: Sequence[str]
-    unit: str = ""
-    text: bool = False
-
-
-@dataclass(frozen=True)
 class Grid:
     """A table; columns without any cell are left out.
 
@@ -55,10 +47,10 @@ class Grid:
     """
 
     title: str
-    columns: Sequence[Cells]
+    columns: Sequence[Column]
 
     @property
-    def filled_columns(self) -> list[Cells]:
+    def filled_columns(self) -> list[Column]:
         """The columns that have cells."""
         return [column for column in self.columns if any(column.cells)]
 

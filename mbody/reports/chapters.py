@@ -21,7 +21,6 @@ from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import (
     ROWS,
     Block,
-    Cells,
     Chapter,
     FileText,
     Grid,
@@ -34,13 +33,16 @@ from mbody.reports.blocks import (
 )
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
-from mbody.solution.measures import found_by, measured
+from mbody.solution.measures import found_by, shown_measure
 from mbody.summaries.text_table import (
+    Column,
     acceleration_scale,
-    angles,
+    directions,
     number,
     numbers,
+    turned,
     uniqueness_text,
+    with_unit,
 )
 from mbody.views.frame import MODES, mode_rows
 from mbody.views.free_bodies import MOST, draw_free_bodies, when
@@ -194,15 +196,15 @@ def freebody(subject: Subject) -> list[Block]:
 Array = np.ndarray
 
 
-def where_columns(subject: Subject, instants: Sequence[int]) -> list[Cells]:
+def where_columns(subject: Subject, instants: Sequence[int]) -> list[Column]:
     """Columns that say where something is."""
-    return [Cells(title, cells, unit) for title, cells, unit in subject.where(instants)]
+    return [Column(title, cells, unit) for title, cells, unit in subject.where(instants)]
 
 
-def _where_there(subject: Subject, instants: Sequence[int], there: Sequence[bool]) -> list[Cells]:
+def _where_there(subject: Subject, instants: Sequence[int], there: Sequence[bool]) -> list[Column]:
     """The first of these columns; blank of what is zero, or the same, all the time."""
     return [
-        Cells(
+        Column(
             title,
             [cell if is_there else "" for cell, is_there in zip(cells, there, strict=True)],
             unit,
@@ -224,9 +226,9 @@ def summary(subject: Subject) -> list[Block]:
     rows = [*_forces_of_all(subject), *_efforts(subject), *_motion(subject)]
     blocks: list[Block] = [_status(subject)]
     if rows:
-        columns = [Cells("", [row[0] for row in rows], text=True)]
-        columns += [Cells("value", [number(row[1]) for row in rows])]
-        columns += [Cells("unit", [row[2] for row in rows], text=True)]
+        columns = [Column("", [row[0] for row in rows], text=True)]
+        columns += [Column("value", [number(subject.shown(*row[1:3])) for row in rows])]
+        columns += [Column("unit", [subject.unit(row[2]) for row in rows], text=True)]
         columns += where_columns(subject, [row[3] for row in rows])
         title = f"Greatest amounts of the {subject.course}" if subject.many else "Greatest amounts"
         blocks.append(Grid(title, columns))
@@ -252,7 +254,7 @@ def _forces_of_all(subject: Subject) -> list[tuple[str, float, str, int]]:
         k = peak(size)
         if best is None or float(size[k]) > best[1]:
             words = f"greatest joint force, {book(name)} at {joint.name}"
-            best = (words, float(size[k]), subject.unit("force"), k)
+            best = (words, float(size[k]), "force", k)
     return [best] if best is not None and best[1] > subject.floor else []
 
 
@@ -264,11 +266,11 @@ def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
         k = peak(effort)
         if abs(float(effort[k])) <= subject.floor_of(kind):
             continue
-        rows.append((f"{kind} of {driver.name}", float(effort[k]), subject.unit(kind), k))
+        rows.append((f"{kind} of {driver.name}", float(effort[k]), kind, k))
         power = run.measure(f"{driver.name}.power")
         if np.abs(power).max() > 0.0:
             k = peak(power)
-            rows.append((f"power of {driver.name}", float(power[k]), subject.unit("power"), k))
+            rows.append((f"power of {driver.name}", float(power[k]), "power", k))
     return rows
 
 
@@ -289,7 +291,7 @@ def _motion(subject: Subject) -> list[tuple[str, float, str, int]]:
         k = peak(sizes[name])
         if float(sizes[name][k]) > PRINTED_NONE * floor * run.system.length:
             words = f"greatest {what}, {name}"
-            rows.append((words, float(sizes[name][k]), subject.unit(unit), k))
+            rows.append((words, float(sizes[name][k]), unit, k))
     return rows
 
 
@@ -301,14 +303,14 @@ def links(subject: Subject) -> list[Block]:
     run, names = subject.run, [body.name for body in subject.mechanism.bodies]
     numbered = [f"{n} {name}" for n, name in enumerate(names, 2)]
     histories, acceleration = [run[name] for name in names], acceleration_scale(subject.run)
-    low = [f"{round(float(np.degrees(h.angle.min())), 3) + 0.0:.3f}" for h in histories]
-    high = [f"{round(float(np.degrees(h.angle.max())), 3) + 0.0:.3f}" for h in histories]
-    named = Cells("link", numbered, text=True)
+    low, high = ([float(f(h.angle)) for h in histories] for f in (np.min, np.max))
+    named = Column("link", numbered, text=True)
     columns = [named]
     if subject.many:
-        columns += [Cells("angle from", low, "deg"), Cells("to", high, "deg")]
+        columns.append(turned("angle from", low, subject.units))
+        columns.append(turned("to", high, subject.units))
     else:
-        columns.append(Cells("angle", low, "deg"))
+        columns.append(turned("angle", low, subject.units))
     if run.analysis == "statics":
         return first_rows(Grid("Links", columns))
     centres = [named] if subject.many else columns  # one table of all would be too wide
@@ -321,9 +323,8 @@ def links(subject: Subject) -> list[Block]:
     ):
         scale = 1.0 if unit.startswith("angular") else run.system.length
         tops = [float(v[peak(v)]) for v in values]
-        cells = numbers(tops, PRINTED_NONE * floor * scale)
         own = columns if unit.startswith("angular") else centres
-        own.append(Cells(f"{word}{title}", cells, subject.unit(unit)))
+        own.append(subject.column(f"{word}{title}", tops, unit, PRINTED_NONE * floor * scale))
         if subject.many:
             there = [abs(top) > PRINTED_NONE * floor * scale for top in tops]
             own += _where_there(subject, [peak(v) for v in values], there)
@@ -355,22 +356,20 @@ def joints(subject: Subject) -> list[Block]:
     torque = np.array([r.torque[peak(r.torque)] for *_, r in found])
     torque_floor = subject.floor * run.system.length
     columns = [
-        Cells("force", [book(name) for name, *_ in found], text=True),
-        Cells("joint", [joint for _, joint, _ in found], text=True),
-        Cells("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
-        Cells(
-            "peak" if subject.many else "force",
-            numbers(np.hypot(fx, fy), subject.floor),
-            subject.unit("force"),
+        Column("force", [book(name) for name, *_ in found], text=True),
+        Column("joint", [joint for _, joint, _ in found], text=True),
+        Column("i on j", [f"{r.by} on {r.on}" for *_, r in found], text=True),
+        subject.column(
+            "peak" if subject.many else "force", np.hypot(fx, fy), "force", subject.floor
         ),
-        Cells("direction", angles(np.arctan2(fy, fx)), "deg"),
+        directions("direction", np.arctan2(fy, fx), subject.units),
         *_where_there(subject, at, (np.hypot(fx, fy) > subject.floor).tolist()),
-        Cells("F_{x} there", numbers(fx, subject.floor), subject.unit("force")),
-        Cells("F_{y} there", numbers(fy, subject.floor), subject.unit("force")),
+        subject.column("F_{x} there", fx, "force", subject.floor),
+        subject.column("F_{y} there", fy, "force", subject.floor),
     ]
     if (np.abs(torque) > torque_floor).any():
-        columns.append(Cells("peak torque", numbers(torque, torque_floor), subject.unit("torque")))
-    columns.append(Cells("uniqueness", [uniqueness_text(r) for *_, r in found], text=True))
+        columns.append(subject.column("peak torque", torque, "torque", torque_floor))
+    columns.append(Column("uniqueness", [uniqueness_text(r) for *_, r in found], text=True))
     blocks: list[Block] = [Grid("Forces of the joints", columns)]
     blocks += [Text(note)] if note else []
     if (np.abs(torque) > torque_floor).any():
@@ -385,28 +384,28 @@ def loads(subject: Subject) -> list[Block]:
     if subject.loaded:
         for driver in (*subject.mechanism.drivers, *subject.mechanism.couplings):
             kind = "torque" if driver.angular else "force"
-            floor = subject.floor * (run.system.length if driver.angular else 1.0)
             book_name = subject.names.get(driver.name, ("", ""))[0]
             named = f"{driver.name}, {book(book_name)}" if book_name else driver.name
-            rows.append((named, run.effort(driver.name), subject.unit(kind), floor))
+            effort = subject.units.converted(run.effort(driver.name), kind)
+            floor = subject.floor_of(kind) / subject.units.size(kind)
+            rows.append((named, effort, subject.unit(kind), floor))
     for name, measure in subject.mechanism.measures.items():
         if found_by(run, measure):
-            values, dimension, unit = measured(run, measure)
-            if dimension == DIMENSIONS["angle"] and not measure.unit:
-                values, unit = np.degrees(values), "deg"
+            values, dimension, unit = shown_measure(run, measure)
             floor = PRINTED_NONE * float(np.nanmax(np.abs(values), initial=0.0))
             for kind in ("force", "torque") if run.has_forces else ():
-                own = dimension == DIMENSIONS[kind] and unit == subject.mechanism.units.of(kind)
-                floor = max(floor, subject.floor_of(kind)) if own else floor
+                own = dimension == DIMENSIONS[kind] and unit == subject.unit(kind)
+                least = subject.floor_of(kind) / subject.units.size(kind)
+                floor = max(floor, least) if own else floor
             rows.append((f"{name} (`{measure.of}`)", values, unit_text(unit), floor))
     if not rows:
         return []
     return [Grid("Efforts and measures", _extremes(subject, rows))]
 
 
-def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -> list[Cells]:
+def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -> list[Column]:
     """Columns of least, greatest and mean values."""
-    columns = [Cells("quantity", [row[0] for row in rows], text=True)]
+    columns = [Column("quantity", [row[0] for row in rows], text=True)]
 
     def cells(values: Sequence[Any]) -> list[str]:
         pairs = zip(values, rows, strict=True)
@@ -414,18 +413,18 @@ def _extremes(subject: Subject, rows: Sequence[tuple[str, Array, str, float]]) -
 
     clean = [np.where(np.isfinite(row[1]), row[1], np.nan) for row in rows]
     if not subject.many:
-        columns.append(Cells("value", cells([v[0] for v in clean])))
+        columns.append(Column("value", cells([v[0] for v in clean])))
     else:
         low, top = ([int(f(v)) for v in clean] for f in (np.nanargmin, np.nanargmax))
-        columns.append(Cells("least", cells([v[k] for v, k in zip(clean, low, strict=True)])))
+        columns.append(Column("least", cells([v[k] for v, k in zip(clean, low, strict=True)])))
         vary = [
             float(np.ptp(v[np.isfinite(v)])) > row[3] for v, row in zip(clean, rows, strict=True)
         ]
         columns += _where_there(subject, low, vary)
-        columns.append(Cells("greatest", cells([v[k] for v, k in zip(clean, top, strict=True)])))
+        columns.append(Column("greatest", cells([v[k] for v, k in zip(clean, top, strict=True)])))
         columns += _where_there(subject, top, vary)
-        columns.append(Cells("mean", cells([_mean(subject, v) for v in clean])))
-    columns.append(Cells("unit", [row[2] for row in rows], text=True))
+        columns.append(Column("mean", cells([_mean(subject, v) for v in clean])))
+    columns.append(Column("unit", [row[2] for row in rows], text=True))
     return columns
 
 
@@ -448,7 +447,6 @@ def energy(subject: Subject) -> list[Block]:
     run = subject.run
     if not subject.many or run.analysis == "statics":
         return []
-    unit = subject.unit("torque")
     if run.energy is not None:
         own = run.energy
         rows = {
@@ -458,7 +456,7 @@ def energy(subject: Subject) -> list[Block]:
             "dissipated": own.dissipated,
         }
         moving = {name: values for name, values in rows.items() if np.ptp(values) > 0.0}
-        curves = [_curve(name, values, unit) for name, values in moving.items()]
+        curves = [_curve(subject, name, values) for name, values in moving.items()]
         if not curves:
             return []
         error = f"{own.error:.1e}" if own.error else "0"
@@ -466,10 +464,10 @@ def energy(subject: Subject) -> list[Block]:
             Picture("energy", untitled(plot_curves(run, [curves])), "Energy over time"),
             Text(
                 f"Kinetic + potential + dissipated − work stays the same to {error} of the "
-                f"greatest energy, {number(own.size)} {unit}."
+                f"greatest energy, {with_unit(own.size, 'torque', subject.units)}."
             ),
         ]
-    curves = [_curve("kinetic", kinetic(subject), unit)]
+    curves = [_curve(subject, "kinetic", kinetic(subject))]
     blocks: list[Block] = []
     for driver in subject.mechanism.drivers if subject.loaded else ():
         if not driver.angular or not np.ptp(run.driven(driver.name)[0]) > 0.0:
@@ -478,20 +476,21 @@ def energy(subject: Subject) -> list[Block]:
             found = fluctuation(run, driver.name)
         except ModelError:  # of part of a revolution, or of a cycle that does not close
             continue
-        curves.append(_curve(f"fed by {driver.name} less its mean", found.energy, unit))
+        curves.append(_curve(subject, f"fed by {driver.name} less its mean", found.energy))
         # a mean of equal instants is no closer than that where the torque has corners
         works = abs(found.mean) > float(np.max(np.abs(found.torque))) / len(run) ** 2
         rows_of = [
-            ("work of the cycle", found.work * works, unit),
-            ("mean torque", found.mean * works, subject.unit("torque")),
-            ("greatest fluctuation of energy ΔE", found.fluctuation, unit),
+            ("work of the cycle", found.work * works, "torque"),
+            ("mean torque", found.mean * works, "torque"),
+            ("greatest fluctuation of energy ΔE", found.fluctuation, "torque"),
         ]
         if works:
-            rows_of.append(("coefficient of fluctuation of energy", found.energy_coefficient, ""))
+            part = found.energy_coefficient
+            rows_of.append(("coefficient of fluctuation of energy", part, "number"))
         columns = [
-            Cells("quantity", [row[0] for row in rows_of], text=True),
-            Cells("value", [number(row[1]) for row in rows_of]),
-            Cells("unit", [row[2] for row in rows_of], text=True),
+            Column("quantity", [row[0] for row in rows_of], text=True),
+            Column("value", [number(subject.shown(*row[1:])) for row in rows_of]),
+            Column("unit", [subject.unit(row[2]) for row in rows_of], text=True),
         ]
         blocks.append(Grid(f"Turning moment of {driver.name}", columns))
     if not any(np.ptp(curve.values) > 0.0 for curve in curves):
@@ -511,8 +510,12 @@ def kinetic(subject: Subject) -> Array:
     return total
 
 
-def _curve(name: str, values: Array, unit: str) -> PlottedCurve:
-    return PlottedCurve(name, values, DIMENSIONS["torque"], unit, of="energy")
+def _curve(
+    subject: Subject, name: str, values: Array, kind: str = "torque", of: str = "energy"
+) -> PlottedCurve:
+    """A history in units of the model as a curve."""
+    shown = subject.units.converted(values, kind)
+    return PlottedCurve(name, shown, DIMENSIONS[kind], subject.unit(kind), of=of)
 
 
 def shaking(subject: Subject) -> list[Block]:
@@ -528,16 +531,16 @@ def shaking(subject: Subject) -> list[Block]:
         return []
     has_moment = moment > subject.floor * run.system.length
     at = [peak(size), *([peak(found.moment)] * has_moment)]
-    force, torque = subject.unit("force"), subject.unit("torque")
+    rows = [(greatest, "force"), *((float(found.moment[k]), "torque") for k in at[1:])]
     differ = np.hypot(found.fx - found.fx_inertia, found.fy - found.fy_inertia)
     columns = [
-        Cells(
+        Column(
             "quantity",
             ["shaking force", *(["shaking moment about the origin"] * has_moment)],
             text=True,
         ),
-        Cells("peak", [number(greatest), *(number(float(found.moment[k])) for k in at[1:])]),
-        Cells("unit", [force, *([torque] * has_moment)], text=True),
+        Column("peak", [number(subject.shown(*row)) for row in rows]),
+        Column("unit", [subject.unit(kind) for _, kind in rows], text=True),
         *where_columns(subject, at),
     ]
     part = float(np.nanmax(differ)) / (greatest or 1.0)
@@ -553,15 +556,10 @@ def shaking(subject: Subject) -> list[Block]:
         ),
     ]
     if subject.many:
-        kind, moment_kind = DIMENSIONS["force"], DIMENSIONS["torque"]
-        panels = [
-            [
-                PlottedCurve("along x", found.fx, kind, force, of="force on the frame"),
-                PlottedCurve("along y", found.fy, kind, force, of="force on the frame"),
-                PlottedCurve("magnitude", size, kind, force, of="force on the frame"),
-            ]
-        ]
-        panels += [[PlottedCurve("moment", found.moment, moment_kind, torque)]] * has_moment
+        parts = {"along x": found.fx, "along y": found.fy, "magnitude": size}
+        of = "force on the frame"
+        panels = [[_curve(subject, name, own, "force", of) for name, own in parts.items()]]
+        panels += [[_curve(subject, "moment", found.moment, of="")]] * has_moment
         caption = "Shaking force and shaking moment" if has_moment else "Shaking force"
         blocks.append(Picture("shaking", untitled(plot_curves(run, panels)), caption))
     return blocks
@@ -609,16 +607,16 @@ def _modes(subject: Subject) -> list[Block]:
     rows, left_out = mode_rows(run)
     whole = max(float(run.t[-1] - run.t[0]), TINY)
     there = [mode for mode in MODES if any(s.mode == mode for row in rows for s in row.spans)]
-    columns = [Cells("contact or joint", [row.name for row in rows], text=True)]
+    columns = [Column("contact or joint", [row.name for row in rows], text=True)]
     for mode in there:
         parts = [sum(s.high - s.low for s in row.spans if s.mode == mode) / whole for row in rows]
-        columns.append(Cells(MODES[mode][0], [f"{100 * part:.1f}" for part in parts], "%"))
-    columns.append(Cells("changes", [str(len(row.spans) - 1) for row in rows]))
+        columns.append(Column(MODES[mode][0], [f"{100 * part:.1f}" for part in parts], "%"))
+    columns.append(Column("changes", [str(len(row.spans) - 1) for row in rows]))
     if any(row.impacts for row in rows):
-        columns.append(Cells("impacts", [str(len(row.impacts)) for row in rows]))
+        columns.append(Column("impacts", [str(len(row.impacts)) for row in rows]))
     if run.energy is not None:
         lost = [float(run.energy.lost[row.name][-1]) for row in rows]
-        columns.append(Cells("energy lost", numbers(np.array(lost)), subject.unit("torque")))
+        columns.append(subject.column("energy lost", lost, "torque"))
     found: list[Block] = [Grid("Modes, in parts of the motion", columns)]
     if left_out:
         found.append(Text(f"{left_out} more change less often and are left out."))
@@ -626,12 +624,12 @@ def _modes(subject: Subject) -> list[Block]:
 
 
 def _losses(subject: Subject) -> list[Block]:
-    run, unit = subject.run, subject.unit("power")
+    run = subject.run
     names = list(run.losses)
     losses = np.array([np.nan_to_num(run.losses[name]) for name in names])
-    columns = [Cells(_kind(subject, names), names, text=True)]
+    columns = [Column(_kind(subject, names), names, text=True)]
     if not subject.many:
-        columns.append(Cells("loss", numbers(losses[:, 0]), unit))
+        columns.append(subject.column("loss", losses[:, 0], "power"))
         return [Grid(_title(subject, names), columns)]
     if run.energy is not None:
         # what sticks slides by rounding only
@@ -639,12 +637,12 @@ def _losses(subject: Subject) -> list[Block]:
         losses = np.where(losses.max(axis=1, keepdims=True) > least, losses, 0.0)
         if not losses.any():
             return []
-    columns.append(Cells("greatest", numbers(losses.max(axis=1)), unit))
+    columns.append(subject.column("greatest", losses.max(axis=1), "power"))
     if run.energy is None:
         work = np.trapezoid(losses, run.t, axis=1)
-        columns.append(Cells("work lost", numbers(work), subject.unit("torque")))
+        columns.append(subject.column("work lost", work, "torque"))
     curves = [
-        PlottedCurve(name, loss, DIMENSIONS["power"], unit, of="power lost")
+        _curve(subject, name, loss, "power", "power lost")
         for name, loss in zip(names, losses, strict=True)
         if np.ptp(loss) > 0.0
     ]
@@ -674,18 +672,19 @@ def _bands(subject: Subject) -> list[Block]:
     for driver in subject.mechanism.drivers if run.resting else ():
         limits = run.range(driver.name)
         for k in np.flatnonzero(limits.low != limits.high):
-            ends = [_end(float(one[k])) for one in (limits.low, limits.high)]
-            unit = subject.unit(driver.effort_dimension)
-            rows.append((driver.name, number(float(run.t[k])), *ends, unit))
+            kind = driver.effort_dimension
+            ends = [_end(subject.shown(one[k], kind)) for one in (limits.low, limits.high)]
+            at = number(subject.shown(run.t[k], "time"))
+            rows.append((driver.name, at, *ends, subject.unit(kind)))
     if not rows:
         return []
     names, times, lows, highs, units = zip(*rows, strict=True)
     columns = [
-        Cells("driver", list(names), text=True),
-        Cells("at t", list(times), subject.unit("time")),
-        Cells("from", list(lows)),
-        Cells("to", list(highs)),
-        Cells("unit", list(units), text=True),
+        Column("driver", list(names), text=True),
+        Column("at t", list(times), subject.unit("time")),
+        Column("from", list(lows)),
+        Column("to", list(highs)),
+        Column("unit", list(units), text=True),
     ]
     return [Grid("Efforts where joints rest", columns)]
 
@@ -709,11 +708,11 @@ def comparison(subject: Subject) -> list[Block]:
     names = [name for name in here if name in there and here[name][1] == there[name][1]]
     pairs = [(here[name][0], there[name][0]) for name in names]
     columns = [
-        Cells("quantity", names, text=True),
-        Cells(subject.label or "this design", [number(a) for a, _ in pairs]),
-        Cells(other.label or "other design", [number(b) for _, b in pairs]),
-        Cells("change", [_change(a, b) for a, b in pairs], "%"),
-        Cells("unit", [here[name][1] for name in names], text=True),
+        Column("quantity", names, text=True),
+        Column(subject.label or "this design", [number(a) for a, _ in pairs]),
+        Column(other.label or "other design", [number(b) for _, b in pairs]),
+        Column("change", [_change(a, b) for a, b in pairs], "%"),
+        Column("unit", [here[name][1] for name in names], text=True),
     ]
     blocks: list[Block] = [
         Text(f"This design beside another one, {other.label or other.mechanism.name}."),
@@ -749,21 +748,20 @@ def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
         for joint in subject.mechanism.joints:
             size = float(np.nanmax(run.reaction(joint.name).magnitude))
             if size > subject.floor:
-                found[f"peak force at {joint.name}"] = (size, subject.unit("force"))
+                shown = subject.shown(size, "force")
+                found[f"peak force at {joint.name}"] = (shown, subject.unit("force"))
         for driver in subject.mechanism.drivers:
             effort = run.effort(driver.name)
             kind = "torque" if driver.angular else "force"
-            top = float(np.nanmax(np.abs(effort)))
+            top = subject.shown(np.nanmax(np.abs(effort)), kind)
             found[f"peak {kind} of {driver.name}"] = (top, subject.unit(kind))
-            power = float(np.nanmax(np.abs(run.measure(f"{driver.name}.power"))))
+            power = subject.shown(np.nanmax(np.abs(run.measure(f"{driver.name}.power"))), "power")
             if power:
                 found[f"peak power of {driver.name}"] = (power, subject.unit("power"))
     for name, measure in subject.mechanism.measures.items():
         if not found_by(run, measure):
             continue
-        values, dimension, unit = measured(run, measure)
-        if dimension == DIMENSIONS["angle"] and not measure.unit:
-            values, unit = np.degrees(values), "deg"
+        values, _, unit = shown_measure(run, measure)
         top = float(np.nanmax(np.abs(values)))
         for word, extreme in (("least", np.nanmin), ("greatest", np.nanmax)):
             value = float(extreme(values))
@@ -810,16 +808,16 @@ def checks(subject: Subject) -> list[Block]:
     if found.energy is not None:
         rows.append(("balance of energy, of the greatest energy", found.energy))
     columns = [
-        Cells("residual", [row[0] for row in rows], text=True),
-        Cells("greatest of all instants", [f"{v:.1e}" if v else "0" for _, v in rows]),
+        Column("residual", [row[0] for row in rows], text=True),
+        Column("greatest of all instants", [f"{v:.1e}" if v else "0" for _, v in rows]),
     ]
     blocks: list[Block] = [Text(f"Status: **{run.status}**."), Grid("Residuals", columns)]
     if found.branch is not None:
         blocks.append(
             Text(
                 "The least distance from a position at which branches meet was "
-                f"{found.branch.least:.2g} (0 where they meet), at t = {number(found.branch.t)} "
-                f"{subject.unit('time')}."
+                f"{found.branch.least:.2g} (0 where they meet), at t = "
+                f"{with_unit(found.branch.t, 'time', subject.units)}."
             )
         )
     sentences = {doubt.message for doubt in run.doubts}
@@ -849,10 +847,10 @@ def crosschecks(subject: Subject) -> list[Block]:
         row = max(result.rows, key=lambda one: one.difference, default=None)
         worst.append(f"{row.difference:.1e} ({row.quantity})" if row is not None else "")
     columns = [
-        Cells("engine", names, text=True),
-        Cells("what it is", versions, text=True),
-        Cells("verdict", verdicts, text=True),
-        Cells("greatest difference", worst, text=True),
+        Column("engine", names, text=True),
+        Column("what it is", versions, text=True),
+        Column("verdict", verdicts, text=True),
+        Column("greatest difference", worst, text=True),
     ]
     blocks.append(Grid("Cross-checks", columns))
     differ = [name for name, result in found.opinions.items() if not result.agrees]
@@ -911,13 +909,13 @@ def _rows(found: object) -> Grid:
         )
         rows += [(name, row) for row in ordered[:WORST]]
     columns = [
-        Cells("engine", [name for name, _ in rows], text=True),
-        Cells("quantity", [row.quantity for _, row in rows], text=True),
-        Cells("mbody", [number(row.ours) for _, row in rows]),
-        Cells("theirs", [number(row.theirs) for _, row in rows]),
-        Cells("difference", [f"{row.difference:.1e}" for _, row in rows]),
-        Cells("expected", [f"{row.expected:.1e}" for _, row in rows]),
-        Cells("verdict", [row.verdict for _, row in rows], text=True),
+        Column("engine", [name for name, _ in rows], text=True),
+        Column("quantity", [row.quantity for _, row in rows], text=True),
+        Column("mbody", [number(row.ours) for _, row in rows]),
+        Column("theirs", [number(row.theirs) for _, row in rows]),
+        Column("difference", [f"{row.difference:.1e}" for _, row in rows]),
+        Column("expected", [f"{row.expected:.1e}" for _, row in rows]),
+        Column("verdict", [row.verdict for _, row in rows], text=True),
     ]
     return Grid("The nearest to their limits", columns)
 
@@ -941,8 +939,8 @@ def repeat(subject: Subject) -> list[Block]:
         rows.append(("command", f"`{subject.command}`"))
     rows = [row for row in rows if row[1]]
     columns = [
-        Cells("", [name for name, _ in rows], text=True),
-        Cells("value", [value for _, value in rows], text=True),
+        Column("", [name for name, _ in rows], text=True),
+        Column("value", [value for _, value in rows], text=True),
     ]
     blocks: list[Block] = [Grid("What made this report", columns)]
     if subject.text:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.files.model.write import as_data
-from mbody.quantities.output_units import unit_text
-from mbody.reports.blocks import Block, Cells, Grid, Items, Notice, Picture, Text, first_rows
+from mbody.quantities.units import NUMBER
+from mbody.reports.blocks import Block, Grid, Items, Notice, Picture, Text, first_rows
 from mbody.summaries.analyses import constituents, counts, many
-from mbody.summaries.text_table import number, numbers
+from mbody.summaries.text_table import Column, number, quantities
 from mbody.views.drawing import draw
 from mbody.views.free_bodies import when
 
@@ -57,7 +57,7 @@ def sketch(subject: Subject) -> list[Block]:
 def inputs(subject: Subject) -> list[Block]:
     """Everything that was given, with units."""
     machine = subject.mechanism
-    symbols = ", ".join(subject.unit(key) for key in ("length", "force", "time", "mass"))
+    symbols = ", ".join(machine.units.of(key) for key in ("length", "force", "time", "mass"))
     blocks: list[Block] = [
         Text(
             f"Units: {machine.units.name} ({symbols}). Numbers without a unit are in these, and "
@@ -93,19 +93,19 @@ def inputs(subject: Subject) -> list[Block]:
 
 
 def _parameters(subject: Subject, given: dict[str, Any]) -> Grid:
-    """Parameters with their value in the units of the mechanism."""
+    """Parameters with their value in the units that are shown."""
     scope = subject.mechanism.parameters.scope()
     values, units = [], []
     for name in given:
         known = scope.names[name]
-        values.append(number(float(known.value)))
-        unit = "" if known.dimension is None else subject.mechanism.units.of(known.dimension)
-        units.append(unit_text(unit))
+        kind = known.dimension or NUMBER
+        values.append(number(float(subject.units.converted(float(known.value), kind))))
+        units.append(subject.units.of(kind))
     columns = [
-        Cells("parameter", list(given), text=True),
-        Cells("given as", [str(value) for value in given.values()], text=True),
-        Cells("value", values),
-        Cells("unit", units, text=True),
+        Column("parameter", list(given), text=True),
+        Column("given as", [str(value) for value in given.values()], text=True),
+        Column("value", values),
+        Column("unit", units, text=True),
     ]
     return Grid("Parameters", columns)
 
@@ -117,9 +117,9 @@ def _signals(subject: Subject, given: dict[str, Any]) -> Grid:
         for one in subject.mechanism.inputs
     ]
     columns = [
-        Cells("input", list(given), text=True),
-        Cells("given as", [_flat(value) for value in given.values()], text=True),
-        Cells("unit", units, text=True),
+        Column("input", list(given), text=True),
+        Column("given as", [_flat(value) for value in given.values()], text=True),
+        Column("unit", units, text=True),
     ]
     return Grid("Inputs", columns)
 
@@ -127,9 +127,9 @@ def _signals(subject: Subject, given: dict[str, Any]) -> Grid:
 def _states(given: dict[str, Any]) -> Grid:
     """Auxiliary states with their rates and starts."""
     columns = [
-        Cells("state", list(given), text=True),
-        Cells("rate", [_flat(table["rate"]) for table in given.values()], text=True),
-        Cells("start", [_flat(table.get("start", 0)) for table in given.values()], text=True),
+        Column("state", list(given), text=True),
+        Column("rate", [_flat(table["rate"]) for table in given.values()], text=True),
+        Column("start", [_flat(table.get("start", 0)) for table in given.values()], text=True),
     ]
     return Grid("States", columns)
 
@@ -144,16 +144,12 @@ def _bodies(subject: Subject, data: dict[str, Any]) -> Grid:
         own = data["bodies"].get(body.name, {})
         centres.append(_place_text(own["cg"]) if "cg" in own else "")
         points.append(_points(own.get("points", {})))
-    sizes = []
-    for title, n, dimension in (("mass", 0, "mass"), ("I_{G}", 2, "inertia")):
-        # tonnes and N·mm·s² are kept for equations: a reader weighs in kg
-        unit, ratio = machine.units.everyday(dimension) or (subject.unit(dimension), 1.0)
-        sizes.append(Cells(title, ["", *numbers(mass[:, n] * ratio)], unit))
     columns = [
-        Cells("link", names, text=True),
-        *sizes,
-        Cells("mass centre", centres, text=True),
-        Cells("points in link axes", points, text=True),
+        Column("link", names, text=True),
+        quantities("mass", mass[:, 0], "mass", subject.units, before=[""]),
+        quantities("I_{G}", mass[:, 2], "inertia", subject.units, before=[""]),
+        Column("mass centre", centres, text=True),
+        Column("points in link axes", points, text=True),
     ]
     return Grid("Links", columns)
 
@@ -169,7 +165,7 @@ def _shapes(data: dict[str, Any]) -> Grid | None:
     if not rows:
         return None
     names, words = zip(*rows, strict=True)
-    columns = [Cells("shape", list(names), text=True), Cells("of", list(words), text=True)]
+    columns = [Column("shape", list(names), text=True), Column("of", list(words), text=True)]
     return Grid("Shapes", columns)
 
 
@@ -196,10 +192,10 @@ def _elements(title: str, given: dict[str, Any]) -> Grid:
     return Grid(
         title,
         [
-            Cells(title.lower().removesuffix("s"), list(given), text=True),
-            Cells("kind", kinds, text=True),
-            Cells("of", joined, text=True),
-            Cells("with", others_given, text=True),
+            Column(title.lower().removesuffix("s"), list(given), text=True),
+            Column("kind", kinds, text=True),
+            Column("of", joined, text=True),
+            Column("with", others_given, text=True),
         ],
     )
 
@@ -327,8 +323,8 @@ def mobility(subject: Subject) -> list[Block]:
     found = subject.mobility
     titles, found_counts = counts(found)
     titles = [title.replace(" - ", " − ") for title in titles]
-    columns = [Cells("count", titles, text=True)]
-    columns += [Cells(title, cells) for title, cells in found_counts.items()]
+    columns = [Column("count", titles, text=True)]
+    columns += [Column(title, cells) for title, cells in found_counts.items()]
     blocks: list[Block] = [Text(f"{constituents(found)}."), Grid("Mobility", columns)]
     redundant = found.driven.redundant if found.drivers else found.of_joints.redundant
     if redundant:

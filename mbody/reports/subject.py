@@ -19,9 +19,9 @@ from mbody.errors import ModelError, SolveError
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.quantities.evaluate import place_in_turn
-from mbody.quantities.output_units import unit_text
+from mbody.quantities.output_units import OutputUnits
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import force_floor, force_names, number
+from mbody.summaries.text_table import Column, force_floor, force_names, number, quantities
 from mbody.system.formula_rows import driver_states
 from mbody.views.free_bodies import force_peak
 from mbody.views.motions import cycle
@@ -76,9 +76,22 @@ class Subject:
         """Word for the range of the instants: motion or cycle."""
         return "motion" if self.run.analysis == "simulate" else "cycle"
 
+    @functools.cached_property
+    def units(self) -> OutputUnits:
+        """The units that are shown."""
+        return self.mechanism.shown
+
     def unit(self, dimension: str) -> str:
-        """The unit of a dimension, as it is written."""
-        return unit_text(self.mechanism.units.of(dimension))
+        """The unit of a dimension."""
+        return self.units.of(dimension)
+
+    def shown(self, value: Any, dimension: str) -> float:
+        """One value of the model in the unit that is shown."""
+        return float(self.units.converted(value, dimension))
+
+    def column(self, title: str, values: Any, dimension: str, floor: float = 0.0) -> Column:
+        """A column of values of the model."""
+        return quantities(title, values, dimension, self.units, floor)
 
     @functools.cached_property
     def mobility(self) -> Mobility:
@@ -143,15 +156,15 @@ class Subject:
             value = self.run.driven(driver.name)[0]
             if np.ptp(value) > 0.0:
                 name = getattr(driver, "body", driver.name)
+                kind, own = "length", value[list(instants)]
                 if driver.angular:
-                    places = [place_in_turn(float(one)) for one in value[list(instants)]]
-                    cells = [f"{round(one, 2) + 0.0:g}" for one in places]
-                    columns.append((f"at {name}", cells, "deg"))
-                else:
-                    cells = [number(float(v)) for v in value[list(instants)]]
-                    columns.append((f"at {name}", cells, self.unit("length")))
+                    kind, own = "angle", np.radians([place_in_turn(float(one)) for one in own])
+                shown = self.units.converted(own, kind)
+                unit = self.unit(kind)
+                cells = [f"{round(v, 2) + 0.0:g}" if unit == "deg" else number(v) for v in shown]
+                columns.append((f"at {name}", cells, unit))
         if np.ptp(self.run.t) > 0.0:
-            cells = [number(float(self.run.t[k])) for k in instants]
+            cells = [number(self.shown(self.run.t[k], "time")) for k in instants]
             columns.append(("at t", cells, self.unit("time")))
         return columns
 

@@ -13,7 +13,6 @@ from mbody._version import __version__
 from mbody.errors import ModelError
 from mbody.reports.blocks import (
     Block,
-    Cells,
     Chapter,
     DisplayedEquations,
     FileText,
@@ -25,6 +24,7 @@ from mbody.reports.blocks import (
     Text,
     parts_of,
 )
+from mbody.summaries.text_table import Column
 from mbody.views import style
 from mbody.views.style import content_of
 
@@ -235,7 +235,7 @@ def _html_grid(grid: Grid) -> str:
     return f'<div class="{kind}" tabindex="0" role="region" aria-label="{name}">{table}</div>'
 
 
-def _label(column: Cells) -> str:
+def _label(column: Column) -> str:
     """The title of a column as plain text, with its unit."""
     words = _plain(column.title) + (f" [{column.unit}]" if column.unit else "")
     return html.escape(words, quote=True)

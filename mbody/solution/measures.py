@@ -425,6 +425,16 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     return values, dimension, unit
 
 
+def shown_measure(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
+    """As `measured`, in the unit that people read: its own, or that of `Mechanism.shown`."""
+    wanted = measure if isinstance(measure, Measure) else Measure(measure)
+    values, dimension, unit = measured(solution, wanted)
+    if wanted.unit:
+        return values, dimension, unit
+    units = solution.mechanism.shown
+    return units.converted(values, dimension), dimension, units.of(dimension)
+
+
 def evaluate_measure(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
     """Value, dimension and unit of a measure's formula: a number where it does not change, else of
     the kind of the result's histories.

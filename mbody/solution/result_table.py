@@ -14,6 +14,7 @@ import numpy as np
 
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.states import MOTION, ROTATION
+from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
@@ -32,7 +33,9 @@ FORCES = ("fx", "fy", "force", "torque", "loss", "contact", "effort", "power")
 
 
 def result_table(
-    solution: Solution, units: Mapping[str, str] | None = None, points: Iterable[str] | None = None
+    solution: Solution,
+    units: Mapping[str, str] | OutputUnits | None = None,
+    points: Iterable[str] | None = None,
 ) -> ResultTable:
     """All histories of one motion.
 
@@ -42,15 +45,17 @@ def result_table(
     forces, statics no rates of drivers.
     """
     one_design(solution, "a table is of one design")
-    return ResultTable(_TableReader(solution, units or {}).columns(points))
+    if not isinstance(units, OutputUnits):
+        units = solution.mechanism.data_units.having(units or {})
+    return ResultTable(_TableReader(solution, units).columns(points))
 
 
 class _TableReader:
     """Columns of one result, in units."""
 
-    def __init__(self, solution: Solution, units: Mapping[str, str]) -> None:
+    def __init__(self, solution: Solution, units: OutputUnits) -> None:
         self.run, self.machine = solution, solution.mechanism
-        self.units = self.machine.data_units.having(units)
+        self.units = units
 
     def columns(self, points: Iterable[str] | None) -> Iterator[ResultColumn]:
         run, machine = self.run, self.machine

@@ -17,7 +17,7 @@ from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import auxiliary_history, reported_states
-from mbody.solution.measures import found_by, measured
+from mbody.solution.measures import found_by, measured, shown_measure
 from mbody.summaries.text_table import (
     ABOUT,
     WIDTH,
@@ -298,11 +298,9 @@ def measures(solution: Solution) -> list[str]:
             for key in ("least", "greatest") if alone else ("value",):
                 cells[key].append("")
             continue
-        values, dimension, unit = measured(solution, measure)
-        values = _cleared(solution, measure, values)
-        if not measure.unit:
-            units = solution.mechanism.shown
-            values, unit = units.converted(values, dimension), units.of(dimension)
+        plain, _, _ = measured(solution, measure)
+        values, _, unit = shown_measure(solution, measure)
+        values = np.where(_cleared(solution, measure, plain) == 0.0, 0.0, values)
         extremes = (
             number(np.fmin.reduce(values, axis=None)),
             number(np.fmax.reduce(values, axis=None)),
@@ -538,9 +536,7 @@ class _Rows:
         for name, measure in self.mechanism.measures.items():
             if measure.by or not found_by(self.solution, measure):
                 continue
-            values, dimension, unit = measured(self.solution, measure)
-            if not measure.unit:
-                values, unit = self.shown.converted(values, dimension), self.shown.of(dimension)
+            values, _, unit = shown_measure(self.solution, measure)
             finite = np.abs(values[np.isfinite(values)])
             self.add(name, unit, values, PRINTED_NONE * float(finite.max(initial=0.0)))
 

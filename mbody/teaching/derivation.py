@@ -16,7 +16,6 @@ from mbody.errors import ModelError
 from mbody.quantities.evaluate import place_in_turn
 from mbody.reports.blocks import (
     Block,
-    Cells,
     Chapter,
     DisplayedEquations,
     FileText,
@@ -516,10 +515,10 @@ class _DerivationWriter:
             Grid(
                 "Numbers of the links, masses, and moments of inertia about the mass centres:",
                 [
-                    Cells("Link", ["1", *(str(n) for n in range(2, len(bodies) + 2))], text=True),
-                    Cells("name", ["ground", *bodies], text=True),
-                    Cells("m", ["", *(number(mass[n]) for n in numbers)], self.unit("mass")),
-                    Cells("I", ["", *inertias], self.unit("inertia")),
+                    Column("Link", ["1", *(str(n) for n in range(2, len(bodies) + 2))], text=True),
+                    Column("name", ["ground", *bodies], text=True),
+                    Column("m", ["", *(number(mass[n]) for n in numbers)], self.unit("mass")),
+                    Column("I", ["", *inertias], self.unit("inertia")),
                 ],
             )
         ]
@@ -540,7 +539,7 @@ class _DerivationWriter:
             cells.append((driver.name, driver.coordinate, quantity, *rates))
         titles = ("Driver", "of", "value", "rate", "acceleration")
         columns = [
-            Cells(title, column, text=title in titles[:2])
+            Column(title, column, text=title in titles[:2])
             for title, column in zip(titles, zip(*cells, strict=True), strict=True)
         ]
         return Grid("What drivers prescribe:", columns)
@@ -576,14 +575,14 @@ class _DerivationWriter:
         return Grid(
             "The vectors at this instant:",
             [
-                Cells("Vector", [one.r.rich for one in symbols], text=True),
-                Cells("is", [_kind(vector) for vector in vectors], text=True),
-                Cells("length", cells(one.r for one in symbols), self.unit("length")),
-                Cells("θ", [number(np.degrees(one.angle.value)) for one in symbols], "deg"),
-                Cells("ω", cells(one.rate for one in symbols), rate),
-                Cells("α", cells(one.second for one in symbols), f"{rate}²"),
-                Cells("rate", cells(one.r_rate for one in symbols), speed),
-                Cells("second", cells(one.r_second for one in symbols), f"{speed}²"),
+                Column("Vector", [one.r.rich for one in symbols], text=True),
+                Column("is", [_kind(vector) for vector in vectors], text=True),
+                Column("length", cells(one.r for one in symbols), self.unit("length")),
+                Column("θ", [number(np.degrees(one.angle.value)) for one in symbols], "deg"),
+                Column("ω", cells(one.rate for one in symbols), rate),
+                Column("α", cells(one.second for one in symbols), f"{rate}²"),
+                Column("rate", cells(one.r_rate for one in symbols), speed),
+                Column("second", cells(one.r_second for one in symbols), f"{speed}²"),
             ],
         )
 
@@ -632,14 +631,14 @@ class _DerivationWriter:
             Grid(
                 "What joints, drivers and loads exert:",
                 [
-                    Cells("Symbol", [symbol.rich for symbol, *_ in rows], text=True),
-                    Cells("value", [number(symbol.value) for symbol, *_ in rows]),
-                    Cells(
+                    Column("Symbol", [symbol.rich for symbol, *_ in rows], text=True),
+                    Column("value", [number(symbol.value) for symbol, *_ in rows]),
+                    Column(
                         "unit",
                         [torque if symbol.letter == "T" else force for symbol, *_ in rows],
                         text=True,
                     ),
-                    Cells("", [words for *_, words in rows], text=True),
+                    Column("", [words for *_, words in rows], text=True),
                 ],
             )
         ]

@@ -18,11 +18,11 @@ from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.errors import ModelError, SolveError
 from mbody.files.writing import writing
 from mbody.model.study import Instants
-from mbody.reports.blocks import Block, Cells, Chapter, Grid, Items, Picture, ReportDocument, Text
+from mbody.reports.blocks import Block, Chapter, Grid, Items, Picture, ReportDocument, Text
 from mbody.reports.described import inputs
 from mbody.reports.subject import Subject
 from mbody.reports.writers import markdown
-from mbody.summaries.text_table import number
+from mbody.summaries.text_table import Column, number
 from mbody.teaching.derivation import Derivation, derivation
 from mbody.teaching.vector_loops import loops_of_instants
 from mbody.views.drawing import draw
@@ -386,8 +386,8 @@ def _question(n: int, one: Exercise) -> list[Block]:
         Grid(
             "Given:",
             [
-                Cells("what", [name for name, _ in rows], text=True),
-                Cells("value", [value for _, value in rows]),
+                Column("what", [name for name, _ in rows], text=True),
+                Column("value", [value for _, value in rows]),
             ],
         ),
         Picture(f"exercise_{n}", figure, f"Exercise {n}, to scale."),

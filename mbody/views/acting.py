@@ -17,7 +17,7 @@ from mbody.model import loads
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.solution.measures import measured
 from mbody.summaries.text_table import force_floor, force_names, forces_on
-from mbody.views.frame import rounded_number
+from mbody.views.frame import rounded
 from mbody.views.friction_symbols import drive_sense
 from mbody.views.labels import symbolic
 from mbody.views.pose import Carrier, between, heading, on, placed
@@ -61,9 +61,9 @@ class Acting:
     def value(self, units: Any) -> tuple[str, str]:
         """The amount with its unit, and the direction."""
         if self.force is None:
-            return f"{rounded_number(self.torque)} {units.of('torque')}", ""
+            return rounded(self.torque, "torque", units), ""
         degrees = math.degrees(math.atan2(self.force[1], self.force[0])) % 360.0
-        size = f"{rounded_number(float(np.hypot(*self.force)))} {units.of('force')}"
+        size = rounded(float(np.hypot(*self.force)), "force", units)
         return size, f"@ {round(degrees, 2) % 360.0:.2f}°"
 
 
@@ -481,11 +481,12 @@ def _label_middle(sketch: Sketch, name: str, i: Array, j: Array, color: str = IN
 @load_symbol.register(loads.Torque)
 def _(load: loads.Torque, sketch: Sketch) -> None:
     """An arc about the body's pin, in the direction of the torque; none where it is zero."""
-    value, unit = sketch.pose.law(load, "value"), sketch.pose.mechanism.units.of("torque")
+    value = sketch.pose.law(load, "value")
     signs = _arrow_signs(sketch, f"{load.name}.torque", value)
     if not signs or (not value and not sketch.lasting):
         return
-    _torque_symbol(sketch, load, f"{symbolic(load.name)} = {rounded_number(value)} {unit}", signs)
+    text = rounded(value, "torque", sketch.pose.mechanism.shown)
+    _torque_symbol(sketch, load, f"{symbolic(load.name)} = {text}", signs)
 
 
 def _arrow_signs(sketch: Sketch, quantity: str, value: float) -> list[tuple[str, float]]:
@@ -584,8 +585,7 @@ def _field(load: loads.CentrifugalField, sketch: Sketch) -> None:
     centre = ends[1] - 0.9 * half * u
     if speed:
         sketch.bent(centre + 1.3 * half * ring, LOAD, name=f"field:{load.name}")
-    unit = pose.mechanism.units.of("angular velocity")
-    text = f"$\\omega$ = {rounded_number(speed)} {unit}"
+    text = f"$\\omega$ = {rounded(speed, 'angular velocity', pose.mechanism.shown)}"
     gap = 1.3 * half + 6.0 * sketch.unit
     sketch.label(text, centre, heading(across), gap, color=LOAD, name=f"label:{load.name}")
 

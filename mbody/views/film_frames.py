@@ -21,7 +21,7 @@ from mbody.solution.known_forces import every_force
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
 from mbody.views.acting import drawn_forces, notation
-from mbody.views.frame import nice, rounded_number
+from mbody.views.frame import key_size, rounded
 from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history
 from mbody.views.labels import drawable, extent, symbolic
 from mbody.views.page_data import coupler_points, text_runs
@@ -248,31 +248,31 @@ class FilmSet:
                 degrees = f"{place_in_turn(value):.0f}°".replace("-", "−")
                 parts.append(f"{driver.bodies[1]} at {degrees}")
             else:
-                unit = run.mechanism.units.of("length")
-                parts.append(f"{driver.name} at {rounded_number(value)} {unit}")
+                parts.append(f"{driver.name} at {rounded(value, 'length', run.mechanism.shown)}")
         if np.ptp(run.t) > 0.0:
-            t = float(stretch.value(run.t)[frame])
-            digits = max(0, 2 - int(np.floor(np.log10(np.ptp(run.t)))))
-            parts.append(f"t = {t:.{digits}f} {run.mechanism.units.of('time')}")
+            units, own = run.mechanism.shown, stretch.value(run.t)[frame]
+            t, span = (float(units.converted(one, "time")) for one in (own, np.ptp(run.t)))
+            digits = max(0, 2 - int(np.floor(np.log10(span))))
+            parts.append(f"t = {t:.{digits}f} {units.of('time')}")
         return ", ".join(parts)
 
     def _arrows(self) -> tuple[list[FilmArrow], list[tuple[float, str, str]]]:
         """Arrows that are shown, and for each kind the pixels of a unit, colour and unit."""
-        run, stretch, units = self.main.run, self.stretches[0], self.main.run.mechanism.units
+        run, stretch, units = self.main.run, self.stretches[0], self.main.run.mechanism.shown
         found: list[FilmArrow] = []
         scales = []
         if "forces" in self.show:
             found += self._forces(run, stretch)
-            scales.append(("forces", FORCE if run.has_forces else LOAD, units.of("force")))
-        for kind, color, keys, unit in (
-            ("velocities", VELOCITY, ("vx", "vy"), units.of("velocity")),
-            ("accelerations", ACCELERATION, ("ax", "ay"), units.of("acceleration")),
+            scales.append(("forces", FORCE if run.has_forces else LOAD, "force"))
+        for kind, color, keys, dimension in (
+            ("velocities", VELOCITY, ("vx", "vy"), "velocity"),
+            ("accelerations", ACCELERATION, ("ax", "ay"), "acceleration"),
         ):
             if kind in self.show and (kind == "velocities" or run.analysis != "close_loops"):
                 found += self._rates(kind, color, keys)
-                scales.append((kind, color, unit))
+                scales.append((kind, color, dimension))
         kept, keys_of = [], []
-        for kind, color, unit in scales:
+        for kind, color, dimension in scales:
             own = [one for one in found if one.kind == kind]
             peak = max((float(np.nanmax(np.hypot(*one.vector.T))) for one in own), default=0.0)
             if peak > 0.0:
@@ -280,8 +280,8 @@ class FilmSet:
                 for one in own:
                     one.vector = one.vector * by
                 kept += own
-                value = nice(0.6 * peak)
-                keys_of.append((by * value, f"{rounded_number(value)} {unit}", color))
+                value, text = key_size(0.6 * peak, dimension, units)
+                keys_of.append((by * value, text, color))
         return kept, keys_of
 
     def _forces(self, run: Solution, stretch: Stretch) -> list[FilmArrow]:
@@ -344,9 +344,8 @@ class FilmSet:
 
     def scale_bar(self) -> tuple[float, str]:
         """Length in pixels of a round length, and its text."""
-        length = nice(70.0 / self.scale)
-        unit = self.main.run.mechanism.units.of("length")
-        return length * self.scale, f"{rounded_number(length)} {unit}"
+        length, text = key_size(70.0 / self.scale, "length", self.main.run.mechanism.shown)
+        return length * self.scale, text
 
 
 # -- Places of names in the frames of a film ---------------------------------------------------

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from mbody.quantities.output_units import OutputUnits
     from mbody.solution.solution import Solution
     from mbody.views.pose import Pose
     from mbody.views.sketch import Sketch
@@ -298,16 +299,15 @@ def _title(sketch: Sketch) -> list[tuple[str, float, str]]:
     width = max(330.0, (sketch.high[0] - sketch.low[0]) / sketch.unit)
     letters = int(width / (0.5 * SIZE["title"]))
     names = textwrap.wrap(pose.mechanism.name.replace("$", r"\$"), letters)
-    values = []
+    values, units = [], pose.mechanism.shown
     for driver in pose.mechanism.drivers:
         value = float(pose.run.driven(driver.name)[0][pose.k])
         if isinstance(driver, AngleDriver):
             degrees = rounded_number(round(place_in_turn(value), 6) + 0.0)
             values.append(f"{driver.body} at {degrees}°")
         else:
-            length = pose.mechanism.units.of("length")
-            values.append(f"{driver.name} at {rounded_number(value)} {length}")
-    values.append(f"t = {rounded_number(pose.t)} {pose.mechanism.units.of('time')}")
+            values.append(f"{driver.name} at {rounded(value, 'length', units)}")
+    values.append(f"t = {rounded(pose.t, 'time', units)}")
     events = [one.name for one in pose.run.events if _nearest(pose, one.t)]
     values += list(dict.fromkeys(events))[:3]
     lines = [(name, SIZE["title"], INK) for name in names]
@@ -334,24 +334,40 @@ def key_row(
     _key(key, 0.0, y, wide, arrows)
 
 
+def rounded(value: float, dimension: str, units: OutputUnits) -> str:
+    """A value in units of the model for a label, in the unit that is shown.
+
+    >>> from mbody.quantities.output_units import read_by_people
+    >>> from mbody.quantities.units import unit_system
+    >>> rounded(860220.0, "power", read_by_people(unit_system("mm-N-s")))
+    '860.2 W'
+    """
+    return f"{rounded_number(float(units.converted(value, dimension)))} {units.of(dimension)}"
+
+
+def key_size(most: float, dimension: str, units: OutputUnits) -> tuple[float, str]:
+    """A round value that is not above `most`, for a scale: in units of the model, and as text."""
+    size = units.size(dimension)
+    value = nice(most / size) * size
+    return value, rounded(value, dimension, units)
+
+
 def _key(
     sketch: Sketch, x: float, y: float, wide: float, arrows: tuple[float, float, str] | None
 ) -> float:
     """Scale, key of the arrows and direction of gravity in a row; returns its right end."""
-    unit, units = sketch.unit, sketch.pose.mechanism.units
-    length = nice(max(0.22 * wide, 40.0 * unit))
+    unit, units = sketch.unit, sketch.pose.mechanism.shown
+    length, text = key_size(max(0.22 * wide, 40.0 * unit), "length", units)
     tick = 2.5 * unit
     bar = [(x, y + tick), (x, y - tick), (x, y), (x + length, y), (x + length, y + tick)]
     sketch.line([*bar, (x + length, y - tick)], 1.0, SOFT, Z["text"], name="scale", weight=0.0)
-    x = _key_text(sketch, x + length, y, f"{rounded_number(length)} {units.of('length')}", SOFT)
+    x = _key_text(sketch, x + length, y, text, SOFT)
     if arrows is not None:
         scale, greatest, color = arrows
-        force = nice(0.7 * greatest)
+        force, text = key_size(0.7 * greatest, "force", units)
         x += 14.0 * unit
         sketch.arrow((x, y), (x + scale * force, y), color, width=1.6, name="key")
-        x = _key_text(
-            sketch, x + scale * force, y, f"{rounded_number(force)} {units.of('force')}", color
-        )
+        x = _key_text(sketch, x + scale * force, y, text, color)
     for load in () if sketch.kinematic else sketch.pose.mechanism.loads:
         if isinstance(load, Gravity):
             pull = np.array([sketch.pose.law(load, key) for key in "xy"])

@@ -20,7 +20,7 @@ from mbody.model.loads import Force, Gravity
 from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
-from mbody.views.frame import nice, rounded_number
+from mbody.views.frame import key_size, rounded, rounded_number
 from mbody.views.labels import Label, drawable, extent, places_around
 from mbody.views.links import lone_link, scale_of
 from mbody.views.pose import Pose, heading
@@ -272,9 +272,8 @@ def when(run: Solution, instant: int) -> str:
             name = getattr(driver, "body", driver.name)
             words.append(f"{name} at {rounded_number(round(place_in_turn(value), 6) + 0.0)}°")
         else:
-            length = run.mechanism.units.of("length")
-            words.append(f"{driver.name} at {rounded_number(value)} {length}")
-    time = f"t = {rounded_number(float(run.t[instant]))} {run.mechanism.units.of('time')}"
+            words.append(f"{driver.name} at {rounded(value, 'length', run.mechanism.shown)}")
+    time = f"t = {rounded(float(run.t[instant]), 'time', run.mechanism.shown)}"
     return ", ".join([*words[:3], time])
 
 
@@ -307,8 +306,7 @@ def _polygon(sketch: Sketch, forces: Sequence[Acting]) -> float:
     """The polygon with the scale of its forces below; the gap that is left [force]."""
     scale = arrow_scale(forces, SIDE)
     gap = force_polygon(sketch, forces, scale)
-    force = nice(40.0 / scale)
-    text = f"{rounded_number(force)} {sketch.pose.mechanism.units.of('force')}"
+    force, text = key_size(40.0 / scale, "force", sketch.pose.mechanism.shown)
     wide = scale * force + 4.0 + sketch.wide(text, 0.88 * SIZE["text"])
     x, y = 0.5 * float(sketch.low[0] + sketch.high[0] - wide), float(sketch.low[1]) - 14.0
     sketch.arrow((x, y), (x + scale * force, y), SOFT, width=1.4, name="key")
@@ -455,17 +453,17 @@ def _lines_of_action(sketch: Sketch, member: Member, size: float) -> str:
 
 def _key(sketch: Sketch, acting: Sequence[Acting], scale: float) -> None:
     """A bar of a length, and an arrow of a force."""
-    unit, units = sketch.unit, sketch.pose.mechanism.units
+    unit, units = sketch.unit, sketch.pose.mechanism.shown
     x, y = float(sketch.low[0]), float(sketch.low[1]) - 16.0 * unit
-    length, tick = nice(48.0 * unit), 2.5 * unit
+    tick = 2.5 * unit
+    length, text = key_size(48.0 * unit, "length", units)
     bar = [(x, y + tick), (x, y - tick), (x, y), (x + length, y), (x + length, y + tick)]
     sketch.line([*bar, (x + length, y - tick)], 1.0, SOFT, Z["text"], name="scale", weight=0.0)
-    x = _said(sketch, x + length + 4.0 * unit, y, f"{rounded_number(length)} {units.of('length')}")
+    x = _said(sketch, x + length + 4.0 * unit, y, text)
     if scale:
-        force = nice(48.0 * unit / scale)
+        force, text = key_size(48.0 * unit / scale, "force", units)
         x += 12.0 * unit
         sketch.arrow((x, y), (x + scale * force, y), SOFT, width=1.4, name="key")
-        text = f"{rounded_number(force)} {units.of('force')}"
         x = _said(sketch, x + scale * force + 4.0 * unit, y, text)
     sketch.high = np.fmax(sketch.high, np.array([x, y]))
     sketch.low = np.fmin(sketch.low, np.array([x, y - 5.0 * unit]))
@@ -487,7 +485,7 @@ def _table(
     """Names and values of everything that acts, and how well they close; forces below `least` have
     no arrow.
     """
-    axes, units = _axes(figure), pose.mechanism.units
+    axes, units = _axes(figure), pose.mechanism.shown
     rows = []
     for one in acting:
         size, torque = one.value(units)

@@ -27,7 +27,7 @@ from mbody.summaries.text_table import force_floor, force_names
 from mbody.views import friction_symbols
 from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
-from mbody.views.frame import captions, key_row, nice, rounded_number
+from mbody.views.frame import captions, key_row, key_size, rounded, rounded_number
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
 from mbody.views.labels import Label, symbolic, together
 from mbody.views.links import are_lines, link, link_label, link_lines, points, with_symbols
@@ -195,11 +195,11 @@ def _driven(pose: Pose, driver: Driver) -> str:
     effort = float(pose.run.effort(driver.name)[pose.k])
     if abs(effort) <= floor * (pose.system.length if angular else 1.0):
         effort = 0.0
-    unit = pose.mechanism.units.of("torque" if angular else "force")
+    shown = rounded(effort, "torque" if angular else "force", pose.mechanism.shown)
     book = force_names(pose.mechanism)[driver.name][0]
     # where several share a pair of links their own names follow: once is enough
     between = "" if "," in book else f": {symbolic(book)}"
-    return f"{symbolic(driver.name)}{between} = {rounded_number(effort)} {unit}"
+    return f"{symbolic(driver.name)}{between} = {shown}"
 
 
 def sketch_mechanism(
@@ -305,14 +305,13 @@ def _arrows(
     if not greatest > 0.0:
         return None
     scale = sketch.force_scale
-    unit = sketch.pose.mechanism.units.of("force")
-    pose = sketch.pose
+    pose, units = sketch.pose, sketch.pose.mechanism.shown
     books = {force_names(pose.mechanism)[one.name][0]: one for one in pose.mechanism.joints}
     touching = {one.name for one in (*pose.mechanism.contacts, *pose.mechanism.groups)}
     for (name, place, vector, color, _), size in zip(selection, sizes, strict=True):
         # of very many the arrows alone can be read
         text = (
-            f"{symbolic(name)} = {rounded_number(size)} {unit}"
+            f"{symbolic(name)} = {rounded(size, 'force', units)}"
             if len(selection) <= 2 * NAMED
             else ""
         )
@@ -461,8 +460,11 @@ class CentreSelection:
         return whole[0] + (along.min() - more) * u, whole[0] + (along.max() + more) * u
 
 
-def _rounded_number(value: float, length: float) -> str:
-    return rounded_number(value if abs(value) > PRINTED_NONE * length else 0.0)
+def _place(pose: Pose, place: Any) -> str:
+    """A place in brackets, in the unit of length that is shown."""
+    units, floor = pose.mechanism.shown, PRINTED_NONE * pose.system.length
+    parts = (float(units.converted(one if abs(one) > floor else 0.0, "length")) for one in place)
+    return f"({', '.join(map(rounded_number, parts))})"
 
 
 def _number(symbol: str) -> tuple[int, str]:
@@ -502,8 +504,7 @@ def drawn_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
             left.append(one)
             continue
         if (np.abs(place - middle) > half).any():
-            at = ", ".join(_rounded_number(float(part), pose.system.length) for part in place)
-            outside.append(f"{centres.symbol(one)} at ({at})")
+            outside.append(f"{centres.symbol(one)} at {_place(pose, place)}")
             continue
         for group in groups:
             there = np.array([group[0].x[k], group[0].y[k]])
@@ -522,7 +523,7 @@ def drawn_poles(centres: InstantCentres, pose: Pose, corners: Array) -> CentreSe
         words = [*words[:SAID], remaining]
     words = [*centres.notes, *words]
     if outside:
-        unit = machine.units.of("length")
+        unit = machine.shown.of("length")
         words.append(f"outside this picture: {', '.join(outside)} {unit}")
     if left:
         words.append(
@@ -573,7 +574,7 @@ def mark_inflection(sketch: Sketch, body: str, corners: Array) -> str:
     diameter = float(found.diameter[k])
     if not np.isfinite(diameter):
         return f"{body} does not turn there: its inflection circle is a line at infinity"
-    size = f"{rounded_number(diameter)} {sketch.pose.mechanism.units.of('length')}"
+    size = rounded(diameter, "length", sketch.pose.mechanism.shown)
     words = f"inflection circle of {body}: diameter {size}"
     line = _within(_circle(0.5 * (pole + other), 0.5 * diameter), corners)
     if np.isfinite(line).any():
@@ -584,8 +585,8 @@ def mark_inflection(sketch: Sketch, body: str, corners: Array) -> str:
     dot = 0.5 * sketch.size("pin")
     for place, text in ((pole, "P"), (other, "J")):
         if ((place < corners[0]) | (place > corners[1])).any():
-            at = ", ".join(rounded_number(float(part)) for part in place)
-            words += f", the {'instant centre' if text == 'P' else 'inflection pole'} at ({at})"
+            what = "instant centre" if text == "P" else "inflection pole"
+            words += f", the {what} at {_place(sketch.pose, place)}"
             continue
         sketch.disc(place, dot, DRIVER, DRIVER, 0.5, Z["pin"] + 0.3, name=f"{text}:{body}")
         away = place - 0.5 * (pole + other)
@@ -605,8 +606,8 @@ def mark_curvature(sketch: Sketch, point: str, corners: Array) -> str:
         return f"{point} stands still: its path has a cusp, or ends, there"
     if not np.isfinite(found.centre_x[k]):
         return f"the path of {point} is straight there (a point of inflection, or a line)"
-    unit = sketch.pose.mechanism.units.of("length")
-    words = f"path of {point}: radius of curvature {rounded_number(radius)} {unit}"
+    size = rounded(radius, "length", sketch.pose.mechanism.shown)
+    words = f"path of {point}: radius of curvature {size}"
     centre = np.array([found.centre_x[k], found.centre_y[k]])
     wide = float(np.hypot(*(corners[1] - corners[0])))
     about = math.atan2(*(place - centre)[::-1])
@@ -876,10 +877,8 @@ def _relative(pose: Pose, joint: Prismatic | PinSlot, carrier: str) -> Array:
 
 def _key(sketch: Sketch, found: MotionPolygon, pose: Pose, scale: float) -> None:
     """Title above, and the scale below."""
-    units = pose.mechanism.units
     low, high = sketch.low.copy(), sketch.high.copy()
-    value = nice(48.0 / scale)
-    text = f"{rounded_number(value)} {units.of(found.quantity)}"
+    value, text = key_size(48.0 / scale, found.quantity, pose.mechanism.shown)
     y = float(low[1]) - 14.0
     x = float(low[0])
     sketch.arrow((x, y), (x + scale * value, y), SOFT, width=1.4, name="key")

@@ -23,6 +23,7 @@ from mbody.engineering.instant_centres import InstantCentre, InstantCentres, ins
 from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.errors import ModelError, SolveError
 from mbody.files.model import to_toml
+from mbody.files.results import in_units_of_the_model
 from mbody.files.writing import writing
 from mbody.model.loads import Force, Gravity
 from mbody.model.mechanism import Mechanism
@@ -524,7 +525,7 @@ class Viewer:
     ) -> tuple[dict[str, Any], list[str]]:
         found = scene(run)
         scene_values = scene_data(found, plots or default_plots(found.run), paths, show)
-        data = found.run.data()
+        data = in_units_of_the_model(found.run)
         if free and (forces := free_bodies_data(found.run, data, scene_values)):
             scene_values["free"] = forces
         if free and (centres := poles_data(found)):

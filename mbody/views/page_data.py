@@ -13,11 +13,11 @@ from mbody.core.tolerances import DRAWN_RETURNS, POINT_SAME, PRINTED_NONE
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
-from mbody.model.study import measure_named
+from mbody.model.study import Measure, measure_named
 from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Place, moved
-from mbody.solution.measures import found_by, measured
+from mbody.solution.measures import found_by, measured, shown_measure
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_floor, force_names
 from mbody.views.acting import notation
@@ -48,6 +48,21 @@ ROLES = {
 #: Digits of a history, counted from its peak: an error of 5e-8 of the peak, where the page promises
 #: 1e-6, and a file a third shorter than with all digits.
 KEPT = 8
+#: Quantities of the page by the keys of its scripts.
+KINDS = {
+    "length": "length",
+    "time": "time",
+    "angle": "angle",
+    "force": "force",
+    "torque": "torque",
+    "v": "velocity",
+    "a": "acceleration",
+    "omega": "angular velocity",
+    "alpha": "angular acceleration",
+    "power": "power",
+}
+#: The data of a page have angles in degrees.
+DEGREE = math.pi / 180.0
 #: Seconds of the units of time, for the speed at which a motion is played.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 #: With more points than this only mass centres move with arrows and paths.
@@ -111,7 +126,7 @@ def scene_data(
 ) -> dict[str, Any]:
     """The scene as plain lists and texts."""
     run = scene.run
-    machine, units = run.mechanism, run.mechanism.units
+    machine, units = run.mechanism, run.mechanism.shown
     bodies = ["ground", *(body.name for body in machine.bodies)]
     carriers = {carrier: n for n, carrier in enumerate(scene.carriers)}
     digits = max(0, 3 - math.floor(math.log10(scene.unit)))
@@ -119,7 +134,7 @@ def scene_data(
     return {
         "bodies": bodies,
         "unit": scene.unit,
-        "second": SECONDS.get(units.of("time"), 1.0),
+        "second": SECONDS.get(machine.units.time, 1.0),
         "box": {"low": scene.low.tolist(), "high": scene.high.tolist()},
         "carriers": [_carrier(one, bodies) for one in carriers],
         "shapes": [_shape(one, carriers, digits) for one in scene.shapes],
@@ -131,7 +146,7 @@ def scene_data(
         "paths": list(_known_paths(run, paths)),
         "plots": [_plot(run, name) for name in plots],
         "measures": {
-            name: unit_text(measured(run, one)[2] or "")
+            name: _measure_unit(run, one)
             for name, one in machine.measures.items()
             if found_by(run, one)
         },
@@ -139,15 +154,9 @@ def scene_data(
         "turns": {driver.name: driver.angular for driver in machine.drivers}
         | {coupling.name: not coupling.lengths for coupling in machine.couplings},
         "units": {
-            "length": units.of("length"),
-            "time": units.of("time"),
-            "force": units.of("force"),
-            "torque": units.of("torque"),
-            "v": units.of("velocity"),
-            "a": units.of("acceleration"),
-            "omega": units.of("angular velocity"),
-            "alpha": units.of("angular acceleration"),
-            "power": units.of("power"),
+            # the symbol, and how many of the data's units one of it is
+            key: [units.of(name), units.size(name) / (DEGREE if name == "angle" else 1.0)]
+            for key, name in KINDS.items()
         },
         "floors": _floors(run),
         **_sign_histories(scene),
@@ -163,15 +172,22 @@ def axis(run: Solution) -> dict[str, Any]:
     still = len(run) < 2 or np.ptp(run.t) == 0.0
     if found is not None:
         driver, value = found
-        if isinstance(driver, AngleDriver):
-            values = np.degrees(value).tolist()
-            return {"label": driver.coordinate, "unit": "deg", "values": values}
-        if still:
-            unit = run.mechanism.units.of("length")
-            return {"label": driver.name, "unit": unit, "values": value.tolist()}
+        kind = "angle" if isinstance(driver, AngleDriver) else "length"
+        if kind == "angle" or still:
+            values = np.asarray(run.mechanism.shown.converted(value, kind)).tolist()
+            label = driver.coordinate if isinstance(driver, AngleDriver) else driver.name
+            return {"label": label, "unit": run.mechanism.shown.of(kind), "values": values}
     if still:
         return {"label": "instant", "unit": "", "values": list(range(1, len(run) + 1))}
-    return {"label": "t", "unit": run.mechanism.units.of("time"), "values": None}
+    return {"label": "t", "unit": run.mechanism.shown.of("time"), "values": None}
+
+
+def _measure_unit(run: Solution, measure: Measure) -> list[Any]:
+    """The unit of a measure, and how many of the data's units one of it is."""
+    _, dimension, unit = measured(run, measure)
+    if measure.unit:
+        return [unit_text(unit), 1.0]
+    return [run.mechanism.shown.of(dimension), run.mechanism.shown.size(dimension)]
 
 
 def _floors(run: Solution) -> dict[str, float]:
@@ -348,19 +364,17 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
     """The history of a diagram, in the unit that people read."""
     try:
         measure = measure_named(run.mechanism.measures, name)
-        values, dimension, unit = measured(run, measure)
+        values, dimension, unit = shown_measure(run, measure)
     except ModelError as error:
         known = [*run.mechanism.measures]
         raise ModelError(
             f"{error}"
             + (f"; measures of '{run.mechanism.name}' are: {', '.join(known)}" if known else "")
         ) from None
-    if dimension == DIMENSIONS["angle"] and not measure.unit:
-        values, unit = np.degrees(values), "deg"
-    floors = _floors(run)
+    floors, units = _floors(run), run.mechanism.shown
     for kind in floors:
-        rounding = np.nanmax(np.abs(values), initial=0.0) <= floors[kind]
-        same = dimension == DIMENSIONS[kind] and unit == run.mechanism.units.of(kind)
+        rounding = np.nanmax(np.abs(values), initial=0.0) <= floors[kind] / units.size(kind)
+        same = dimension == DIMENSIONS[kind] and unit == units.of(kind)
         values = np.zeros_like(values) if same and rounding else values
     plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
     return {"name": name, "unit": unit_text(unit), "values": numbers(plain)}

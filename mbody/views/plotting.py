@@ -14,9 +14,9 @@ from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.output_units import unit_text
-from mbody.quantities.units import DIMENSIONS, Dimension, name_of
+from mbody.quantities.units import Dimension, name_of
 from mbody.solution.histories import one_design
-from mbody.solution.measures import found_by, measured
+from mbody.solution.measures import found_by, shown_measure
 from mbody.summaries.text_table import cut
 from mbody.views.frame import BAR, mode_bars, mode_key, mode_rows
 from mbody.views.labels import extent
@@ -48,8 +48,8 @@ _UNIT = re.compile(r"(.+?)\s*\[([^\[\]]+)\]")
 
 @dataclass(frozen=True)
 class PlottedCurve:
-    """One curve: its name, history, dimension and unit; of several results what it is `of`, its
-    own places on the axis, and of a band the least and greatest values.
+    """One curve: its name, history in the unit that is shown, dimension and unit; of several
+    results what it is `of`, its own places on the axis, and of a band the least and the greatest.
     """
 
     name: str
@@ -211,9 +211,7 @@ def curve_of(run: Solution, name: str) -> PlottedCurve:
     measure = measure_named(run.mechanism.measures, quantity_name)
     if given:
         measure = Measure(measure.of, given)
-    values, dimension, unit = measured(run, measure)
-    if dimension == DIMENSIONS["angle"] and not measure.unit:
-        values, unit = np.degrees(values), "deg"
+    values, dimension, unit = shown_measure(run, measure)
     return PlottedCurve(
         quantity_name, np.where(np.isfinite(values), values, np.nan), dimension, unit
     )
@@ -249,7 +247,10 @@ def _events(run: Solution) -> list[tuple[float, str]]:
         return []
     several = len({event.contact for event in run.events if event.contact}) > 1
     return [
-        (event.t, f"{event.contact}: {event.name}" if several and event.contact else event.name)
+        (
+            float(run.mechanism.shown.converted(event.t, "time")),
+            f"{event.contact}: {event.name}" if several and event.contact else event.name,
+        )
         for event in run.events
     ]
 
@@ -265,15 +266,17 @@ def _over(run: Solution, x: str) -> Abscissa:
 
 def _abscissa(run: Solution) -> Abscissa:
     """The angle of the driver, time, or the number of the instant."""
-    found = one_way(run)
+    found, units = one_way(run), run.mechanism.shown
     if found is not None:
         driver, value = found
         if isinstance(driver, AngleDriver):
-            label = f"{driver.coordinate} [deg]"
-            return Abscissa(np.degrees(value), label, driver.body, True)
+            unit = units.of("angle")
+            label = f"{driver.coordinate} [{unit}]"
+            shown = np.degrees(value) if unit == "deg" else units.converted(value, "angle")
+            return Abscissa(shown, label, driver.body, unit == "deg")
     if np.ptp(run.t) == 0.0:
         return Abscissa(np.arange(float(len(run))), "instant", "instant")
-    return Abscissa(run.t, f"t [{run.mechanism.units.of('time')}]", "t")
+    return Abscissa(units.converted(run.t, "time"), f"t [{units.of('time')}]", "t")
 
 
 def _figure(

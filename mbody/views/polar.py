@@ -14,7 +14,7 @@ from mbody.model.element import listed
 from mbody.solution.histories import check_forces, one_design
 from mbody.summaries.text_table import cut, force_names
 from mbody.views.acting import notation
-from mbody.views.frame import rounded_number
+from mbody.views.frame import rounded, rounded_number
 from mbody.views.labels import drawable, extent
 from mbody.views.style import CURVES, INK, PAPER, SIZE, SOFT, blank, styled
 
@@ -54,7 +54,7 @@ def polar(run: Solution, *joints: str) -> Figure:
         axes: Any = figure.add_axes(place, projection="polar")
         for n, name in enumerate(names):
             color, dashes = CURVES[n % len(CURVES)]
-            size = run.reaction(name).magnitude
+            size = run.mechanism.shown.converted(run.reaction(name).magnitude, "force")
             axes.plot(angle, size, color=color, ls=dashes, lw=1.6, gid=f"polar:{name}")
         axes.set_rlabel_position(22.5)
         axes.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
@@ -63,7 +63,7 @@ def polar(run: Solution, *joints: str) -> Figure:
         axes.grid(True, color=GRID, lw=0.6)
         axes.spines["polar"].set_color(SOFT)
         axes.set_ylim(0.0)
-        force = run.mechanism.units.of("force")
+        force = run.mechanism.shown.of("force")
         label = f"force [{force}] over the angle of {driver.body}"
         figure.text((LEFT + 0.5 * SIDE) / wide, 0.14 / tall, label, ha="center", color=INK)
         _legend(figure, run, names, wide, tall)
@@ -85,11 +85,12 @@ def hodograph(run: Solution, *joints: str, axes: str = "ground") -> Figure:
     rotation = run[axes].angle
     c, s = np.cos(rotation), np.sin(rotation)
     book = force_names(run.mechanism)
-    curves = []
+    curves, units = [], run.mechanism.shown
     for name in names:
         force = run.reaction(name, book[name][1])
-        curves.append(np.column_stack([c * force.fx + s * force.fy, c * force.fy - s * force.fx]))
-    unit = run.mechanism.units.of("force")
+        tips = np.column_stack([c * force.fx + s * force.fy, c * force.fy - s * force.fx])
+        curves.append(units.converted(tips, "force"))
+    unit = units.of("force")
     relative = "" if axes == "ground" else f" of {axes}"
     labels = (f"along x{relative} [{unit}]", f"along y{relative} [{unit}]")
     return _curves(run, names, curves, labels, "hodograph", origin=True)
@@ -99,8 +100,9 @@ def path_plot(run: Solution, *points: str) -> Figure:
     """The paths of points, y over x with equal scales."""
     one_design(run, "a picture is of one design")
     _check_several(run)
-    curves = [np.column_stack([p.x, p.y]) for p in map(run.point, points)]
-    unit = run.mechanism.units.of("length")
+    units = run.mechanism.shown
+    places = [np.column_stack([p.x, p.y]) for p in map(run.point, points)]
+    curves, unit = [units.converted(one, "length") for one in places], units.of("length")
     return _curves(run, list(points), curves, (f"x [{unit}]", f"y [{unit}]"), "path")
 
 
@@ -216,13 +218,12 @@ def _entries(run: Solution, names: Sequence[str]) -> list[str]:
     """Names of the curves: forces as books write them, with the joint, and their peak."""
     joints = {joint.name for joint in run.mechanism.joints}
     book, found = force_names(run.mechanism), []
-    unit = run.mechanism.units.of("force")
     for name in names:
         if name in joints and run.has_forces:
             peak = float(np.nanmax(run.reaction(name).magnitude))
             plain = book[name][0].partition(",")[0] if "," in book[name][0] else book[name][0]
             symbol = notation(book[name][0] if "(" in book[name][0] else plain)
-            found.append(f"{symbol} at {name}, peak {rounded_number(peak)} {unit}")
+            found.append(f"{symbol} at {name}, peak {rounded(peak, 'force', run.mechanism.shown)}")
         else:
             found.append(name)
     return found

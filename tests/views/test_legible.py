@@ -12,9 +12,10 @@ from PIL import Image
 import mbody
 from mbody import gallery, report
 from mbody.model.study import Instants
-from mbody.reports.blocks import ROWS, Cells, Grid, Text, first_rows, parts_of, printed
+from mbody.quantities.output_units import unit_text
+from mbody.reports.blocks import ROWS, Grid, Text, first_rows, parts_of, printed
 from mbody.reports.writers import latex, typst_text
-from mbody.summaries.text_table import unit_text
+from mbody.summaries.text_table import Column
 from mbody.views.film_frames import FilmSet, film_names
 from mbody.views.motions import motion
 from mbody.views.page_data import text_runs
@@ -229,7 +230,7 @@ def test_curves_between_a_few_instants_are_smooth():
 
 def test_long_tables_have_their_first_rows_and_say_so():
     count = 3 * ROWS
-    grid = Grid("Numbers", [Cells("n", [str(n) for n in range(count)])])
+    grid = Grid("Numbers", [Column("n", [str(n) for n in range(count)])])
     short, note = first_rows(grid)
     assert len(short.columns[0].cells) == ROWS and f"of {count}" in note.text
     assert first_rows(short) == [short]

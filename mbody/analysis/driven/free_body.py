@@ -32,6 +32,7 @@ from mbody.system.system import System
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from mbody.quantities.output_units import OutputUnits
 
 # -- Forces of constraints without a point: couplings, some drivers, stops, contacts of joints --
 
@@ -246,8 +247,8 @@ def member_forces(solution: Solution, instant: int = 0) -> Several[Member]:
     }
     greatest = max((force.force for row in found.values() for force in row), default=0.0)
     length = solution.system.length
-    unit = (solution.mechanism.units.of("force"), solution.mechanism.units.of("length"))
-    members = (_member(name, row, max(greatest, TINY), length, unit) for name, row in found.items())
+    units, greatest = solution.mechanism.shown, max(greatest, TINY)
+    members = (_member(name, row, greatest, length, units) for name, row in found.items())
     return Several.of(solution, members)
 
 
@@ -323,7 +324,7 @@ def _driven(solution: Solution, driver: str, body: str, instant: int) -> Wrench:
 
 
 def _member(
-    body: str, row: list[Wrench], greatest: float, length: float, unit: tuple[str, str]
+    body: str, row: list[Wrench], greatest: float, length: float, units: OutputUnits
 ) -> Member:
     """The kind of member that a body is by the forces on it."""
     forces = [one for one in row if one.force > FORCE_NONE * greatest]
@@ -341,7 +342,8 @@ def _member(
         tension = _tension(*forces)
         what = "pulled" if tension > 0.0 else "pressed"
         words = (
-            f"'{body}' is a two-force member, {what} with {forces[0].force:.6g} {unit[0]}: "
+            f"'{body}' is a two-force member, {what} with "
+            f"{units.converted(forces[0].force, 'force'):.6g} {units.of('force')}: "
             f"{listing} act along one line"
         )
         if not tension:
@@ -350,7 +352,8 @@ def _member(
         kind, meeting = "three-force", _meeting(forces, length)
         where = "are parallel"
         if meeting is not None:
-            where = f"meet in M = ({meeting[0]:.6g} {unit[1]}, {meeting[1]:.6g} {unit[1]})"
+            at = (f"{units.converted(one, 'length'):.6g} {units.of('length')}" for one in meeting)
+            where = f"meet in M = ({', '.join(at)})"
         words = f"'{body}' is a three-force member: the lines of {listing} {where}"
     elif len(forces) == 2:
         kind = "two forces and a couple"

@@ -56,7 +56,7 @@ function member(forces, torques, shown, unit) {
   if (torques.some((one) => !forces.includes(one)) || forces.length < 2 || forces.length > 3) return "";
   const [a, b] = forces, size = (one) => Math.hypot(one.fx, one.fy), list = forces.map((one) => words(one.t)).join(", ");
   if (forces.length === 2) {
-    const along = b.fx * (b.x - a.x) + b.fy * (b.y - a.y), how = a.k === "joint" && b.k === "joint" && Math.abs(along) > 1e-9 * size(b) * Math.hypot(b.x - a.x, b.y - a.y) ? `, ${along > 0 ? "pulled" : "pressed"} with ${shown(size(b), 4)} ${unit}` : "";
+    const along = b.fx * (b.x - a.x) + b.fy * (b.y - a.y), how = a.k === "joint" && b.k === "joint" && Math.abs(along) > 1e-9 * size(b) * Math.hypot(b.x - a.x, b.y - a.y) ? `, ${along > 0 ? "pulled" : "pressed"} with ${shown(size(b) / unit[1], 4)} ${unit[0]}` : "";
     return `A two-force member${how}: ${list} act along one line.`;
   }
   const sine = (p, q) => Math.abs(p.fx * q.fy - p.fy * q.fx) / (size(p) * size(q)), c = forces[2];
@@ -147,7 +147,7 @@ export class FreeBodyPanel {
     this.#numbers(forces, torques, units);
     const part = (a, b) => (b ? shown(a / b, 2) : "0");
     this.closes.textContent = forces.length + torques.length ? `ΣF = ${part(gap, force)} of the greatest force, ΣM about G = ${part(moment, greatest)} of the greatest moment: rounding of the numbers of this page.` : "Nothing acts on this link.";
-    const said = forces.map((one) => `${words(one.t)} ${shown(Math.hypot(one.fx, one.fy), 4)} ${units.force}`).join(", ");
+    const said = forces.map((one) => `${words(one.t)} ${shown(Math.hypot(one.fx, one.fy) / units.force[1], 4)} ${units.force[0]}`).join(", ");
     this.diagram.setAttribute("aria-label", `${this.body} alone with its forces: ${said || "none"}`);
     this.polygon.setAttribute("aria-label", `Force polygon of ${this.body}: ${forces.length} forces, tip to tail`);
   }
@@ -229,8 +229,8 @@ export class FreeBodyPanel {
     const made = [];
     for (const one of scales) {
       if (!one) continue;
-      const [most, by, unit, is] = one, value = nice(most), wide = by * value, note = sv("text", { x: x + wide + 6, y: y + 4, style: "fill: var(--soft)", class: "upright" });
-      note.textContent = `${shown(value)} ${unit}`;
+      const [most, by, [symbol, size], is] = one, value = nice(most / size) * size, wide = by * value, note = sv("text", { x: x + wide + 6, y: y + 4, style: "fill: var(--soft)", class: "upright" });
+      note.textContent = `${shown(value / size)} ${symbol}`;
       if (is) made.push(...straight(x, y, wide, 0, { k: "key" }), note);
       else made.push(sv("path", { d: `M${x} ${y - 4}V${y + 4}M${x} ${y}H${x + wide}M${x + wide} ${y - 4}V${y + 4}`, style: "stroke: var(--soft); fill: none", "stroke-width": 1.3 }), note);
       x += wide + 26 + 7.6 * note.textContent.length;
@@ -239,8 +239,8 @@ export class FreeBodyPanel {
   }
   #numbers(forces, torques, units) {
     const body = el("tbody"), row = (runs, ...cells) => body.append(el("tr", {}, el("th", { scope: "row" }, ...html(runs)), ...cells.map((one) => el("td", {}, one))));
-    for (const one of forces) row(one.t, `${shown(Math.hypot(one.fx, one.fy), 6)} ${units.force}`, `${(((Math.atan2(one.fy, one.fx) * 180 / Math.PI) % 360 + 360) % 360).toFixed(2)}°`, one.w === words(one.t) ? "" : one.w);
-    for (const one of torques) row(one.T, `${shown(one.torque, 6)} ${units.torque}`, "", one.w === words(one.T) ? "" : one.w);
+    for (const one of forces) row(one.t, `${shown(Math.hypot(one.fx, one.fy) / units.force[1], 6)} ${units.force[0]}`, `${(((Math.atan2(one.fy, one.fx) * 180 / Math.PI) % 360 + 360) % 360).toFixed(2)}°`, one.w === words(one.t) ? "" : one.w);
+    for (const one of torques) row(one.T, `${shown(one.torque / units.torque[1], 6)} ${units.torque[0]}`, "", one.w === words(one.T) ? "" : one.w);
     this.table.replaceChildren(el("thead", {}, el("tr", {}, ...["name", "size", "direction", "place"].map((name) => el("th", { scope: "col" }, name)))), body);
   }
 }

@@ -216,7 +216,7 @@ export class Picture {
     this.keyState = state;
     this.layers.key.replaceChildren();
     if (this.n) return;
-    const length = nice(Math.max(70 / px, 1e-300)), y = viewer.tall - 14, wide = length * px;
+    const [symbol, one] = units.length, length = nice(Math.max(70 / px / one, 1e-300)) * one, y = viewer.tall - 14, wide = length * px;
     let x = 14;
     const put = (text, color) => {
       const made = sv("text", { x, y: y + 4, style: `fill: var(--${color})` });
@@ -226,13 +226,13 @@ export class Picture {
     };
     this.layers.key.append(sv("path", { d: `M${x} ${y - 4}V${y + 4}M${x} ${y}H${x + wide}M${x + wide} ${y - 4}V${y + 4}`, style: "stroke: var(--soft); fill: none", "stroke-width": 1.4 }));
     x += wide + 7;
-    put(`${shown(length)} ${units.length}`, "soft");
+    put(`${shown(length / one)} ${symbol}`, "soft");
     for (const [kind, color, unit] of ARROWS) {
       if (!viewer.on[kind] || !(viewer.most[kind] > 0)) continue;
-      const value = nice(54 / this.#by(kind)), long = this.#by(kind) * value;
+      const [symbol, one] = units[unit], value = nice(54 / this.#by(kind) / one) * one, long = this.#by(kind) * value;
       this.layers.key.append(sv("path", { d: arrow(x, y, long, 0), style: `fill: var(--${color})` }));
       x += long + 7;
-      put(`${shown(value)} ${units[unit]}`, color);
+      put(`${shown(value / one)} ${symbol}`, color);
     }
   }
   /** The pixels that arrows need beyond the picture: left, right, above, below. */
@@ -330,7 +330,7 @@ export class Picture {
     const [kind, ...rest] = this.hovered.split(":"), name = rest.join(":"), { data, scene } = this.motion, { viewer } = this;
     const owner = (table) => (name in (table ?? {}) ? name : name.replace(/\.[^.]*$/, ""));
     const rows = [];
-    const add = (of, keys) => { for (const key of keys) { const v = this.motion.value(`${of}.${key}`); if (Number.isFinite(v)) rows.push([key, v, viewer.unitOf(`${of}.${key}`)]); } };
+    const add = (of, keys) => { for (const key of keys) { const v = this.motion.value(`${of}.${key}`); if (Number.isFinite(v)) rows.push([key, viewer.inUnit(`${of}.${key}`, v), viewer.unitOf(`${of}.${key}`)]); } };
     let text = name;
     const forced = scene.forces.find((f) => f.n === this.hovered);
     if (forced) { text = forced.t.map(([part]) => part).join(""); add(forced.of, ["force", "fx", "fy", "torque"]); }

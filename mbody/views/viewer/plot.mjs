@@ -39,7 +39,7 @@ export class Plot {
   }
   /** Draw the present histories; where they still fill the range that is shown, it stays. */
   renew() {
-    const { name, viewer } = this, curves = viewer.motions.map((one, n) => [one, one.history(name), n]).filter(([, q]) => q);
+    const { name, viewer } = this, curves = viewer.motions.map((one, n) => [one, one.history(name)?.map((v) => viewer.inUnit(name, v)), n]).filter(([, q]) => q);
     let least = Infinity, most = -Infinity, low = Infinity, high = -Infinity;
     for (const [one, q] of curves) {
       for (const v of q) { if (v < least && v > -Infinity) least = v; if (v > most && v < Infinity) most = v; }
@@ -81,7 +81,8 @@ export class Plot {
       line(zero ? "zero" : "grid", this.left, this.left + this.wide, at, at);
       note(this.left - 6, at + 4, "end", zero ? "0" : shown(y, 4));
     }
-    let steps = ticks(this.low, this.high, clamp(Math.floor(this.wide / 60), 2, 9));
+    const one = axis.label === "t" ? viewer.main.scene.units.time[1] : 1;
+    let steps = ticks(this.low / one, this.high / one, clamp(Math.floor(this.wide / 60), 2, 9)).map((v) => v * one);
     if (axis.unit === "deg") {
       const step = [5, 10, 15, 30, 45, 60, 90, 180, 360, 720].find((s) => (this.high - this.low) / s <= this.wide / 48);
       if (step) { steps = []; for (let v = Math.ceil(this.low / step - 1e-6) * step; v <= this.high + 1e-6 * step; v += step) steps.push(v); }
@@ -89,7 +90,7 @@ export class Plot {
     for (const x of steps) {
       const at = this.x(x);
       line("grid", at, at, this.top, this.top + this.tall);
-      note(at, this.top + this.tall + 15, "middle", axis.unit === "deg" ? `${shown(x, 4)}°` : shown(x, 4));
+      note(at, this.top + this.tall + 15, "middle", axis.unit === "deg" ? `${shown(x, 4)}°` : shown(x / one, 4));
     }
     let before = -Infinity;
     for (const one of axis.values ? [] : viewer.main.data.events ?? []) {
@@ -107,7 +108,7 @@ export class Plot {
   x(value) { return this.left + (value - this.low) / (this.high - this.low) * this.wide; }
   y(value) { return this.top + (this.most - value) / (this.most - this.least) * this.tall; }
   move() {
-    const motion = this.viewer.main, value = motion.value(this.name), x = this.x(motion.value2(motion.x));
+    const motion = this.viewer.main, value = this.viewer.inUnit(this.name, motion.value(this.name)), x = this.x(motion.value2(motion.x));
     this.cursor.setAttribute("x1", x);
     this.cursor.setAttribute("x2", x);
     const there = Number.isFinite(value);

@@ -100,7 +100,7 @@ export class PolygonPanel {
       if (motion.recordedNow) this.#polygon(figure, motion, this.polygons[key], key === "velocity" ? [units.v, "speed"] : [units.a, "change"]);
     }
   }
-  #polygon(figure, motion, { points, links, slides, room }, [unit, color]) {
+  #polygon(figure, motion, { points, links, slides, room }, [[unit, one], color]) {
     const at = points.map((one) => [motion.value2(one.x), motion.value2(one.y)]);
     if (at.some(([x, y]) => !Number.isFinite(x + y))) { figure.replaceChildren(); return; }
     const xs = [0, ...at.map(([x]) => x)], ys = [0, ...at.map(([, y]) => y)], middle = [xs, ys].map((all) => 0.5 * (Math.min(...all) + Math.max(...all)));
@@ -136,8 +136,8 @@ export class PolygonPanel {
       crowd.put(label, around(one.x, one.y, away[0] / long, away[1] / long, 7, 0.5 * label.wide + 2, 7));
       over.push(label.text);
     }
-    const value = nice(70 / by), note = sv("text", { x: 20 + by * value, y: POLYGON_TALL - 10, style: "fill: var(--soft)", class: "upright" });
-    note.textContent = `${shown(value)} ${unit}`;
+    const value = nice(70 / by / one) * one, note = sv("text", { x: 20 + by * value, y: POLYGON_TALL - 10, style: "fill: var(--soft)", class: "upright" });
+    note.textContent = `${shown(value / one)} ${unit}`;
     over.push(sv("path", { d: arrow(14, POLYGON_TALL - 14, by * value, 0), style: `fill: var(--${color})` }), note);
     figure.replaceChildren(...over);
   }

@@ -105,23 +105,27 @@ export class Viewer extends HTMLElement {
     add("points", fields(data.points, ["x", "y", "vx", "vy", "ax", "ay"]));
     return found;
   }
-  unitOf(name) {
+  unitOf(name) { return this.#unit(name)[0]; }
+  /** A value of the data in the unit that is shown. */
+  inUnit(name, value) { return value / this.#unit(name)[1]; }
+  /** The unit of a quantity, and how many of the data's units one of it is. */
+  #unit(name) {
     const { scene, data } = this.main, units = scene.units;
     const plotted = scene.plots.find((one) => one.name === name);
-    if (plotted) return plotted.unit;
+    if (plotted) return [plotted.unit, 1];
     if (name in (scene.measures ?? {})) return scene.measures[name];
     const cut = name.lastIndexOf("."), owner = name.slice(0, cut), key = name.slice(cut + 1);
     const turns = scene.turns[owner];
     if (key === "effort") return turns ? units.torque : units.force;
     if (key === "contact") return units.force;
     if (key === "loss") return units.power;
-    if (key === "value") return turns ? "deg" : units.length;
+    if (key === "value") return turns ? units.angle : units.length;
     if (key === "rate" || key === "acceleration") {
       const angular = turns ?? Boolean(data.loads[owner]?.angle);
       return key === "rate" ? (angular ? units.omega : units.v) : (angular ? units.alpha : units.a);
     }
-    return { x: units.length, y: units.length, length: units.length, angle: "deg", vx: units.v, vy: units.v, omega: units.omega,
-      ax: units.a, ay: units.a, alpha: units.alpha, fx: units.force, fy: units.force, force: units.force, torque: units.torque }[key] ?? "";
+    return { x: units.length, y: units.length, length: units.length, angle: units.angle, vx: units.v, vy: units.v, omega: units.omega,
+      ax: units.a, ay: units.a, alpha: units.alpha, fx: units.force, fy: units.force, force: units.force, torque: units.torque }[key] ?? ["", 1];
   }
 
   // -- building -------------------------------------------------------------------------------
@@ -258,7 +262,7 @@ export class Viewer extends HTMLElement {
     const rows = [el("thead", {}, el("tr", {}, el("th", { scope: "col" }, "quantity"), el("th", { scope: "col" }, "value"), el("th", { scope: "col" }, "unit")))];
     const body = el("tbody");
     for (const [, names] of this.quantities) for (const name of names.slice(0, 400)) {
-      body.append(el("tr", {}, el("th", { scope: "row" }, name), el("td", {}, shown(this.main.value(name), 7)), el("td", {}, this.unitOf(name))));
+      body.append(el("tr", {}, el("th", { scope: "row" }, name), el("td", {}, shown(this.inUnit(name, this.main.value(name)), 7)), el("td", {}, this.unitOf(name))));
     }
     this.table.replaceChildren(...rows, body);
   }
@@ -454,7 +458,7 @@ export class Viewer extends HTMLElement {
   #position() {
     const { scene } = this.main, x = this.main.value2(this.main.x), unit = scene.axis.unit === "deg" ? "°" : scene.axis.unit ? ` ${scene.axis.unit}` : "";
     const parts = [`${scene.axis.label}${scene.axis.unit === "deg" || scene.axis.label === "instant" ? "" : " ="} ${scene.axis.unit === "deg" ? x.toFixed(1).replace("-", MINUS) : shown(x, 4)}${unit}`];
-    if (scene.axis.values && this.main.t[this.main.count - 1] > this.main.t[0]) parts.push(`t = ${shown(this.time(), 4)} ${scene.units.time}`);
+    if (scene.axis.values && this.main.t[this.main.count - 1] > this.main.t[0]) parts.push(`t = ${shown(this.time() / scene.units.time[1], 4)} ${scene.units.time[0]}`);
     return parts.join(", ");
   }
   #say() {
