@@ -328,7 +328,7 @@ def _history(name: str, text: str) -> Any:
     """A history as text, or the rows t and u of a file."""
     if not text.startswith("@"):
         return text
-    from mbody.files.model.fields import columns
+    from mbody.files.model.csv_columns import columns
 
     path = Path(text[1:])
     try:

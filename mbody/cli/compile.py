@@ -205,7 +205,7 @@ def _steps() -> Iterator[tuple[str, Callable[[], object]]]:
 # -- `mbody doctor`: what is installed, which core runs the kernels, and whether they work -----
 
 #: Packages by what they are for; the first group must be there.
-NEEDED = {"numpy": "arrays", "pydantic": "model files", "pint": "units"}
+NEEDED = {"numpy": "arrays", "pint": "units"}
 EXTRA = {
     "numba": "building kernels on this machine",
     "pin": "cross-check by Pinocchio",

@@ -6,20 +6,20 @@ import dataclasses
 import difflib
 import json
 import re
-import sys
 import textwrap
 import tomllib
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 from mbody.core.other_words import meant
 from mbody.errors import ModelError
+from mbody.files.model.fields import field_of_law
 from mbody.files.model.problems import LAWS, SECTIONS, written_fields
-from mbody.files.model.schema import described
+from mbody.files.model.schema import codec_of, described
 from mbody.laws import Law
 from mbody.model.body import Body
 from mbody.model.element import Element, listed
-from mbody.quantities.units import unit_system
+from mbody.quantities.units import NUMBER
 from mbody.summaries.text_table import WIDTH, paragraph
 
 # -- An example of every kind of element and law, as a model file has it -----------------------
@@ -200,11 +200,6 @@ LAW_EXAMPLES: dict[str, str] = {
         'height = "-90 deg", start = 0, duration = "2 s" } }] } }'
     ),
 }
-
-
-_SI = unit_system("SI")
-_PLACE = 'a place, as "crank.A", or { body = "ground", point = [1, 0], angle = 30 }'
-_WRITTEN = {"bool": "true or false", "int": "a whole number", "str": "text"}
 
 
 @dataclass(frozen=True)
@@ -522,42 +517,7 @@ def _field(field: dataclasses.Field[Any], main: bool, meaning: str) -> FieldRefe
         )
     elif zero and not needed and ("dimension" in meta or "law" in meta):
         default_text = "by default 0"
-    return FieldReference(field.name, _takes(field), needed, default_text, meaning)
-
-
-def _takes(field: dataclasses.Field[Any]) -> str:
-    meta = field.metadata
-    if "dimension" in meta:
-        return f"a number, {_unit(meta['dimension'])}"
-    if "law" in meta:
-        by = f" as a function of {meta['of']}"
-        return f"a number, a formula or a law{by}, {_unit(meta['law'])}"
-    if "limits" in meta:
-        return f"a pair of numbers, {_unit(meta['limits'])}"
-    if "place" in meta:
-        return _PLACE
-    if "body" in meta:
-        return "the name of a body"
-    if "terms" in meta:
-        return "a list of terms"
-    special = {
-        "points": "points by name, each [x, y] or { r = …, angle = … }",
-        "shapes": "shapes by name: disc, ring, line, segment, polygon, curve",
-        "cg": "[x, y], length [m]",
-        "guess": "an angle, or { x = …, y = …, angle = … }",
-        "section": "{ rectangle = [height, thickness] }, { tube = [outer, inner] } or "
-        "{ round = diameter }, with along = [point, point] where joints do not say it",
-        "spread": '"point", { slender = angle } or { xx = …, yy = …, xy = … }',
-    }
-    return special.get(field.name) or _WRITTEN.get(str(field.type), "see below")
-
-
-def _unit(dimension: str) -> str:
-    if dimension == "number":
-        return "without a unit"
-    if dimension == "angle":
-        return "angle [deg in files, rad in Python]"
-    return f"{dimension} [{_SI.of(dimension)}]"
+    return FieldReference(field.name, codec_of(field).takes(), needed, default_text, meaning)
 
 
 def _law_fields(cls: type) -> tuple[FieldReference, ...]:
@@ -569,22 +529,12 @@ def _law_fields(cls: type) -> tuple[FieldReference, ...]:
         if powers:
             takes = f"a number, {_by_powers(*powers)}"
         else:
-            takes = _words_of(cls, str(field.type)) or _WRITTEN.get(str(field.type), "a list")
+            takes = field_of_law(cls, field, NUMBER, NUMBER).takes()
         missing = field.default is dataclasses.MISSING
         default = "" if missing or field.default is None else f"by default {field.default}"
         meaning = meanings.get(field.name, "")
         found.append(FieldReference(field.name, takes, missing, default, meaning))
     return tuple(found)
-
-
-def _words_of(cls: type, kind: str) -> str:
-    """The words that a field of that type takes; "" where it takes others, too.
-
-    >>> _words_of(LAWS["table"], "Outside | None")
-    '"error" or "hold" or "line"'
-    """
-    words = get_args(getattr(sys.modules[cls.__module__], kind.removesuffix(" | None"), None))
-    return " or ".join(f'"{one}"' for one in words if isinstance(one, str))
 
 
 def _by_powers(value: int, argument: int, angle: int) -> str:

@@ -322,7 +322,7 @@ def test_models_and_show(run):
 def test_doctor_and_schema(run):
     status, out, _ = run("doctor", "--json")
     told = json.loads(out)
-    assert status == 0 and told["ready"] and told["needed"]["pydantic"]
+    assert status == 0 and told["ready"] and told["needed"]["pint"]
     assert "ready" in run("doctor")[1]
     _, out, _ = run("schema")
     assert json.loads(out)["title"] == "mbody model"

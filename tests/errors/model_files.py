@@ -151,7 +151,7 @@ def with_file(name, content, model="mine.toml"):
 def with_table(content, name="a.csv", largest=None):
     def go():
         with folder("a.csv", content) as there:
-            limit = mock.patch("mbody.files.model.fields.LARGEST", largest or 10_000_000)
+            limit = mock.patch("mbody.files.model.csv_columns.LARGEST", largest or 10_000_000)
             with limit:
                 from_toml(TABLE % name, folder=there)
 
@@ -264,7 +264,7 @@ very long keys | ModelError | - | model: a dotted key has more than 20 parts
 very deep tables | ModelError | - | model: tables are nested too deep: at most 30
 tables too deep for Python | ModelError | - | model: tables are nested too deep: at most 30
 an unknown key | ModelError | - | model: line 1: nmae: there is no such key, did you mean 'name'?
-an unknown key like no other | ModelError | arm | model: line 7: bodies.arm.zzz: there is no such key (there are: weight, inertia, cg, guess, spread, shapes, section)
+an unknown key like no other | ModelError | arm | model: line 7: bodies.arm.zzz: there is no such key (there are: weight, inertia, cg, shapes, guess, spread, section)
 a title that is a number | ModelError | - | model: line 1: name: must be text, not 3
 bodies that are a list | ModelError | - | model: line 1: bodies: must be a table, not [1] (mbody explain bodies shows one)
 a body that is a number | ModelError | arm | model: line 2: bodies.arm: must be a table, not 3

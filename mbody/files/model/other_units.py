@@ -7,9 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from mbody.errors import ModelError
+from mbody.files.model.fields import plain
 from mbody.files.model.read import built
-from mbody.files.model.write import Writer, plain
-from mbody.laws import MeasuredFormula
+from mbody.files.model.write import Writer
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import State, measured_names
 from mbody.quantities import VARIABLES, Formula, FormulaError, Scope, evaluate
@@ -93,7 +93,8 @@ class _Converter(Writer):
         """A number of a question, as `number`."""
         if isinstance(value, Formula):
             try:
-                value = value.of(dimension).value(self.scope)
+                self.asked.append(value.of(dimension))
+                value = self.asked[-1].value(self.scope)
             except FormulaError:  # it is reported where the question is read
                 return super().wanted(value, dimension)
         return self.written(value, dimension)
@@ -103,14 +104,6 @@ class _Converter(Writer):
         measured = measured_names(self.mechanism, rate.names)
         wanted = (state.dimension or NUMBER) / DIMENSIONS["time"]
         return self.measured_text(rate.of(wanted), measured, state.name)
-
-    def law(self, name: str, law: Any, value: Dimension, argument: Dimension) -> Any:
-        """A law; one of measured quantities only where all its numbers have units."""
-        if isinstance(law, MeasuredFormula):
-            formula = self.formulas[name]
-            measured = measured_names(self.mechanism, formula.names)
-            return self.measured_text(formula, measured, name.partition(".")[0])
-        return super().law(name, law, value, argument)
 
     def measured_text(
         self, formula: Formula, measured: Mapping[str, Dimension | None], element: str
@@ -132,8 +125,11 @@ class _Converter(Writer):
             ) from None
         return self.text(formula)
 
-    def law_text(self, formula: Formula) -> Any:
+    def law_text(self, formula: Formula, name: str, measured: bool) -> Any:
         """The text of a formula that has units; plain numbers would change their meaning."""
+        if measured:
+            names = measured_names(self.mechanism, formula.names)
+            return self.measured_text(formula, names, name.partition(".")[0])
         if not formula.has_units(self.scope) or self.changes(formula):
             raise ModelError(
                 f"the law {formula.text!r} is of plain numbers, which cannot be taken to other "

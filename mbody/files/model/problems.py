@@ -16,6 +16,7 @@ from typing import Any
 
 from mbody import laws
 from mbody.core.former_names import former
+from mbody.core.other_words import meant
 from mbody.errors import ModelError, brief, remedy
 from mbody.model import driver, joints, loads
 from mbody.model.element import Element
@@ -305,12 +306,11 @@ def limits_of(given: Limits | None) -> Limits:
     return given
 
 
-STUDIES = ("measures", "ask", "simulate")
 MOST = 20  # problems that are reported
 ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
 TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "curves", "inputs", "states")
-TABLES += STUDIES
+TABLES += ("measures", "ask", "simulate")
 
 
 @dataclass(frozen=True)
@@ -321,77 +321,16 @@ class Problem:
     message: str
 
 
-def sentences(errors: list[Any], schema: dict[str, Any], data: Any) -> list[Problem]:
-    """Problems from what pydantic found, the first of them."""
-    return [Problem(_plain(e["loc"]), _sentence(e, schema, data)) for e in errors[:ENOUGH]]
-
-
-def _plain(location: KeyPath) -> KeyPath:
-    """The path as the user wrote it, without the marks of the forms that a field may have."""
-    marks = ("<", "[key]")
-    return tuple(p for p in location if not (isinstance(p, str) and p.startswith(marks)))
-
-
-def _sentence(error: Any, schema: dict[str, Any], data: Any) -> str:
-    own = (error.get("ctx") or {}).get("error")
-    if isinstance(own, ValueError):
-        return str(own)
-    path, kind = _plain(error["loc"]), error["type"]
-    if kind == "extra_forbidden":
-        if sentence := former(f"[{path[0]}] {path[-1]}"):
-            return sentence
-        return _unknown(path[-1], _keys(schema, path[:-1], data), _value_at(data, path[:-1]))
-    if kind == "kind":
-        if len(path) == 2 and path[1] in (*TABLES, "units", "name", "angle"):
-            return (
-                f"is read as one of [{path[0]}], below whose line it stands: put it above all "
-                "tables, or give it a table of its own"
-            )
-        given = list(error["input"]) if isinstance(error["input"], dict) else []
-        known = error["msg"].split("there are: ")[-1].rstrip(")").split(", ")
-        for key in given[:MOST]:
-            if sentence := former(f"[{path[0]}] {key}"):
-                return sentence
-            from mbody.core.other_words import meant
-
-            if intended := meant(key, known):
-                return f"{error['msg']}: it has '{_short(key)}', did you mean '{intended}'?"
-        return str(error["msg"])
-    if kind == "missing" and not isinstance(path[-1], int):
-        return "is missing: give it"
-    if kind == "literal_error":
-        return f"must be {error['ctx']['expected']}, not {brief(error['input'], 40)}"
-    sentence = {
-        "string_type": "must be text",
-        "dict_type": "must be a table",
-        "model_type": "must be a table",
-        "model_attributes_type": "must be a table",
-        "list_type": "must be a list",
-        "tuple_type": "must be a list",
-        "bool_type": "must be true or false",
-        "bool_parsing": "must be true or false",
-        "int_type": "must be a whole number",
-        "int_parsing": "must be a whole number",
-        "int_from_float": "must be a whole number",
-    }.get(kind)
-    if kind == "missing":
-        return "is missing: the list is too short"
-    if kind == "too_long":
-        sentence = f"must be a list of {error['ctx']['max_length']}"
-    message = sentence or error["msg"][0].lower() + error["msg"][1:]
-    return f"{message}, not {_short(repr(error['input']))}{_example(path)}"
-
-
-def _example(path: KeyPath) -> str:
+def example(path: KeyPath) -> str:
     """Where an example is, of what is wrong in the table of an element behind its kind."""
-    if len(path) == 1 and path[0] in (*TABLES, *STUDIES):
+    if len(path) == 1 and path[0] in TABLES:
         return f" (mbody explain {path[0]} shows one)"
     if len(path) < 3 or path[2] not in SECTIONS.get(str(path[0]), {}):
         return ""
     return f" (mbody explain {path[2]} shows an example)"
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
     """A value or a key, without the quotes of a text."""
     text = value if isinstance(value, str) else brief(value, 40)
     return text if len(text) <= 40 else text[:37] + "..."
@@ -403,71 +342,41 @@ def _cut(sentence: str) -> str:
     return sentence if len(sentence) <= LONGEST else f"{sentence[:half]} … {sentence[-half:]}"
 
 
-def _unknown(key: Any, known: list[str], table: Any) -> str:
-    """Why a key is refused: a second kind of element, a slip of the pen, another word for a
-    section, or one too many.
+def unknown_key(key: Any, known: list[str], given: Mapping[str, Any], path: KeyPath) -> str:
+    """Why a key is refused: a former name, a second kind of element, a slip of the pen, another
+    word for a section, or one too many.
     """
+    if sentence := former(f"[{path[0] if path else key}] {key}"):
+        return sentence
     kinds = next((kinds for kinds in SECTIONS.values() if key in kinds), {})
-    given = table if isinstance(table, dict) else {}
     first = next((kind for kind in kinds if kind in given and kind != key), None)
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
-    from mbody.core.other_words import meant
-
-    if intended := meant(key, known):
+    if intended := meant(key, [one for one in known if one != "$schema"]):
         return f"there is no such key, did you mean '{intended}'?"
     # the tables of a file are what somebody looks for who has another word for one
-    left = sorted((w for w in known if w not in given), key=lambda word: word not in TABLES)
+    left = sorted(
+        (w for w in known if w not in (*given, "$schema")), key=lambda word: word not in TABLES
+    )
     more = f", … and {len(left) - MOST} more" if len(left) > MOST else ""
     return f"there is no such key (there are: {', '.join(left[:MOST])}{more})"
 
 
-def _value_at(data: Any, path: KeyPath) -> Any:
-    for key in path:
-        try:
-            data = data[key]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return data
-
-
-def _keys(schema: dict[str, Any], path: KeyPath, data: Any) -> list[str]:
-    """The keys that the schema knows at a path; of several forms those that fit what is there."""
-    nodes = [schema]
-    for n, key in enumerate(path):
-        nodes = [below for node in nodes for below in _below(node, key, schema)]
-        nodes = _fitting(nodes, _value_at(data, path[: n + 1]), schema)
-    found: list[str] = []
-    for node in nodes:
-        found += [key for key in node.get("properties", {}) if key not in (*found, "$schema")]
-    return found
-
-
-def _forms(node: dict[str, Any], schema: dict[str, Any]) -> list[dict[str, Any]]:
-    """A node of the schema, or all forms that it may have."""
-    if "$ref" in node:
-        return _forms(schema["$defs"][node["$ref"].rpartition("/")[2]], schema)
-    parts = node.get("oneOf", node.get("anyOf"))
-    return [form for part in parts for form in _forms(part, schema)] if parts else [node]
-
-
-def _below(node: dict[str, Any], key: Any, schema: dict[str, Any]) -> list[dict[str, Any]]:
-    """The schema of a key, or of an entry of a list."""
-    if isinstance(key, int):
-        items = node.get("prefixItems")
-        below = items[key] if items and key < len(items) else node.get("items")
-    else:
-        below = node.get("properties", {}).get(key, node.get("additionalProperties"))
-    return _forms(below, schema) if isinstance(below, dict) else []
-
-
-def _fitting(
-    nodes: list[dict[str, Any]], data: Any, schema: dict[str, Any]
-) -> list[dict[str, Any]]:
-    if not isinstance(data, dict):
-        return nodes
-    required = [n for n in nodes if set(n.get("required", [])) & set(data)]
-    return required or [n for n in nodes if n.get("type") == "object"]
+def no_kind(section: str, name: str, given: Any) -> str:
+    """Why an element is refused whose table names no kind."""
+    if name in (*TABLES, "units", "name", "angle"):
+        return (
+            f"is read as one of [{section}], below whose line it stands: put it above all "
+            "tables, or give it a table of its own"
+        )
+    kinds = [*SECTIONS[section]]
+    says = f"names no kind of {section.removesuffix('s')} (there are: {', '.join(kinds)})"
+    for key in [*given][:MOST] if isinstance(given, dict) else ():
+        if sentence := former(f"[{section}] {key}"):
+            return sentence
+        if intended := meant(key, kinds):
+            return f"{says}: it has '{short(key)}', did you mean '{intended}'?"
+    return says
 
 
 def raise_all(
@@ -481,7 +390,7 @@ def raise_all(
     problems = problems[:ENOUGH]
     lines_found = lines_of(text, is_json, [problem.path for problem in problems])
     entries = [
-        (line, ".".join(_short(key) for key in problem.path), _cut(problem.message))
+        (line, ".".join(short(key) for key in problem.path), _cut(problem.message))
         for line, problem in zip(lines_found, problems, strict=True)
     ]
     entries = sorted(dict.fromkeys(entries), key=lambda entry: entry[0] or 0)

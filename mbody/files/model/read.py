@@ -6,23 +6,19 @@ its own folder.
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import json
-import math
 import os
 import re
 import stat
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import pydantic
-
-from mbody.analysis.driven.driven import check_instants, dimension_of_instants
+from mbody.analysis.driven.driven import check_instants
 from mbody.errors import ModelError, brief
-from mbody.files.model.fields import Context
+from mbody.files.model import study_tables
+from mbody.files.model.fields import REFUSED, FileReading
 from mbody.files.model.problems import (
     ENOUGH,
     SECTIONS,
@@ -32,20 +28,19 @@ from mbody.files.model.problems import (
     Problem,
     limits_of,
     raise_all,
-    sentences,
 )
-from mbody.files.model.schema import everything, json_schema, model, used_by
-from mbody.files.model.study_tables import keep_fit, keep_settings, keep_task
+from mbody.files.model.schema import file_table
 from mbody.model.body import Body
 from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants, Measure, Question, Unknown
+from mbody.model.states import State
+from mbody.model.study import Instants, Measure, OptimizationTask, Question
 from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.types import Number
-from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
+from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
 # -- Ambiguities of a model file: plain numbers, and omitted entries ---------------------------
 
@@ -101,20 +96,17 @@ def _without_law(data: Mapping[str, Any], mechanism: Mechanism) -> Iterator[str]
 # -- Mechanism of a checked model; every refusal is kept with its place ------------------------
 
 
-def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
-    """The mechanism of a validated model, and what was refused on the way."""
+def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
+    """The mechanism of a checked model, and what was refused on the way."""
     problems: list[Problem] = []
+    ground = given.get("ground", {})
+    heads = ("units", "g", "parameters", "curves", "source", "note")
     try:
         mechanism = Mechanism(
-            given.name,
-            units=given.units,
-            g=given.g,
-            ground=given.ground.points if given.ground else None,
-            ground_shapes=given.ground.shapes if given.ground else None,
-            parameters=given.parameters,
-            curves=given.curves,
-            source=given.source,
-            note=given.note,
+            given.get("name", "mechanism"),
+            ground=ground.get("points"),
+            ground_shapes=ground.get("shapes"),
+            **{key: given[key] for key in heads if key in given},
         )
     except ModelError as error:
         return None, [_framed(given, error)]
@@ -134,64 +126,49 @@ def build(given: Any) -> tuple[Mechanism | None, list[Problem]]:
             problems.append(Problem(path, _unnamed(str(error), name)))
         missing.add(name)
 
-    for name, value in given.inputs.items():
+    for name, value in given.get("inputs", {}).items():
         from mbody.model.inputs import Input
 
         add(("inputs", name), Input, {"value": value})
-    for name, body in given.bodies.items():
-        add(("bodies", name), Body, _set(body))
-    for name, state in given.states.items():  # clutches, drivers and loads measure them
-        from mbody.model.states import State
-
-        add(("states", name), State, _set(state))
-    for section, kinds in SECTIONS.items():
-        for name, entry in getattr(given, section).items():
-            own = _keys(cast(Any, type(entry)))
-            kind = next(kind for kind in kinds if kind in own)
-            add((section, name), kinds[kind], _arguments(kind, kinds[kind], entry))
-    if given.gravity is not None:
-        add(("gravity",), Gravity, _set(given.gravity))
-    problems += _rates(mechanism) if not problems else []
-    problems += _questions(given, mechanism)
-    problems += _stops(mechanism) if not problems else []
-    if given.report is not None:
-        keep_settings(mechanism, given.report)
+    for name, body in given.get("bodies", {}).items():
+        add(("bodies", name), Body, body)
+    for name, state in given.get("states", {}).items():  # clutches, drivers and loads measure them
+        add(("states", name), State, state)
+    for section in SECTIONS:
+        for name, (cls, arguments) in given.get(section, {}).items():
+            add((section, name), cls, arguments)
+    if "gravity" in given:
+        add(("gravity",), Gravity, given["gravity"])
+    if not problems:
+        problems += _formulas(mechanism, mechanism.described_states, compiled_state)
+    problems += _studies(given, mechanism)
+    if not problems:
+        problems += _formulas(mechanism, mechanism.stops, compiled_stop)
     return mechanism, problems
 
 
-def _rates(mechanism: Mechanism) -> list[Problem]:
-    """Errors in the rates of auxiliary states, which may refer to anything in the file."""
+def _formulas(mechanism: Mechanism, elements: Iterable[Any], compiled: Any) -> list[Problem]:
+    """Errors in rates of states and in stops, which may refer to anything in the file."""
     problems = []
-    for state in mechanism.described_states:
+    for one in elements:
         try:
-            compiled_state(mechanism, state)
+            compiled(mechanism, one)
         except ModelError as error:
-            path = ("states", state.name, "rate")
-            problems.append(Problem(path, _unnamed(str(error), state.name).removeprefix("rate: ")))
+            state = one.role == "state"
+            path = ("states", one.name, "rate") if state else ("contacts", one.name)
+            text = _unnamed(str(error), one.name).removeprefix("rate: ")
+            problems.append(Problem(path, text.removeprefix(f"stop '{one.name}': ")))
     return problems
 
 
-def _stops(mechanism: Mechanism) -> list[Problem]:
-    """Errors in the formulas of stops, which may be measures."""
-    problems = []
-    for stop in mechanism.stops:
-        try:
-            compiled_stop(mechanism, stop)
-        except ModelError as error:
-            problems.append(
-                Problem(("contacts", stop.name), str(error).removeprefix(f"stop '{stop.name}': "))
-            )
-    return problems
-
-
-def _framed(given: Any, error: ModelError) -> Problem:
+def _framed(given: dict[str, Any], error: ModelError) -> Problem:
     """A problem of the mechanism itself, with the key that it comes from."""
-    text = str(error)
-    message = text.removeprefix(f"'{error.element}': ")
-    if error.element in given.curves:
-        return Problem(("curves", error.element), text.removeprefix(f"curve '{error.element}': "))
-    if error.element in given.parameters:
-        return Problem(("parameters", error.element), text)
+    text, element = str(error), error.element
+    message = text.removeprefix(f"'{element}': ")
+    if element in given.get("curves", ()):
+        return Problem(("curves", element), text.removeprefix(f"curve '{element}': "))
+    if element in given.get("parameters", ()):
+        return Problem(("parameters", element), text)
     for key, mark in (("units", "unit system"), ("g", ": g"), ("ground", "'ground'")):
         if mark in text:
             return Problem((key,), message)
@@ -204,139 +181,70 @@ def _bodies(element: Element) -> set[str]:
     return own.union(getattr(element, "bodies", ()))
 
 
-def _set(entry: Any) -> dict[str, Any]:
-    """The fields that a file gives; the others keep their defaults."""
-    given = entry.model_fields_set
-    return {
-        name: value
-        for name in _keys(cast(Any, type(entry)))
-        if name in given and (value := getattr(entry, name)) is not None
-    }
-
-
-@functools.cache
-def _keys(table: Any) -> tuple[str, ...]:
-    """The keys that a table of a file may have."""
-    return tuple(table.model_fields)
-
-
-def _arguments(kind: str, cls: type[Element], entry: Any) -> dict[str, Any]:
-    """Arguments of an element from its table."""
-    fields = _set(entry)
-    main = fields.pop(kind)
-    return {**dict(zip(cls.main, main if len(cls.main) > 1 else (main,), strict=True)), **fields}
-
-
 def _unnamed(text: str, name: str) -> str:
     """The sentence without the name that is before it already."""
     return text.removeprefix(f"'{name}': ").removeprefix(f"'{name}' ")
 
 
-def _row(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
-    """Requested values; plain angles are in the unit of the file."""
-    if isinstance(value, list):
-        return [_row(mechanism, name, part, angle) for part in value]
-    degrees = angle == "deg" and dimension_of_instants(mechanism, name) == "angle"
-    return math.radians(value) if degrees and isinstance(value, float) else value
+#: How sentences about studies begin, which the key of the file says.
+_ABOUT = {"simulate": "simulation: ", "solve": "question: ", "measures": "measure: "}
 
 
-def _questions(given: Any, mechanism: Mechanism) -> list[Problem]:
-    problems: list[Problem] = []
-    for name, entry in given.measures.items():
-        if len(problems) >= ENOUGH:
-            break
+def _keep_study(given: dict[str, Any], machine: Mechanism, key: str, name: str) -> None:
+    """Give a mechanism what a file says of one study; what is no part of the description, which is
+    the same with other tasks, is kept beside it.
+    """
+    value = given[key][name] if name else given[key]
+    fields = study_tables.STUDIES[key].settled(value, machine, given.get("angle", "deg"))
+    if key == "measures":
         from mbody.solution.measures import check_measure
 
-        try:
-            measure = Measure(entry) if isinstance(entry, str) else Measure(entry.of, entry.unit)
-            mechanism.measures[name] = measure
-            check_measure(mechanism, measure.history)
-        except ModelError as error:
-            problems.append(Problem(("measures", name), str(error).removeprefix("measure: ")))
-    if given.ask is not None:
-        try:
-            fields = _set(given.ask)
-            given_rows = fields.get("at", {}).items()
-            rows = {name: _row(mechanism, name, row, given.angle) for name, row in given_rows}
-            mechanism.ask = Instants(**{**fields, "at": rows})
-            check_instants(mechanism, mechanism.ask)
-        except ModelError as error:
-            problems.append(Problem(("ask",), str(error).removeprefix("ask: ")))
-    if given.simulate is not None:
+        measure = Measure(fields) if isinstance(fields, str) else Measure(**fields)
+        machine.measures[name] = measure
+        check_measure(machine, measure.history)
+    elif key == "ask":
+        machine.ask = Instants(**fields)
+        check_instants(machine, machine.ask)
+    elif key == "simulate":
         from mbody.analysis.initial.initial_state import check_simulation
-        from mbody.model.simulation import Event, SimulationSettings
+        from mbody.model.simulation import SimulationSettings
 
-        try:
-            entry = given.simulate
-            start = {body: _set(state) for body, state in entry.start.items()}
-            events = [Event(name=name, **_set(one)) for name, one in entry.events.items()]
-            mechanism.simulation = SimulationSettings(
-                until=entry.until,
-                start=start,
-                rtol=entry.rtol,
-                instants=entry.instants,
-                events=events,
-                method=entry.method,
-                step=entry.step,
-                release=entry.release,
-                every=entry.every,
-            )
-            check_simulation(mechanism, mechanism.simulation)
-        except ModelError as error:
-            problems.append(Problem(("simulate",), str(error).removeprefix("simulation: ")))
-    for name, entry in given.solve.items():
-        if len(problems) >= ENOUGH:
-            break
+        machine.simulation = SimulationSettings(**fields)
+        check_simulation(machine, machine.simulation)
+    elif key == "solve":
         from mbody.analysis.inverse.conditions import check_question
 
-        try:
-            question = _question(mechanism, entry, given.angle)
-            mechanism.questions[name] = question
-            check_question(mechanism, question)
-        except ModelError as error:
-            problems.append(Problem(("solve", name), str(error).removeprefix("question: ")))
-    for name, entry in given.optimize.items():
-        try:
-            keep_task(mechanism, name, entry, given.angle)
-        except ModelError as error:
-            problems.append(Problem(("optimize", name), str(error)))
-    if given.fit is not None:
-        try:
-            keep_fit(mechanism, given.fit, given.angle)
-        except ModelError as error:
-            problems.append(Problem(("fit",), str(error)))
+        machine.questions[name] = Question(**fields)
+        check_question(machine, machine.questions[name])
+    elif key == "optimize":
+        kept = vars(machine).setdefault(study_tables.OPTIMIZATIONS_ATTRIBUTE, {})
+        kept[name] = OptimizationTask(**fields)
+    elif key == "fit":
+        vars(machine)[study_tables.FIT_ATTRIBUTE] = study_tables.FitSettings(**fields)
+    else:
+        vars(machine)[study_tables.REPORT_ATTRIBUTE] = study_tables.ReportSettings(**fields)
+
+
+def _studies(given: dict[str, Any], mechanism: Mechanism) -> list[Problem]:
+    problems: list[Problem] = []
+    for key in study_tables.STUDIES:
+        found = given.get(key)
+        if found is None:
+            continue
+        for name in found if key in ("measures", "solve", "optimize") else ("",):
+            if len(problems) >= ENOUGH:
+                return problems
+            try:
+                _keep_study(given, mechanism, key, name)
+            except ModelError as error:
+                text = str(error).removeprefix(_ABOUT.get(key, f"{key}: "))
+                problems.append(Problem((key, name) if name else (key,), text))
     return problems
-
-
-def _question(mechanism: Mechanism, entry: Any, angle: str) -> Question:
-    """A question of a file; plain angles are in the unit of the file."""
-    fields = _set(entry)
-    if isinstance(fields["unknowns"], dict):
-        fields["unknowns"] = [
-            Unknown(name, **_in_radians(mechanism, name, _set(one), angle))
-            for name, one in fields["unknowns"].items()
-        ]
-    at = fields.get("at", {}).items()
-    fields["at"] = {name: _row(mechanism, name, value, angle) for name, value in at}
-    return Question(**fields)
-
-
-def _in_radians(
-    mechanism: Mechanism, name: str, options: dict[str, Any], angle: str
-) -> dict[str, Any]:
-    """Options with plain degrees as radians, where the unknown is an angle."""
-    from mbody.model.numbers import resolve_number
-
-    if angle != "deg" or resolve_number(mechanism, name)[1] != DIMENSIONS["angle"]:
-        return options
-    return {k: math.radians(v) if isinstance(v, float) else v for k, v in options.items()}
 
 
 DEEPEST = 30  # tables in tables
 LONGEST_KEY = 20  # parts of a dotted key
 LONGEST_NUMBER = 2000  # bits of a whole number: more than a double can have
-#: Checks that are made each for what files use alone: making those of everything takes no longer.
-FEW = 16
 
 _SIGNS = re.compile(r"[-+*/^(,·−²³]")
 ENDLESS = "a whole number has very many digits, more than a computer holds"
@@ -469,26 +377,14 @@ def built(
     folder: Path | None = None,
 ) -> Mechanism:
     """The mechanism of tables that are read already; `text` is where they stood, for errors."""
-    mechanism, problems = build(_checked(data, text, is_json, name, folder))
+    at = FileReading("rad" if data.get("angle") == "rad" else "deg", folder)
+    found = file_table().read(data, (), at)
+    if found is REFUSED:
+        raise_all(at.problems, text, is_json, name, at.count)
+    mechanism, problems = build(found)
     raise_all(problems, text, is_json, name)
     assert mechanism is not None  # else there was a problem
     return mechanism
-
-
-def _checked(data: dict[str, Any], text: str, is_json: bool, name: str, folder: Path | None) -> Any:
-    """The tables with every value checked. First against what they use alone, which is soon made;
-    what is wrong is then named by the whole. Who reads many kinds of files has the whole made once.
-    """
-    angle = "rad" if data.get("angle") == "rad" else "deg"
-    used = used_by(data) if model.cache_info().currsize < FEW else None
-    if used is not None:
-        with contextlib.suppress(pydantic.ValidationError):
-            return model(used).model_validate(data, context=Context(angle, folder))
-    try:
-        return model(everything()).model_validate(data, context=Context(angle, folder))
-    except pydantic.ValidationError as error:
-        found = error.errors(include_url=False)
-        raise_all(sentences(found, json_schema(), data), text, is_json, name, len(found))
 
 
 def text_of(file: Path, limits: Limits | None = None) -> str:

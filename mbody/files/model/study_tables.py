@@ -1,225 +1,235 @@
-"""The tables of studies in a model file: [fit], [optimize], [report], read and written."""
+"""The tables of studies in a model file: [measures], [ask], [simulate], [solve], [optimize], [fit]
+and [report].
+
+What is no part of the description, which is the same with other tasks, is kept beside it.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Protocol
-
-from pydantic import Field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from mbody.analysis.driven.driven import dimension_of_instants
-from mbody.errors import ModelError
-from mbody.files.model.fields import Strict, number
+from mbody.files.model.fields import (
+    FLAG,
+    REAL,
+    TEXT,
+    WHOLE,
+    ByName,
+    Codec,
+    Form,
+    Forms,
+    Key,
+    ListCodec,
+    NamedNumbers,
+    NumberCodec,
+    NumberWriter,
+    TableCodec,
+    WordCodec,
+    in_radians,
+    quantity,
+)
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import OptimizationTask, Question, Unknown
-from mbody.quantities import Formula
+from mbody.model.numbers import resolve_number
+from mbody.model.simulation import METHODS, STATE, Event, SimulationSettings
+from mbody.model.study import OptimizationTask, Unknown
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
 
-if TYPE_CHECKING:
-    from mbody.model.simulation import Event
 
-BOUNDS = ("start", "low", "high")
-
-
-class StudyWriter(Protocol):
-    """Interface of a model file's writer that studies and tasks need."""
-
-    mechanism: Mechanism
-
-    def wanted(self, value: Any, dimension: Dimension) -> Any:
-        """A number as the file has it: a text where it has a formula or another unit."""
+def _of_number(machine: Mechanism, name: str) -> Dimension:
+    return resolve_number(machine, name)[1] or NUMBER
 
 
-def requested_formulas(mechanism: Mechanism) -> Iterator[Formula]:
-    """The texts among the numbers of questions, each with the dimension that it has there."""
-    from mbody.model.numbers import resolve_number
-    from mbody.model.simulation import STATE
-
-    rows = [mechanism.ask.at] if mechanism.ask else []
-    for at in (*rows, *(question.at for question in mechanism.questions.values())):
-        for name, row in at.items():
-            dimension = DIMENSIONS[dimension_of_instants(mechanism, name)]
-            yield from (value.of(dimension) for value in row if isinstance(value, Formula))
-    if mechanism.simulation is not None:
-        for given in mechanism.simulation.start.values():
-            for key, value in given.items():
-                if isinstance(value, Formula):
-                    yield value.of(DIMENSIONS[STATE[key]])
-        motion = mechanism.simulation
-        for time in (motion.until, motion.step, motion.every, *motion.release.values()):
-            if isinstance(time, Formula):
-                yield time.of(DIMENSIONS["time"])
-    for question in mechanism.questions.values():
-        for one in question.unknowns:
-            values = [v for key in BOUNDS if isinstance(v := getattr(one, key), Formula)]
-            dimension = resolve_number(mechanism, one.name)[1] or NUMBER if values else NUMBER
-            yield from (value.of(dimension) for value in values)
+def _of_instants(machine: Mechanism, name: str) -> Dimension:
+    return DIMENSIONS[dimension_of_instants(machine, name)]
 
 
-def questions(writer: StudyWriter) -> dict[str, Any]:
-    """The tables [measures], [ask] and [solve]."""
-    from mbody.model.simulation import STATE, SimulationSettings
-
-    machine = writer.mechanism
-    data: dict[str, Any] = {}
-    if machine.measures:
-        data["measures"] = {
-            name: {"of": m.of, "unit": m.unit} if m.unit else m.of
-            for name, m in machine.measures.items()
-        }
-    ask = machine.ask
-    if ask is not None:
-        table: dict[str, Any] = {}
-        if ask.at:
-            table["at"] = _instants_table(writer, ask.at)
-        if ask.over:
-            table["over"] = ask.over
-        if ask.instants is not None:
-            table["instants"] = ask.instants
-        if ask.turns != 1:
-            table["turns"] = ask.turns
-        data["ask"] = table
-    simulation = machine.simulation
-    if simulation is not None:
-        data["simulate"] = {"until": writer.wanted(simulation.until, DIMENSIONS["time"])}
-        if simulation.start:
-            data["simulate"]["start"] = {
-                body: {k: writer.wanted(v, DIMENSIONS[STATE[k]]) for k, v in given.items()}
-                for body, given in simulation.start.items()
-            }
-        for key in ("rtol", "instants", "method"):
-            if getattr(simulation, key) != getattr(SimulationSettings(1.0), key):
-                data["simulate"][key] = getattr(simulation, key)
-        time = DIMENSIONS["time"]
-        for key in ("step", "every"):
-            if getattr(simulation, key) is not None:
-                data["simulate"][key] = writer.wanted(getattr(simulation, key), time)
-        if simulation.release:
-            times = {name: writer.wanted(t, time) for name, t in simulation.release.items()}
-            data["simulate"]["release"] = times
-        data["simulate"] |= _events(simulation.events)
-    if machine.questions:
-        data["solve"] = {name: _question(writer, q) for name, q in machine.questions.items()}
-    return data
+AT = NamedNumbers(_of_instants, "several")
+_TEXTS = ListCodec(TEXT, alone=True)
+_TIME = NumberCodec(DIMENSIONS["time"])
 
 
-def _events(given: tuple[Event, ...]) -> dict[str, Any]:
-    """The table of events, where there are any."""
-    from mbody.model.simulation import Event
+class MeasureCodec(Forms):
+    """A formula, or a table with its unit."""
 
-    events = {}
-    for one in given:
-        plain = Event(one.of)
-        keys = [k for k in ("direction", "stop") if getattr(one, k) != getattr(plain, k)]
-        events[one.name] = {"of": one.of, **{key: getattr(one, key) for key in keys}}
-    return {"events": events} if events else {}
+    def write(self, to: NumberWriter, name: str, value: Any) -> Any:
+        return {"of": value.of, "unit": value.unit} if value.unit else value.of
 
 
-def _instants_table(writer: StudyWriter, at: Any) -> dict[str, Any]:
-    """Values of time or drivers, one or more of each."""
-    table = {}
-    for name, row in at.items():
-        dimension = DIMENSIONS[dimension_of_instants(writer.mechanism, name)]
-        cells = [writer.wanted(value, dimension) for value in row]
-        table[name] = cells if len(cells) > 1 else cells[0]
-    return table
+MEASURE = MeasureCodec(
+    "must be a formula or { of = …, unit = … }",
+    (
+        Form((str,), TEXT),
+        Form(
+            (dict,),
+            TableCodec(
+                "MeasureIn",
+                "A quantity to be measured, in a unit.",
+                {"of": Key(TEXT, needed=True), "unit": Key(TEXT)},
+            ),
+        ),
+    ),
+)
+ASK = TableCodec(
+    "AskIn",
+    "The instants that an analysis is made for, unless the command gives others.",
+    {
+        "at": Key(AT, default={}),
+        "over": Key(TEXT, default=""),
+        "instants": Key(WHOLE),
+        "turns": Key(WHOLE, default=1),
+    },
+)
 
 
-def _question(writer: StudyWriter, question: Question) -> dict[str, Any]:
-    """A question, as short as possible."""
-    names = [one.name for one in question.unknowns]
-    plainly = all(replace(one, name="x") == Unknown("x") for one in question.unknowns)
-    table: dict[str, Any] = {
-        "unknowns": names
-        if plainly
-        else {one.name: _unknown(writer, one) for one in question.unknowns}
-    }
-    for key in ("conditions", "side_conditions"):
-        if getattr(question, key):
-            table[key] = list(getattr(question, key))
-    for key in ("greatest", "least", "note"):
-        if getattr(question, key):
-            table[key] = getattr(question, key)
-    if question.analysis != "kinetostatics":
-        table["analysis"] = question.analysis
-    if question.at:
-        table["at"] = _instants_table(writer, question.at)
-    return table
+class Unknowns(Forms):
+    """Unknowns of a question: names, or by name where the search begins, its bounds and unit."""
+
+    def settled(self, value: Any, machine: Mechanism, angle: str) -> Any:
+        if not isinstance(value, dict):
+            return value
+        return [
+            Unknown(
+                name,
+                **{
+                    key: in_radians(
+                        own, angle == "deg" and _of_number(machine, name) == DIMENSIONS["angle"]
+                    )
+                    for key, own in given.items()
+                },
+            )
+            for name, given in value.items()
+        ]
+
+    def write(self, to: NumberWriter, name: str, value: Any) -> Any:
+        if all(replace(one, name="x") == Unknown("x") for one in value):
+            return [one.name for one in value]
+        return {one.name: self._unknown(to, one) for one in value}
+
+    def _unknown(self, to: NumberWriter, unknown: Unknown) -> dict[str, Any]:
+        bounds = {key: getattr(unknown, key) for key in ("start", "low", "high")}
+        dimension = _of_number(to.mechanism, unknown.name)
+        table = {k: to.wanted(v, dimension) for k, v in bounds.items() if v is not None}
+        return {**table, "unit": unknown.unit} if unknown.unit else table
 
 
-def _unknown(writer: StudyWriter, unknown: Unknown) -> dict[str, Any]:
-    """Start of the search of an unknown, its bounds and its unit."""
-    from mbody.model.numbers import resolve_number
+_UNKNOWN = TableCodec(
+    "UnknownIn",
+    "An unknown: where its search begins, its bounds, and the unit that it is shown in.",
+    {
+        "start": Key(NumberCodec()),
+        "low": Key(NumberCodec()),
+        "high": Key(NumberCodec()),
+        "unit": Key(TEXT, default=""),
+    },
+)
+UNKNOWNS = Unknowns(
+    "must be a name, a list of names, or { name = { start = …, unit = … } }",
+    (Form((str, list), _TEXTS), Form((dict,), ByName(_UNKNOWN, elements=False))),
+)
+SOLVE = TableCodec(
+    "SolveIn",
+    "A question: unknown numbers and the conditions that they are to meet.",
+    {
+        "unknowns": Key(UNKNOWNS, needed=True),
+        "conditions": Key(_TEXTS, default=()),
+        "side_conditions": Key(_TEXTS, default=()),
+        "greatest": Key(TEXT, default=""),
+        "least": Key(TEXT, default=""),
+        "note": Key(TEXT, default=""),
+        "analysis": Key(TEXT, default="kinetostatics"),
+        "at": Key(NamedNumbers(_of_instants), default={}),
+    },
+)
 
-    dimension = resolve_number(writer.mechanism, unknown.name)[1] or NUMBER
-    table = {
-        key: writer.wanted(value, dimension)
-        for key in BOUNDS
-        if (value := getattr(unknown, key)) is not None
-    }
-    return {**table, "unit": unknown.unit} if unknown.unit else table
+
+class Start(TableCodec):
+    """Initial values of a body, in the order that they were given in."""
+
+    def write(self, to: NumberWriter, name: str, value: Any) -> Any:
+        return {key: self.keys[key].codec.write(to, name, one) for key, one in value.items()}
 
 
-# -- Tables [optimize.NAME] of a model file: aims and limits of `mbody optimize` ---------------
-# They are no part of the description, which is the same with other tasks: they are kept beside it.
+class Events(ByName):
+    """Zero crossings by name that are recorded, or end the motion."""
+
+    table = TableCodec(
+        "EventIn",
+        "A zero crossing that is recorded, or ends the motion.",
+        {
+            "of": Key(TEXT, needed=True),
+            "direction": Key(WHOLE, default=0),
+            "stop": Key(FLAG, default=False),
+        },
+    )
+
+    def settled(self, value: Any, machine: Mechanism, angle: str) -> Any:
+        return [Event(name=name, **given) for name, given in value.items()]
+
+    def write(self, to: NumberWriter, name: str, value: Any) -> Any:
+        return {one.name: self.table.write(to, name, one) for one in value}
+
+
+_START = Start(
+    "StateIn",
+    "Initial values of a body.",
+    {key: Key(quantity(STATE[key])) for key in ("angle", "omega", "x", "vx", "y", "vy")},
+)
+_MOTION = SimulationSettings(1.0)
+SIMULATE = TableCodec(
+    "SimulateIn",
+    "A motion: how it begins, and how long it goes on.",
+    {
+        "until": Key(_TIME, needed=True),
+        "start": Key(ByName(_START, elements=False), default={}),
+        "rtol": Key(REAL, default=_MOTION.rtol),
+        "instants": Key(WHOLE, default=_MOTION.instants),
+        "method": Key(WordCodec(METHODS), default=_MOTION.method),
+        "step": Key(_TIME),
+        "every": Key(_TIME),
+        "release": Key(ByName(_TIME), default={}),
+        "events": Key(Events(Events.table), default=()),
+    },
+)
+
+
+class OneOrMore(ListCodec):
+    """Texts, of which one alone is written without a list."""
+
+    def write(self, to: NumberWriter, name: str, value: Any) -> Any:
+        return value[0] if len(value) == 1 else [*value]
+
+
+# -- Tables [optimize.NAME]: aims and limits of `mbody optimize` -------------------------------
 
 #: Under which they are kept with the mechanism, so that copies of that have them too.
 OPTIMIZATIONS_ATTRIBUTE = "optimization_tasks"
-#: Fields with numbers of the mechanism.
-NUMBERS = ("by", "start")
-
-
-#: A number of the mechanism: plain, or text with units and parameters.
-quantity: Any = number(None)
-time: Any = number(DIMENSIONS["time"])
-
-
-class OptimizeIn(Strict):
-    """Aims, numbers and limits of an optimization."""
-
-    minimize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
-    maximize: str | list[str] = Field(default_factory=list, description="One aim, or two.")
-    by: dict[str, list[quantity]] = Field(description="[low, high] by number.")
-    subject_to: str | list[str] = Field(
-        default_factory=list, description="Limits such as 'peak(motor.effort) <= 20 N*m'."
-    )
-    analysis: str = Field(
-        "kinetostatics", description="Or kinematics, statics, simulate: a motion over time."
-    )
-    over: str = Field("", description="'turn' or a driver; by default the instants of [ask].")
-    instants: int | None = None
-    turns: int | None = Field(None, description="Turns of a cycle, with over.")
-    until: time = Field(None, description="The last time, of analysis = 'simulate'.")
-    start: dict[str, quantity] | None = None
-    starts: int | None = Field(None, description="How many searches.")
-    seed: int | None = None
-    points: int | None = Field(None, description="Designs of a Pareto front.")
-    note: str = ""
-
-
-def keep_task(mechanism: Mechanism, name: str, entry: Any, angle: str) -> None:
-    """Keep what a file says of one optimization; plain angles are in the unit of the file."""
-    given = {key: getattr(entry, key) for key in entry.model_fields_set}
-    for varied, pair in given["by"].items():
-        if len(pair) != 2:
-            raise ModelError(f"by.{varied} must be [low, high], not of {len(pair)} values", varied)
-    for key in NUMBERS:
-        if given.get(key) is not None:
-            given[key] = {n: in_radians(mechanism, n, v, angle) for n, v in given[key].items()}
-    kept = vars(mechanism).setdefault(OPTIMIZATIONS_ATTRIBUTE, {})
-    kept[name] = OptimizationTask(**given)
-
-
-def in_radians(mechanism: Mechanism, name: str, value: Any, angle: str) -> Any:
-    """Plain degrees as radians, where the number is an angle."""
-    from mbody.model.numbers import resolve_number
-
-    if isinstance(value, list):
-        return tuple(in_radians(mechanism, name, part, angle) for part in value)
-    degrees = resolve_number(mechanism, name)[1] == DIMENSIONS["angle"] and angle == "deg"
-    return math.radians(value) if degrees and not isinstance(value, Formula) else value
+_AIMS = OneOrMore(TEXT, alone=True)
+OPTIMIZE = TableCodec(
+    "OptimizeIn",
+    "Aims, numbers and limits of an optimization.",
+    {
+        "minimize": Key(_AIMS, "One aim, or two.", default=()),
+        "maximize": Key(_AIMS, "One aim, or two.", default=()),
+        "by": Key(NamedNumbers(_of_number, "pair"), "[low, high] by number.", needed=True),
+        "subject_to": Key(_AIMS, "Limits such as 'peak(motor.effort) <= 20 N*m'.", default=()),
+        "analysis": Key(
+            TEXT,
+            "Or kinematics, statics, simulate: a motion over time.",
+            default="kinetostatics",
+        ),
+        "over": Key(TEXT, "'turn' or a driver; by default the instants of [ask].", default=""),
+        "instants": Key(WHOLE),
+        "turns": Key(WHOLE, "Turns of a cycle, with over."),
+        "until": Key(_TIME, "The last time, of analysis = 'simulate'."),
+        "start": Key(NamedNumbers(_of_number)),
+        "starts": Key(WHOLE, "How many searches."),
+        "seed": Key(WHOLE),
+        "points": Key(WHOLE, "Designs of a Pareto front."),
+        "note": Key(TEXT, default=""),
+    },
+)
 
 
 def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
@@ -227,74 +237,10 @@ def optimization_tasks(mechanism: Mechanism) -> Mapping[str, OptimizationTask]:
     return vars(mechanism).get(OPTIMIZATIONS_ATTRIBUTE, {})
 
 
-def task_formulas(mechanism: Mechanism) -> Iterator[Formula]:
-    """The texts among their numbers, each with the dimension that it has there."""
-    from mbody.model.numbers import resolve_number
-
-    for task in optimization_tasks(mechanism).values():
-        for key in NUMBERS:
-            for name, value in (getattr(task, key) or {}).items():
-                dimension = resolve_number(mechanism, name)[1] or NUMBER
-                several = value if isinstance(value, tuple) else (value,)
-                yield from (one.of(dimension) for one in several if isinstance(one, Formula))
-        if isinstance(task.until, Formula):
-            yield task.until.of(DIMENSIONS["time"])
-
-
-def task_tables(writer: StudyWriter) -> dict[str, Any]:
-    """The tables as a file has them, by name."""
-    return {
-        name: _table(writer, task) for name, task in optimization_tasks(writer.mechanism).items()
-    }
-
-
-def _table(writer: StudyWriter, task: OptimizationTask) -> dict[str, Any]:
-    plain, table = OptimizationTask(), {}
-    for one in fields(task):
-        value = getattr(task, one.name)
-        if value is None or value == getattr(plain, one.name):
-            continue
-        if one.name in NUMBERS:
-            value = {name: written_number(writer, name, own) for name, own in value.items()}
-        elif one.name == "until":
-            value = writer.wanted(value, DIMENSIONS["time"])
-        elif isinstance(value, tuple):
-            value = list(value) if len(value) > 1 else value[0]
-        table[one.name] = value
-    return table
-
-
-def written_number(writer: StudyWriter, name: str, value: Any) -> Any:
-    """A number of the mechanism, or a pair of bounds, as a file has it."""
-    from mbody.model.numbers import resolve_number
-
-    dimension = resolve_number(writer.mechanism, name)[1] or NUMBER
-    if isinstance(value, tuple):
-        return [writer.wanted(part, dimension) for part in value]
-    return writer.wanted(value, dimension)
-
-
-# -- The table [fit] of a model file: which numbers `mbody fit` finds from measured histories --
-# It is no part of the description, which is the same with other unknowns: it is kept beside it.
+# -- The table [fit]: which numbers `mbody fit` finds from measured histories ------------------
 
 #: Under which it is kept with the mechanism, so that copies of that have it too.
 FIT_ATTRIBUTE = "fit_settings"
-
-
-class FitIn(Strict):
-    """Which numbers `mbody fit` finds from data, and how."""
-
-    by: list[str] | dict[str, list[quantity]] = Field(
-        description="The unknown numbers; or [low, high] by number."
-    )
-    offsets: list[str] = Field(
-        default_factory=list, description="Columns with an unknown constant, as of an encoder."
-    )
-    deviations: dict[str, float] = Field(
-        default_factory=dict, description="Standard deviation of the noise by column, in its unit."
-    )
-    analysis: str = Field("", description="By default as the model is driven.")
-    confidence: float | None = Field(None, description="Of the intervals; by default 0.95.")
 
 
 @dataclass(frozen=True)
@@ -322,23 +268,44 @@ class FitSettings:
         return found
 
 
-def keep_fit(mechanism: Mechanism, given: FitIn | None, angle: str) -> None:
-    """Keep what a file says of a fit; plain angles are in the unit of the file."""
-    if given is None:
-        return
-    from mbody.model.numbers import resolve_number
+class FitNumbers(Forms):
+    """Names of numbers, or bounds by name."""
 
-    for name in given.by:
-        resolve_number(mechanism, name)
-    by: Any = tuple(given.by)
-    if isinstance(given.by, Mapping):
-        for name, pair in given.by.items():
-            if len(pair) != 2:
-                raise ModelError(f"by.{name} must be [low, high], not of {len(pair)} values", name)
-        by = {name: in_radians(mechanism, name, pair, angle) for name, pair in given.by.items()}
-    vars(mechanism)[FIT_ATTRIBUTE] = FitSettings(
-        by, tuple(given.offsets), given.deviations, given.analysis or None, given.confidence
-    )
+    def settled(self, value: Any, machine: Mechanism, angle: str) -> Any:
+        for name in value:
+            resolve_number(machine, name)
+        pairs = self.forms[1].codec
+        return pairs.settled(value, machine, angle) if isinstance(value, dict) else value
+
+
+FIT = TableCodec(
+    "FitIn",
+    "Which numbers `mbody fit` finds from data, and how.",
+    {
+        "by": Key(
+            FitNumbers(
+                "must be a list of names, or [low, high] by number",
+                (
+                    Form((list,), ListCodec(TEXT), (tuple,)),
+                    Form((dict,), NamedNumbers(_of_number, "pair"), (Mapping,)),
+                ),
+            ),
+            "The unknown numbers; or [low, high] by number.",
+            needed=True,
+            default=(),
+        ),
+        "offsets": Key(
+            ListCodec(TEXT), "Columns with an unknown constant, as of an encoder.", default=()
+        ),
+        "deviations": Key(
+            ByName(REAL, elements=False),
+            "Standard deviation of the noise by column, in its unit.",
+            default={},
+        ),
+        "analysis": Key(TEXT, "By default as the model is driven."),
+        "confidence": Key(REAL, "Of the intervals; by default 0.95."),
+    },
+)
 
 
 def fit_settings(mechanism: Mechanism) -> FitSettings | None:
@@ -346,48 +313,22 @@ def fit_settings(mechanism: Mechanism) -> FitSettings | None:
     return vars(mechanism).get(FIT_ATTRIBUTE)
 
 
-def fit_formulas(mechanism: Mechanism) -> Iterator[Formula]:
-    """The texts among the bounds, each with the dimension that it has there."""
-    from mbody.model.numbers import resolve_number
+# -- The table [report]: what a report contains ------------------------------------------------
 
-    kept = fit_settings(mechanism)
-    if kept is not None and isinstance(kept.by, Mapping):
-        for name, pair in kept.by.items():
-            dimension = resolve_number(mechanism, name)[1] or NUMBER
-            yield from (one.of(dimension) for one in pair if isinstance(one, Formula))
-
-
-def fit_table(writer: StudyWriter) -> dict[str, Any]:
-    """The table as a file has it; empty where there is none."""
-    kept = fit_settings(writer.mechanism)
-    if kept is None:
-        return {}
-    by: Any = list(kept.by)
-    if isinstance(kept.by, Mapping):
-        by = {name: written_number(writer, name, pair) for name, pair in kept.by.items()}
-    pairs = {
-        "by": by,
-        "offsets": list(kept.offsets),
-        "deviations": dict(kept.deviations),
-        "analysis": kept.analysis,
-        "confidence": kept.confidence,
-    }
-    return {key: value for key, value in pairs.items() if value}
-
-
-# -- The table [report] of a model file: what its report contains ------------------------------
-# It is no part of the description, which is the same with another report: it is kept beside it.
-
-
-class ReportIn(Strict):
-    """Contents of `mbody report`."""
-
-    title: str = Field("", description="Title of the document; by default that of the model.")
-    author: str = Field("", description="Who made it, below the title.")
-    sections: list[str] = Field(default_factory=list, description="The sections in order.")
-    without: list[str] = Field(default_factory=list, description="Sections that are left out.")
-    plots: list[str] = Field(default_factory=list, description="Quantities that are plotted.")
-    polar: list[str] = Field(default_factory=list, description="Joints, their forces as vectors.")
+REPORT = TableCodec(
+    "ReportIn",
+    "Contents of `mbody report`.",
+    {
+        "title": Key(TEXT, "Title of the document; by default that of the model.", default=""),
+        "author": Key(TEXT, "Who made it, below the title.", default=""),
+        "sections": Key(ListCodec(TEXT), "The sections in order.", default=()),
+        "without": Key(ListCodec(TEXT), "Sections that are left out.", default=()),
+        "plots": Key(ListCodec(TEXT), "Quantities that are plotted.", default=()),
+        "polar": Key(ListCodec(TEXT), "Joints, their forces as vectors.", default=()),
+    },
+)
+#: Under which it is kept with the mechanism, so that copies of that have it too.
+REPORT_ATTRIBUTE = "report_settings"
 
 
 @dataclass(frozen=True)
@@ -406,28 +347,42 @@ class ReportSettings:
     polar: tuple[str, ...] = ()
 
 
-#: Under which it is kept with the mechanism, so that copies of that have it too.
-REPORT_ATTRIBUTE = "report_settings"
-
-
-def keep_settings(mechanism: Mechanism, given: ReportIn | None) -> None:
-    """Keep what a file says of the report of a mechanism."""
-    if given is not None:
-        lists = {
-            key: tuple(getattr(given, key)) for key in ("sections", "without", "plots", "polar")
-        }
-        vars(mechanism)[REPORT_ATTRIBUTE] = ReportSettings(given.title, given.author, **lists)
-
-
 def report_settings(mechanism: Mechanism) -> ReportSettings | None:
     """Settings of the report in a mechanism's file; None without any."""
     return vars(mechanism).get(REPORT_ATTRIBUTE)
 
 
-def settings_table(mechanism: Mechanism) -> dict[str, Any]:
-    """The table as a file has it; empty where there is none."""
-    kept = report_settings(mechanism)
-    pairs = asdict(kept).items() if kept is not None else ()
-    return {
-        key: list(value) if isinstance(value, tuple) else value for key, value in pairs if value
-    }
+# -- All of them -------------------------------------------------------------------------------
+
+
+#: By key of the file.
+STUDIES: dict[str, Codec] = {
+    "measures": MEASURE,
+    "ask": ASK,
+    "simulate": SIMULATE,
+    "solve": SOLVE,
+    "optimize": OPTIMIZE,
+    "fit": FIT,
+    "report": REPORT,
+}
+
+
+def tables_of_studies(to: NumberWriter) -> dict[str, Any]:
+    """The tables of all studies of a mechanism, as a file has them."""
+    machine = to.mechanism
+    tables: dict[str, Any] = {}
+    for key, found in (
+        ("measures", machine.measures),
+        ("ask", machine.ask),
+        ("simulate", machine.simulation),
+        ("solve", machine.questions),
+        ("optimize", optimization_tasks(machine)),
+        ("fit", fit_settings(machine)),
+        ("report", report_settings(machine)),
+    ):
+        codec = STUDIES[key]
+        if isinstance(found, Mapping):
+            tables[key] = {name: codec.write(to, "", one) for name, one in found.items()}
+        elif found is not None:
+            tables[key] = codec.write(to, "", found)
+    return {key: table for key, table in tables.items() if table or key == "ask"}
