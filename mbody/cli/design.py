@@ -11,7 +11,6 @@ from mbody.cli.option_values import (
     bounds,
     given,
     low_and_high,
-    measures_in_degrees,
     model_of,
     named_numbers,
     named_values,
@@ -30,6 +29,16 @@ if TYPE_CHECKING:
     from mbody.sweeps import Sweep
 
 
+def _read_by_people(args: Any) -> Mechanism:
+    """The mechanism that the arguments name, measured in the units that people read where text is
+    printed; data are in its own units, where none are chosen.
+    """
+    mechanism = model_of(args)
+    if not (args.json or getattr(args, "csv", None)):
+        mechanism.output_units = mechanism.shown.names()
+    return mechanism
+
+
 def sweep(args: Any) -> int:
     """Run a sweep and print its results."""
     from mbody.sweeps import sweep as solved
@@ -37,7 +46,7 @@ def sweep(args: Any) -> int:
     check_printed(args)
     if not args.vary:
         raise UsageError("choose what differs between designs: --vary NAME=LOW:HIGH:COUNT")
-    mechanism = model_of(args)
+    mechanism = _read_by_people(args)
     varied = named_values(args.vary, "--vary")
     parameters = {name: values_of(name, text) for name, text in varied.items()}
     note_plain(mechanism, varied)
@@ -49,10 +58,7 @@ def sweep(args: Any) -> int:
     )
     options |= {"progress": lambda done, of: interrupt.mark()}
     options |= given(args, "to", "threads", "scheduler")
-    measures = args.measure or None
-    if args.angle == "deg":
-        measures = measures_in_degrees(mechanism, args.measure or list(mechanism.measures))
-    found = solved(mechanism, parameters, args.analysis, measures or None, **options)
+    found = solved(mechanism, parameters, args.analysis, args.measure or None, **options)
     interrupt.done()
     angle = args.angle or "rad"
     if args.csv:
@@ -139,16 +145,13 @@ def sensitivity(args: Any) -> int:
     from mbody.model.study import Instants
     from mbody.system.assembler import assemble
 
-    mechanism = model_of(args)
+    mechanism = _read_by_people(args)
     ask = question(args, mechanism.ask) or Instants()
     system = assemble(mechanism)
     run = analyse_system_at(system, args.analysis, ask)
     by = args.by or None
     names = checked_names(system, by, "sensitivity")
-    wanted: Any = args.measure
-    if args.angle == "deg":
-        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
-    gradient = gradient_at(run, [wanted], by, ask.over)
+    gradient = gradient_at(run, [args.measure], by, ask.over)
     found = sensitivity_of(run, gradient, names, by is None)
     head = head_of(mechanism, "sensitivity", found)
     return answered(args, found, lambda: head | found.data(), printed=True)
@@ -165,7 +168,7 @@ def tolerances(args: Any) -> int:
 
     if not args.scatter:
         raise UsageError("choose what scatters: --scatter NAME=WIDTH")
-    mechanism = model_of(args)
+    mechanism = _read_by_people(args)
     scatter = {n: _scatter(text) for n, text in named_values(args.scatter, "--scatter").items()}
     ask = question(args, mechanism.ask)
     options: dict[str, Any] = {}
@@ -179,10 +182,7 @@ def tolerances(args: Any) -> int:
     options |= given(args, "count", "seed")
     if args.cost:
         options["cost"] = named_numbers(args.cost, "--cost")
-    wanted: Any = args.measure
-    if args.angle == "deg":
-        wanted = measures_in_degrees(mechanism, [args.measure])[args.measure]
-    found = solved(mechanism, wanted, scatter, args.analysis, within=within, **options)
+    found = solved(mechanism, args.measure, scatter, args.analysis, within=within, **options)
     if args.json:
         print_data(head_of(mechanism, "tolerances", found) | found.data())
     else:

@@ -15,7 +15,6 @@ from mbody.quantities.evaluate import short_degrees
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import Measure
 
 
 def in_degrees(angles: Any) -> Any:
@@ -120,7 +119,11 @@ def _refused(option: str, text: str) -> UsageError:
 def model_of(args: Any) -> Mechanism:
     """The mechanism that the arguments name."""
     mechanism = model_in(path_of(args.model), named_values(args.set, "--set"))
-    return in_units_of(mechanism, args.units) if args.units else mechanism
+    if args.units:
+        mechanism = in_units_of(mechanism, args.units)
+    if angle := getattr(args, "angle", None):
+        mechanism.output_units |= {"angle": angle}
+    return mechanism
 
 
 def in_units_of(mechanism: Mechanism, text: str) -> Mechanism:
@@ -197,27 +200,4 @@ def named_numbers(texts: Sequence[str], option: str) -> dict[str, float]:
             found[name] = finite_number(text)
         except ArgumentTypeError as error:
             raise UsageError(f"{option} {name} {error}") from None
-    return found
-
-
-# -- Measures of `--angle deg`: those of angles in degrees -------------------------------------
-
-
-def measures_in_degrees(mechanism: Mechanism, names: Sequence[str]) -> dict[str, Measure]:
-    """The measures by name, those of angles that have no unit of their own in degrees."""
-    from mbody.model.study import Measure, measure_named, outermost
-    from mbody.quantities.units import DIMENSIONS
-    from mbody.solution.measures import check_measure
-
-    rad = mechanism.units.of(DIMENSIONS["angle"])
-    found = {}
-    for name in names:
-        one = measure_named(mechanism.measures, name)
-        by, argument, instant = outermost(one.of)
-        inner = measure_named(mechanism.measures, argument)
-        argument = inner.of
-        if by:
-            argument = f"at({argument}, {instant})" if by == "at" else f"{by}({argument})"
-        unit = "" if inner.by else check_measure(mechanism, Measure(argument, one.unit).history)
-        found[name] = Measure(argument, "deg") if unit == rad and not one.unit else one
     return found

@@ -14,7 +14,15 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.quantities.evaluate import Scope, degrees_of, dimension_text, evaluate
 from mbody.quantities.parse import FormulaError, parse_unit
-from mbody.quantities.units import DIMENSIONS, NUMBER, SYMBOLS, Dimension, UnitSystem, dimension_of
+from mbody.quantities.units import (
+    DIMENSIONS,
+    NUMBER,
+    SYMBOLS,
+    Dimension,
+    UnitSystem,
+    dimension_of,
+    name_of,
+)
 
 #: Quantities of a name that is not that of their dimension, and what they may be.
 ALSO = {
@@ -79,6 +87,10 @@ class OutputUnits:
         found = self.chosen.get(dimension_of(dimension))
         return self.system.of(dimension) if found is None else found[0]
 
+    def given(self, dimension: Dimension) -> str:
+        """The unit that was chosen for a quantity, as it was written; empty where none was."""
+        return self.chosen[dimension][0] if dimension in self.chosen else ""
+
     def size(self, dimension: str | Dimension) -> float:
         """How many units of the model the unit of a quantity is."""
         return self.chosen.get(dimension_of(dimension), ("", 1.0))[1]
@@ -91,6 +103,15 @@ class OutputUnits:
         if found[0] == "deg":
             return degrees_of(values)
         return np.asarray(values, dtype=float) / found[1]
+
+    def names(self) -> dict[str, str]:
+        """What was chosen, by name of the quantity, as a mechanism takes it.
+
+        >>> from mbody.quantities.units import unit_system
+        >>> OutputUnits(unit_system("SI")).having({"speed": "rpm"}).names()
+        {'angular velocity': 'rpm'}
+        """
+        return {name_of(dimension): unit for dimension, (unit, _) in self.chosen.items()}
 
     def symbols(self) -> dict[str, str]:
         """The unit of every quantity by name, for the head of a result.

@@ -466,6 +466,23 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     return _evaluate(measure, _Histories(mechanism, lambda *name: 1.0))[2]
 
 
+def in_output_unit(mechanism: Mechanism, measure: Measure) -> Measure:
+    """The measure in the output unit of its quantity, where it has no unit of its own and the
+    mechanism chooses one.
+
+    >>> import mbody
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> machine.output_units = {"torque": "N*mm"}
+    >>> in_output_unit(machine, Measure("motor.effort")).unit
+    'N·mm'
+    """
+    if measure.unit or measure.by or not mechanism.output_units:
+        return measure
+    names = _Histories(mechanism, lambda *name: 1.0)
+    unit = mechanism.data_units.given(_evaluate(measure, names)[1])
+    return replace(measure, unit=unit)
+
+
 def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:
     """Histories of both sides of a relation between quantities that `checked_sides` let pass."""
     return measured(solution, left)[0], measured(solution, right)[0]

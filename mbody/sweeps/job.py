@@ -34,7 +34,7 @@ from mbody.model.study import (
 )
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
-from mbody.solution.measures import check_measure, measured
+from mbody.solution.measures import check_measure, in_output_unit, measured
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -138,6 +138,7 @@ def _column(mechanism: Mechanism, measured: Any, name: str, verb: str) -> Measur
         check_measure(mechanism, Measure(measure.of))
         measure = Measure(integrand(measure.of), unit)
     check_measure(mechanism, measure)
+    measure = in_output_unit(mechanism, measure)
     return MeasuredColumn(
         name or (f"{reduction}({inner})" if reduction else measured.strip()), measure, by, instant
     )
