@@ -142,6 +142,7 @@ presentation.register(
     Answer="mbody.summaries.analyses:answers_summary",
     AssemblyModes="mbody.summaries.analyses:assemblies_summary",
     Circuits="mbody.summaries.analyses:circuits_summary",
+    Crosscheck="mbody.summaries.analyses:crosscheck_summary",
     DeadCentres="mbody.summaries.analyses:dead_centres_summary",
     Equations="mbody.summaries.equations:summary",
     Equilibria="mbody.summaries.analyses:equilibrium_summary",
@@ -151,12 +152,11 @@ presentation.register(
     Presented="mbody.summaries.declared_text:summary",
     Optimum="mbody.optimization.optimum:summary",
     Solution="mbody.summaries.instant:summary",
-    Transmission="mbody.summaries.analyses:transmission_summary",
 )
 presentation.register(
     "data",
     Answer="mbody.files.results:answer_data",
-    Presented="mbody.solution.declared_result:data",
+    Presented="mbody.solution.declared_result:result_data",
     Solution="mbody.files.results:data",
 )
 presentation.register(

@@ -46,16 +46,12 @@ def present(form: str, result: Any, *args: Any) -> Any:
 class Presented:
     """Base of results: as text, as data and in notebooks as what is registered for their class.
 
-    `declared`: What they are made of (`mbody/solution/declared_result.py`); else their fields.
+    Classes may say: `declared`, what they are made of (`mbody/solution/declared_result.py`); else
+    it is their fields.
     `angle_unit`: Of their data, unless another is asked for, or is chosen by the model.
     `analysis_name`: Of the heading of their data, if they have one.
     `about_text`: After the name of the model where they are printed, with "{0.name}" for a field.
     """
-
-    declared: tuple[Any, ...] = ()
-    angle_unit = "rad"
-    analysis_name = ""
-    about_text = ""
 
     def data(self, angle: str | None = None) -> Any:
         """Plain numbers, texts, lists and dicts, ready for JSON; angles in `angle`, ``"deg"`` or

@@ -12,6 +12,7 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.identifiable import (
     Array,
@@ -30,13 +31,14 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
+from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only
 from mbody.solution.doubts import Doubt, Inherited, inherited
-from mbody.summaries.text_table import Column, number, paragraph, table
+from mbody.summaries.text_table import number
 from mbody.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Fit(Inherited):
+class Fit(Inherited, Presented):
     """Numbers that fit measured histories best.
 
     `values`, `units`: By the names of `by`.
@@ -72,6 +74,41 @@ class Fit(Inherited):
     evaluations: int = 0
     system: Any = None
 
+    analysis_name = "fit"
+    declared = (
+        *data_only("values", "units", "offsets", "deviations", "intervals", "confidence"),
+        *data_only("covariance", "undetermined", "combinations"),
+        ColumnTable(
+            (
+                Value("", "value", "each", lambda found: {**found.values, **found.offsets}),
+                Value("", "deviation", "each", "deviations", missing="open"),
+                Value("", "low", "each", lambda found: found.interval_ends(0), missing="open"),
+                Value("", "high", "each", lambda found: found.interval_ends(1), missing="open"),
+                Value("", "unit", "text", "units"),
+            ),
+            "NUMBERS",
+        ),
+        ColumnTable(
+            (Value("residual", "residual", "each"), Value("", "unit", "text", "data_units")),
+            "DATA",
+        ),
+        *data_only("count", "evaluations"),
+        Sentence(
+            lambda found: (
+                f"{found.count} data; low and high of {100.0 * found.confidence:g} % confidence"
+            )
+        ),
+        Sentence(
+            lambda found: [
+                one.line({**found.values, **found.offsets}) for one in found.combinations
+            ]
+        ),
+    )
+
+    def interval_ends(self, end: int) -> dict[str, float]:
+        """Lower (0) or upper (1) ends of the intervals."""
+        return {name: pair[end] for name, pair in self.intervals.items()}
+
     def __getitem__(self, name: str) -> float:
         """The value of one number."""
         if name not in self.values:
@@ -79,72 +116,6 @@ class Fit(Inherited):
                 f"the fit has no number {name!r} (there are: {listed(self.values)})", str(name)
             )
         return self.values[name]
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; None for infinite values and NaN."""
-
-        def finite(value: float) -> float | None:
-            return float(value) if np.isfinite(value) else None
-
-        return {
-            "values": dict(self.values),
-            "units": dict(self.units),
-            "offsets": dict(self.offsets),
-            "deviations": {k: finite(v) for k, v in self.deviations.items()},
-            "intervals": {k: [finite(v) for v in pair] for k, pair in self.intervals.items()},
-            "confidence": self.confidence,
-            "covariance": [[finite(v) for v in row] for row in self.covariance],
-            "undetermined": [
-                {"direction": dict(one.direction), "sentence": one.sentence}
-                for one in self.undetermined
-            ],
-            "combinations": [
-                {
-                    "terms": dict(c.terms),
-                    "value": c.value,
-                    "deviation": finite(c.deviation),
-                    "within": {name: list(ends) for name, ends in c.within.items()},
-                    "tangent": c.tangent,
-                }
-                for c in self.combinations
-            ],
-            "residual": dict(self.residual),
-            "count": self.count,
-            "evaluations": self.evaluations,
-        }
-
-    def __str__(self) -> str:
-        whole = {**self.values, **self.offsets}
-        keys = list(whole)
-        units = [self.units[key] for key in keys]
-        known = [np.isfinite(self.deviations[key]) for key in keys]
-
-        def cells(values: list[float]) -> list[str]:
-            return [number(v) if k else "open" for v, k in zip(values, known, strict=True)]
-
-        rows = table(
-            [
-                Column("NUMBERS", keys, text=True),
-                Column("value", [number(whole[key]) for key in keys]),
-                Column("deviation", cells([self.deviations[key] for key in keys])),
-                Column("low", cells([self.intervals[key][0] for key in keys])),
-                Column("high", cells([self.intervals[key][1] for key in keys])),
-                Column("unit", units, text=True),
-            ]
-        )
-        combinations = table(
-            [
-                Column("DATA", list(self.residual), text=True),
-                Column("residual", [number(value) for value in self.residual.values()]),
-                Column("unit", [self.data_units[name] for name in self.residual], text=True),
-            ]
-        )
-        head = f"{self.count} data; low and high of {100.0 * self.confidence:g} % confidence"
-        lines = [self.model, "", *rows, "", *combinations, "", head]
-        lines += [line for one in self.combinations for line in paragraph(one.line(whole))]
-        return "\n".join(
-            [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
-        )
 
     def __repr__(self) -> str:
         parts = (f"{name} = {value:.6g}" for name, value in self.values.items())

@@ -17,6 +17,7 @@ from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.linear.modes import Mode, ModePlace, mode_place, modes, rates_at
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.derivatives.driven_instants import DrivenInstants, EquilibriumInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
@@ -28,10 +29,10 @@ from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS
+from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasuredColumn, Measures, columns_of
 from mbody.system.read_only import lock
 from mbody.system.system import System
@@ -790,8 +791,13 @@ def _without(
 # -- Sensitivities: numbers by their effect on a measured quantity -----------------------------
 
 
+def _part(found: Sensitivity, key: str) -> dict[str, Any]:
+    """One part of all derivatives."""
+    return {name: row[key] for name, row in found.by.items()}
+
+
 @dataclass(frozen=True)
-class Sensitivity(Inherited):
+class Sensitivity(Inherited, Presented):
     """Derivatives of one measured quantity, those of most weight first.
 
     `by`: By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
@@ -810,31 +816,25 @@ class Sensitivity(Inherited):
     at: float | None
     time_unit: str
 
-    def data(self) -> dict[str, Any]:
-        """Plain dicts: ``{"measure", "value", "unit", "by", "at"}``."""
-        return {
-            "measure": self.measure,
-            "value": None if math.isnan(self.value) else self.value,
-            "unit": self.unit,
-            "by": {name: dict(row) for name, row in self.by.items()},
-            "at": self.at,
-        }
-
-    def __str__(self) -> str:
-        where = "" if self.at is None else f" at t = {self.at:.6g} {self.time_unit}"
-        head = f"{self.measure} = {self.value:.6g} {self.unit}".rstrip() + where
-        rows = list(self.by.items())
-        parts = [row["relative"] for _, row in rows]
-        columns = [
-            Column("NUMBERS", [name for name, _ in rows], text=True),
-            Column("value", [number(self.numbers[name]) for name, _ in rows]),
-            Column("derivative", [number(row["derivative"]) for _, row in rows]),
-            Column("unit", [row["unit"] for _, row in rows], text=True),
-            Column("% per %", ["–" if part is None else f"{part:.4g}" for part in parts]),
-        ]
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        lines = ["", *table(columns)] if rows else []
-        return "\n".join([self.model, "", head, *lines, *notes])
+    analysis_name = "sensitivity"
+    declared = (
+        *data_only("measure", "value", "unit", "by", "at"),
+        Sentence(
+            lambda found: (
+                f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()
+                + ("" if found.at is None else f" at t = {found.at:.6g} {found.time_unit}")
+            )
+        ),
+        ColumnTable(
+            (
+                Value("", "value", "each", lambda found: {n: found.numbers[n] for n in found.by}),
+                Value("", "derivative", "each", lambda found: _part(found, "derivative")),
+                Value("", "unit", "text", lambda found: _part(found, "unit")),
+                Value("", "% per %", "", lambda found: _part(found, "relative")),
+            ),
+            "NUMBERS",
+        ),
+    )
 
 
 def sensitivity(

@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.derivatives.gradient import Gradient, gradient
 from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.errors import ModelError, SolveError, brief
@@ -30,9 +31,16 @@ from mbody.quantities import (
 from mbody.quantities.formula import float_or_formula
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
+from mbody.solution.declared_result import (
+    ColumnTable,
+    IncludedResult,
+    ItemTable,
+    Sentence,
+    Value,
+    data_only,
+)
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.known_forces import without_notes
-from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasureLike, columns_of
 from mbody.sweeps.run import sweep
 from mbody.sweeps.samples import (
@@ -135,7 +143,7 @@ def of_samples(values: Array) -> ToleranceBand:
 
 
 @dataclass(frozen=True)
-class Allocation:
+class Allocation(Presented):
     """Tolerances of least cost Σ c/t with the quantity in its band.
 
     `low`, `high`: The band.
@@ -161,6 +169,35 @@ class Allocation:
         default_factory=dict, repr=False, compare=False
     )
 
+    declared = (
+        *data_only("low", "high"),
+        ColumnTable(
+            (
+                Value("tolerance", "±", "each", missing="any"),
+                Value("worst_case", "± worst case", "each", missing="any"),
+                Value("units", "unit", "text"),
+            ),
+            "LOOSEST FOR {0.low:g} … {0.high:g}",
+        ),
+        *data_only("varied", "inside", "count"),
+        Sentence(
+            lambda found: (
+                found.varied
+                and "any: tried over "
+                + ", ".join(
+                    f"{k} ± {v:.6g} {found.units[k]}".rstrip() for k, v in found.varied.items()
+                )
+            )
+        ),
+        Sentence(
+            lambda found: (
+                ""
+                if found.inside is None
+                else f"{100.0 * found.inside:.2f} % of {found.count} random designs are in it"
+            )
+        ),
+    )
+
     def scatter(self) -> dict[str, Scatter]:
         """Distributions with these tolerances about their means; what changes nothing is uniform
         over what was tried.
@@ -179,44 +216,6 @@ class Allocation:
     def tried(self, inside: float, count: int) -> Allocation:
         """A copy with the share of random designs inside the band, of `count` tried."""
         return replace(self, inside=inside, count=count)
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON; None for no limit."""
-
-        def finite(row: Mapping[str, float]) -> dict[str, float | None]:
-            return {k: v if np.isfinite(v) else None for k, v in row.items()}
-
-        return {
-            "low": self.low,
-            "high": self.high,
-            "tolerance": finite(self.tolerance),
-            "worst_case": finite(self.worst_case),
-            "units": dict(self.units),
-            "varied": dict(self.varied),
-            "inside": self.inside,
-            "count": self.count,
-        }
-
-    def lines(self) -> list[str]:
-        """The table of a summary."""
-        names = list(self.tolerance)
-
-        def cells(row: Mapping[str, float]) -> list[str]:
-            return [number(row[name]) if np.isfinite(row[name]) else "any" for name in names]
-
-        columns = [
-            Column(f"LOOSEST FOR {self.low:g} … {self.high:g}", names, text=True),
-            Column("±", cells(self.tolerance)),
-            Column("± worst case", cells(self.worst_case)),
-            Column("unit", [self.units[name] for name in names], text=True),
-        ]
-        found = table(columns)
-        if self.varied:
-            wide = (f"{k} ± {number(v)} {self.units[k]}".rstrip() for k, v in self.varied.items())
-            found.append(f"any: tried over {', '.join(wide)}")
-        if self.inside is not None:
-            found.append(f"{100.0 * self.inside:.2f} % of {self.count} random designs are in it")
-        return found
 
 
 def _with(spread: tuple[Scatter, float, float], tolerance: float) -> Scatter:
@@ -449,7 +448,7 @@ class Contribution:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ToleranceStudy(Inherited):
+class ToleranceStudy(Inherited, Presented):
     """Bands of a measured quantity.
 
     `value`: With every number at its mean.
@@ -476,53 +475,51 @@ class ToleranceStudy(Inherited):
     allocation: Allocation | None = None
     failures: int = 0
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the result, ready for JSON."""
-        bands = {"first": self.first, "second": self.second, "monte_carlo": self.monte_carlo}
-        return {
-            "measure": self.measure,
-            "unit": self.unit,
-            "value": self.value,
-            **{name: None if band is None else vars(band) for name, band in bands.items()},
-            "worst_case": list(self.worst_case),
-            "contributions": {name: dict(vars(one)) for name, one in self.contributions.items()},
-            "allocation": None if self.allocation is None else self.allocation.data(),
-            "failures": self.failures,
-        }
+    analysis_name = "tolerances"
+    declared = (
+        *data_only("measure", "unit", "value", "first", "second", "monte_carlo", "worst_case"),
+        Sentence(lambda found: f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()),
+        ItemTable(
+            "",
+            (
+                Value("", "mean", value="mean", missing=""),
+                Value("", "deviation", value="deviation", missing=""),
+                Value("", "low", value="low"),
+                Value("", "high", value="high"),
+            ),
+            "BAND",
+            lambda found: found.bands,
+        ),
+        ItemTable(
+            "contributions",
+            (
+                Value("tolerance", "±", "each"),
+                Value("unit", "unit", "text"),
+                Value("derivative", "derivative", "each"),
+                Value("share", "of variance", "share"),
+                Value("worst"),
+            ),
+            "CONTRIBUTIONS",
+        ),
+        Value("allocation"),
+        IncludedResult("allocation", text_alone=True),
+        Value("failures"),
+        Sentence(
+            lambda found: (
+                f"{found.failures} random designs could not be analysed" if found.failures else ""
+            )
+        ),
+    )
 
-    def __str__(self) -> str:
-        rows = {"first order": self.first, "second order": self.second}
-        if self.monte_carlo is not None:
-            rows[f"{self.monte_carlo.count} random designs"] = self.monte_carlo
-        bands = {name: band for name, band in rows.items() if band is not None}
-        cells = {
-            key: [number(getattr(band, key)) for band in bands.values()]
-            for key in ("mean", "deviation", "low", "high")
-        }
+    @property
+    def bands(self) -> dict[str, Any]:
+        """All bands by how they were found."""
         low, high = self.worst_case
-        worst = {"mean": "", "deviation": "", "low": number(low), "high": number(high)}
-        names = [*bands, "worst case"]
-        columns = [Column("BAND", names, text=True)]
-        columns += [Column(key, [*column, worst[key]]) for key, column in cells.items()]
-        parts = list(self.contributions.values())
-        causes = [
-            Column("CONTRIBUTIONS", list(self.contributions), text=True),
-            Column("±", [number(one.tolerance) for one in parts]),
-            Column("unit", [one.unit for one in parts], text=True),
-            Column("derivative", [number(one.derivative) for one in parts]),
-            Column("% of variance", [f"{100.0 * one.share:.1f}" for one in parts]),
-        ]
-        head = f"{self.measure} = {self.value:.6g} {self.unit}".rstrip()
-        lines = [self.model, "", head, "", *table(columns), "", *table(causes)]
-        if self.allocation is not None:
-            lines += ["", *self.allocation.lines()]
-        if self.failures:
-            lines += ["", f"{self.failures} random designs could not be analysed"]
-        if self.status != "completed":
-            lines += ["", self.status]
-        return "\n".join(
-            [*lines, *(line for note in self.notes for line in paragraph(f"note: {note}"))]
-        )
+        found = {"first order": self.first, "second order": self.second}
+        if self.monte_carlo is not None:
+            found[f"{self.monte_carlo.count} random designs"] = self.monte_carlo
+        known: dict[str, Any] = {name: band for name, band in found.items() if band is not None}
+        return known | {"worst case": {"mean": None, "deviation": None, "low": low, "high": high}}
 
     def __repr__(self) -> str:
         return (

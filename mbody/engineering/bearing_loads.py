@@ -14,7 +14,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import Value
+from mbody.solution.declared_result import data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -75,8 +75,8 @@ class BearingLoad(Inherited, Presented):
     t: Array
 
     declared = (
-        *map(Value, ("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle")),
-        *map(Value, ("exponent", "life", "time")),
+        *data_only("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle"),
+        *data_only("exponent", "life", "time"),
     )
 
     def spectrum(self, classes: int = 10) -> list[tuple[float, float, float, float]]:

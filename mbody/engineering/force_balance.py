@@ -18,7 +18,7 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.solution.declared_result import Heading, ItemTable, Sentence, Value
+from mbody.solution.declared_result import Heading, ItemTable, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import PointHistory
 from mbody.solution.measures import point_history
@@ -319,10 +319,10 @@ class ForceBalance(Inherited, Presented):
                 Value("radius", "radius", "length"),
                 Value("angle", "angle", "angle"),
                 Value("moment", "moment", "mass·length"),
-                *(Value(key, "", "length") for key in "xy"),
+                *data_only("x", "y", dimension="length"),
             ),
         ),
-        *map(Value, ("conditions", "complete", "left", "reason")),
+        *data_only("conditions", "complete", "left", "reason"),
         Value(
             "peaks",
             columns=tuple(

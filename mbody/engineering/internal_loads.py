@@ -17,7 +17,7 @@ from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
-from mbody.solution.declared_result import Heading, Sentence, Value
+from mbody.solution.declared_result import Heading, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -376,10 +376,10 @@ class InternalLoads(Inherited, Presented):
     analysis_name = "internal"
     about_text = "'{0.body}' along {0.along[0]}–{0.along[1]}"
     declared = (
-        *map(Value, ("body", "along", "lumped", "closure")),
+        *data_only("body", "along", "lumped", "closure"),
         Value("t", "", "time", lambda found: found.run.t),
         Value("place", "", "length"),
-        *(Value(key, "", "force") for key in ("axial", "shear")),
+        *data_only("axial", "shear", dimension="force"),
         Value("bending", "", "torque"),
         Value("stress", "", "pressure", lambda found: found.stress() if found.section else ...),
         Heading("BAR"),

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -18,7 +17,7 @@ from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.other_words import meant
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.engines import load_forces
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.errors import ModelError, brief
@@ -26,7 +25,8 @@ from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.model.study import Instants
 from mbody.solution.contact_forces import acting_contacts
-from mbody.solution.doubts import Doubt, heading, status_of, unit_symbols
+from mbody.solution.declared_result import Value, data_only
+from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
 
@@ -53,7 +53,7 @@ IMPULSIVE = "its steps with impulses have errors of their own: check a motion by
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Crosscheck:
+class Crosscheck(Presented):
     """Cross-checks of a result by other engines.
 
     `run`: The result.
@@ -62,6 +62,9 @@ class Crosscheck:
 
     run: Solution
     opinions: Mapping[str, CrosscheckResult]
+
+    analysis_name = "{0.run.analysis}"
+    declared = (*data_only("agrees", "not_compared"), Value("engines", value="opinions"))
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:
@@ -104,29 +107,9 @@ class Crosscheck:
         """
         return not_compared(self.run, self.opinions)
 
-    def data(self) -> dict[str, Any]:
-        """Plain lists and texts, ready for JSON: the heading, ``"agrees"``, ``"not_compared"``
-        (names) and ``"engines": {ENGINE: {"engine", "rows", "not_expressible", "notes"}}``; numbers
-        that are not finite are null.
-        """
-        engines = {name: _finite(result.data()) for name, result in self.opinions.items()}
-        mechanism, analysis = self.run.mechanism, self.run.analysis
-        head = heading(mechanism.name, analysis, unit_symbols(mechanism.units), self)
-        told = {"agrees": self.agrees, "not_compared": list(self.not_compared)}
-        return head | told | {"engines": engines}
-
     def __repr__(self) -> str:
         engines = ", ".join(f"{name} {result.verdict}" for name, result in self.opinions.items())
         return f"Crosscheck({self.run.mechanism.name!r}: {engines})"
-
-    def _repr_html_(self) -> str:
-        # what a notebook shows
-        return str(present("notebook", self))
-
-    def __str__(self) -> str:
-        from mbody.summaries.analyses import crosscheck_summary
-
-        return crosscheck_summary(self)
 
 
 def crosscheck(
@@ -261,15 +244,6 @@ def _checkable(system: System, run: Solution) -> Solution:
                 f"{listed(own)}: analyse the same one"
             )
     return run
-
-
-def _finite(value: Any) -> Any:
-    """Data with None for numbers that are not finite."""
-    if isinstance(value, dict):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, list):
-        return [_finite(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 # -- What was compared by an engine that has no formulas of mbody ------------------------------

@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from mbody.core.presentation import Presented
+from mbody.solution.declared_result import data_only
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -14,7 +16,7 @@ AGREES, DIFFERS = "agrees", "differs"
 
 
 @dataclass(frozen=True)
-class Row:
+class Row(Presented):
     """One quantity, by both engines.
 
     `quantity`: ``"motor.effort"``, ``"A.force"``, ``"crank.angle"``, at the instant of the greatest
@@ -33,31 +35,26 @@ class Row:
     expected: float
     reason: str
 
+    declared = data_only(
+        "quantity", "ours", "theirs", "difference", "expected", "reason", "verdict"
+    )
+
     @property
     def verdict(self) -> str:
         """``"agrees"`` or ``"differs"``; NaN differs."""
         return AGREES if self.difference <= self.expected else DIFFERS
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the row, ready for JSON."""
-        data = {key: getattr(self, key) for key in ("quantity", "ours", "theirs", "difference")}
-        return data | {"expected": self.expected, "reason": self.reason, "verdict": self.verdict}
-
 
 @dataclass(frozen=True)
-class Inexpressible:
+class Inexpressible(Presented):
     """An element that an engine cannot model, and why."""
 
     element: str
     why: str
 
-    def data(self) -> dict[str, str]:
-        """Plain values, ready for JSON."""
-        return {"element": self.element, "why": self.why}
-
 
 @dataclass(frozen=True)
-class CrosscheckResult:
+class CrosscheckResult(Presented):
     """The cross-check of one result by one engine.
 
     `engine`: With its version.
@@ -72,6 +69,8 @@ class CrosscheckResult:
     notes: tuple[str, ...] = ()
     adopted: tuple[str, ...] = ()
 
+    declared = data_only("engine", "rows", "not_expressible", "notes")
+
     @property
     def agrees(self) -> bool:
         """Whether no row differs."""
@@ -83,15 +82,6 @@ class CrosscheckResult:
         if not self.rows:
             return "compared nothing"
         return AGREES if self.agrees else DIFFERS
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the cross-check, ready for JSON."""
-        return {
-            "engine": self.engine,
-            "rows": [row.data() for row in self.rows],
-            "not_expressible": [one.data() for one in self.not_expressible],
-            "notes": list(self.notes),
-        }
 
 
 class Engine(Protocol):

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
 from mbody.errors import ModelError, ModelWarning
 from mbody.files.model import from_toml
@@ -21,6 +21,7 @@ from mbody.files.model.write import toml
 from mbody.live.file_numbers import file_numbers
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.solution.declared_result import data_only
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
@@ -94,7 +95,7 @@ def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> No
 
 
 @dataclass(frozen=True)
-class Active:
+class Active(Presented):
     """A limit, or a bound of a number, that holds the optimum back.
 
     `constraint`: Its text.
@@ -109,18 +110,9 @@ class Active:
     unit: str
     t: float | None
 
-    def data(self) -> dict[str, Any]:
-        """``{"constraint", "multiplier", "unit", "t"}``."""
-        return {
-            "constraint": self.constraint,
-            "multiplier": self.multiplier,
-            "unit": self.unit,
-            "t": self.t,
-        }
-
 
 @dataclass(frozen=True)
-class ParetoPoint:
+class ParetoPoint(Presented):
     """One of the designs of which none is better in both aims.
 
     `values`: By number.
@@ -129,13 +121,9 @@ class ParetoPoint:
     objective: tuple[float, ...]
     values: dict[str, float]
 
-    def data(self) -> dict[str, Any]:
-        """``{"objective": [a, b], "values"}``."""
-        return {"objective": list(self.objective), "values": dict(self.values)}
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Optimum(Inherited):
+class Optimum(Inherited, Presented):
     """Result of `mbody.optimize`.
 
     `aim`: What is least or greatest, in words.
@@ -174,6 +162,12 @@ class Optimum(Inherited):
     run: Solution
     _cache: dict[str, Mechanism] = field(default_factory=dict)
 
+    declared = (
+        *data_only("aim", "objective", "start_objective", "values", "units", "constraints"),
+        *data_only("active", "starts", "agreeing", "evaluations", "band", "loss", "pareto"),
+        *data_only("status", "notes"),
+    )
+
     def __post_init__(self) -> None:
         kept = self._cache
         super().__post_init__()
@@ -197,32 +191,6 @@ class Optimum(Inherited):
         from mbody.files.model import save
 
         save(self.mechanism, path)
-
-    def data(self) -> dict[str, Any]:
-        """Plain dicts: a case of ``mbody optimize --json``."""
-        many = isinstance(self.objective, tuple)
-        return {
-            "aim": self.aim,
-            "objective": list(self.objective) if many else self.objective,
-            "start_objective": list(self.start_objective)
-            if isinstance(self.start_objective, tuple)
-            else self.start_objective,
-            "values": dict(self.values),
-            "units": dict(self.units),
-            "constraints": dict(self.constraints),
-            "active": [one.data() for one in self.active],
-            "starts": self.starts,
-            "agreeing": self.agreeing,
-            "evaluations": self.evaluations,
-            "band": {name: list(pair) for name, pair in self.band.items()},
-            "loss": self.loss,
-            "pareto": [one.data() for one in self.pareto],
-            "status": self.status,
-            "notes": list(self.notes),
-        }
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"

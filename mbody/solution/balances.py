@@ -8,9 +8,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.model.element import Marker
+from mbody.solution.declared_result import data_only
 from mbody.solution.histories import Result
 from mbody.system.read_only import Locked
 
@@ -111,7 +112,7 @@ def _reference_point(run: Result, about: PlaceLike) -> tuple[Any, Any]:
 
 
 @dataclass(frozen=True, eq=False)
-class Equations(Locked):
+class Equations(Locked, Presented):
     """matrix · unknowns = right-hand side: Newton's and Euler's equations of every moving link.
 
     A row is Σ of what joints and drivers exert = m a − loads, moments about the mass centre. A
@@ -148,22 +149,9 @@ class Equations(Locked):
     rank: int
     heading: tuple[str, ...] = field(repr=False)
 
+    declared = data_only("rows", "row_units", "unknowns", "units", "matrix", "rhs", "values")
+
     @property
     def residual(self) -> Array:
         """matrix · values − rhs, (rows,)."""
         return self.matrix @ self.values - self.rhs
-
-    def data(self) -> dict[str, Any]:
-        """Everything as plain lists and texts, ready for JSON."""
-        return {
-            "rows": list(self.rows),
-            "row_units": list(self.row_units),
-            "unknowns": list(self.unknowns),
-            "units": list(self.units),
-            "matrix": self.matrix.tolist(),
-            "rhs": self.rhs.tolist(),
-            "values": self.values.tolist(),
-        }
-
-    def __str__(self) -> str:
-        return str(present("summary", self))

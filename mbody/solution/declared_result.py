@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.units import DIMENSIONS, NUMBER
 from mbody.solution.doubts import heading, unit_symbols
@@ -43,9 +44,9 @@ class DeclaredEntry:
         source = self.value or self.key
         if callable(source):
             return source(owner)
-        return owner[source] if isinstance(owner, Mapping) else getattr(owner, source)
+        return owner[source] if isinstance(owner, dict) else getattr(owner, source)
 
-    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+    def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Its plain value by its key, which may be none."""
         return {}
 
@@ -56,8 +57,9 @@ class Value(DeclaredEntry):
 
     `key`: In the data; empty of what is for people alone.
     `words`: For people; empty of what is data alone. Of a mapping the words by key, or a pattern.
-    `dimension`: What it measures: a name of `DIMENSIONS`, a product such as ``"mass·length²"``, or
-      "share", which people read in percent; of a mapping also by key; or a function that says it.
+    `dimension`: What it measures: a name of `DIMENSIONS`, a product such as ``"mass·length²"``,
+      "share", which people read in percent, "text", or "each" where every row has a unit of its
+      own; of a mapping by key, of a sequence one by one; or a function that says it.
     `missing`: For people, where there is no value; by default it has no row.
     `floor`: Below it a value is rounding beside others, and printed as 0; of a mapping by key.
     `columns`: Where the value has parts: of what it is, and beside it.
@@ -65,13 +67,13 @@ class Value(DeclaredEntry):
 
     key: str = ""
     words: str | Mapping[str, str] = ""
-    dimension: str | Mapping[str, str] | Callable[[Any], Any] = ""
+    dimension: str | tuple[str, ...] | Mapping[str, str] | Callable[[Any], Any] = ""
     value: Reader = ""
     missing: str | None = field(default=None, kw_only=True)
     floor: Callable[[Any], Any] | None = field(default=None, kw_only=True)
     columns: tuple[Value, ...] = field(default=(), kw_only=True)
 
-    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+    def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Its plain value by its key. `dimension`: What it
         measures where it does not say it itself.
         """
@@ -80,7 +82,7 @@ class Value(DeclaredEntry):
         value, measured = self.read(owner), self.dimension_of(owner) or dimension
         if value is ...:  # there is no such thing in this one
             return {}
-        if self.by_key:
+        if isinstance(value, Mapping) and (self.by_key or isinstance(measured, Mapping)):
             parts = {
                 name: self._plain(one, units, of_name(measured, name, ""))
                 for name, one in value.items()
@@ -107,13 +109,18 @@ class Value(DeclaredEntry):
         return plain(value, units, dimension)
 
 
+def data_only(*keys: str, dimension: str = "") -> tuple[Value, ...]:
+    """Quantities that are data alone, all of one dimension."""
+    return tuple(Value(key, "", dimension) for key in keys)
+
+
 def of_columns(
-    columns: Sequence[Value], owner: Any, units: Any, dimension: str = ""
+    columns: Sequence[DeclaredEntry], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
     """The plain values of several quantities of one thing."""
     found: dict[str, Any] = {}
     for column in columns:
-        found |= column.data(owner, units, dimension)
+        found |= column.as_data(owner, units, dimension)
     return found
 
 
@@ -133,29 +140,32 @@ class Heading(DeclaredEntry):
 
 @dataclass(frozen=True)
 class IncludedResult(DeclaredEntry):
-    """What another result declares, as if it were declared here."""
+    """What another result declares, as if it were declared here, or of its text alone; nothing
+    where there is none.
+    """
 
     value: Reader
+    text_alone: bool = False
     key = ""
 
-    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+    def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """The data of the other result."""
-        return declared_data(self.read(owner), units)
+        return {} if self.text_alone else declared_data(self.read(owner), units)
 
 
 @dataclass(frozen=True)
 class ItemTable(DeclaredEntry):
     """A table of items: a sequence, or a mapping whose keys are the first column, under `words`.
 
-    `columns`: Of each item.
+    `columns`: Of each item, and tables of it, as data.
     """
 
     key: str
-    columns: tuple[Value, ...]
+    columns: tuple[Value | ItemTable, ...]
     words: str = ""
     value: Reader = ""
 
-    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+    def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """The items as dicts, in a list, or by their keys."""
         if not self.key:
             return {}
@@ -183,7 +193,7 @@ class ColumnTable(DeclaredEntry):
     kept: Callable[[Any], Sequence[int]] | None = None
     key, value = "", ""
 
-    def data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
+    def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Every column by its key."""
         return of_columns(self.columns, owner, units)
 
@@ -204,7 +214,7 @@ def in_units(units: OutputUnits, dimension: str, values: Any) -> tuple[Any, str]
     >>> in_units(read_by_people(unit_system("mm-N-s")), "mass·length", 0.002)
     (2.0, 'kg·mm')
     """
-    if dimension in ("", "share"):
+    if dimension in ("", "share", "text", "each"):
         return values, ""
     # a product is read by its factors: kg·mm, where the system alone has N·s²
     factors = [(part.rstrip("²³"), POWERS.get(part[-1], 1)) for part in dimension.split("·")]
@@ -215,8 +225,9 @@ def in_units(units: OutputUnits, dimension: str, values: Any) -> tuple[Any, str]
     return values / size, "·".join(units.of(name) + ("", "", "²", "³")[n] for name, n in factors)
 
 
-def plain(value: Any, units: OutputUnits | None = None, dimension: str = "") -> Any:
+def plain(value: Any, units: OutputUnits | None = None, dimension: Any = "") -> Any:
     """A value as JSON has it: complex numbers are pairs, what is infinite or undefined is None.
+    `dimension`: Of all, or of the parts of a sequence.
 
     >>> plain({"a": (1.0, math.inf), "b": np.array([1.0 + 2.0j])})
     {'a': [1.0, None], 'b': [[1.0, 2.0]]}
@@ -225,7 +236,9 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: str = "") -> 
         return value
     if isinstance(value, Mapping):
         return {key: plain(one, units, dimension) for key, one in value.items()}
-    if dataclasses.is_dataclass(value):
+    if dataclasses.is_dataclass(value) or isinstance(value, Presented):
+        if isinstance(value, Presented) and model_of(value) is not None:
+            return value.data(None if units is None else units.of("angle"))
         return declared_data(value, units, dimension)
     if isinstance(value, float | complex | np.ndarray | np.generic):
         whole, symbol = (value, "") if units is None else in_units(units, dimension, value)
@@ -233,11 +246,13 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: str = "") -> 
             whole = short_degrees(value)
         array = np.asarray(whole)
         if array.dtype.kind == "c":
-            array = np.stack([array.real, array.imag], axis=-1)
+            array = np.stack([array.real, array.imag], axis=-1) + 0.0  # no −0
         if array.dtype.kind == "f" and not np.isfinite(array).all():
             array = array.astype(object)
             array[~np.isfinite(array.astype(float))] = None
         return array.tolist()
+    if isinstance(dimension, tuple):
+        return [plain(one, units, own) for one, own in zip(value, dimension, strict=True)]
     return [plain(one, units, dimension) for one in value]
 
 
@@ -254,26 +269,42 @@ def declared_data(result: Any, units: OutputUnits | None, dimension: str = "") -
     """The plain values of all that a result declares; `dimension`: Of what does not say its own."""
     found: dict[str, Any] = {}
     for one in entries(result):
-        found |= one.data(result, units, dimension)
+        found |= one.as_data(result, units, dimension)
     return found
 
 
-def data(result: Any, angle: str | None) -> dict[str, Any]:
+def result_data(result: Any, angle: str | None) -> dict[str, Any]:
     """A result as plain values, ready for JSON, in the units of the model or those that it has for
     results; one that says which analysis it is has the heading of all results.
     """
-    machine = machine_of(result)
-    if machine is None:
+    model = model_of(result)
+    if model is None:
         return declared_data(result, None)
-    units = machine.data_units.with_angle(angle, result.angle_unit)
-    found = declared_data(result, units)
-    if not result.analysis_name:
+    units = model.data_units.with_angle(angle, getattr(result, "angle_unit", "rad"))
+    found, analysis = declared_data(result, units), getattr(result, "analysis_name", "")
+    if not analysis:
         return found
     symbols = unit_symbols(units, None)
-    return heading(machine.name, result.analysis_name, symbols, result) | found
+    return heading(model.name, analysis.format(result), symbols, result) | found
 
 
-def machine_of(result: Any) -> Any:
-    """The mechanism of a result; None where it does not know one."""
+@dataclass(frozen=True)
+class ResultModel:
+    """The name of the model of a result; units of its data, and of what people read."""
+
+    name: str
+    data_units: OutputUnits
+    shown: OutputUnits
+
+
+def model_of(result: Any) -> Any:
+    """The mechanism of a result, or what it knows of it; None where it knows nothing."""
+    for owner in ("run", "solution"):
+        if (found := getattr(result, owner, None)) is not None:
+            return found.mechanism
     found = getattr(result, "mechanism", None)
-    return getattr(getattr(result, "run", None), "mechanism", None) if found is None else found
+    if isinstance(found, str):
+        from mbody.quantities.output_units import OutputUnits, read_by_people
+
+        return ResultModel(found, OutputUnits(result.units), read_by_people(result.units))
+    return found

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from mbody._version import __version__
+from mbody.core.presentation import Presented
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Doubt:
+class Doubt(Presented):
     """One reason why a result may be wrong, or may not be all there is.
 
     Attributes
@@ -57,15 +58,6 @@ class Doubt:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ValueError(f"a doubt is about one of {', '.join(KINDS)}, not {self.kind!r}")
-
-    def data(self) -> dict[str, Any]:
-        """Plain values of the doubt, ready for JSON."""
-        return {
-            "kind": self.kind,
-            "t": self.t,
-            "elements": list(self.elements),
-            "message": self.message,
-        }
 
 
 def as_doubt(data: Mapping[str, Any]) -> Doubt:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.other_words import Attributes
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented, present
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import Marker, listed
@@ -156,7 +156,7 @@ def as_solution(given: Any) -> Solution:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Solution(Attributes):
+class Solution(Attributes, Presented):
     """Result of an analysis: histories by name, in the units of the mechanism.
 
     Histories have one entry an instant; those of a batch have a first axis of designs. `status`,
@@ -812,18 +812,6 @@ class Solution(Attributes):
         """
         present("csv", self, path, angle, excel)
 
-    def data(self, angle: str | None = None) -> dict[str, Any]:
-        """The whole result as plain lists and texts, in the form that ``mbody … --json`` prints.
-
-        Parameters
-        ----------
-        angle : str, optional
-            Unit of angles, ``"deg"`` or ``"rad"``, by default deg or as output units say; rates are
-            in rad.
-        """
-        found: dict[str, Any] = present("data", self, angle)
-        return found
-
     def to_json(self, path: str | os.PathLike[str]) -> None:
         """Write `data` to a file."""
         present("json", self, path)
@@ -840,10 +828,3 @@ class Solution(Attributes):
         instants = "1 instant" if len(self) == 1 else f"{len(self)} instants"
         name = self.mechanism.name
         return f"Solution({name!r}: {self.analysis}, {designs}{instants}, {self.status})"
-
-    def _repr_html_(self) -> str:
-        # what a notebook shows
-        return str(present("notebook", self))
-
-    def __str__(self) -> str:
-        return str(present("summary", self))

@@ -24,7 +24,6 @@ from mbody.summaries.text_table import (
     quantities,
     table,
     title,
-    with_unit,
 )
 
 if TYPE_CHECKING:
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
     from mbody.analysis.assemblies.all_dead_centres import DeadCentres
     from mbody.analysis.assemblies.assembly_modes import AssemblyModes
     from mbody.analysis.assemblies.circuits import Circuit, Circuits
-    from mbody.analysis.driven.transmission import Transmission
     from mbody.analysis.equilibria.equilibrium import Equilibria, Equilibrium
     from mbody.analysis.equilibria.equilibrium_curve import EquilibriumCurve
     from mbody.analysis.freedom.free_motions import FreeMotion
@@ -691,61 +689,6 @@ def _joints(found: AnswerCase) -> list[str]:
             Column("i on j", [f"{r.by} on {r.on}" for r in reactions], text=True),
         ]
     )
-
-
-# -- Summary of a transmission -------------------------------------------------------------------
-
-#: Instants that are shown.
-LISTED_INSTANTS = 13
-
-
-def transmission_summary(found: Transmission) -> str:
-    """A transmission as text, at most 100 characters wide.
-
-    >>> import mbody
-    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True, instants=37)
-    >>> print(transmission_summary(mbody.transmission(run, output="rocker")).splitlines()[3])
-    least transmission angle 52.831° at 'B', where 'motor' = 180 deg
-    """
-    units, dimension = found.mechanism.shown, "angle" if found.angular else "length"
-    words = f"transmission from '{found.driver}' to '{found.output}'"
-    lines = [*title(found.mechanism.name, words, found.mechanism.shown), ""]
-    if found.least is not None:
-        where = with_unit(found.least.driver, dimension, units)
-        lines += paragraph(
-            f"least transmission angle {math.degrees(found.least.value):.3f}° at '{found.joint}', "
-            f"where '{found.driver}' = {where}"
-        )
-    for loop, kind in found.loops:
-        lines += paragraph(f"four-bar {loop}: {kind}")
-    last = len(found) - 1
-    kept = sorted(
-        {
-            round(n * last / (min(LISTED_INSTANTS, len(found)) - 1 or 1))
-            for n in range(LISTED_INSTANTS)
-        }
-    )
-    kept = [k for k in kept if k <= last]
-    columns = [
-        quantities(found.driver, found.driver_value[kept], dimension, units),
-        Column("transmission angle", _cells(np.degrees(found.angle[kept])), "deg"),
-        Column("pressure angle", _cells(np.degrees(found.pressure_angle[kept])), "deg"),
-        Column("velocity ratio", _cells(found.velocity_ratio[kept])),
-        Column("mech. advantage", _cells(found.mechanical_advantage[kept])),
-        Column("joint force index", _cells(found.joint_force_index[kept])),
-    ]
-    lines += ["", *table(columns)]
-    if len(kept) <= last:
-        lines.append(f"{len(kept)} of {last + 1} instants; all of them with --json")
-    return "\n".join(even([*lines, *certified(found)]))
-
-
-def _cells(values: Any) -> list[str]:
-    """Numbers of a column; a dash where there is none."""
-    finite = [value for value in values.tolist() if math.isfinite(value)]
-    cells = iter(numbers(finite or [0.0]))
-    words = {math.inf: "infinite", -math.inf: "infinite"}
-    return [next(cells) if math.isfinite(v) else words.get(v, "–") for v in values.tolist()]
 
 
 # -- The readable summary of a cross-check: what ``print(mbody.crosscheck(machine))`` shows ------

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from mbody.solution.declared_result import (
     Value,
     entries,
     in_units,
-    machine_of,
+    model_of,
     of_name,
 )
 from mbody.summaries.text_table import Column, certified, even, number, numbers, paragraph, table
@@ -38,31 +38,34 @@ def summary(result: Any) -> str:
     >>> summary(found).splitlines()[2].split()
     ['FLUCTUATION', 'unit']
     """
-    machine = machine_of(result)
-    units, heading = UnitsOfText(None if machine is None else machine.shown), Heading("")
-    blocks: list[list[str]] = []
+    model = model_of(result)
+    units, heading = UnitsOfText(None if model is None else model.shown), Heading("")
+    blocks: list[tuple[type[DeclaredEntry], list[str]]] = []
     group: list[tuple[Value, Any]] = []
     for one, owner in [*expanded(result), (heading, result)]:
         if isinstance(one, Value):
             group += [(one, owner)] if one.words else []
             continue
-        blocks.append(labelled(heading, group, units))
+        blocks.append((Value, labelled(heading, group, units)))
         group = []
         if isinstance(one, Heading):
             heading = one
         elif isinstance(one, Sentence):
             said = one.read(owner)
             texts = [said] if isinstance(said, str) else said
-            blocks.append([line for text in texts if text for line in paragraph(text)])
+            blocks.append((Sentence, [line for one in texts if one for line in paragraph(one)]))
         elif isinstance(one, ItemTable):
-            blocks.append(rows_table(one, owner, units))
+            blocks.append((ItemTable, rows_table(one, owner, units)))
         elif isinstance(one, ColumnTable):
-            blocks.append(columns_table(one, owner, units))
-    if not any(blocks):
+            blocks.append((ColumnTable, columns_table(one, owner, units)))
+    blocks = [block for block in blocks if block[1]]
+    if not blocks:
         return repr(result)
-    lines = first_line(result)
-    for block in filter(None, blocks):
-        lines += [*[""][: len(lines)], *block]
+    lines, above = first_line(result), None
+    for kind, block in blocks:
+        # sentences follow each other without a gap
+        lines += [*[""][: len(lines) if kind is not Sentence or above is not kind else 0], *block]
+        above = kind
     return "\n".join(even([*lines, *(certified(result) if hasattr(result, "doubts") else [])]))
 
 
@@ -71,7 +74,8 @@ def expanded(result: Any) -> Iterator[tuple[DeclaredEntry, Any]]:
     for one in entries(result):
         if isinstance(one, IncludedResult):
             # its headings would begin tables of their own
-            parts = expanded(one.read(result))
+            other = one.read(result)
+            parts = () if other is None else expanded(other)
             yield from (part for part in parts if not isinstance(part[0], Heading))
         else:
             yield one, result
@@ -79,8 +83,8 @@ def expanded(result: Any) -> Iterator[tuple[DeclaredEntry, Any]]:
 
 def first_line(result: Any) -> list[str]:
     """The name of the model, and what the result is about."""
-    machine, about = machine_of(result), result.about_text.format(result)
-    name = getattr(result, "model", "") if machine is None else machine.name
+    model, about = model_of(result), getattr(result, "about_text", "").format(result)
+    name = getattr(result, "model", "") if model is None else model.name
     text = ": ".join(part for part in (str(name), about) if part)
     return paragraph(text) if text else []
 
@@ -192,20 +196,37 @@ def columns_of(
     one: Value, values: Sequence[Any], owner: Any, units: UnitsOfText
 ) -> Iterator[Column]:
     """The column of values of one quantity, and one of a second unit of it."""
-    words, missing = str(one.words), "–" if one.missing is None else one.missing
+    words = str(one.words).format(owner)
     dimension, floor = one.dimension_of(owner), one.floor_of(owner)
     if dimension == "text" or any(isinstance(value, str) for value in values):
         whole = ["; ".join(v) if isinstance(v, list | tuple) else v for v in values]
-        yield Column(words, [missing if v is None else str(v) for v in whole], text=True)
+        texts = [(one.missing or "") if v is None else str(v) for v in whole]
+        yield Column(words, texts, text=True)
         return
     there = np.array([value for value in values if not absent(value)] or [0.0], dtype=float)
     there = np.where(np.abs(there) <= floor, 0.0, there)
     for title, read in ((words, units), ("", units.second(dimension))):
         if read is not None:
             found, symbol = read.of(dimension, there)
-            cells = iter(map(degrees, found) if symbol == "deg" else numbers(found))
-            texts = [missing if absent(value) else next(cells) for value in values]
+            cells = iter(cells_of(dimension, symbol, found))
+            texts = [missing_of(one, value) if absent(value) else next(cells) for value in values]
             yield Column(title, texts, symbol)
+
+
+def cells_of(dimension: str, symbol: str, values: np.ndarray) -> Iterable[str]:
+    """Numbers of a column: parts of a whole to a hundredth of a percent."""
+    if dimension == "share":
+        return [f"{value:.2f}" for value in values]
+    if symbol == "deg":
+        return map(degrees, values)
+    return map(number, values) if dimension == "each" else numbers(values)
+
+
+def missing_of(one: Value, value: Any) -> str:
+    """The cell where there is no value."""
+    if one.missing is not None:
+        return one.missing
+    return "infinite" if value is not None and math.isinf(value) else "–"
 
 
 def rows_table(one: ItemTable, owner: Any, units: UnitsOfText) -> list[str]:
@@ -215,7 +236,7 @@ def rows_table(one: ItemTable, owner: Any, units: UnitsOfText) -> list[str]:
         columns.append(Column(one.words, list(map(str, items)), text=True))
         items = list(items.values())
     for column in one.columns if len(items) else ():
-        if column.words:
+        if isinstance(column, Value) and column.words:
             columns += columns_of(column, [column.read(item) for item in items], owner, units)
     return table(columns) if len(items) else []
 
@@ -229,7 +250,8 @@ def columns_table(one: ColumnTable, owner: Any, units: UnitsOfText) -> list[str]
         values = [[column.get(name) for name in names] for column in values]
     count = len(values[0])
     kept = one.kept(owner) if one.kept else range(count) if names else evenly(count)
-    columns = [Column(one.words, [str(names[k]) for k in kept], text=True)] if names else []
+    title = one.words.format(owner)
+    columns = [Column(title, [str(names[k]) for k in kept], text=True)] if names else []
     for column, whole in zip(shown, values, strict=True):
         columns += columns_of(column, [whole[k] for k in kept], owner, units)
     more = one.kept is None and len(kept) < count

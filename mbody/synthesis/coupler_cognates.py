@@ -23,6 +23,7 @@ from typing import Any
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.transmission import grashof_class
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import SYNTHESIS_POINT_MET
 from mbody.errors import ModelError
 from mbody.files.model import save
@@ -31,13 +32,14 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Joint, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
+from mbody.solution.declared_result import Value, data_only
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.system import System
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cognate:
+class Cognate(Presented):
     """One mechanism with the same coupler curve.
 
     Attributes
@@ -64,18 +66,14 @@ class Cognate:
     turning: dict[str, str]
     grashof: str = ""
 
+    declared = (
+        Value("name", value=lambda one: one.mechanism.name),
+        *data_only("lengths", "turning", "grashof"),
+    )
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the mechanism to a model file; see `mbody.save`."""
         save(self.mechanism, path)
-
-    def data(self) -> dict[str, Any]:
-        """Plain values, for JSON."""
-        return {
-            "name": self.mechanism.name,
-            "lengths": dict(self.lengths),
-            "turning": dict(self.turning),
-            "grashof": self.grashof,
-        }
 
     def __repr__(self) -> str:
         return f"Cognate({self.mechanism.name}{f': {self.grashof}' if self.grashof else ''})"

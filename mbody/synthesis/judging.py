@@ -14,6 +14,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model import save
 from mbody.model.element import listed
@@ -22,6 +23,7 @@ from mbody.quantities import Scope
 from mbody.quantities.formula import evaluated
 from mbody.quantities.formula import number as described_number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
+from mbody.solution.declared_result import Value, data_only
 from mbody.solution.measures import checked_sides, found_by, sides
 from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasuredColumn, columns_of, reduced
@@ -275,7 +277,7 @@ def conditions(texts: str | Iterable[str], mechanism: Mechanism) -> list[MotionC
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Design:
+class Design(Presented):
     """One mechanism that was found.
 
     Attributes
@@ -334,29 +336,17 @@ class Design:
     cognates: tuple[Design, ...] = ()
     zeros: tuple[float, float] | None = None
 
+    angle_unit = "deg"
+    declared = (
+        Value("error"),
+        Value("values", "", lambda one: {n: "angle" * n.endswith(".angle") for n in one.values}),
+        Value("transmission_min", "", "angle"),
+        *data_only("defects", "order", "grashof", "misses", "margins", "cognates"),
+    )
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the mechanism to a model file; see `mbody.save`."""
         save(self.mechanism, path)
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Plain values, angles in ``"deg"`` or ``"rad"``."""
-        in_unit = math.degrees if angle == "deg" else float
-        values = {
-            name: in_unit(value) if name.endswith(".angle") else value
-            for name, value in self.values.items()
-        }
-        least = self.transmission_min
-        return {
-            "error": self.error,
-            "values": values,
-            "transmission_min": None if math.isnan(least) else in_unit(least),
-            "defects": list(self.defects),
-            "order": self.order,
-            "grashof": self.grashof,
-            "misses": list(self.misses),
-            "margins": dict(self.margins),
-            "cognates": [one.data(angle) for one in self.cognates],
-        }
 
     def __repr__(self) -> str:
         words = [self.grashof] if self.grashof else []

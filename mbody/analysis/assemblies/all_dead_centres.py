@@ -34,7 +34,7 @@ from mbody.analysis.assemblies.linkage import (
     assur_groups,
 )
 from mbody.analysis.position.assembly_analysis import check_determined, closed
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import BOX_ROOTS_SAME, BOX_VECTOR_ROUNDING, BOX_WIDENING
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
@@ -64,7 +64,7 @@ class SingularPosition:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class DeadCentres(Inherited):
+class DeadCentres(Inherited, Presented):
     """All dead centres of one driver, in all assembly modes, in the order of its values.
 
     `complete`: Whether it is proven that there are no more.
@@ -112,12 +112,9 @@ class DeadCentres(Inherited):
     def __iter__(self) -> Iterator[SingularPosition]:
         return iter(self.positions)
 
-    def __str__(self) -> str:
-        return str(present("summary", self))
-
-    def data(self, angle: str = "deg") -> list[dict[str, Any]]:
+    def data(self, angle: str | None = None) -> list[dict[str, Any]]:
         """Plain values, ready for JSON; angles in `angle`."""
-        in_unit = short_degrees if angle == "deg" and self.angular else float
+        in_unit = short_degrees if angle != "rad" and self.angular else float
         return [
             {"driver": one.driver, "value": in_unit(one.value), "bodies": list(one.bodies)}
             for one in self.positions

@@ -6,7 +6,6 @@ import cmath
 import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -25,16 +24,16 @@ from mbody.analysis.position import assembly_analysis
 from mbody.analysis.position.closed_position import by_rows
 from mbody.analysis.position.initial_guess import placed
 from mbody.core import tolerances as tol
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.types import Number
-from mbody.solution.doubts import Doubt, Inherited, heading, status_of, unit_symbols
+from mbody.solution.declared_result import ItemTable, Value, data_only
+from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.rank import dense
 from mbody.system.system import System
 
@@ -71,7 +70,7 @@ class AssemblyMode(Mapping[str, tuple[float, float, float]]):
 
 
 @dataclass(frozen=True)
-class Unresolved:
+class Unresolved(Presented):
     """Part of the search that proved neither that there is a mode nor that there is none.
 
     `reason`: A sentence.
@@ -83,13 +82,13 @@ class Unresolved:
     bodies: tuple[str, ...]
     width: float
 
-    def data(self) -> dict[str, Any]:
-        """Plain values of the fields, for JSON."""
-        return {"reason": self.reason, "bodies": list(self.bodies), "width": self.width}
+
+def _driver_dimensions(found: AssemblyModes) -> dict[str, str]:
+    return {d.name: "angle" if d.angular else "length" for d in found.mechanism.drivers}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class AssemblyModes(Inherited):
+class AssemblyModes(Inherited, Presented):
     """All ways in which a mechanism closes at given driver values; ``print`` shows them.
 
     ``len(modes)`` is their number; ``modes[0]`` the first, ``modes["open"]`` the one of that name.
@@ -118,6 +117,32 @@ class AssemblyModes(Inherited):
     boxes: int = 0
     meshed: frozenset[int] = field(default=frozenset(), repr=False)
 
+    analysis_name = "assemblies"
+    angle_unit = "deg"
+    declared = (
+        Value("at", "", _driver_dimensions),
+        Value("count", value=len),
+        *data_only("complete", "within", "certificate"),
+        ItemTable(
+            "modes",
+            (
+                *data_only("number", "name", "used"),
+                Value("circuit", value=lambda mode: None),
+                Value("branch", value=lambda mode: None),
+                Value("residual"),
+                ItemTable(
+                    "bodies",
+                    (*data_only("x", "y", dimension="length"), Value("angle", "", "angle")),
+                    value=lambda mode: {
+                        body: dict(zip(("x", "y", "angle"), pose, strict=True))
+                        for body, pose in mode.items()
+                    },
+                ),
+            ),
+        ),
+        *data_only("unresolved", "boxes"),
+    )
+
     def __len__(self) -> int:
         return len(self.modes)
 
@@ -145,43 +170,6 @@ class AssemblyModes(Inherited):
         """Coordinates of the mass centres, the ground last: (modes, 3·bodies + 3)."""
         size = 3 * len(self.mechanism.bodies) + 3
         return np.array([mode.pose for mode in self.modes]).reshape(len(self), size)
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Everything as plain values, ready for JSON; angles in `angle`, "deg" or "rad"."""
-        in_unit = short_degrees if angle == "deg" else float
-        angular = {d.name: d.angular for d in self.mechanism.drivers}
-        head = heading(
-            self.mechanism.name, "assemblies", unit_symbols(self.mechanism.units, angle), self
-        )
-        modes = [
-            {
-                "number": mode.number,
-                "name": mode.name,
-                "used": mode.used,
-                "circuit": None,
-                "branch": None,
-                "residual": mode.residual,
-                "bodies": {
-                    name: {"x": x, "y": y, "angle": in_unit(float(a))}
-                    for name, (x, y, a) in mode.items()
-                },
-            }
-            for mode in self.modes
-        ]
-        at = {name: in_unit(float(v)) if angular[name] else v for name, v in self.at.items()}
-        return head | {
-            "at": at,
-            "count": len(self),
-            "complete": self.complete,
-            "within": self.within,
-            "certificate": self.certificate,
-            "modes": modes,
-            "unresolved": [one.data() for one in self.unresolved],
-            "boxes": self.boxes,
-        }
 
 
 # -- Names of assembly modes: open and crossed of two links and a slider, else numbers ---------

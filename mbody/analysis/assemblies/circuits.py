@@ -24,12 +24,12 @@ from mbody.analysis.assemblies.assembly_modes import (
 )
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
 from mbody.core import tolerances as tol
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.types import Number
+from mbody.solution.declared_result import IncludedResult, ItemTable, Value, data_only
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.rank import dense
 from mbody.system.system import System
@@ -252,7 +252,7 @@ class Circuit:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Circuits(Inherited):
+class Circuits(Inherited, Presented):
     """All circuits of a mechanism with one driver released.
 
     `modes`: At the driver's value.
@@ -270,6 +270,35 @@ class Circuits(Inherited):
     dead_centres: DeadCentres
     complete: bool
     within: float | None = None
+
+    analysis_name = "assemblies"
+    angle_unit = "deg"
+    declared = (
+        IncludedResult("modes"),
+        ItemTable(
+            "circuits",
+            (
+                *data_only("number", "modes", "full_turn"),
+                Value("range", "", lambda one: one["kind"]),
+            ),
+            value=lambda found: [{**vars(one), "kind": found.kind} for one in found.circuits],
+        ),
+        ItemTable(
+            "dead_centres",
+            (Value("driver"), Value("value", "", lambda one: one["kind"]), Value("circuit")),
+            value=lambda found: [
+                {"driver": found.driver, "value": x, "circuit": one.number, "kind": found.kind}
+                for one in found.circuits
+                for x in one.dead_centres
+            ],
+        ),
+    )
+
+    @property
+    def kind(self) -> str:
+        """What the driver gives."""
+        driver: Any = self.mechanism[self.driver]
+        return "angle" if driver.angular else "length"
 
     def __len__(self) -> int:
         return len(self.circuits)
@@ -290,35 +319,12 @@ class Circuits(Inherited):
                     return one.number, branch
         return None, None
 
-    def __str__(self) -> str:
-        return str(present("summary", self))
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
+    def data(self, angle: str | None = None) -> dict[str, Any]:
         """The modes as data with circuits and dead centres, ready for JSON."""
-        angular = self.mechanism[self.driver].angular  # type: ignore[attr-defined]  # a driver
-        in_unit = short_degrees if angular and angle == "deg" else float
-        found = self.modes.data(angle)
+        found: dict[str, Any] = super().data(angle)
         for mode in found["modes"]:
             mode["circuit"], mode["branch"] = self.of(mode["number"])
-        dead = [
-            {"driver": self.driver, "value": in_unit(value), "circuit": one.number}
-            for one in self.circuits
-            for value in one.dead_centres
-        ]
-        own = [
-            {
-                "number": one.number,
-                "modes": list(one.modes),
-                "full_turn": one.full_turn,
-                "range": one.range and [in_unit(value) for value in one.range],
-            }
-            for one in self.circuits
-        ]
-        head = {name: found[name] for name in ("mbody", "model", "analysis", "units")}
-        doubts = [one.data() for one in self.doubts]
-        head |= {"status": self.status, "doubts": doubts, "notes": list(self.notes)}
-        others = {name: value for name, value in found.items() if name not in head}
-        return head | others | {"circuits": own, "dead_centres": dead}
+        return found
 
 
 def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCentres:

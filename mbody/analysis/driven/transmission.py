@@ -24,7 +24,7 @@ import numpy as np
 
 from mbody.analysis.contact.closed_contacts import ContactPhase, contact_phases
 from mbody.analysis.driven.driven import kinematics
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import CHANGE_POINT_LENGTHS, LEAST_SQUARES_RANK, RATE_NONE_COORDINATE
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.contact import Contact, joined
@@ -32,7 +32,8 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Inherited, heading, inherited, unit_symbols
+from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only, in_units
+from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import moved, one_design
 from mbody.solution.known_forces import not_unique
 from mbody.solution.solution import Solution, as_solution
@@ -474,8 +475,23 @@ class LeastAngle:
     t: float | None
 
 
+def _least_dimensions(found: Transmission) -> dict[str, str]:
+    return {"value": "angle", "driver": found.driver_dimension, "t": "time"}
+
+
+def _least_sentence(found: Transmission) -> str:
+    """Where the least angle is."""
+    if found.least is None:
+        return ""
+    x, unit = in_units(found.mechanism.shown, found.driver_dimension, found.least.driver)
+    return (
+        f"least transmission angle {math.degrees(found.least.value):.3f}° at '{found.joint}', "
+        f"where '{found.driver}' = {x:.6g} {unit}"
+    )
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Transmission(Inherited):
+class Transmission(Inherited, Presented):
     """From a driver to an output at every instant; ``print`` shows it.
 
     `driver`, `output`, `joint`: The joint is the one that drives the output body, or the contacts
@@ -510,6 +526,33 @@ class Transmission(Inherited):
     least: LeastAngle | None
     loops: tuple[tuple[str, str], ...] = ()
 
+    analysis_name = "transmission"
+    about_text = "transmission from '{0.driver}' to '{0.output}'"
+    angle_unit = "deg"
+    declared = (
+        *data_only("driver", "output", "joint"),
+        Value("t", "", "time"),
+        Value("least", "", _least_dimensions, lambda found: found.least and vars(found.least)),
+        Value("grashof", value=lambda found: [{"loop": k, "class": c} for k, c in found.loops]),
+        Sentence(_least_sentence),
+        Sentence(lambda found: [f"four-bar {loop}: {kind}" for loop, kind in found.loops]),
+        ColumnTable(
+            (
+                Value("driver_value", "{0.driver}", lambda found: found.driver_dimension),
+                Value("transmission_angle", "transmission angle", "angle", "angle"),
+                Value("pressure_angle", "pressure angle", "angle"),
+                Value("velocity_ratio", "velocity ratio"),
+                Value("mechanical_advantage", "mech. advantage"),
+                Value("joint_force_index", "joint force index"),
+            )
+        ),
+    )
+
+    @property
+    def driver_dimension(self) -> str:
+        """What the driver gives."""
+        return "angle" if self.angular else "length"
+
     def __len__(self) -> int:
         return len(self.t)
 
@@ -517,36 +560,6 @@ class Transmission(Inherited):
     def angular(self) -> bool:
         """Whether the driver drives an angle."""
         return any(d.angular for d in self.mechanism.drivers if d.name == self.driver)
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Everything as plain values, ready for JSON; what is infinite or undefined is null."""
-        in_unit = np.degrees if angle == "deg" else np.asarray
-        own = in_unit if self.angular else np.asarray
-        head = heading(
-            self.mechanism.name, "transmission", unit_symbols(self.mechanism.units, angle), self
-        )
-        least = self.least and {
-            "value": float(in_unit(self.least.value)),
-            "driver": float(own(self.least.driver)),
-            "t": self.least.t,
-        }
-        return head | {
-            "driver": self.driver,
-            "output": self.output,
-            "joint": self.joint,
-            "t": self.t.tolist(),
-            "driver_value": own(self.driver_value).tolist(),
-            "transmission_angle": _plain(in_unit(self.angle)),
-            "pressure_angle": _plain(in_unit(self.pressure_angle)),
-            "velocity_ratio": _plain(self.velocity_ratio),
-            "mechanical_advantage": _plain(self.mechanical_advantage),
-            "joint_force_index": _plain(self.joint_force_index),
-            "least": least,
-            "grashof": [{"loop": loop, "class": words} for loop, words in self.loops],
-        }
 
 
 def transmission(
@@ -705,7 +718,3 @@ def _link_axes(run: Solution, name: str, k: int) -> tuple[float, float, float]:
     body = run[name]
     pose = (float(values[k]) for values in (body.x, body.y, body.angle))
     return run.system.numbers.link_axes(name, *pose)
-
-
-def _plain(values: Array) -> list[float | None]:
-    return [float(value) if math.isfinite(value) else None for value in values]

@@ -28,7 +28,7 @@ from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
 from mbody.kernels.friction import IMPENDING
@@ -39,7 +39,8 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import kept_states, left_out, with_friction, without_friction
 from mbody.quantities.units import UnitSystem
 from mbody.solution.contact_forces import friction_pairs, may_hold
-from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
+from mbody.solution.declared_result import Value, data_only
+from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.friction_results import (
     ContactLimits,
     StickingContacts,
@@ -101,7 +102,7 @@ HALVINGS, GOLDEN = 60, 40
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumBand:
+class EquilibriumBand(Presented):
     """Positions along a single free motion at which friction holds, from one end to the other.
 
     `low`, `high`: The position at either end, where the mechanism is about to move out of the band:
@@ -116,18 +117,16 @@ class EquilibriumBand:
     leader: str
     positions: tuple[int, ...]
 
+    declared = (
+        Value("low", "", ("length", "length", "angle")),
+        Value("high", "", ("length", "length", "angle")),
+        *data_only("leader", "positions"),
+    )
+
     @property
     def everywhere(self) -> bool:
         """Whether friction holds all positions of the free motion: it is self-locking."""
         return self.low is None and self.high is None
-
-    def data(self) -> dict[str, Any]:
-        """Plain dict of the band, ready for JSON."""
-        ends = {
-            key: None if end is None else {body: list(pose) for body, pose in end.items()}
-            for key, end in (("low", self.low), ("high", self.high))
-        }
-        return {**ends, "leader": self.leader, "positions": list(self.positions)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -398,7 +397,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
-class AtEquilibria(Inherited, Generic[T]):
+class AtEquilibria(Inherited, Generic[T], Presented):
     """One result at each equilibrium; ``print`` shows them as tables.
 
     `mechanism`: Its name.
@@ -420,13 +419,6 @@ class AtEquilibria(Inherited, Generic[T]):
 
     def __getitem__(self, index: int) -> T:
         return self.positions[index]
-
-    def _repr_html_(self) -> str:
-        # what a notebook shows
-        return str(present("notebook", self))
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
 
 
 # -- Sentences about a search for equilibria: what it met, what it may miss, why it failed -----
@@ -645,7 +637,7 @@ FREE = 40
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibrium(Locked):
+class Equilibrium(Locked, Presented):
     """One equilibrium.
 
     `solution`: Statics there: the position, every joint force, the effort of drivers that hold.
@@ -668,24 +660,18 @@ class Equilibrium(Locked):
     residual: float
     notes: tuple[str, ...] = ()
 
+    angle_unit = "deg"
+    declared = (
+        *data_only("stability", "stiffness", "motions", "frequencies", "residual", "notes"),
+        Value("statics", value="solution"),
+    )
+
     def __getitem__(self, body: str) -> BodyHistory:
         return self.solution[body]
 
     def reaction(self, joint: str, on: str | None = None) -> Reaction:
         """Force and torque of a joint, as `Solution.reaction`."""
         return self.solution.reaction(joint, on)
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Plain lists and texts of the result, ready for JSON."""
-        return {
-            "stability": self.stability,
-            "stiffness": self.stiffness.tolist(),
-            "motions": [motion.data() for motion in self.motions],
-            "frequencies": list(self.frequencies),
-            "residual": self.residual,
-            "notes": list(self.notes),
-            "statics": self.solution.data(angle),
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -718,19 +704,17 @@ class Equilibria(AtEquilibria[Equilibrium]):
 
     bands: tuple[EquilibriumBand, ...] = ()
 
+    analysis_name = "equilibrium"
+    angle_unit = "deg"
+    declared = (
+        *data_only("t", "positions"),
+        Value("bands", value=lambda found: found.bands or ...),
+    )
+
     @property
     def stable(self) -> tuple[Equilibrium, ...]:
         """Those to which it comes back by itself."""
         return tuple(one for one in self.positions if one.stability == "stable")
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        return {
-            **heading(self.mechanism, "equilibrium", unit_symbols(self.units, angle), self),
-            "t": self.t,
-            "positions": [one.data(angle) for one in self.positions],
-            **({"bands": [band.data() for band in self.bands]} if self.bands else {}),
-        }
 
 
 def equilibrium(

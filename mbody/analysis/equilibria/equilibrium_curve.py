@@ -18,11 +18,12 @@ from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import tolerances as tol
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.solution.doubts import Doubt, Inherited, doubted, heading, unit_symbols
+from mbody.solution.declared_result import ItemTable, Value, data_only
+from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -480,7 +481,7 @@ POINTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class EquilibriumCurve(Inherited):
+class EquilibriumCurve(Inherited, Presented):
     """Equilibria along a curve: arrays (points,) by name, like a solution's over instants.
 
     `parameter`: The number that changes.
@@ -513,6 +514,17 @@ class EquilibriumCurve(Inherited):
     solution: Solution = field(repr=False)
     kinds: tuple[str, ...] = ()
 
+    analysis_name = "equilibrium_curve"
+    declared = (
+        *data_only("parameter", "unit", "values", "arclength", "stability", "folds", "crossings"),
+        Value("kinds"),
+        ItemTable(
+            "bodies",
+            (Value("x", "", "length"), Value("y", "", "length"), Value("angle", "", "angle")),
+            value=lambda found: {one: found[one] for one in found.solution},
+        ),
+    )
+
     @property
     def stable(self) -> Array:
         """Whether each point is stable (points,)."""
@@ -535,31 +547,6 @@ class EquilibriumCurve(Inherited):
     def effort(self, driver: str) -> Array:
         """Effort of a driver that holds, at every point."""
         return self.solution.effort(driver)[:, 0]
-
-    def data(self) -> dict[str, Any]:
-        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        mechanism = self.solution.mechanism
-        bodies = mechanism.bodies
-        return {
-            **heading(mechanism.name, "equilibrium_curve", unit_symbols(mechanism.units), self),
-            "parameter": self.parameter,
-            "unit": self.unit,
-            "values": self.values.tolist(),
-            "arclength": self.arclength.tolist(),
-            "stability": list(self.stability),
-            "folds": list(self.folds),
-            "crossings": list(self.crossings),
-            "kinds": list(self.kinds),
-            "bodies": {
-                body.name: {
-                    key: getattr(self[body.name], key).tolist() for key in ("x", "y", "angle")
-                }
-                for body in bodies
-            },
-        }
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
 
 
 def _flat(history: History) -> History:

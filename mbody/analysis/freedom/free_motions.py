@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.position.closed_position import place
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import AXIS_DIRECTION, PARTICIPATION_INDEPENDENT, RATE_NONE_MOTION
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -30,7 +31,7 @@ ONE_THREAD = 250_000
 
 
 @dataclass(frozen=True, eq=False)
-class FreeMotion:
+class FreeMotion(Presented):
     """One free motion: how the bodies move when its leader turns or slides at unit rate.
 
     `leader`: The body whose rate is one: 1 rad/time, or 1 length/time where it does not turn.
@@ -46,11 +47,6 @@ class FreeMotion:
     def turns(self) -> bool:
         """Whether its leader turns; else it slides at unit rate."""
         return abs(self.rates[self.leader][2]) > 0.5
-
-    def data(self) -> dict[str, Any]:
-        """Plain dict of the motion, ready for JSON."""
-        rates = {body: list(rate) for body, rate in self.rates.items()}
-        return {"leader": self.leader, "words": self.words, "rates": rates}
 
 
 def rates_of(system: System, motions: Sequence[FreeMotion]) -> Array:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +21,7 @@ from mbody.analysis.freedom.free_motions import (
 from mbody.analysis.position.assembly_analysis import as_system, closed
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core import tolerances as tol
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
@@ -35,7 +33,7 @@ from mbody.model.model_notes import left_out
 from mbody.model.stop import Freewheel, Stop
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import UnitSystem
-from mbody.solution.doubts import heading, unit_symbols
+from mbody.solution.declared_result import Value, data_only
 from mbody.system.assembler import assemble
 from mbody.system.rank import LargeRank, Rank, dense, large_rank, rank_of, row_elements, sparse_rows
 from mbody.system.system import System, with_numbers_of
@@ -129,6 +127,10 @@ class Count:
     rank: int
     rank_nearby: int | None
 
+    declared = data_only(
+        "rows", "gruebler", "rank", "rank_nearby", "freedom", "redundant", "singular"
+    )
+
     @property
     def freedom(self) -> int:
         """Degrees of freedom by the rank."""
@@ -146,7 +148,7 @@ class Count:
 
 
 @dataclass(frozen=True, eq=False)
-class Mobility:
+class Mobility(Presented):
     """Degrees of freedom, redundant constraints and free motions, as `mobility` found them;
     ``print`` shows them, `data` makes a plain dict.
 
@@ -200,32 +202,18 @@ class Mobility:
     one_sided: dict[str, tuple[str, ...]] = field(default_factory=dict, repr=False)
     notes: tuple[str, ...] = ()
 
+    analysis_name = "check"
+    declared = (
+        *data_only("t", "bodies", "joints", "couplings", "drivers", "loops", "of_joints", "driven"),
+        *data_only("redundant", "one_sided"),
+        Value("motions", value=lambda found: found.motions[: _in_data(found.bodies)]),
+        Value("driven_motions", value=lambda found: found.driven_motions[: _in_data(found.bodies)]),
+    )
+
     @property
     def freedom(self) -> int:
         """Degrees of freedom with the drivers fixed."""
         return self.driven.freedom
-
-    def data(self) -> dict[str, Any]:
-        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        left_out = ("mechanism", "units", "notes")
-        names = [one.name for one in dataclasses.fields(self) if one.name not in left_out]
-        plain = {name: getattr(self, name) for name in names}
-        plain["redundant"], plain["one_sided"] = dict(self.redundant), dict(self.one_sided)
-        plain = heading(self.mechanism, "check", unit_symbols(self.units), self) | plain
-        for name in ("of_joints", "driven"):
-            count: Count = getattr(self, name)
-            plain[name] = dataclasses.asdict(count) | {
-                "freedom": count.freedom,
-                "redundant": count.redundant,
-                "singular": count.singular,
-            }
-        for name in ("motions", "driven_motions"):
-            found: Sequence[FreeMotion] = getattr(self, name)
-            plain[name] = [motion.data() for motion in found[: _in_data(self.bodies)]]
-        return plain
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
 
 
 def mobility(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from mbody.analysis.driven.driven import check_instants
-from mbody.core.presentation import present
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import plain, resolve_number
@@ -50,7 +49,7 @@ class AnswerCase(Locked):
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class Answer(Presented):
     """All solutions of a question that were found, those nearest to the start first.
 
     Attributes
@@ -91,14 +90,6 @@ class Answer:
 
     def __getitem__(self, index: int) -> AnswerCase:
         return self.solutions[index]
-
-    def data(self, angle: str = "deg") -> dict[str, Any]:
-        """The solutions as plain dicts, ready for JSON."""
-        found: dict[str, Any] = present("data", self, angle)
-        return found
-
-    def __str__(self) -> str:
-        return str(present("summary", self))
 
 
 # -- Conditions between measured quantities: equations and inequalities as text ----------------

@@ -25,6 +25,7 @@ from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed, raise_user_error
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
@@ -33,7 +34,8 @@ from mbody.kernels.step_state import TIME
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import left_out, without_friction
 from mbody.model.study import Measure, measure_named
-from mbody.solution.doubts import Doubt, Inherited, heading, inherited, unit_symbols
+from mbody.solution.declared_result import Value, data_only
+from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.solution.energy import causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
@@ -398,7 +400,7 @@ def state_matrices(
 
 
 @dataclass(frozen=True, eq=False)
-class Linearization(Inherited):
+class Linearization(Inherited, Presented):
     """The linear equations of small motions: M ÿ + C ẏ + K y = F.
 
     y are small changes of what the leaders of the free motions do; all bodies follow as `motions`
@@ -429,6 +431,12 @@ class Linearization(Inherited):
     solution: Solution = field(repr=False)
     nearby: Callable[[], Moving] = field(repr=False)
     modes: Mapping[str, str] = field(default_factory=dict)
+
+    analysis_name = "linearize"
+    declared = (
+        *data_only("about", "t", "mass", "damping", "stiffness", "drive", "motions"),
+        Value("modes", value=lambda found: found.modes or ...),
+    )
 
     @property
     def leaders(self) -> tuple[str, ...]:
@@ -490,21 +498,6 @@ class Linearization(Inherited):
         array([[-1.,  1.,  0.,  0.]])
         """
         return state_matrices(self, measures)
-
-    def data(self) -> dict[str, Any]:
-        """Plain lists and texts of the result, ready for JSON."""
-        mechanism = self.solution.mechanism
-        return {
-            **heading(mechanism.name, "linearize", unit_symbols(mechanism.units), self),
-            "about": self.about,
-            "t": self.t,
-            "mass": self.mass.tolist(),
-            "damping": self.damping.tolist(),
-            "stiffness": self.stiffness.tolist(),
-            "drive": self.drive.tolist(),
-            "motions": [motion.data() for motion in self.motions],
-            **({"modes": dict(self.modes)} if self.modes else {}),
-        }
 
 
 def linearize(

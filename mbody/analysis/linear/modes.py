@@ -14,12 +14,14 @@ from mbody.analysis.equilibria.equilibrium import AtEquilibria, Equilibrium, equ
 from mbody.analysis.linear.linearize import Linearization, linearize
 from mbody.analysis.position.tangent_space import Array
 from mbody.core import tolerances as tol
+from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.body import Guesses
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import ORIGIN
-from mbody.solution.doubts import Inherited, certificate, heading, inherited, unit_symbols
+from mbody.solution.declared_result import Value, data_only
+from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.system.read_only import Locked
 from mbody.system.system import System
@@ -188,7 +190,7 @@ def _pointed(mechanism: Mechanism) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Mode(Locked):
+class Mode(Locked, Presented):
     """One mode: all bodies move as Re(shape · exp(s t)).
 
     `eigenvalue`: s [rad/time]; of a pair the one with Im s > 0.
@@ -207,6 +209,23 @@ class Mode(Locked):
     leader: str
     shape: dict[str, Array] = field(repr=False)
     linear: Linearization = field(repr=False)
+
+    declared = tuple(
+        map(
+            Value,
+            (
+                *(
+                    "eigenvalue",
+                    "words",
+                    "natural_frequency",
+                    "frequency",
+                    "hertz",
+                    "damping_ratio",
+                ),
+                *("decay_rate", "leader", "amplitudes", "shape"),
+            ),
+        )
+    )
 
     def amplitude(self, place: str) -> complex:
         """The amplitude of a coordinate, [rad] or [length], at the scale of `amplitudes`.
@@ -268,24 +287,16 @@ class Mode(Locked):
         """−Re s [1/time]: amplitudes fall as exp(−decay_rate · t)."""
         return -self.eigenvalue.real + 0.0
 
-    def data(self) -> dict[str, Any]:
-        """Plain numbers, lists and texts; complex numbers as [real, imaginary]."""
-        return {
-            "eigenvalue": _pair(self.eigenvalue),
-            "words": self.words,
-            "natural_frequency": self.natural_frequency,
-            "frequency": self.frequency,
-            "hertz": self.hertz,
-            "damping_ratio": self.damping_ratio,
-            "decay_rate": self.decay_rate,
-            "leader": self.leader,
-            "amplitudes": [_pair(part) for part in self.amplitudes],
-            "shape": {body: [_pair(part) for part in parts] for body, parts in self.shape.items()},
-        }
+
+def _position(found: ModesAt) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of every body."""
+    solution = found.linear.solution
+    bodies = {name: solution[name] for name in solution}
+    return {n: (float(b.x[-1]), float(b.y[-1]), float(b.angle[-1])) for n, b in bodies.items()}
 
 
 @dataclass(frozen=True, eq=False)
-class ModesAt(Inherited):
+class ModesAt(Inherited, Presented):
     """The modes at one equilibrium, slow ones first.
 
     `linear`: M, C, K and the leaders.
@@ -300,6 +311,12 @@ class ModesAt(Inherited):
     stability: str
     modes: tuple[Mode, ...]
 
+    declared = (
+        *data_only("stability", "modes", "linear"),
+        Value("position", "", ("length", "length", "angle"), _position),
+        *data_only("status", "doubts", "notes"),
+    )
+
     @property
     def frequencies(self) -> Array:
         """Im s [rad/time] of all modes that oscillate, in ascending order."""
@@ -313,21 +330,6 @@ class ModesAt(Inherited):
 
     def __getitem__(self, index: int) -> Mode:
         return self.modes[index]
-
-    def data(self) -> dict[str, Any]:
-        """Plain dict of the result, ready for JSON."""
-        solution = self.linear.solution
-        places = {name: solution[name] for name in solution}
-        return {
-            "stability": self.stability,
-            "modes": [mode.data() for mode in self.modes],
-            "linear": self.linear.data(),
-            "position": {
-                name: [float(part[-1]) for part in (body.x, body.y, body.angle)]
-                for name, body in places.items()
-            },
-            **certificate(self),
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -346,13 +348,8 @@ class Modes(AtEquilibria[ModesAt]):
     9.81
     """
 
-    def data(self) -> dict[str, Any]:
-        """Everything as a plain dict of numbers, text, lists and dicts, ready for JSON."""
-        return {
-            **heading(self.mechanism, "modes", unit_symbols(self.units), self),
-            "t": self.t,
-            "positions": [one.data() for one in self.positions],
-        }
+    analysis_name = "modes"
+    declared = data_only("t", "positions")
 
 
 def modes(
@@ -511,7 +508,3 @@ def _words(root: complex) -> str:
     if not root.real:
         return "oscillates"
     return "oscillates and decays" if root.real < 0.0 else "oscillates and grows"
-
-
-def _pair(value: Any) -> list[float]:
-    return [float(np.real(value)) + 0.0, float(np.imag(value)) + 0.0]
