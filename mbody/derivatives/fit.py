@@ -74,7 +74,6 @@ class Fit(Inherited, Presented):
     evaluations: int = 0
     system: Any = None
 
-    analysis_name = "fit"
     declared = (
         *data_only("values", "units", "offsets", "deviations", "intervals", "confidence"),
         *data_only("covariance", "undetermined", "combinations"),

@@ -816,7 +816,6 @@ class Sensitivity(Inherited, Presented):
     at: float | None
     time_unit: str
 
-    analysis_name = "sensitivity"
     declared = (
         *data_only("measure", "value", "unit", "by", "at"),
         Sentence(

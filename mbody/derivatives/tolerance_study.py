@@ -475,7 +475,6 @@ class ToleranceStudy(Inherited, Presented):
     allocation: Allocation | None = None
     failures: int = 0
 
-    analysis_name = "tolerances"
     declared = (
         *data_only("measure", "unit", "value", "first", "second", "monte_carlo", "worst_case"),
         Sentence(lambda found: f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()),

@@ -18,7 +18,7 @@ import numpy as np
 from mbody.core.presentation import Presented
 from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.units import DIMENSIONS, NUMBER
-from mbody.solution.doubts import heading, unit_symbols
+from mbody.solution.doubts import Doubt, heading, unit_symbols
 
 if TYPE_CHECKING:
     from mbody.quantities.output_units import OutputUnits
@@ -236,6 +236,8 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: Any = "") -> 
         return value
     if isinstance(value, Mapping):
         return {key: plain(one, units, dimension) for key, one in value.items()}
+    if isinstance(value, Doubt):
+        return value.data()
     if dataclasses.is_dataclass(value) or isinstance(value, Presented):
         if isinstance(value, Presented) and model_of(value) is not None:
             return value.data(None if units is None else units.of("angle"))

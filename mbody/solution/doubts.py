@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from mbody._version import __version__
-from mbody.core.presentation import Presented
 from mbody.system.read_only import lock
 
 if TYPE_CHECKING:
@@ -25,7 +24,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Doubt(Presented):
+class Doubt:
     """One reason why a result may be wrong, or may not be all there is.
 
     Attributes
@@ -58,6 +57,11 @@ class Doubt(Presented):
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise ValueError(f"a doubt is about one of {', '.join(KINDS)}, not {self.kind!r}")
+
+    def data(self) -> dict[str, Any]:
+        """Plain values of the doubt, ready for JSON."""
+        keys = ("kind", "t", "elements", "message")
+        return {key: list(self.elements) if key == "elements" else vars(self)[key] for key in keys}
 
 
 def as_doubt(data: Mapping[str, Any]) -> Doubt:

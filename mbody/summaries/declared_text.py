@@ -53,7 +53,7 @@ def summary(result: Any) -> str:
         elif isinstance(one, Sentence):
             said = one.read(owner)
             texts = [said] if isinstance(said, str) else said
-            blocks.append((Sentence, [line for one in texts if one for line in paragraph(one)]))
+            blocks.append((Sentence, [line for text in texts if text for line in paragraph(text)]))
         elif isinstance(one, ItemTable):
             blocks.append((ItemTable, rows_table(one, owner, units)))
         elif isinstance(one, ColumnTable):

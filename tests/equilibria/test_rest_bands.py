@@ -206,7 +206,10 @@ def test_data_and_tables():
     found = equilibrium(machine)
     told = json.loads(json.dumps(found.data(), allow_nan=False))
     assert [band["positions"] for band in told["bands"]] == [[0], [1]]
-    assert told["bands"][0]["low"]["bob"] == pytest.approx(list(found.bands[0].low["bob"]))
+    x, y, angle = found.bands[0].low["bob"]
+    assert told["units"]["angle"] == "deg"
+    assert told["bands"][0]["low"]["bob"] == pytest.approx([x, y, math.degrees(angle)])
+    assert found.data("rad")["bands"][0]["low"]["bob"] == pytest.approx([x, y, angle])
     text = str(found)
     assert "HELD" in text and "355.699" in text and "4.301" in text
     assert max(map(len, text.splitlines())) <= 100

@@ -113,9 +113,9 @@ def test_a_result_without_declaration_is_its_fields():
     class Record(Presented):
         name: str
         pair: tuple
-        run: object = field(default=None, repr=False)
+        hidden: object = field(default=None, repr=False)
 
-    found = Record("a", (1.0, math.nan), run=object())
+    found = Record("a", (1.0, math.nan), hidden=object())
     assert found.data() == {"name": "a", "pair": [1.0, None]}
     assert str(found) == repr(found)
 
