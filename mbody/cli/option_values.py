@@ -85,12 +85,12 @@ def equal_steps(option: str, text: str) -> list[str]:
     """The values as text with their unit; those between commas as they are.
 
     >>> equal_steps("--at crank", "0:90 deg:4")
-    ['0.0 deg', '30.0 deg', '60.0 deg', '90.0 deg']
+    ['0 deg', '30 deg', '60 deg', '90 deg']
     >>> equal_steps("--at t", "1,2 s")
     ['1', '2 s']
     """
     if ":" not in text:
-        return text.split(",")
+        return [part.strip() for part in text.split(",")]
     low, high, count = [*text.split(":"), "", ""][:3]
     ends = [_END.fullmatch(part) for part in (low, high)]
     units = {end[2] for end in ends if end and end[2]}
@@ -103,7 +103,7 @@ def equal_steps(option: str, text: str) -> list[str]:
         raise _refused(option, text)
     unit = next(iter(units), "")
     values = [first + (last - first) * n / (steps - 1) for n in range(steps - 1)] + [last]
-    return [f"{value!r} {unit}".strip() for value in values]
+    return [f"{value:.15g} {unit}".strip() for value in values]
 
 
 def _refused(option: str, text: str) -> UsageError:
@@ -145,13 +145,22 @@ def in_units_of(mechanism: Mechanism, text: str) -> Mechanism:
     return made
 
 
-def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechanism:
-    """The mechanism of a file, with other values of its parameters."""
+def model_in(path: Path, values: Mapping[str, str] | None = None) -> Mechanism:
+    """The mechanism of a file, with other values of its parameters and numbers of elements."""
     from mbody.files.model import load
 
+    values = values or {}
+    numbers = {name: text for name, text in values.items() if "." in name}
     try:
-        return load(path, parameters=parameters or {})
-    except ModelError:
+        machine = load(path, parameters={n: t for n, t in values.items() if n not in numbers})
+        return with_texts(machine, numbers) if numbers else machine
+    except ModelError as error:
+        name = error.element or ""
+        if name in values and name not in numbers:
+            # perhaps a load of one number, which has no point in its name
+            machine = model_in(path, {n: t for n, t in values.items() if n != name})
+            if name in machine:
+                return with_texts(machine, {name: values[name]})
         from mbody.exchange import other_program  # which takes as long to load as an analysis
 
         if whose := other_program(path):
@@ -160,6 +169,17 @@ def model_in(path: Path, parameters: Mapping[str, str] | None = None) -> Mechani
                 f"{path.name} -o {path.stem}.toml"
             ) from None
         raise
+
+
+def with_texts(mechanism: Mechanism, texts: Mapping[str, str]) -> Mechanism:
+    """The mechanism with other numbers of elements, named as a sweep names them."""
+    from mbody.model.closed_mechanism import with_numbers
+    from mbody.sweeps.samples import drawn, grid
+    from mbody.system.assembler import assemble
+
+    given = {name: [plain_angle(f"--set {name}", text)] for name, text in texts.items()}
+    made = drawn(assemble(mechanism), grid(given))
+    return with_numbers(mechanism, dict(zip(made.names, made.values[0].tolist(), strict=True)))
 
 
 def path_of(model: str) -> Path:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 import shlex
 import sys
 from argparse import Namespace
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
 from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import given, in_degrees, model_of, named_values, path_of
+from mbody.cli.option_values import equal_steps, given, in_degrees, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
 from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
     from mbody.model.study import Instants
     from mbody.solution.solution import Solution
-    from mbody.system.system import System
     from mbody.views.page import Viewer
 
 
@@ -357,8 +355,6 @@ def _written(figure: Figure, path: str) -> int:
 
 # -- `mbody view MODEL` and `mbody animate MODEL`: a mechanism in motion, as a page or a film --
 
-STEPS = re.compile(r"([-+0-9.eE]+)\s*([^:]*):([-+0-9.eE]+)\s*([^:]*):([0-9]{1,9})")
-
 
 def view(args: Any) -> int:
     """Write a page on which the model moves."""
@@ -443,20 +439,22 @@ def _runs(args: Any) -> dict[str, Solution]:
     from mbody.views.page import check_designs
 
     varied = named_values(args.vary, "--vary")
-    choices = [[(name, value) for value in _values(text)] for name, text in varied.items()]
+    choices = [
+        [(name, value) for value in equal_steps(f"--vary {name}", text)]
+        for name, text in varied.items()
+    ]
     check_designs(math.prod(len(one) for one in choices))
     own, found = list(args.set), {}
-    others = _no_parameters(args)
     for design in itertools.product(*choices):
         name = ", ".join(f"{key} = {value}" for key, value in design)
-        args.set = own + [f"{key}={value}" for key, value in design if key not in others]
+        args.set = own + [f"{key}={value}" for key, value in design]
         mechanism: Mechanism = model_of(args)
         if args.to is not None and (args.at or args.over):
             raise UsageError("give --to, or --at or --over, not both")
         wanted = question(args, mechanism.ask)
-        values = {key: value for key, value in design if key in others}
-        system = _with_values(mechanism, values)
-        found[name] = motion(system, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args))
+        found[name] = motion(
+            mechanism, wanted, args.to, lambda t: interrupt.mark(), assembly_of(args)
+        )
         interrupt.done()
     args.set = own
     return found
@@ -467,36 +465,6 @@ def _no_parameters(args: Any) -> list[str]:
     names = named_values(args.vary, "--vary")
     known = model_of(args).parameters if names else ()
     return [name for name in names if name not in known]
-
-
-def _with_values(mechanism: Mechanism, values: dict[str, str]) -> System:
-    """The system of a model with other numbers than its parameters."""
-    from mbody.sweeps.samples import drawn, grid
-    from mbody.system.assembler import assemble
-
-    system = assemble(mechanism)
-    if not values:
-        return system
-    made = drawn(system, grid({name: values_of(name, text) for name, text in values.items()}))
-    return system.with_values(dict(zip(made.names, made.values[0].tolist(), strict=True)))
-
-
-def _values(text: str) -> list[str]:
-    """The values of a parameter: with commas, or from one to another in so many.
-
-    >>> _values("6 in:8 in:3"), _values("1,2 mm")
-    (['6 in', '7 in', '8 in'], ['1', '2 mm'])
-    """
-    if ":" not in text:
-        return [part.strip() for part in text.split(",")]
-    parts = STEPS.fullmatch(text.strip())
-    if parts is None or int(parts[5]) < 1 or parts[2].strip() not in ("", parts[4].strip()):
-        raise UsageError(
-            f"--vary takes LOW:HIGH:COUNT in one unit, or values with commas, not {text[:60]!r}"
-        )
-    low, high, count = float(parts[1]), float(parts[3]), int(parts[5])
-    step = (high - low) / max(count - 1, 1)
-    return [f"{low + n * step:.12g} {parts[4]}".strip() for n in range(min(count, 1000))]
 
 
 def _listed(text: str) -> list[str]:

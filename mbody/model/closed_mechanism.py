@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+import itertools
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
+from mbody.laws import Law
 from mbody.model.element import Element
 from mbody.model.joints import Joint, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.quantities import Formula, FormulaError
+from mbody.quantities import Formula, FormulaError, read
 
 if TYPE_CHECKING:
     from mbody.model.states import Described, State
@@ -124,6 +128,62 @@ def with_changed(machine: Mechanism, elements: Iterable[Element], keys: Iterable
     kept = {k: formula for k, formula in machine.formulas.items() if not k.startswith(prefixes)}
     made.formulas = kept if prefixes else dict(machine.formulas)
     return made.copied()
+
+
+def with_numbers(machine: Mechanism, values: Mapping[str, float]) -> Mechanism:
+    """The mechanism with other numbers, by the dotted names that a system has for them; what was
+    made of parameters follows them still.
+
+    >>> from mbody import makers
+    >>> machine = with_numbers(makers.four_bar(1, 3, 2, 3.5), {"crank.A.x": 1.5, "A.friction": 0.1})
+    >>> machine["crank"].points["A"], machine["A"].friction
+    ((1.5, 0.0), 0.1)
+    """
+    changed: dict[str, Element] = {}
+    keys: list[str] = []
+    for name, value in values.items():
+        owner, _, key = name.partition(".")
+        element = changed.get(owner) or (machine.ground if owner == "ground" else machine[owner])
+        changed[owner] = _with_number(element, key, value)
+        keys.append(key)
+    return with_changed(machine, changed.values(), keys)
+
+
+def _with_number(element: Element, key: str, value: float) -> Element:
+    """The element with another number."""
+    field, _, own = key.partition(".")
+    if isinstance(law := getattr(element, field, None), Law):
+        other: Any = law.with_numbers({**law.numbers(), own or "value": value})
+        return replace(element, **{field: other})
+    if field == key and any(one.name == key for one in fields(element)):
+        changes: Any = {key: value}
+        return replace(element, **changes)
+    # each number is a variable of its own, so that the name leads to its place
+    count = itertools.count()
+    marked = _with_floats(element, lambda _: read(f"place_{next(count)}", None))
+    named = str(getattr(marked.numbers().get(f"{element.name}.{key}"), "text", ""))
+    if not re.fullmatch(r"place_\d+", named):
+        raise ModelError(
+            f"'{element.name}.{key}' is made of other numbers of '{element.name}' here: change "
+            "these, or give it a parameter",
+            element.name,
+        )
+    count = itertools.count()
+    return _with_floats(element, lambda old: value if f"place_{next(count)}" == named else old)
+
+
+def _with_floats(value: Any, instead: Callable[[float], Any]) -> Any:
+    """The value with every float replaced, but for those of laws."""
+    if isinstance(value, float):
+        return instead(value)
+    if isinstance(value, (tuple, list)):
+        return type(value)(_with_floats(part, instead) for part in value)
+    if isinstance(value, dict):
+        return {key: _with_floats(part, instead) for key, part in value.items()}
+    if isinstance(value, Law) or not is_dataclass(value) or isinstance(value, type):
+        return value
+    parts = {one.name: getattr(value, one.name) for one in fields(value) if one.init}
+    return replace(value, **{name: _with_floats(one, instead) for name, one in parts.items()})
 
 
 def may_be_one_sided(machine: Mechanism) -> bool:

@@ -1,10 +1,14 @@
 """Other values of a file's parameters: plain numbers keep what the parameter measures."""
 
+import json
 import math
 
+import numpy as np
 import pytest
 
 import mbody
+from mbody import cli
+from mbody.model.closed_mechanism import with_numbers
 from mbody.quantities import convert
 
 PARAMETERS = """
@@ -43,3 +47,41 @@ def test_a_plain_value_keeps_what_its_parameter_measures(units, as_text):
     other = mbody.from_toml(PARAMETERS.format(units=units), parameters={"r": "1 ft"})
     foot = convert(1.0, "ft", machine.units.length)
     assert other["arm"].points["P"][0] == pytest.approx(3.0 * foot, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "name", ["norton_fourbar", "hoekens", "cam_follower", "braking_vehicle", "free_fourbar"]
+)
+def test_a_mechanism_with_another_number_is_the_system_with_it(name):
+    """Every number that a sweep may change, but those of compiled formulas; by `with_values`."""
+    machine = mbody.gallery.load(name)
+    system = mbody.assemble(machine)
+    tried = refused = 0
+    for number, old in system.values.items():
+        if number in machine.parameters or number.startswith("ground."):
+            continue
+        new = 1.01 * float(old) if old else 0.01
+        try:
+            wanted = system.with_values({number: new}).values
+            found = mbody.assemble(with_numbers(machine, {number: new})).values
+        except mbody.ModelError as error:
+            assert "made of other numbers" in str(error) or "is used in" in str(error)
+            refused += 1
+            continue
+        tried += 1
+        # the same arithmetic but for the order of sums
+        np.testing.assert_allclose([found[k] for k in wanted], list(wanted.values()), rtol=1e-14)
+    assert tried > 2 * refused
+
+
+def test_set_takes_every_number_that_vary_takes(capsys):
+    """A length, a law's number, a load by its own name: as a sweep of one design."""
+    for name, value in {"crank.A.x": "4 in", "motor.law.speed": "120 rpm", "T_4": "50"}.items():
+        words = ["norton_fourbar", "--at", "crank=60", "--json"]
+        assert cli.main(["kinetostatics", *words, "--set", f"{name}={value}"]) == 0
+        found = json.loads(capsys.readouterr().out)["measures"]["T12"]
+        more = ["--vary", f"{name}={value}", "--measure", "first(motor.effort)"]
+        assert cli.main(["sweep", *words, *more]) == 0
+        columns = json.loads(capsys.readouterr().out)["columns"]
+        # both close to the tolerance of positions
+        assert columns["first(motor.effort)"] == pytest.approx(found, rel=1e-10)

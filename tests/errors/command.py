@@ -1,5 +1,6 @@
 """The command line."""
 
+from mbody import gallery
 from mbody.cli import command
 
 #: Words of the command that it refuses.
@@ -51,7 +52,10 @@ WORDS = {
 WORDS |= {
     "a command of another word": ["forces", "hoekens"],
     "a command that is not there": ["qqqq", "hoekens"],
-    "a number of an element as a parameter": ["kinematics", "hoekens", "--set", "crank.A.x=1"],
+    "a number of an element that is not there": ["kinematics", "hoekens", "--set", "crank.Q.x=1"],
+    "a number of an element that others make": [
+        *("kinematics", "bouncing_ball", "--set", "floor.gap.c0=1"),
+    ],
 }
 #: The same of commands that write text alone: they have no --json.
 WRITERS = {
@@ -68,6 +72,7 @@ def said(words):
 
 
 SCENARIOS = {
+    "a number of an element as a parameter": lambda: gallery.load("hoekens", {"crank.A.x": 1}),
     "a rest of what is held": said(["equilibrium", "norton_fourbar"]),
     **{name: said(words) for name, words in (WORDS | WRITERS).items()},
     "a contour and its data at one place": said(["cam", "cam_follower", "--json", "--csv", "-"]),
@@ -76,6 +81,7 @@ SCENARIOS = {
 }
 
 SENTENCES = r"""
+a number of an element as a parameter | ModelError | crank.A.x | hoekens.toml: there is no parameter 'crank.A.x' (there are: 'a'): numbers of elements are changed by sweep and optimize
 a rest of what is held | SolveError | - | nothing is free in 'Four-bar: dynamic force analysis': joints and drivers fix every body; use statics, or release a driver, --free motor
 arrays that are printed | UsageError | - | --npz takes a file: its arrays cannot be printed
 no model | UsageError | - | the following arguments are required: MODEL (see mbody kinematics --help)
@@ -115,7 +121,8 @@ one step | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one 
 equations of a turn | ModelError | - | --equations shows one instant: choose it with --at
 a command of another word | UsageError | - | there is no command 'forces': did you mean kinetostatics (motion, all joint forces)?
 a command that is not there | UsageError | - | there is no command 'qqqq': mbody --help lists them
-a number of an element as a parameter | ModelError | crank.A.x | hoekens.toml: there is no parameter 'crank.A.x' (there are: 'a'): numbers of elements are changed by sweep and optimize
+a number of an element that is not there | ModelError | crank.Q.x | there is no number 'crank.Q.x' to change (there are: 'crank.inertia', 'crank.mass', 'crank.cg.x', 'crank.cg.y', 'crank.O2.x', 'crank.O2.y', 'crank.A.x', 'crank.A.y')
+a number of an element that others make | ModelError | floor | 'floor.gap.c0' is made of other numbers of 'floor' here: change these, or give it a parameter
 exercises without what differs | UsageError | - | choose what differs between exercises: --vary NAME=LOW:HIGH
 exercises of a step | UsageError | - | a: bounds are LOW:HIGH, not '3'
 exercises by a word | UsageError | - | --count takes a whole number, not 'many'

@@ -89,6 +89,6 @@ a film too wide | ModelError | - | a film is 120 to 3840 pixels wide, not 100000
 a film without pillow | ModelError | - | a film in .webp needs pillow, which is not installed: pip install pillow
 a film without its coder | ModelError | - | a film in .mp4 needs imageio-ffmpeg, which is not installed: pip install imageio-ffmpeg; .webp and .gif need nothing more
 to and over | UsageError | - | give --to, or --at or --over, not both
-steps of a design in two units | UsageError | - | --vary takes LOW:HIGH:COUNT in one unit, or values with commas, not '5 in:6 cm:2'
+steps of a design in two units | UsageError | - | --vary r takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '5 in:6 cm:2'
 a duration that is a word | UsageError | - | --duration takes a number, not 'long'
 """
