@@ -27,8 +27,8 @@ def test_both_ends_and_equal_steps(text, first, last, count):
 
 def test_a_unit_is_that_of_both_ends():
     for text in ("0 in:2 in:3", "0:2 in:3", "0 in:2:3"):
-        assert equal_steps("--at x", text) == ["0.0 in", "1.0 in", "2.0 in"]
-    assert equal_steps("--at x", "1 N*m:2 N*m:2") == ["1.0 N*m", "2.0 N*m"]
+        assert equal_steps("--at x", text) == ["0 in", "1 in", "2 in"]
+    assert equal_steps("--at x", "1 N*m:2 N*m:2") == ["1 N*m", "2 N*m"]
 
 
 @pytest.mark.parametrize(
