@@ -6,21 +6,41 @@ import difflib
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+#: Kinds of elements by the other words that textbooks have for them, which model files take too.
+KINDS: dict[str, str] = {
+    word: kind
+    for kind, words in {
+        "revolute": "pin hinge pivot pin_joint hinge_joint turning_pair",
+        "prismatic": "slider slide sliding sliding_pair slider_joint",
+        "fixed": "weld welded rigid",
+        "pin_slot": "pin_in_slot slot slotted_pin",
+        "gear": "gears gear_pair gear_mesh",
+        "rack_pinion": "rack_and_pinion",
+        "cam_follower": "cam cam_and_follower",
+        "rolling": "rolling_contact",
+        "belt": "belt_drive",
+        "torque": "moment couple",
+        "damper": "dashpot",
+        "torsion_spring": "torsional_spring rotational_spring",
+        "torsion_damper": "torsional_damper rotational_damper",
+        "tyre": "tire",
+        "rope": "cable",
+        "freewheel": "one_way_clutch overrunning_clutch",
+        "stop": "end_stop",
+    }.items()
+    for word in words.split()
+}
 #: What others call it, by the words that users of other programs and textbooks write.
-OTHER_WORDS: dict[str, tuple[str, ...]] = {
+OTHER_WORDS: dict[str, tuple[str, ...]] = {word: (kind,) for word, kind in KINDS.items()} | {
     word: tuple(meanings.split())
     for words, meanings in {
-        "pin hinge turning_pair pivot": "revolute",
-        "slider slide sliding translational guide rail": "prismatic",
-        "slot pin_in_slot yoke": "pin_slot",
-        "weld welded clamp rigid": "fixed",
+        "translational guide rail": "prismatic",
+        "yoke": "pin_slot",
+        "clamp": "fixed",
         "rod link_of_length strut": "distance",
         "roller wheel": "rolling",
-        "cam follower": "cam_follower",
+        "follower": "cam_follower",
         "rack pinion": "rack_pinion",
-        "torsional_spring rotational_spring": "torsion_spring",
-        "torsional_damper rotational_damper": "torsion_damper",
-        "dashpot": "damper",
         "links link body members parts rigid_bodies": "bodies",
         "pins joint constraints pairs connections": "joints",
         "motors motor driver actuators": "drivers",
@@ -49,7 +69,7 @@ OTHER_WORDS: dict[str, tuple[str, ...]] = {
         "angular_acceleration": "alpha",
         "x": "fx",
         "y": "fy",
-        "mz moment": "torque",
+        "mz": "torque",
         "force": "reaction",
         "torque": "effort",
         "time": "t",

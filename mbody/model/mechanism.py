@@ -243,9 +243,11 @@ class Mechanism:
                 f"'{self.name}': output_units names units by quantity, such as "
                 f"{{'mass': 'kg'}}, not {given!r:.60}"
             )
+        if given:
+            from mbody.quantities.output_units import OutputUnits
+
+            OutputUnits(self.units).having(given)  # refuses what is no unit
         self._output_units = dict(given)
-        if given:  # refuses what is no unit
-            _ = self.data_units
 
     @property
     def data_units(self) -> OutputUnits:

@@ -14,7 +14,7 @@ from typing import Any
 from mbody.core.other_words import meant
 from mbody.errors import ModelError
 from mbody.files.model.fields import field_of_law
-from mbody.files.model.problems import LAWS, SECTIONS, written_fields
+from mbody.files.model.problems import LAWS, SECTIONS, also_written, written_fields
 from mbody.files.model.schema import codec_of, described
 from mbody.laws import Law
 from mbody.model.body import Body
@@ -272,6 +272,8 @@ class ElementReference:
         lines = [f"{self.kind}: {self.cls.__name__}, in [{self.section}] of a model file", ""]
         if self.section == "laws":
             lines[0] = f"{self.kind}: {self.cls.__name__}, a law that fields of elements take"
+        elif words := also_written(self.kind):
+            lines[1:1] = paragraph(f"also written {', '.join(words)}", "  ")
         for part in self.about.split("\n\n"):
             # a formula that stands by itself keeps its line
             lines += [f"  {part.strip()}"] if part.startswith("  ") else paragraph(part)

@@ -29,7 +29,7 @@ SLIPS = {
     "a point that is not on the link": ('"crank.A"', '"crank.C"'),
     "a joint of one link": ('["crank.A", "coupler"]', '["crank.A"]'),
     "a joint of a link with itself": ('["crank.A", "coupler"]', '["crank.A", "crank"]'),
-    "pin for a revolute joint": ("A = { revolute", "A = { pin"),
+    "pinned for a revolute joint": ("A = { revolute", "A = { pinned"),
     "a rate for a speed": ('speed = "60 rpm"', 'rate = "60 rpm"'),
     "a speed along a line": ('"60 rpm"', '"60 m/s"'),
     "a unit in capitals": ('"60 rpm"', '"60 RPM"'),
@@ -123,7 +123,7 @@ a body that is misspelt | ModelError | A | model: line 10: joints.A: refers to b
 a point that is not on the link | ModelError | A | model: line 10: joints.A: refers to point 'C' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
 a joint of one link | ModelError | A | model: line 10: joints.A.revolute.1: is missing: the list is too short
 a joint of a link with itself | ModelError | A | model: line 10: joints.A: would join 'crank' to itself: give places on two bodies
-pin for a revolute joint | ModelError | A | model: line 10: joints.A: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'pin', did you mean 'revolute'?
+pinned for a revolute joint | ModelError | A | model: line 10: joints.A: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'pinned', did you mean 'pin'?
 a rate for a speed | ModelError | motor | model:⏎  line 14: drivers.motor.law.constant_speed.speed: is missing: give it⏎  line 14: drivers.motor.law.constant_speed.rate: there is no such key (there are: speed)
 a speed along a line | ModelError | motor | model: line 14: drivers.motor.law.constant_speed.speed: '60 m/s' is a velocity (m/s), where an angular velocity (rad/s) is wanted
 a unit in capitals | ModelError | motor | model: line 14: drivers.motor.law.constant_speed.speed: '60 RPM' is not a formula: there is no unit 'RPM', did you mean 'rpm'?

@@ -1,17 +1,22 @@
 """The schema of model files: it knows the gallery, and refuses what the reader refuses."""
 
+import dataclasses
 import json
 import tomllib
 
 import jsonschema
 import pytest
 
+import mbody
 from mbody import ModelError, gallery
-from mbody.files.model import json_schema
+from mbody.core.other_words import KINDS
+from mbody.files.model import in_units, json_schema
+from mbody.files.model.problems import SECTIONS, also_written
 from mbody.files.model.write import as_data
+from mbody.teaching.element_reference import SURROUNDINGS, element_reference
 from tests.support.cases import first_fast
 from tests.support.model_files import SCHEMA
-from tests.support.model_text import model_from
+from tests.support.model_text import model_from, text_from
 
 
 @first_fast("name", gallery.names(), 9)
@@ -78,3 +83,34 @@ def test_schema_and_reader_refuse_the_same(change):
     assert not SCHEMA.is_valid(data)
     with pytest.raises(ModelError):
         model_from(json.dumps(data), True)
+
+
+def test_other_words_for_kinds_are_taken():
+    """Every one by reader and schema, for the same element; none is a kind itself."""
+    known = {kind for kinds in SECTIONS.values() for kind in kinds}
+    assert not KINDS.keys() & known and set(KINDS.values()) <= known
+    for section, kinds in SECTIONS.items():
+        for kind, cls in kinds.items():
+            assert not KINDS.keys() & {field.name for field in dataclasses.fields(cls)}
+            example = element_reference(kind)
+            (own,) = [one for one in example if one.section == section]
+            for word in also_written(kind):
+                data = tomllib.loads(f"{SURROUNDINGS}{own.file}\n")
+                one = model_from(json.dumps(data), True)
+                data[section] = {
+                    name: {word if key == kind else key: v for key, v in entry.items()}
+                    for name, entry in data[section].items()
+                }
+                SCHEMA.validate(data)
+                assert text_from(model_from(json.dumps(data), True), True) == text_from(one, True)
+
+
+def test_units_of_results_are_kept():
+    text = 'units = "mm-N-s"\n[output_units]\nmass = "kg"\nspeed = "rpm"\n'
+    text += '[bodies.a]\nmass = "2 kg"\n'
+    machine = mbody.from_toml(text)
+    assert machine.output_units == {"mass": "kg", "speed": "rpm"}
+    for one in (mbody.from_toml(mbody.to_toml(machine)), in_units(machine, "in-lbf-s")):
+        assert one.output_units == machine.output_units
+        assert one.shown.of("mass") == "kg" and one.shown.of("angular velocity") == "rpm"
+    SCHEMA.validate(as_data(machine))

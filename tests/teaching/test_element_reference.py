@@ -13,7 +13,7 @@ from mbody import laws
 from mbody.cli import main
 from mbody.errors import ModelError
 from mbody.files.model import json_schema
-from mbody.files.model.problems import LAWS, SECTIONS, written_fields
+from mbody.files.model.problems import LAWS, SECTIONS, also_written, written_fields
 from mbody.model import contact, coupling, driver, joints, loads, stop
 from mbody.model import stop as freewheel
 from mbody.model.body import Body
@@ -82,9 +82,12 @@ def test_fields_are_those_of_the_schema(section, kind):
     found = one(section, kind)
     definition = json_schema()["$defs"][found.cls.__name__]
     main_fields = set(found.cls.main)
-    assert {kind} | {field.name for field in found.fields} - main_fields == set(
+    words = {kind, *also_written(kind)}
+    assert words | {field.name for field in found.fields} - main_fields == set(
         definition["properties"]
     )
+    if len(words) > 1:
+        assert {one["required"][0] for one in definition["oneOf"]} == words
     required = {field.name for field in found.fields if field.needed} - main_fields
     assert set(definition.get("required", [])) - {kind} <= required
     assert len(found.fields) == len(written_fields(found.cls))

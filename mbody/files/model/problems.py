@@ -16,7 +16,7 @@ from typing import Any
 
 from mbody import laws
 from mbody.core.former_names import former
-from mbody.core.other_words import meant
+from mbody.core.other_words import KINDS, meant
 from mbody.errors import ModelError, brief, remedy
 from mbody.model import driver, joints, loads
 from mbody.model.element import Element
@@ -98,6 +98,24 @@ def written_fields(cls: type[Element]) -> list[dataclasses.Field[Any]]:
 @functools.lru_cache
 def _words() -> dict[type, tuple[str, str]]:
     return {cls: (s, kind) for s, kinds in SECTIONS.items() for kind, cls in kinds.items()}
+
+
+def kind_in(section: str, given: Any) -> str | None:
+    """The word by which a table of a section names its kind, the usual one or another."""
+    # "angle" is a kind of driver and a field of forces and places: the first kind counts
+    words = _words_in(section) if isinstance(given, dict) else ()
+    return next((word for word in words if word in given), None)
+
+
+@functools.cache
+def _words_in(section: str) -> tuple[str, ...]:
+    """All words for kinds of a section, in the order of the kinds."""
+    return tuple(word for kind in SECTIONS[section] for word in (kind, *also_written(kind)))
+
+
+def also_written(kind: str) -> list[str]:
+    """Other words that files take for a kind."""
+    return [word for word, one in KINDS.items() if one == kind]
 
 
 def kind_of(element: Element) -> str | None:
@@ -348,8 +366,11 @@ def unknown_key(key: Any, known: list[str], given: Mapping[str, Any], path: KeyP
     """
     if sentence := former(f"[{path[0] if path else key}] {key}"):
         return sentence
-    kinds = next((kinds for kinds in SECTIONS.values() if key in kinds), {})
-    first = next((kind for kind in kinds if kind in given and kind != key), None)
+    section = str(path[0]) if path else ""
+    if section in SECTIONS and kind_in(section, {key: None}):
+        first = kind_in(section, {one: None for one in given if one != key})
+    else:
+        first = None
     if first is not None:
         return f"names a second kind of element beside '{first}': keep one of them"
     if intended := meant(key, [one for one in known if one != "$schema"]):
@@ -374,7 +395,7 @@ def no_kind(section: str, name: str, given: Any) -> str:
     for key in [*given][:MOST] if isinstance(given, dict) else ():
         if sentence := former(f"[{section}] {key}"):
             return sentence
-        if intended := meant(key, kinds):
+        if intended := meant(key, [*kinds, *(word for word in KINDS if KINDS[word] in kinds)]):
             return f"{says}: it has '{short(key)}', did you mean '{intended}'?"
     return says
 

@@ -110,6 +110,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         )
     except ModelError as error:
         return None, [_framed(given, error)]
+    problems += _shown(given.get("output_units", {}), mechanism)
     missing: set[str] = set()
 
     def add(path: KeyPath, cls: type[Element], fields: dict[str, Any]) -> None:
@@ -145,6 +146,18 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
     if not problems:
         problems += _formulas(mechanism, mechanism.stops, compiled_stop)
     return mechanism, problems
+
+
+def _shown(given: dict[str, str], mechanism: Mechanism) -> list[Problem]:
+    """Errors in units of results, which the mechanism is given."""
+    problems = []
+    for name, unit in given.items():
+        try:
+            mechanism.output_units = mechanism.output_units | {name: unit}
+        except ModelError as error:
+            text = str(error).removeprefix("output units: ").removeprefix(f"{name}: ")
+            problems.append(Problem(("output_units", name), text))
+    return problems
 
 
 def _formulas(mechanism: Mechanism, elements: Iterable[Any], compiled: Any) -> list[Problem]:

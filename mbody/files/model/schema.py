@@ -7,6 +7,7 @@ import functools
 import re
 from typing import Any
 
+from mbody.core.other_words import KINDS
 from mbody.files.model import study_tables
 from mbody.files.model.fields import (
     ALWAYS,
@@ -39,7 +40,14 @@ from mbody.files.model.fields import (
     law_of,
     quantity,
 )
-from mbody.files.model.problems import SECTIONS, KeyPath, no_kind, written_fields
+from mbody.files.model.problems import (
+    SECTIONS,
+    KeyPath,
+    also_written,
+    kind_in,
+    no_kind,
+    written_fields,
+)
 from mbody.model.body import Body, Guess
 from mbody.model.element import Element
 from mbody.model.states import STEADY
@@ -153,6 +161,16 @@ class ElementTable(Wrapper):
             )
         self.inner = TableCodec(cls.__name__, first_paragraph(cls), keys)
 
+    def schema(self, defs: dict[str, Any]) -> dict[str, Any]:
+        found = super().schema(defs)
+        table, words = defs[self.cls.__name__], also_written(self.kind)
+        if words and self.kind in table["required"]:
+            own = table["properties"]
+            own |= {word: {**own[self.kind], "description": self.kind} for word in words}
+            table["required"].remove(self.kind)
+            table["oneOf"] = [{"required": [word]} for word in (self.kind, *words)]
+        return found
+
 
 @functools.cache
 def table_of_kind(cls: Any, kind: str = "") -> ElementTable:
@@ -169,11 +187,11 @@ class Section(Codec):
         self.section, self.kinds = section, SECTIONS[section]
 
     def read(self, given: Any, path: KeyPath, at: FileReading) -> Any:
-        # "angle" is a kind of driver and a field of forces and places: the first kind counts
-        kind = next((k for k in self.kinds if isinstance(given, dict) and k in given), None)
+        kind = kind_in(self.section, given)
         if kind is None:
             return at.refuse(path, lambda: no_kind(self.section, str(path[-1]), given))
-        table = table_of_kind(self.kinds[kind], kind)
+        cls = self.kinds[kind] if kind in self.kinds else self.kinds[KINDS[kind]]
+        table = table_of_kind(cls, kind)
         found = table.read(given, path, at)
         return found if found is REFUSED else (table.cls, found)
 
@@ -251,6 +269,8 @@ def file_table() -> TableCodec:
         ),
     }
     parameters = ByName(NumberCodec(), elements=False)
+    units = ByName(TEXT, elements=False)
+    keys["output_units"] = Key(units, 'Units of results by quantity, as mass = "kg".')
     keys["parameters"] = Key(parameters, "Named numbers that formulas may use.")
     keys |= {name: Key(ByName(codec), text) for name, (codec, text) in by_name.items()}
     return TableCodec("Model", "A planar mechanism, as mbody reads it.", keys)

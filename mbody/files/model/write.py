@@ -280,6 +280,8 @@ class Writer:
             data["angle"] = "rad"
         if not isinstance(machine.g, LeftOut):
             data["g"] = self.written(machine.g, DIMENSIONS["acceleration"])
+        if machine.output_units:
+            data["output_units"] = machine.output_units
         if machine.parameters:
             data["parameters"] = {name: self.parameter(name) for name in machine.parameters}
         if machine.curves:
