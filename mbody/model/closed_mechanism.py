@@ -135,9 +135,9 @@ def with_numbers(machine: Mechanism, values: Mapping[str, float]) -> Mechanism:
     made of parameters follows them still.
 
     >>> from mbody import makers
-    >>> machine = with_numbers(makers.four_bar(1, 3, 2, 3.5), {"crank.A.x": 1.5, "A.friction": 0.1})
-    >>> machine["crank"].points["A"], machine["A"].friction
-    ((1.5, 0.0), 0.1)
+    >>> machine = with_numbers(makers.four_bar(1, 3, 2, 3.5), {"crank.A.x": 1.5, "crank.mass": 2.0})
+    >>> machine["crank"].points["A"], machine["crank"].mass
+    ((1.5, 0.0), 2.0)
     """
     changed: dict[str, Element] = {}
     keys: list[str] = []

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mbody.model.element import Element
+    from mbody.solution.columns import ResultColumn
     from mbody.solution.friction_results import Efficiency
     from mbody.solution.solution import Solution
 
@@ -541,6 +542,81 @@ class _Rows:
             self.add(name, unit, values, PRINTED_NONE * float(finite.max(initial=0.0)))
 
 
+# -- The tables of a few dozen positions: a row a position --------------------------------------
+
+#: As many positions of a driven motion have a row each.
+ROWS = 40
+#: Tables beside which no others follow: of larger mechanisms efforts and measures alone.
+BLOCKS = 3
+
+
+def positions(solution: Solution) -> list[str]:
+    """Lines of tables with a row for each of `MOST` to `ROWS` positions of a driven motion: joint
+    forces and efforts, of kinematics the motion of the links; of others none.
+
+    >>> import mbody, numpy as np
+    >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5)
+    >>> run = mbody.statics(machine, drive={"motor": np.radians(np.arange(0.0, 360.0, 30.0))})
+    >>> [line.split() for line in positions(run)[:4:3]]
+    [['at', 'motor', 'T12', 'F12', 'F32', 'F43', 'F14'], ['0.000', '0', '0', '0', '0', '0']]
+    """
+    if solution.record.batch or solution.analysis == "simulate":
+        return []
+    if not MOST < len(solution) <= ROWS:
+        return []
+    columns, forces = solution.table(), solution.has_forces
+    drivers = columns.by_owner("driver", "value", "effort")
+    names = force_names(solution.mechanism)
+    head = [_history(solution, one["value"], f"at {name}") for name, one in drivers.items()]
+    if not head:
+        head = [_history(solution, columns["t"], "t")]
+    own = [
+        _history(solution, one["effort"], names[name][0]) for name, one in drivers.items() if forces
+    ]
+    if forces:
+        found = columns.by_owner("joint", "force")
+        more = [_history(solution, one["force"], names[name][0]) for name, one in found.items()]
+    else:
+        found = columns.by_owner("body", "angle", "omega")
+        more = [
+            _history(solution, column, f"{name} ω" if key == "omega" else name)
+            for name, one in found.items()
+            for key, column in one.items()
+        ]
+    known = {f"{owner}.{key}" for key in ("force", "effort") for owner in (*found, *drivers)}
+    for name, measure in solution.mechanism.measures.items():
+        if not measure.by and measure.of not in known and found_by(solution, measure):
+            values, _, unit = shown_measure(solution, measure)
+            floor = PRINTED_NONE * float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+            own.append(Column(name, numbers(values, floor), unit))
+    blocks = _blocks(head, [*own, *more])
+    if len(blocks) > BLOCKS:
+        blocks = _blocks(head, own)
+    return [line for n, block in enumerate(blocks) for line in ([""] if n else []) + table(block)]
+
+
+def _history(solution: Solution, column: ResultColumn, title: str) -> Column:
+    """A column of a history, in the units that are shown."""
+    units = solution.mechanism.shown
+    if column.quantity == "angle":
+        values, turn = column.values, 2.0 * np.pi
+        if values.min() >= 0.0 and np.ptp(values) < turn <= values.max():
+            values = values % turn  # positions that the law meets in its next revolution
+        return turned(title, values, units)
+    floor = _floor(solution, column.dimension)
+    return quantities(title, column.values, column.quantity, units, floor)
+
+
+def _blocks(head: list[Column], columns: list[Column]) -> list[list[Column]]:
+    """The columns in tables that are not wider than a summary, each behind the same head."""
+    for count in range(1, len(columns)):
+        size = -(-len(columns) // count)
+        parts = [columns[n : n + size] for n in range(0, len(columns), size)]
+        if all(len(one) <= WIDTH for part in parts for one in table([*head, *part])):
+            return [[*head, *part] for part in parts]
+    return [[*head, column] for column in columns]
+
+
 # -- The summary of many instants or designs: ranges and peaks, and where they occur -------------
 
 
@@ -559,7 +635,7 @@ class _Summary:
         self.spans = len(solution) > 1 and np.ptp(solution.t) > 0.0
 
     def lines(self) -> list[str]:
-        parts = [few_instants(self.solution), self._links()]
+        parts = [few_instants(self.solution), positions(self.solution), self._links()]
         if self.forces:
             parts.append(self._joints())
         parts += [couplings(self.solution), contacts(self.solution)]

@@ -11,6 +11,7 @@ import pytest
 import mbody
 from mbody import ModelError, Prismatic, Revolute, cli, gallery
 from mbody.quantities.evaluate import short_degrees
+from mbody.summaries.text_table import force_names
 
 
 def test_an_angle_of_the_command_comes_back_as_it_was_given(capsys):
@@ -84,6 +85,35 @@ def instants(text):
     """The rows of the table of a few instants: name and unit, then the cells."""
     body = text.partition("INSTANTS")[2].partition("─\n")[2].partition("\n\n")[0]
     return [re.split(r"  +", line.strip()) for line in body.splitlines()]
+
+
+@pytest.mark.parametrize(
+    ("model", "at"), [("norton_fourbar", "crank=0:330:12"), ("watt_sixbar", "crank=0:330:12")]
+)
+def test_a_dozen_positions_have_a_row_each(model, at, capsys):
+    """In the order and at the positions that were asked for; cells are those of data."""
+    words = ["kinetostatics", model, "--at", at]
+    assert cli.main(words) == 0
+    blocks = capsys.readouterr().out.split("\n\n")
+    tables = [block.splitlines() for block in blocks if block.lstrip().startswith("at motor")]
+    assert all(len(rows) == 15 and max(map(len, rows)) <= 100 for rows in tables)
+    assert cli.main([*words, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    forces = {name: np.hypot(one["fx"], one["fy"]) for name, one in data["reactions"].items()}
+    names = force_names(gallery.load(model))
+    wanted = {names[name][0]: values for name, values in forces.items()}
+    wanted |= {names["motor"][0]: data["efforts"]["motor"]}
+    seen = set()
+    for head, _, _, *rows in tables:
+        cells = np.array([[float(cell) for cell in row.split()] for row in rows])
+        np.testing.assert_allclose(cells[:, 0], np.arange(0.0, 360.0, 30.0), atol=1e-3)
+        for name, column in zip(re.split(r"  +", head.strip())[1:], cells.T[1:], strict=True):
+            if name in wanted:
+                seen.add(name)
+                # six digits of the greatest in a column
+                most = 1e-5 * max(map(abs, wanted[name]))
+                np.testing.assert_allclose(column, wanted[name], rtol=0.0, atol=most)
+    assert seen == set(wanted)
 
 
 def test_a_few_instants_have_a_column_each(capsys):
