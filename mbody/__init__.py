@@ -150,7 +150,6 @@ presentation.register(
     Mobility="mbody.summaries.analyses:mobility_summary",
     Modes="mbody.summaries.analyses:modes_summary",
     Presented="mbody.summaries.declared_text:summary",
-    Optimum="mbody.optimization.optimum:summary",
     Solution="mbody.summaries.instant:summary",
 )
 presentation.register(

@@ -37,7 +37,7 @@ def analyse(args: Any) -> int:
     """Run an analysis and print its results."""
     from mbody.analysis.driven.driven import analyse_at as solved
     from mbody.summaries.instant import efficiency_line
-    from mbody.summaries.text_table import plain_notes
+    from mbody.summaries.text_table import noted
 
     check_forms(args)
     mechanism = model_of(args)
@@ -63,7 +63,7 @@ def analyse(args: Any) -> int:
     elif args.csv != "-":
         print(run)
         if found is not None and output:
-            print("\n".join([efficiency_line(run, output, found), *plain_notes(found)]))
+            print("\n".join([efficiency_line(run, output, found), *noted(found.notes)]))
     return exit_status(run, printed=args.json or (args.csv != "-" and not wants_equations))
 
 

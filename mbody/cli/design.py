@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import answered, exit_status, head_of, print_data, question
@@ -211,7 +212,6 @@ def optimize(args: Any) -> int:
     from mbody.files.model.study_tables import optimization_tasks
     from mbody.files.results import error_data
     from mbody.optimization.optimize import optimize as solved
-    from mbody.optimization.optimum import summary
     from mbody.solution.doubts import Doubt, Inherited, inherited
 
     check_printed(args)
@@ -250,7 +250,7 @@ def optimize(args: Any) -> int:
         doubts += found.doubts
         notes += found.notes
         cases[name] = found.data()
-        texts.append(summary(found, name))
+        texts.append(str(replace(found, case=name)))
         if args.csv:
             _write_optimum(found, args)
         if args.output:

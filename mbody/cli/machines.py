@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
-from mbody.cli.option_values import given, in_degrees, model_of, named_values, plain_angle
+from mbody.cli.analyse import answered, assembly_of, exit_status, print_data, question
+from mbody.cli.option_values import given, model_of, named_values, plain_angle
 from mbody.cli.pictures import motion_or_driven
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError
 
 if TYPE_CHECKING:
-    from mbody.engineering import BalanceShaft, BearingLoad, CamAnalysis, FlywheelProof
+    from mbody.engineering import CamAnalysis, FlywheelProof
     from mbody.model.mechanism import Mechanism
     from mbody.solution.solution import Solution
 
@@ -27,17 +26,9 @@ def shaking(args: Any) -> int:
     orders = [_positive_number(part, "--shafts") for part in (args.shafts or "").split(",") if part]
     run = cycle_run(args, model_of(args))
     found = shaking_orders(run, args.about, args.driver, **highest)
-    shafts = balance_shafts(run, orders, args.driver) if orders else ()
-    if args.json:
-        plain = [dataclasses.asdict(one) for one in shafts]
-        for one in plain if args.angle == "deg" else ():
-            one["angle"] = in_degrees(one["angle"])
-        print_data(found.data(args.angle) | {"shafts": plain})
-    else:
-        print(found)
-        if orders:
-            print(_table(run, shafts))
-    return exit_status(found, printed=args.json)
+    if orders:
+        found = dataclasses.replace(found, shafts=balance_shafts(run, orders, args.driver))
+    return answered(args, found, printed=True)
 
 
 def cycle_run(args: Any, mechanism: Mechanism, analysis: str = "kinetostatics") -> Solution:
@@ -59,24 +50,6 @@ def _positive_number(text: str, option: str) -> float:
     if not math.isfinite(value) or not value > 0.0:
         raise UsageError(f"{option} takes numbers above 0 such as 2, not {text[:40]!r}")
     return value
-
-
-def _table(run: Solution, shafts: Sequence[BalanceShaft]) -> str:
-    from mbody.summaries.text_table import Column, angles, numbers, table
-
-    if not shafts:
-        return "\nno balance shaft is needed for these orders"
-    unit = run.mechanism.units
-    lines = table(
-        [
-            Column("SHAFT", [f"{one.order:g}" for one in shafts]),
-            Column("", ["with it" if one.sense > 0 else "against it" for one in shafts], text=True),
-            Column("m·r", numbers([s.unbalance for s in shafts]), f"{unit.mass}·{unit.length}"),
-            Column("angle", angles([one.angle for one in shafts]), "deg"),
-            Column("force", numbers([one.force for one in shafts]), unit.force),
-        ]
-    )
-    return "\n".join(["", *lines])
 
 
 # -- `mbody flywheel MODEL --coefficient C`: the turning moment over a cycle, and its flywheel -
@@ -132,7 +105,7 @@ CLASSES = 10
 
 def bearings(args: Any) -> int:
     """Print the equivalent load and the life of every bearing."""
-    from mbody.engineering import bearing_load
+    from mbody.engineering.bearing_loads import BearingLoads, bearing_load
 
     ratings: dict[str, Any] = named_values(args.rating, "--rating")
     mechanism = model_of(args)
@@ -140,17 +113,10 @@ def bearings(args: Any) -> int:
     wanted = [*dict.fromkeys([*(args.joint or _revolutes(mechanism)), *ratings])]
     kind = _kind(args.kind)
     run = motion_or_driven(args, mechanism) if args.to else cycle_run(args, mechanism)
-    found = {name: bearing_load(run, name, kind, ratings.get(name)) for name in wanted}
-    if args.json:
-        head = head_of(run.mechanism, "bearings", run)
-        rows = {
-            name: _plain(one.data()) | {"spectrum": one.spectrum(args.spectrum or CLASSES)}
-            for name, one in found.items()
-        }
-        print_data(head | {"bearings": rows})
-    else:
-        print(_summary(run, found, args.spectrum))
-    return exit_status(run, printed=True)
+    loads = {name: bearing_load(run, name, kind, ratings.get(name)) for name in wanted}
+    classes = args.spectrum or CLASSES
+    found = BearingLoads(run, loads, classes, spectra=bool(args.spectrum))
+    return answered(args, found, printed=True)
 
 
 def _revolutes(mechanism: Mechanism) -> list[str]:
@@ -168,66 +134,6 @@ def _kind(text: str) -> str | float:
         return float(text)
     except ValueError:
         return text
-
-
-def _plain(data: dict[str, Any]) -> dict[str, Any]:
-    """Data with None for infinite values."""
-    return {
-        key: value if value is None or math.isfinite(value) else None for key, value in data.items()
-    }
-
-
-def _summary(run: Solution, found: dict[str, BearingLoad], classes: int | None) -> str:
-    from mbody.summaries.text_table import Column, certified, even, numbers, table, title
-
-    unit, loads = run.mechanism.units, list(found.values())
-    exponent = loads[0].exponent
-    words = f"bearings over {loads[0].cycle:.6g} {unit.time}, exponent of life {exponent:.4g}"
-    rated = [one for one in loads if one.life is not None]
-    columns = [
-        Column("BEARING", list(found), text=True),
-        Column("equivalent", numbers([one.equivalent for one in loads]), unit.force),
-        Column("by time", numbers([one.in_time for one in loads]), unit.force),
-        Column("greatest", numbers([one.greatest for one in loads]), unit.force),
-        Column("mean", numbers([one.mean for one in loads]), unit.force),
-        Column("turns a cycle", numbers([one.revolutions for one in loads])),
-    ]
-    if rated:
-        columns += [
-            Column("life", [_life(one.life) for one in loads], "10⁶ rev"),
-            Column("life", [_hours(run, one) for one in loads], "h"),
-        ]
-    lines = [*title(run.mechanism.name, words, unit), "", *table(columns)]
-    for name, one in found.items() if classes else ():
-        rows = one.spectrum(classes or 1)
-        lines += [
-            "",
-            *table(
-                [
-                    Column(f"{name}: from", numbers([row[0] for row in rows]), unit.force),
-                    Column("to", numbers([row[1] for row in rows]), unit.force),
-                    Column("of revolutions", [f"{100.0 * row[2]:.2f}" for row in rows], "%"),
-                    Column("of time", [f"{100.0 * row[3]:.2f}" for row in rows], "%"),
-                ]
-            ),
-        ]
-    return "\n".join(even([*lines, *certified(run)]))
-
-
-def _life(revolutions: float | None) -> str:
-    if revolutions is None:
-        return ""
-    return f"{revolutions / 1e6:.5g}" if math.isfinite(revolutions) else "endless"
-
-
-def _hours(run: Solution, one: BearingLoad) -> str:
-    from mbody.quantities.units import unit_system
-
-    if one.time is None:
-        return ""
-    if not math.isfinite(one.time):
-        return "endless"
-    return f"{one.time * unit_system(run.mechanism.units).unit('time').factor / 3600.0:.5g}"
 
 
 # -- `mbody cam MODEL`: pressure angle, curvature, contour and base circle of a cam ------------

@@ -500,8 +500,7 @@ class ToleranceStudy(Inherited, Presented):
             ),
             "CONTRIBUTIONS",
         ),
-        Value("allocation"),
-        IncludedResult("allocation", text_alone=True),
+        IncludedResult("allocation", "allocation"),
         Value("failures"),
         Sentence(
             lambda found: (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import data_only
+from mbody.solution.declared_result import ItemTable, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -25,6 +26,13 @@ Array = np.ndarray
 #: Exponents of life by the kind of bearing (ISO 281).
 EXPONENTS = {"ball": 3.0, "roller": 10.0 / 3.0}
 REVOLUTION = 2.0 * math.pi
+
+
+def lasting(life: float | None, size: float) -> str | None:
+    """A life in other units; None where it is not known."""
+    if life is None:
+        return None
+    return f"{size * life:.5g}" if math.isfinite(life) else "endless"
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +83,15 @@ class BearingLoad(Inherited, Presented):
     t: Array
 
     declared = (
-        *data_only("equivalent", "in_time", "greatest", "mean", "revolutions", "cycle"),
-        *data_only("exponent", "life", "time"),
+        Value("equivalent", "equivalent", "force"),
+        Value("in_time", "by time", "force"),
+        Value("greatest", "greatest", "force"),
+        Value("mean", "mean", "force"),
+        Value("revolutions", "turns a cycle"),
+        Value("cycle", "", "time"),
+        *data_only("exponent", "life"),
+        Value("", "life, 10⁶ rev", "text", lambda one: lasting(one.life, 1e-6)),
+        Value("time", "", "time"),
     )
 
     def spectrum(self, classes: int = 10) -> list[tuple[float, float, float, float]]:
@@ -100,6 +115,70 @@ class BearingLoad(Inherited, Presented):
         ]
         rows = zip(edges[:-1], edges[1:], *shares, strict=True)
         return [(float(a), float(b), float(r), float(s)) for a, b, r, s in rows]
+
+
+def _spectrum_of(load: BearingLoad) -> Callable[[Any], Any]:
+    return lambda found: load.spectrum(found.classes)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BearingLoads(Presented):
+    """Loads of several bearings over one cycle; ``print`` shows them.
+
+    Attributes
+    ----------
+    run : Solution
+    loads : dict
+        A `BearingLoad` by joint.
+    classes : int
+        Of the spectra in its data; of those in its text, if they are wanted there.
+    spectra : bool
+        Whether its text has them.
+    """
+
+    run: Any
+    loads: dict[str, BearingLoad]
+    classes: int = 10
+    spectra: bool = False
+
+    analysis_name = "bearings"
+
+    @property
+    def about_text(self) -> str:
+        """How long the cycle is, and the exponent of life."""
+        one = next(iter(self.loads.values()))
+        unit = self.run.mechanism.units.time
+        return f"bearings over {one.cycle:.6g} {unit}, exponent of life {one.exponent:.4g}"
+
+    @property
+    def declared(self) -> tuple[Any, ...]:
+        """The bearings, and the spectra of each."""
+        hour = self.run.mechanism.units.unit("time").factor / 3600.0
+        hours = Value("", "life, h", "text", lambda one: lasting(one.time, hour))
+        spectrum = Value(
+            "spectrum", "", ("force", "force", "", ""), lambda one: one.spectrum(self.classes)
+        )
+        tables = [
+            ItemTable(
+                "",
+                (
+                    Value("", f"{name}: from", "force", lambda row: row[0]),
+                    Value("", "to", "force", lambda row: row[1]),
+                    Value("", "of revolutions", "share", lambda row: row[2]),
+                    Value("", "of time", "share", lambda row: row[3]),
+                ),
+                value=_spectrum_of(one),
+            )
+            for name, one in self.loads.items()
+            if self.spectra
+        ]
+        return ItemTable(
+            "bearings", (*BearingLoad.declared, hours, spectrum), "BEARING", "loads"
+        ), *tables
+
+    status = property(lambda self: self.run.status)
+    doubts = property(lambda self: self.run.doubts)
+    notes = property(lambda self: self.run.notes)
 
 
 @inherits

@@ -22,7 +22,13 @@ from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.checks import loaded
 from mbody.solution.contact_forces import acting_contacts
-from mbody.solution.declared_result import ColumnTable, Heading, Value
+from mbody.solution.declared_result import (
+    ColumnTable,
+    Heading,
+    ItemTable,
+    Sentence,
+    Value,
+)
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, reaction_torque
 from mbody.solution.known_forces import inherits
@@ -431,6 +437,8 @@ class ShakingOrders(Orders, Presented):
         As of `Harmonics`, of the force.
     turns : int
     run : Solution
+    shafts : tuple of BalanceShaft, optional
+        Those that are to be shown with it.
 
     Examples
     --------
@@ -456,6 +464,7 @@ class ShakingOrders(Orders, Presented):
     folding: float
     turns: int
     run: Any
+    shafts: tuple[BalanceShaft, ...] | None = None
 
     analysis_name = "shaking"
     declared = (
@@ -495,6 +504,26 @@ class ShakingOrders(Orders, Presented):
             },
         ),
         Value("turns"),
+        ItemTable(
+            "shafts",
+            (
+                Value("order", "SHAFT"),
+                Value(
+                    "", "turns", "text", lambda one: "with it" if one.sense > 0 else "against it"
+                ),
+                Value("sense"),
+                Value("unbalance", "m·r", "mass·length"),
+                Value("", "angle", "angle", lambda one: one.angle % (2.0 * math.pi)),
+                Value("angle", "", "angle"),
+                Value("force", "force", "force"),
+            ),
+            value=lambda found: found.shafts or (),
+        ),
+        Sentence(
+            lambda found: (
+                "no balance shaft is needed for these orders" if found.shafts == () else ""
+            )
+        ),
     )
 
     def of(self, order: float) -> float:

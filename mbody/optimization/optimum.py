@@ -7,7 +7,7 @@ import math
 import os
 import tomllib
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,11 +21,11 @@ from mbody.files.model.write import toml
 from mbody.live.file_numbers import file_numbers
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import data_only
+from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import Column, even, noted, number, paragraph, table
+from mbody.summaries.text_table import number
 from mbody.system.assembler import assemble
 
 # -- A mechanism with the numbers of a design, as a model file would have them -----------------
@@ -122,6 +122,24 @@ class ParetoPoint(Presented):
     values: dict[str, float]
 
 
+def _aim(n: int) -> Callable[[ParetoPoint], float]:
+    return lambda one: one.objective[n]
+
+
+def _aims(found: Optimum) -> list[str]:
+    """The objectives, before and after."""
+    several = isinstance(found.objective, tuple)
+    values = found.objective if several else (found.objective,)
+    before: Any = found.start_objective if several else (found.start_objective,)
+    if found.start_objective is None:
+        before = (None,) * len(values)
+    return [
+        f"{aim} = {number(value)} {unit}".rstrip()
+        + (f", before {number(old)}" if old is not None else "")
+        for (aim, unit), value, old in zip(found.aims, values, before, strict=True)
+    ]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Optimum(Inherited, Presented):
     """Result of `mbody.optimize`.
@@ -141,6 +159,7 @@ class Optimum(Inherited, Presented):
       no worse than by the part `loss` of its size and no limit is broken by more than that part.
     `pareto`: Of two aims, by the first one; otherwise empty.
     `run`: The analysis of the optimum.
+    `case`: Its name, where there are several.
     """
 
     aim: str
@@ -160,13 +179,58 @@ class Optimum(Inherited, Presented):
     loss: float
     pareto: tuple[ParetoPoint, ...]
     run: Solution
+    case: str = ""
     _cache: dict[str, Mechanism] = field(default_factory=dict)
 
-    declared = (
-        *data_only("aim", "objective", "start_objective", "values", "units", "constraints"),
-        *data_only("active", "starts", "agreeing", "evaluations", "band", "loss", "pareto"),
-        *data_only("status", "notes"),
-    )
+    about_text = "{0.case}"
+
+    @property
+    def declared(self) -> tuple[Any, ...]:
+        """Aims, numbers, limits, what binds, and the front."""
+        front = [
+            Value("", f"{aim} [{unit}]" if unit else aim, "each", _aim(n))
+            for n, (aim, unit) in enumerate(self.aims)
+        ]
+        return (
+            *data_only("aim", "objective", "start_objective", "units"),
+            Sentence(_aims),
+            ColumnTable(
+                (
+                    Value("", "before", "each", "start_values"),
+                    Value("values", "optimum", "each"),
+                    Value("", "unit", "text", "units"),
+                    Value("", f"band from ({self.loss:.3g})", "each", lambda one: one.band_ends(0)),
+                    Value("", "to", "each", lambda one: one.band_ends(1)),
+                ),
+                "NUMBERS",
+            ),
+            ColumnTable(
+                (Value("constraints", "margin", "each", floor=OPTIMUM_MARGIN_NONE),), "LIMITS"
+            ),
+            ItemTable(
+                "active",
+                (
+                    Value("constraint", "BINDS", "text"),
+                    Value("multiplier", "per unit", "each"),
+                    Value("unit", "unit", "text"),
+                    Value("t", "at t", "time"),
+                ),
+            ),
+            *data_only("starts", "agreeing", "evaluations", "band", "loss", "pareto"),
+            ItemTable("", tuple(front), "FRONT", lambda one: dict(enumerate(one.pareto))),
+            Sentence(
+                lambda one: (
+                    f"{one.agreeing} of {one.starts} searches ended "
+                    + ("at the ends of the front" if one.pareto else "here")
+                    + f"; {one.evaluations} analyses with derivatives"
+                )
+            ),
+            *data_only("status", "notes"),
+        )
+
+    def band_ends(self, end: int) -> dict[str, float]:
+        """Lower (0) or upper (1) ends of the bands."""
+        return {name: pair[end] for name, pair in self.band.items()}
 
     def __post_init__(self) -> None:
         kept = self._cache
@@ -194,83 +258,3 @@ class Optimum(Inherited, Presented):
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"
-
-
-# -- The readable summary of an optimum: what ``print(mbody.optimize(machine, ...))`` shows ------
-
-
-def summary(found: Optimum, name: str = "") -> str:
-    """An optimum as text, at most 100 characters wide."""
-    title = found.run.mechanism.name + (f": {name}" if name else "")
-    lines = [*paragraph(title), "", *_aims(found), ""]
-    names = list(found.values)
-    band = [found.band[one] for one in names]
-    lines += table(
-        [
-            Column("NUMBERS", names, text=True),
-            Column("before", [number(found.start_values[one]) for one in names]),
-            Column("optimum", [number(found.values[one]) for one in names]),
-            Column("unit", [found.units[one] for one in names], text=True),
-            Column(f"band from ({found.loss:.3g})", [number(low) for low, _ in band]),
-            Column("to", [number(high) for _, high in band]),
-        ]
-    )
-    if found.constraints:
-        lines += ["", *_limits(found)]
-    if found.active:
-        lines += ["", *_active(found)]
-    if found.pareto:
-        lines += ["", *_front(found)]
-    lines += [
-        "",
-        *paragraph(
-            f"{found.agreeing} of {found.starts} searches ended "
-            + ("at the ends of the front" if found.pareto else "here")
-            + f"; {found.evaluations} analyses with derivatives"
-        ),
-    ]
-    if found.status != "completed":
-        lines += ["", *paragraph(found.status, "STATUS   ")]
-    return "\n".join(even([*lines, *noted(found.notes)]))
-
-
-def _aims(found: Optimum) -> list[str]:
-    """Lines with the objectives, before and after."""
-    several = isinstance(found.objective, tuple)
-    values = found.objective if several else (found.objective,)
-    before: Any = found.start_objective if several else (found.start_objective,)
-    if found.start_objective is None:
-        before = (None,) * len(values)
-    lines = []
-    for (aim, unit), value, old in zip(found.aims, values, before, strict=True):
-        text = f"{aim} = {number(value)} {unit}".rstrip()
-        lines += paragraph(text + (f", before {number(old)}" if old is not None else ""))
-    return lines
-
-
-def _limits(found: Optimum) -> list[str]:
-    texts = list(found.constraints)
-    margins = [
-        "0" if abs(m) < OPTIMUM_MARGIN_NONE else number(m) for m in found.constraints.values()
-    ]
-    return table([Column("LIMITS", texts, text=True), Column("margin", margins)])
-
-
-def _active(found: Optimum) -> list[str]:
-    time = found.run.mechanism.units.time
-    return table(
-        [
-            Column("BINDS", [one.constraint for one in found.active], text=True),
-            Column("per unit", [number(one.multiplier) for one in found.active]),
-            Column("unit", [one.unit for one in found.active], text=True),
-            Column("at t", ["–" if one.t is None else number(one.t) for one in found.active], time),
-        ]
-    )
-
-
-def _front(found: Optimum) -> list[str]:
-    own = [
-        Column(aim, [number(one.objective[n]) for one in found.pareto], unit)
-        for n, (aim, unit) in enumerate(found.aims)
-    ]
-    return table([Column("FRONT", [str(n) for n in range(len(found.pareto))], text=True), *own])

@@ -11,6 +11,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -61,7 +62,8 @@ class Value(DeclaredEntry):
       "share", which people read in percent, "text", or "each" where every row has a unit of its
       own; of a mapping by key, of a sequence one by one; or a function that says it.
     `missing`: For people, where there is no value; by default it has no row.
-    `floor`: Below it a value is rounding beside others, and printed as 0; of a mapping by key.
+    `floor`: Below it a value is rounding beside others, and printed as 0; a number, of a mapping by
+      key, or a function.
     `columns`: Where the value has parts: of what it is, and beside it.
     """
 
@@ -70,24 +72,20 @@ class Value(DeclaredEntry):
     dimension: str | tuple[str, ...] | Mapping[str, str] | Callable[[Any], Any] = ""
     value: Reader = ""
     missing: str | None = field(default=None, kw_only=True)
-    floor: Callable[[Any], Any] | None = field(default=None, kw_only=True)
+    floor: Any = field(default=0.0, kw_only=True)
     columns: tuple[Value, ...] = field(default=(), kw_only=True)
 
     def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
-        """Its plain value by its key. `dimension`: What it
-        measures where it does not say it itself.
-        """
-        if not self.key:
-            return {}
-        value, measured = self.read(owner), self.dimension_of(owner) or dimension
+        """Its plain value by its key. `dimension`: What it measures where it does not say so."""
+        value = self.read(owner) if self.key else ...
+        measured = called(self.dimension, owner) or dimension
         if value is ...:  # there is no such thing in this one
             return {}
         if isinstance(value, Mapping) and (self.by_key or isinstance(measured, Mapping)):
-            parts = {
-                name: self._plain(one, units, of_name(measured, name, ""))
-                for name, one in value.items()
+            parts = value.items()
+            return {
+                self.key: {n: self._plain(v, units, of_name(measured, n, "")) for n, v in parts}
             }
-            return {self.key: parts}
         return {self.key: self._plain(value, units, measured)}
 
     @property
@@ -95,17 +93,9 @@ class Value(DeclaredEntry):
         """Whether it is a mapping of quantities."""
         return isinstance(self.words, Mapping) or "{}" in self.words
 
-    def dimension_of(self, owner: Any) -> Any:
-        """What it measures in a result."""
-        return self.dimension(owner) if callable(self.dimension) else self.dimension
-
-    def floor_of(self, owner: Any) -> Any:
-        """Below which it is rounding in a result."""
-        return 0.0 if self.floor is None else self.floor(owner)
-
     def _plain(self, value: Any, units: Any, dimension: str) -> Any:
         if self.columns and value is not None:
-            return of_columns(self.columns, value, units, dimension)
+            return of_entries(self.columns, value, units, dimension)
         return plain(value, units, dimension)
 
 
@@ -114,14 +104,19 @@ def data_only(*keys: str, dimension: str = "") -> tuple[Value, ...]:
     return tuple(Value(key, "", dimension) for key in keys)
 
 
-def of_columns(
-    columns: Sequence[DeclaredEntry], owner: Any, units: Any, dimension: str = ""
+def of_entries(
+    declared: Sequence[DeclaredEntry], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
-    """The plain values of several quantities of one thing."""
+    """The plain values of all that is declared of one thing."""
     found: dict[str, Any] = {}
-    for column in columns:
-        found |= column.as_data(owner, units, dimension)
+    for one in declared:
+        found |= one.as_data(owner, units, dimension)
     return found
+
+
+def called(given: Any, owner: Any) -> Any:
+    """What a declaration gives, or what its function finds."""
+    return given(owner) if callable(given) else given
 
 
 def of_name(found: Any, name: str, other: Any) -> Any:
@@ -140,17 +135,17 @@ class Heading(DeclaredEntry):
 
 @dataclass(frozen=True)
 class IncludedResult(DeclaredEntry):
-    """What another result declares, as if it were declared here, or of its text alone; nothing
-    where there is none.
+    """What another result declares, as if it were declared here, its data under `key` if it has
+    one; nothing where there is none.
     """
 
     value: Reader
-    text_alone: bool = False
-    key = ""
+    key: str = ""
 
     def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """The data of the other result."""
-        return {} if self.text_alone else declared_data(self.read(owner), units)
+        other = self.read(owner)
+        return {self.key: plain(other, units)} if self.key else declared_data(other, units)
 
 
 @dataclass(frozen=True)
@@ -170,13 +165,9 @@ class ItemTable(DeclaredEntry):
         if not self.key:
             return {}
         items = self.read(owner)
-        if isinstance(items, Mapping):
-            return {
-                self.key: {
-                    name: of_columns(self.columns, one, units) for name, one in items.items()
-                }
-            }
-        return {self.key: [of_columns(self.columns, one, units) for one in items]}
+        whole = items.values() if isinstance(items, Mapping) else items
+        rows = [of_entries(self.columns, one, units) for one in whole]
+        return {self.key: dict(zip(items, rows, strict=True)) if whole is not items else rows}
 
 
 @dataclass(frozen=True)
@@ -195,7 +186,7 @@ class ColumnTable(DeclaredEntry):
 
     def as_data(self, owner: Any, units: Any, dimension: str = "") -> dict[str, Any]:
         """Every column by its key."""
-        return of_columns(self.columns, owner, units)
+        return of_entries(self.columns, owner, units)
 
 
 @dataclass(frozen=True)
@@ -253,7 +244,7 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: Any = "") -> 
             array = array.astype(object)
             array[~np.isfinite(array.astype(float))] = None
         return array.tolist()
-    if isinstance(dimension, tuple):
+    if isinstance(dimension, tuple) and not isinstance(value[0], list | tuple):
         return [plain(one, units, own) for one, own in zip(value, dimension, strict=True)]
     return [plain(one, units, dimension) for one in value]
 
@@ -269,10 +260,7 @@ def entries(result: Any) -> Sequence[DeclaredEntry]:
 
 def declared_data(result: Any, units: OutputUnits | None, dimension: str = "") -> dict[str, Any]:
     """The plain values of all that a result declares; `dimension`: Of what does not say its own."""
-    found: dict[str, Any] = {}
-    for one in entries(result):
-        found |= one.as_data(result, units, dimension)
-    return found
+    return of_entries(entries(result), result, units, dimension)
 
 
 def result_data(result: Any, angle: str | None) -> dict[str, Any]:
@@ -290,23 +278,15 @@ def result_data(result: Any, angle: str | None) -> dict[str, Any]:
     return heading(model.name, analysis.format(result), symbols, result) | found
 
 
-@dataclass(frozen=True)
-class ResultModel:
-    """The name of the model of a result; units of its data, and of what people read."""
-
-    name: str
-    data_units: OutputUnits
-    shown: OutputUnits
-
-
 def model_of(result: Any) -> Any:
     """The mechanism of a result, or what it knows of it; None where it knows nothing."""
     for owner in ("run", "solution"):
         if (found := getattr(result, owner, None)) is not None:
             return found.mechanism
     found = getattr(result, "mechanism", None)
-    if isinstance(found, str):
-        from mbody.quantities.output_units import OutputUnits, read_by_people
+    if not isinstance(found, str):
+        return found
+    from mbody.quantities.output_units import OutputUnits, read_by_people
 
-        return ResultModel(found, OutputUnits(result.units), read_by_people(result.units))
-    return found
+    units = result.units
+    return SimpleNamespace(name=found, data_units=OutputUnits(units), shown=read_by_people(units))

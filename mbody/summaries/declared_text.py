@@ -18,6 +18,7 @@ from mbody.solution.declared_result import (
     ItemTable,
     Sentence,
     Value,
+    called,
     entries,
     in_units,
     model_of,
@@ -38,34 +39,32 @@ def summary(result: Any) -> str:
     >>> summary(found).splitlines()[2].split()
     ['FLUCTUATION', 'unit']
     """
-    model = model_of(result)
-    units, heading = UnitsOfText(None if model is None else model.shown), Heading("")
-    blocks: list[tuple[type[DeclaredEntry], list[str]]] = []
+    model, heading = model_of(result), Heading("")
+    units = UnitsOfText(None if model is None else model.shown)
+    blocks: list[tuple[bool, list[str]]] = []  # the first, whether they are sentences
     group: list[tuple[Value, Any]] = []
     for one, owner in [*expanded(result), (heading, result)]:
         if isinstance(one, Value):
             group += [(one, owner)] if one.words else []
             continue
-        blocks.append((Value, labelled(heading, group, units)))
+        blocks.append((False, labelled(heading, group, units)))
         group = []
         if isinstance(one, Heading):
             heading = one
         elif isinstance(one, Sentence):
             said = one.read(owner)
             texts = [said] if isinstance(said, str) else said
-            blocks.append((Sentence, [line for text in texts if text for line in paragraph(text)]))
-        elif isinstance(one, ItemTable):
-            blocks.append((ItemTable, rows_table(one, owner, units)))
-        elif isinstance(one, ColumnTable):
-            blocks.append((ColumnTable, columns_table(one, owner, units)))
+            blocks.append((True, [line for text in texts if text for line in paragraph(text)]))
+        elif isinstance(one, ItemTable | ColumnTable):
+            blocks.append((False, table_of(one, owner, units)))
     blocks = [block for block in blocks if block[1]]
     if not blocks:
         return repr(result)
-    lines, above = first_line(result), None
-    for kind, block in blocks:
+    lines, above = first_line(result), False
+    for sentences, block in blocks:
         # sentences follow each other without a gap
-        lines += [*[""][: len(lines) if kind is not Sentence or above is not kind else 0], *block]
-        above = kind
+        lines += ([""] if lines and not (sentences and above) else []) + block
+        above = sentences
     return "\n".join(even([*lines, *(certified(result) if hasattr(result, "doubts") else [])]))
 
 
@@ -149,7 +148,11 @@ def labelled(heading: Heading, group: Sequence[tuple[Value, Any]], units: UnitsO
 
 def rows_of(one: Value, owner: Any) -> Iterator[tuple[str, Value, Any, str, float]]:
     """Words, value, dimension and rounding of the rows of a quantity, of a mapping one a key."""
-    value, dimension, floor = one.read(owner), one.dimension_of(owner), one.floor_of(owner)
+    value, dimension, floor = (
+        one.read(owner),
+        called(one.dimension, owner),
+        called(one.floor, owner),
+    )
     if one.by_key:
         for name, part in value.items():
             words = str(of_name(one.words, name, name)).replace("{}", str(name))
@@ -197,7 +200,7 @@ def columns_of(
 ) -> Iterator[Column]:
     """The column of values of one quantity, and one of a second unit of it."""
     words = str(one.words).format(owner)
-    dimension, floor = one.dimension_of(owner), one.floor_of(owner)
+    dimension, floor = called(one.dimension, owner), called(one.floor, owner)
     if dimension == "text" or any(isinstance(value, str) for value in values):
         whole = ["; ".join(v) if isinstance(v, list | tuple) else v for v in values]
         texts = [(one.missing or "") if v is None else str(v) for v in whole]
@@ -217,9 +220,8 @@ def cells_of(dimension: str, symbol: str, values: np.ndarray) -> Iterable[str]:
     """Numbers of a column: parts of a whole to a hundredth of a percent."""
     if dimension == "share":
         return [f"{value:.2f}" for value in values]
-    if symbol == "deg":
-        return map(degrees, values)
-    return map(number, values) if dimension == "each" else numbers(values)
+    each = degrees if symbol == "deg" else number if dimension == "each" else None
+    return map(each, values) if each else numbers(values)
 
 
 def missing_of(one: Value, value: Any) -> str:
@@ -229,37 +231,32 @@ def missing_of(one: Value, value: Any) -> str:
     return "infinite" if value is not None and math.isinf(value) else "–"
 
 
-def rows_table(one: ItemTable, owner: Any, units: UnitsOfText) -> list[str]:
-    """A table of items, those of a mapping after their names."""
-    items, columns = one.read(owner), []
-    if isinstance(items, Mapping):
-        columns.append(Column(one.words, list(map(str, items)), text=True))
-        items = list(items.values())
-    for column in one.columns if len(items) else ():
-        if isinstance(column, Value) and column.words:
-            columns += columns_of(column, [column.read(item) for item in items], owner, units)
-    return table(columns) if len(items) else []
-
-
-def columns_table(one: ColumnTable, owner: Any, units: UnitsOfText) -> list[str]:
-    """A table of what are columns already; how many rows are left out."""
-    shown = [column for column in one.columns if column.words]
-    values: list[Any] = [column.read(owner) for column in shown]
-    names = list(values[0]) if isinstance(values[0], Mapping) else []
-    if names:
-        values = [[column.get(name) for name in names] for column in values]
-    count = len(values[0])
-    kept = one.kept(owner) if one.kept else range(count) if names else evenly(count)
-    title = one.words.format(owner)
-    columns = [Column(title, [str(names[k]) for k in kept], text=True)] if names else []
+def table_of(one: ItemTable | ColumnTable, owner: Any, units: UnitsOfText) -> list[str]:
+    """A table of items or of columns, the names of a mapping first; how many rows it leaves out."""
+    shown = [column for column in one.columns if isinstance(column, Value) and column.words]
+    if isinstance(one, ItemTable):
+        rows: Any = one.read(owner)
+        items = list(rows.values()) if isinstance(rows, Mapping) else rows
+        values: list[Any] = [[column.read(item) for item in items] for column in shown]
+    else:
+        values = [column.read(owner) for column in shown]
+        rows = values[0]
+        if isinstance(rows, Mapping):
+            values = [[column.get(name) for name in rows] for column in values]
+    names = list(map(str, rows)) if isinstance(rows, Mapping) else []
+    count = len(rows)
+    kept: Any = range(count)
+    if isinstance(one, ColumnTable) and not names:
+        kept = one.kept(owner) if one.kept else evenly(count)
+    columns = [Column(one.words.format(owner), names, text=True)] if names else []
     for column, whole in zip(shown, values, strict=True):
         columns += columns_of(column, [whole[k] for k in kept], owner, units)
-    more = one.kept is None and len(kept) < count
-    left = [f"{len(kept)} of {count} instants; all of them with --json"] if more else []
-    return [*table(columns), *left] if count else []
+    left = [f"{len(kept)} of {count} instants; all of them with --json"]
+    more = isinstance(one, ColumnTable) and one.kept is None and len(kept) < count
+    return [*table(columns), *(left if more else [])] if count else []
 
 
-def evenly(count: int) -> Sequence[int]:
+def evenly(count: int) -> Any:
     """At most `SHOWN` of so many rows, the first and the last among them.
 
     >>> evenly(25)

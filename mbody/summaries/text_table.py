@@ -251,29 +251,6 @@ def paragraph(text: str, mark: str = "") -> list[str]:
     return textwrap.wrap(mark + text, WIDTH, subsequent_indent=" " * len(mark)) or [mark]
 
 
-# -- A summary of single numbers: a name, a number and its unit in a row -------------------------
-
-
-def labelled_rows(head: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Lines of a table of names, numbers and units under a head.
-
-    >>> for line in labelled_rows("FLYWHEEL", [("mean speed", "10", "rad/s")]):
-    ...     print(line)
-    FLYWHEEL          unit
-    ───────────────────────
-    mean speed   10   rad/s
-    """
-    names, values, units = (list(part) for part in zip(*rows, strict=True))
-    return table(
-        [Column(head, names, text=True), Column("", values), Column("unit", units, text=True)]
-    )
-
-
-def plain_notes(result: Any) -> list[str]:
-    """Lines of the notes of a result."""
-    return [line for note in result.notes for line in paragraph(f"note: {note}")]
-
-
 # -- Textbook names, heading and closing lines of summaries ------------------------------------
 
 Array = np.ndarray
