@@ -182,6 +182,7 @@ presentation.register("then", Solution="mbody.analysis.dynamics.simulate:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
 presentation.register("json", Solution="mbody.files.results:write_json")
+presentation.register("xlsx", Solution="mbody.files.spreadsheet:write_xlsx")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Folders that need no import of their own.

@@ -142,7 +142,9 @@ def as_list(values: Any) -> list[Any]:
 # -- The columns of a result by heading ----------------------------------------------------------
 
 
-def columns(solution: Solution, angle: str | None = None) -> dict[str, np.ndarray]:
+def columns(
+    solution: Solution, angle: str | None = None, units: OutputUnits | None = None
+) -> dict[str, np.ndarray]:
     """The columns of `mbody.Solution.table` by heading, each with its unit; where forces are not
     determined, each joint, contact, coupling and driver has a column ``"A.unique"``, 1 or 0, NaN
     where it was not examined.
@@ -152,7 +154,7 @@ def columns(solution: Solution, angle: str | None = None) -> dict[str, np.ndarra
     >>> list(table)[:4]
     ['t [s]', 'crank.x [m]', 'crank.y [m]', 'crank.angle [rad]']
     """
-    units = solution.mechanism.data_units.with_angle(angle, "rad")
+    units = units or solution.mechanism.data_units.with_angle(angle, "rad")
     table, flags = result_table(solution, units), dict[str, set[bool | None]]()
     for one in table:
         if one.key in UNIQUE and one.role != "load" and solution.has_forces:
@@ -217,6 +219,10 @@ def dataset(solution: Solution) -> Any:
     return xarray.Dataset(parts, coords={"t": parts.pop("t")}, attrs=attributes)
 
 
+#: Ends of files that are no text.
+SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
+
+
 def write_csv(
     solution: Solution, path: str | os.PathLike[str], angle: str | None = None, excel: bool = False
 ) -> None:
@@ -233,6 +239,10 @@ def write_csv(
     ...     path.read_text("utf-8")[:24]
     't [s],crank.x [m],crank.'
     """
+    if str(path).lower().endswith(SPREADSHEETS):
+        raise ModelError(
+            f"'{path}' is a file of a spreadsheet, and CSV is text: to_xlsx (--xlsx) writes that"
+        )
     columns(solution)  # refuses what has no columns before a file is touched
     with writing(path, mark=excel) as file:
         print_csv(solution, file, angle)
