@@ -20,7 +20,7 @@ from mbody.cli.option_values import (
     path_of,
     plain_angle,
 )
-from mbody.cli.streams import UsageError, check_printed, message
+from mbody.cli.streams import PRINTED, UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import number_in
 from mbody.solution.doubts import heading, succeeded, unit_symbols
@@ -50,7 +50,7 @@ def analyse(args: Any) -> int:
     output = getattr(args, "efficiency", None)
     found = run.efficiency(output) if output else None
     if args.json:
-        data = run.data(args.angle or "deg")
+        data = run.data()
         if found is not None:
             keys = "value", "given", "useful", "lost"
             data["efficiency"] = {key: getattr(found, key) for key in keys}
@@ -141,25 +141,45 @@ def assembly_of(args: Any) -> str | int | None:
     return text
 
 
+#: Files of a result by their ending, as -o takes them.
+FORMS = ("xlsx", "csv", "npz", "json")
+
+
 def check_forms(args: Any) -> None:
     """Refuse outputs that would mix, before an analysis runs."""
+    if args.output:
+        ending = args.output.rpartition(".")[2].lower()
+        if ending not in FORMS:
+            raise UsageError(
+                f"-o writes a table by its ending, .xlsx, .csv, .npz or .json, which "
+                f"'{args.output[:60]}' has not; pictures are of mbody freebody, report and view"
+            )
+        if getattr(args, ending, None) and ending != "json":
+            raise UsageError(f"give -o {args.output[:60]} or --{ending}, not both")
+        if ending != "json":
+            setattr(args, ending, args.output)
     check_printed(args)
-    if args.npz == "-":
-        raise UsageError("--npz takes a file: its arrays cannot be printed")
+    for form in ("npz", "xlsx"):
+        if getattr(args, form) == PRINTED:
+            raise UsageError(f"--{form} takes a file: it cannot be printed")
 
 
 def write(run: Solution, args: Any) -> None:
     """Write the requested files and report them."""
-    angle = args.angle or "rad"
-    if args.csv == "-":
+    as_json = args.output if args.output and args.output.lower().endswith(".json") else None
+    if args.csv == PRINTED:
         from mbody.files.tables import print_csv
 
-        print_csv(run, sys.stdout, angle)
+        print_csv(run, sys.stdout)
     elif args.csv:
-        run.to_csv(args.csv, angle, args.excel)
+        run.to_csv(args.csv, excel=args.excel)
     if args.npz:
         run.to_npz(args.npz)
-    for path in (args.csv, args.npz):
+    if args.xlsx:
+        run.to_xlsx(args.xlsx)
+    if as_json:
+        run.to_json(as_json)
+    for path in (args.csv, args.npz, args.xlsx, as_json):
         if path and path != "-":
             message(f"wrote {path}: {len(run)} instants")
 
@@ -318,7 +338,7 @@ def simulate(args: Any) -> int:
         save_run(run, args.save)
         message(f"wrote {args.save}: {len(run)} instants")
     if args.json:
-        print_data(run.data(args.angle or "deg"))
+        print_data(run.data())
     elif args.csv != "-":
         print(run)
     return exit_status(run, printed=args.json or args.csv != "-")

@@ -69,6 +69,14 @@ def check_printed(args: Any) -> None:
     """Refuse a table and data in one place, before an analysis runs."""
     if args.excel and (not args.csv or args.csv == PRINTED):
         raise UsageError("--excel goes with --csv FILE: it marks a file for spreadsheets")
+    from mbody.files.writing import SPREADSHEETS
+
+    if args.csv and args.csv.lower().endswith(SPREADSHEETS):
+        other = f"take --xlsx {args.csv}" if hasattr(args, "xlsx") else "name it .csv"
+        raise UsageError(
+            f"--csv writes text, and '{args.csv}' is a file of a spreadsheet: {other}; with "
+            "--excel they read CSV too"
+        )
     if args.json and args.csv == PRINTED:
         raise UsageError("--json and --csv - print to the same place: give --csv a file")
 

@@ -49,6 +49,8 @@ VERBS = """\
     --csv FILE <table>: write all histories as a table; - prints it
     @excel
     --npz FILE: write all histories as NumPy arrays
+    --xlsx FILE: write a spreadsheet: instants, peaks and the model
+    -o --output FILE: any of these, or .json, by the ending of the file
 @analysis Instants
     --analysis NAME =kinetostatics: kinetostatics (default), kinematics, statics
 @driven

@@ -27,17 +27,15 @@ Row = Sequence[Any]
 MOST_ROWS = 1_048_576
 #: Letters of the widest cell that a column is made for.
 WIDEST = 60
-HEADINGS_OF_PEAKS = ("quantity", "unit", "least", "at t", "greatest", "at t", "mean", "rms")
+PEAKS = ("quantity", "unit", "least", "least at t", "greatest", "greatest at t", "mean", "rms")
 
 
-def write_xlsx(
-    solution: Solution, path: str | os.PathLike[str], angle: str | None = None
-) -> None:
+def write_xlsx(solution: Solution, path: str | os.PathLike[str]) -> None:
     """Write a spreadsheet of three sheets: *instants*, a row an instant with the unit of each
     column in its heading; *peaks*, a row a quantity; *model*, what was analysed, and what is said
     of the result.
 
-    Quantities are in the units that people read, `Mechanism.shown`; numbers have all their digits.
+    Quantities are in the units that people read, `Mechanism.shown`; numbers have sixteen digits.
 
     Raises
     ------
@@ -49,7 +47,7 @@ def write_xlsx(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     write_xlsx(run, pathlib.Path(folder, "run.xlsx"))
     """
-    units = solution.mechanism.shown.with_angle(angle, "deg")
+    units = solution.mechanism.shown
     table = columns(solution, units=units)
     if len(solution) >= MOST_ROWS:
         raise ModelError(
@@ -67,7 +65,7 @@ def write_xlsx(
     book.remove(book.active)
     instants = np.column_stack(list(table.values())).tolist()
     _sheet(book, "instants", list(table), instants)
-    _sheet(book, "peaks", HEADINGS_OF_PEAKS, _peaks(solution, units))
+    _sheet(book, "peaks", PEAKS, _peaks(solution, units))
     _sheet(book, "model", ("of", "name", "what", "value"), _model(solution))
     whole = io.BytesIO()
     book.save(whole)
@@ -86,6 +84,9 @@ def _sheet(book: Any, title: str, head: Sequence[str], rows: Iterable[Row]) -> N
     for row in rows:
         cells = [_cell(value) for value in row]
         sheet.append(cells)
+        for n, value in enumerate(cells, start=1):
+            if isinstance(value, str) and value[:1] == "=":
+                sheet.cell(sheet.max_row, n).data_type = "s"  # text, and no formula
         sizes = (12 if isinstance(value, float) else len(str(value)) for value in cells)
         widths = [max(pair) for pair in zip(widths, sizes, strict=True)]
     for n, width in enumerate(widths, start=1):
@@ -95,10 +96,10 @@ def _sheet(book: Any, title: str, head: Sequence[str], rows: Iterable[Row]) -> N
 
 
 def _cell(value: Any) -> Any:
-    """A number, or text that no program takes for a formula; empty where there is no number."""
+    """A value of a cell; empty where there is no number."""
     if isinstance(value, float):
         return value + 0.0 if math.isfinite(value) else None
-    return f"'{value}" if isinstance(value, str) and value[:1] == "=" else value
+    return value
 
 
 def _peaks(solution: Solution, units: OutputUnits) -> Iterator[Row]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.files.writing import writing
+from mbody.files.writing import SPREADSHEETS, writing
 from mbody.model.contact import joined
 from mbody.solution.columns import ResultTable
 from mbody.solution.contact_forces import acting_contacts
@@ -217,10 +217,6 @@ def dataset(solution: Solution) -> Any:
         "notes": list(said["notes"]),
     }
     return xarray.Dataset(parts, coords={"t": parts.pop("t")}, attrs=attributes)
-
-
-#: Ends of files that are no text.
-SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
 
 
 def write_csv(

@@ -10,6 +10,9 @@ from typing import IO, Any
 
 from mbody.errors import ModelError
 
+#: Ends of files that are no text.
+SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
+
 
 @contextmanager
 def writing(

@@ -812,11 +812,11 @@ class Solution(Attributes, Presented):
         """
         present("csv", self, path, angle, excel)
 
-    def to_xlsx(self, path: str | os.PathLike[str], angle: str | None = None) -> None:
+    def to_xlsx(self, path: str | os.PathLike[str]) -> None:
         """Write a spreadsheet: a sheet of instants, one of peaks, one of the model, in the units
         that people read; openpyxl is needed only here.
         """
-        present("xlsx", self, path, angle)
+        present("xlsx", self, path)
 
     def to_json(self, path: str | os.PathLike[str]) -> None:
         """Write `data` to a file."""
