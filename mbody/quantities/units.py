@@ -376,10 +376,6 @@ ONE = Unit("1", Fraction(1), 0, NUMBER)
 ELECTRICAL = {"voltage": "V", "resistance": "Ω", "inductance": "H", "capacitance": "F"}
 
 
-#: Units that results are shown in beside those of a system.
-EVERYDAY = {"mass": "kg", "power": "W", "inertia": "kg·m²"}
-
-
 @dataclass(frozen=True)
 class UnitSystem:
     """One consistent system of units: the unit symbols, and standard gravity.
@@ -418,21 +414,6 @@ class UnitSystem:
         above = "·".join(_powered(symbol, p) for symbol, p in powers if p > 0)
         below = [_powered(symbol, -p) for symbol, p in powers if p < 0]
         return "/".join([above or "1", *below]) if above or below else ""
-
-    def everyday(self, dimension: str) -> tuple[str, float] | None:
-        """The kilogram, the watt or kg·m² and how many of it the unit of the system is, where it
-        is another power of ten of it; None of other dimensions and units.
-
-        >>> unit_system("mm-N-s").everyday("mass"), unit_system("mm-N-s").everyday("power")
-        (('kg', 1000.0), ('W', 0.001))
-        >>> unit_system("SI").everyday("mass"), unit_system("in-lbf-s").everyday("mass")
-        (None, None)
-        """
-        if dimension not in EVERYDAY:
-            return None
-        ratio = self._ratio(dimension_of(dimension))
-        digits = {str(ratio.numerator).rstrip("0"), str(ratio.denominator).rstrip("0")}
-        return None if ratio == 1 or digits != {"1"} else (EVERYDAY[dimension], float(ratio))
 
     def powers(self, dimension: str | Dimension) -> tuple[tuple[str, Fraction], ...]:
         """The symbols of which a unit is composed, with powers: force, length, time, angle,
