@@ -93,7 +93,7 @@ simulate analyse.simulate analysis.dynamics.simulate.simulate: free motion over 
     --times T ...: or which ones, with commas or as LOW:HIGH:COUNT
     --guess BODY=ANGLE ...: where a body begins, such as arm=90, in degrees
     --rates BODY=RATE ...: angular velocity with which it begins, such as 'arm=30 rpm'
-    --release DRIVER=TIME ...: when a driver is released: from then on it has no effort
+    --release NAME=TIME ...: when a driver is released: from then on it has no effort
     --input NAME=VALUE ... (inputs): history of an input: '2 N*m', '3 N*m*sin(2 rad/s*t)' or
         @FILE.csv with columns t and u
     --from FILE ->begun (start): go on from a saved result

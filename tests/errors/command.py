@@ -6,6 +6,11 @@ from mbody.cli import command
 #: Words of the command that it refuses.
 WORDS = {
     "arrays that are printed": ["simulate", "free_fourbar", "--npz", "-"],
+    "a spreadsheet as CSV": ["statics", "toggle_press", "--csv", "run.xlsx"],
+    "a spreadsheet of designs": ["sweep", "toggle_press", "--csv", "run.xlsx"],
+    "a table of no known ending": ["statics", "toggle_press", "-o", "run.pdf"],
+    "a table twice": ["statics", "toggle_press", "-o", "run.csv", "--csv", "run.csv"],
+    "two systems of units": ["statics", "toggle_press", "--units", "SI,mm-N-s"],
     "no model": ["kinematics"],
     "an option that is not there": ["kinematics", "hoekens", "--fast"],
     "a model that is not there": ["kinematics", "hoekns"],
@@ -83,7 +88,12 @@ SCENARIOS = {
 SENTENCES = r"""
 a number of an element as a parameter | ModelError | crank.A.x | hoekens.toml: there is no parameter 'crank.A.x' (there are: 'a'): numbers of elements are changed by sweep and optimize
 a rest of what is held | SolveError | - | nothing is free in 'Four-bar: dynamic force analysis': joints and drivers fix every body; use statics, or release a driver, --free motor
-arrays that are printed | UsageError | - | --npz takes a file: its arrays cannot be printed
+arrays that are printed | UsageError | - | --npz takes a file: it cannot be printed
+a spreadsheet as CSV | UsageError | - | --csv writes text, and 'run.xlsx' is a file of a spreadsheet: take --xlsx run.xlsx; with --excel they read CSV too
+a spreadsheet of designs | UsageError | - | --csv writes text, and 'run.xlsx' is a file of a spreadsheet: name it .csv; with --excel they read CSV too
+a table of no known ending | UsageError | - | -o writes a table by its ending, .xlsx, .csv, .npz or .json, which 'run.pdf' has not; pictures are of mbody freebody, report and view
+a table twice | UsageError | - | give -o run.csv or --csv, not both
+two systems of units | UsageError | - | --units takes one unit system, units of quantities, or both, as in 'SI', 'mass=kg,power=W' or 'SI,power=kW', not 'SI,mm-N-s'
 no model | UsageError | - | the following arguments are required: MODEL (see mbody kinematics --help)
 an option that is not there | UsageError | - | kinematics has no option --fast (see mbody kinematics --help)
 a model that is not there | ModelError | - | the gallery has no model 'hoekns': did you mean 'hoekens'?

@@ -61,6 +61,16 @@ def without_pandas():
         run().to_dataframe()
 
 
+def without_openpyxl():
+    with mock.patch.dict(sys.modules, openpyxl=None):
+        run().to_xlsx("run.xlsx")
+
+
+def on_a_small_sheet():
+    with mock.patch("mbody.files.spreadsheet.MOST_ROWS", 1):
+        run().to_xlsx("run.xlsx")
+
+
 SCENARIOS = {
     "a body that is not there": lambda: run()["rod"],
     "a body that is a list": lambda: run()[["crank"]],
@@ -119,6 +129,9 @@ SCENARIOS = {
     "a folder that is not there": lambda: run().to_csv("/nowhere/run.csv"),
     "a folder for a file": lambda: run().to_csv("/"),
     "no path": lambda: run().to_csv(3),
+    "a spreadsheet as text": lambda: run().to_csv("run.xlsx"),
+    "a spreadsheet without openpyxl": without_openpyxl,
+    "a spreadsheet of too many instants": on_a_small_sheet,
 }
 
 SENTENCES = r"""
@@ -173,4 +186,7 @@ a frame without pandas | ModelError | - | a DataFrame needs pandas, which is not
 a folder that is not there | ModelError | - | cannot write '/nowhere/run.csv' (No such file or directory): choose a folder that exists and may be written to
 a folder for a file | ModelError | - | cannot write '/' (Is a directory): choose a folder that exists and may be written to
 no path | ModelError | - | a path must be text or path-like, not 3
+a spreadsheet as text | ModelError | - | 'run.xlsx' is a file of a spreadsheet, and CSV is text: to_xlsx (--xlsx) writes that
+a spreadsheet without openpyxl | ModelError | - | a spreadsheet needs openpyxl, which is not installed: pip install 'mbody-planar[xlsx]'; CSV needs nothing
+a spreadsheet of too many instants | ModelError | - | a sheet has 0 rows, and the result 1 instants: write it as CSV, or keep fewer instants
 """
