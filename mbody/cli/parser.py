@@ -233,10 +233,18 @@ def _option(line: str, title: str) -> Option:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Errors are raised, so that they are reported like all others."""
+    """Errors are raised, so that they are reported like all others.
+
+    `verb`: Whose arguments they are.
+    """
+
+    verb: Verb
 
     def error(self, message: str) -> NoReturn:
         """Raise what is wrong with the arguments."""
+        if lacking := re.match(r"the following arguments are required: (.*)", message):
+            such = f", as in mbody {self.verb.examples[0]}" if self.verb.examples else ""
+            message = f"{self.verb.name} needs {lacking[1]}{such}"
         if said := re.match(r"argument (?:\S+/)?(\S+): (takes .*)", message):
             raise UsageError(f"{said[1]} {said[2]}")
         message = message if len(message) <= 300 else f"{message[:297]}..."
@@ -246,6 +254,7 @@ class _Parser(argparse.ArgumentParser):
 def parser_of(verb: Verb) -> argparse.ArgumentParser:
     """The parser of a verb; `answer` of what it parses names the function in `mbody.cli`."""
     made = _Parser(prog=f"mbody {verb.name}", allow_abbrev=False, add_help=False)
+    made.verb = verb
     made.set_defaults(answer=verb.answer, command=verb.name)
     either: Any = made
     for n, option in enumerate(verb.options):

@@ -64,9 +64,6 @@ VERBS = """\
     --vary NAME=LOW:HIGH:COUNT ...: designs that are shown with one another, or NAME=1,2,3
     --show WHAT: with commas: names, forces, velocities, accelerations, paths, centres, ghosts
     --path POINT ... (paths): draw the path of a point, such as coupler.P
-@random
-    --count N
-    --seed N
 = solve
 kinetostatics analyse.analyse analysis.driven.driven.kinetostatics: motion, all joint forces
     $ kinetostatics norton_fourbar
@@ -89,7 +86,7 @@ simulate analyse.simulate analysis.dynamics.simulate.simulate: free motion over 
     --atol R: the same of what is near 0, as a part of the model's size (--rtol)
     --step H
     --instants N
-    --every DT: or how far they are apart
+    --every DT
     --times T ...: or which ones, with commas or as LOW:HIGH:COUNT
     --guess BODY=ANGLE ...: where a body begins, such as arm=90, in degrees
     --rates BODY=RATE ...: angular velocity with which it begins, such as 'arm=30 rpm'
@@ -103,14 +100,14 @@ simulate analyse.simulate analysis.dynamics.simulate.simulate: free motion over 
 equilibrium analyse.equilibrium analysis.equilibria.equilibrium.equilibrium: where it rests
     $ equilibrium mine.toml --free motor
     @model
-    --free DRIVER ...: a driver to release
+    --free DRIVER ...
     --guess BODY=ANGLE ... (starts): where the search begins besides, such as arm=180, in degrees
-    --t TIME: when laws are evaluated (0)
+    --t TIME
     @angle @json
 modes analyse.modes analysis.linear.modes.modes: frequencies and shapes
     $ modes mine.toml
     @model
-    --free DRIVER ...: a driver to release
+    --free DRIVER ...
     --guess BODY=ANGLE ... (starts): where the search for rest begins besides
     --t TIME: when laws are evaluated (0)
     not at: all equilibria are found
@@ -125,7 +122,7 @@ solve design.solve inverse.solve_for.solve_for: unknowns that meet conditions
 check analyse.check analysis.freedom.mobility.mobility: degrees of freedom
     $ check mine.toml
     @model
-    --t TIME: when laws are evaluated (0)
+    --t TIME
     not guess: bodies of the model have it
     @json
 assemblies analyse.assemblies analysis.assemblies.assembly_modes.assembly_modes
@@ -133,7 +130,7 @@ assemblies analyse.assemblies analysis.assemblies.assembly_modes.assembly_modes
     $ assemblies mine.toml --at crank=60
     @model
     --at NAME=VALUE ... (drive): position of a driver or its body (crank=60, in degrees), or t=0.1
-    --driver NAME: of several, the one whose circuits are followed
+    --driver NAME
     --most N
     -o --output FILE: draw all of them; ends in .svg, .png or .pdf
     not used: it is the position that the model has
@@ -151,7 +148,7 @@ poles pictures.poles engineering.instant_centres.instant_centres: instant centre
 internal pictures.internal engineering.internal_loads.internal_loads: bending moment and stress
     $ internal mine.toml --body rod --over turn -o rod.svg
     @model
-    --body LINK !: the link
+    --body LINK !
     --along A,B
     --places N
     --lumped
@@ -217,7 +214,7 @@ bearings machines.bearings engineering.bearing_loads.bearing_load: loads and liv
     @model
     --joint NAMES: revolute joints, with commas; all without it
     --kind KIND =ball: ball (default), roller, or the exponent of life itself
-    --rating NAME=C ...: basic dynamic load rating of a bearing, such as 'A=12 kN'
+    --rating NAME=C ...
     --spectrum N: print the load spectra too, in so many classes of force
     @free @instants @assembly @json
 = design
@@ -228,7 +225,7 @@ sweep design.sweep sweeps.run.sweep: one analysis, many designs
         NAME=1,2,3; several make a grid
     --measure FORMULA ...: what is measured of each, such as 'peak(A.force)'; by default the model's
         measures
-    --analysis NAME =kinetostatics: kinetostatics (default), kinematics, statics, simulate
+    --analysis NAME =kinetostatics
     @instants
     --to FOLDER: keep the answers there, to be continued later
     --threads N
@@ -239,7 +236,7 @@ sensitivity design.sensitivity derivatives.gradient.gradient: which number chang
     $ sensitivity mine.toml 'peak(A.force)' --over turn
     @model
     measure MEASURE: a measure or a formula, such as 'peak(A.force)'
-    --by NAMES: numbers such as crank.A.x, with commas; by default all
+    --by NAMES
     @analysis @instants @angle @json
 optimize design.optimize optimization.optimize.optimize: best numbers within limits
     $ optimize mine.toml --minimize 'peak(motor.effort)' --by crank.A.x=30:50 --over turn
@@ -250,7 +247,7 @@ optimize design.optimize optimization.optimize.optimize: best numbers within lim
     --maximize FORMULA ...: the same, greatest
     --by NAME=LOW:HIGH ...: a number and its bounds, such as 'crank.A.x=30 mm:50 mm'
     --subject-to RELATION ...: a limit at all instants, such as 'peak(motor.effort) <= 20 N*m'
-    --analysis NAME: kinetostatics (default), kinematics, statics or simulate
+    --analysis NAME
     --over WHAT (options): a whole turn: 'turn', or which driver is to make it
     --instants N (options): how many of a turn, or of the motion
     --turns N (options): of a cycle of several turns, with --over
@@ -271,8 +268,8 @@ tolerances design.tolerances derivatives.tolerance_study.tolerances: bands of wh
         distribution, such as 'crank.A.x=0.1 mm', or 'uniform 0.1 mm', 'triangular 0.1 mm'
     --within LOW:HIGH: the band in which it must stay: the loosest tolerances are found
     --cost NAME=C ...
-    --count N: random designs, 0 for none (10000)
-    --seed N: of the random designs (0)
+    --count N
+    --seed N
     @analysis @instants @angle @json
 fit design.fit derivatives.fit.fit: numbers from measurements
     $ fit mine.toml run.csv --by crank.A.x,rod.mass
@@ -280,11 +277,10 @@ fit design.fit derivatives.fit.fit: numbers from measurements
     data DATA +: CSV files of measured runs, with headings: t or the drivers, then measures or
         formulas, with a unit in brackets, as in 'slider.x [mm]'
     --by NAMES: the unknown numbers, such as crank.A.x, with commas; by default those of [fit]
-    --offset NAMES ->offsets: columns with an unknown constant, as of an encoder, with commas
-    --deviations NAME=VALUE ...: standard deviation of the noise of a column, by which it is
-        weighted
+    --offset NAMES ->offsets
+    --deviations NAME=VALUE ...
     --confidence R
-    --analysis NAME: kinetostatics, kinematics, statics or simulate; by default as it is driven
+    --analysis NAME
     not options: the instants are in the data
     @json
 synthesize synthesize.synthesize synthesis.request.synthesize: for a path, function, poses
@@ -292,16 +288,15 @@ synthesize synthesize.synthesize synthesis.request.synthesize: for a path, funct
     points FILE (path,function,poses,timing): a table (CSV) with columns x, y and maybe timing: a
         path; x, y, angle: poses; input, output: a function; plain angles are in degrees
     --kind KIND
-    --model MODEL: another mechanism, a model file or a gallery model, whose numbers in --by are
-        sought
+    --model MODEL
     --point NAME (of)
     --span LOW:HIGH
-    --by NAME=LOW:HIGH ...: bounds of a number, such as crank.A.x=10:40
+    --by NAME=LOW:HIGH ...
     --subject-to CONDITION ...
     --units UNITS
     --ground LENGTH
-    --tolerance LENGTH: greatest miss of a point that is accepted
-    --atlas FILE: of a closed path: start from the curves of this atlas
+    --tolerance LENGTH
+    --atlas FILE
     --full-turn: the crank must turn round
     --defective: keep designs with defects too
     --count N
@@ -362,8 +357,8 @@ plot pictures.plot views.plotting.plot views.polar.polar views.polar.hodograph
         coupler.P.y; without any, all measures; a unit in brackets behind it, as in 'B.force
         [kN]'
     @instants @assembly @free
-    --x QUANTITY: what it is plotted over
-    --log AXES: logarithmic axes: x, y or xy
+    --x QUANTITY
+    --log AXES
     --no-modes (modes): without the bars that say what is open, sticks, slides or rolls
     --vary NAME=LOW:HIGH:COUNT ...: several designs, overlaid; more than six are a band
     --polar JOINTS (joints): magnitudes of joint forces over the angle of the crank
@@ -400,13 +395,13 @@ report pictures.report reports.mechanism_report.report: the engineer's document
     $ report mine.toml -o mine.html
     @driven @free
     --sections NAMES: what it contains, in order, with commas; by default everything
-    --without NAMES: sections that are left out
+    --without NAMES
     --plot QUANTITY ... (plots): what is plotted; by default efforts, forces and measures
     --polar JOINTS: whose forces are drawn as vectors
     --against ENGINES: of the cross-check; by default all that are installed
     --compare NAME=VALUE ...: another design, beside this one, as of --set
-    --title TEXT: of the document
-    --author TEXT: of the document
+    --title TEXT
+    --author TEXT
     --open: open it in the browser
     -o --output FILE: ends in .html, .md, .tex or .pdf (MODEL.html)
     not labels command: --set and --compare are the labels, and the command is the one given
@@ -422,8 +417,8 @@ exercise learn.exercise teaching.exercises.exercises: questions and a key
     $ exercise mine.toml --vary a=40:60 --count 30 --seed 7 --key key.md > sheet.md
     @model
     --vary NAME=LOW:HIGH ...: a number that differs between exercises
-    --count N: how many exercises (1)
-    --seed N: the same seed, the same sheet (0)
+    --count N
+    --seed N
     --key FILE: write the worked solutions (Markdown)
     -o --output FILE <text>: by default the sheet is printed
 explain learn.explain teaching.element_reference.element_reference: an element, by example
@@ -445,7 +440,7 @@ import export.import_file exchange.recognition.import_model: from another progra
     $ import linkage.linkage2 -o mine.toml
     file FILE: of PMKS (text, .pmks or an address), Linkage (.linkage2), pylinkage (JSON), MuJoCo
         (MJCF) or a URDF: recognised by what is in it
-    --units UNITS: of the model, such as SI; numbers of files without units are in these (mm-N-s)
+    --units UNITS
     -o --output FILE <text>: by default it is printed
 export export.export engines.mjcf.to_mjcf exchange.dxf.to_dxf image.model_image.to_image
         image.fmu.to_fmu: to MuJoCo, FMU, DXF, an image

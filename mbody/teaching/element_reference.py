@@ -371,7 +371,7 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
     found = [
         (section, kind, cls)
         for section, kind, cls in known
-        if wanted in (kind, cls.__name__.lower())
+        if wanted in (kind, cls.__name__.lower(), *also_written(kind))
     ]
     if not found:
         words = {kind: kind for _, kind, _ in known} | {

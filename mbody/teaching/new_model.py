@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -54,9 +55,9 @@ def new_model(kind: str, lengths: Sequence[str | float] = (), units: str = "") -
     """
     word = re.sub(r"[\s_-]", "", kind).lower()
     if word not in KINDS:
-        raise ModelError(
-            f"there is no model of the kind {kind[:60]!r} (there are: {listed(KINDS)})"
-        )
+        close = difflib.get_close_matches(word[:60], KINDS, 1)
+        hint = f"did you mean {close[0]}?" if close else f"there are: {listed(KINDS)}"
+        raise ModelError(f"there is no model of the kind {kind[:60]!r}: {hint}")
     text = (FOLDER / f"{word}.toml").read_text(encoding="utf-8")
     if units:
         text = _with_units(text, units)

@@ -94,7 +94,7 @@ a spreadsheet of designs | UsageError | - | --csv writes text, and 'run.xlsx' is
 a table of no known ending | UsageError | - | -o writes a table by its ending, .xlsx, .csv, .npz or .json, which 'run.pdf' has not; pictures are of mbody freebody, report and view
 a table twice | UsageError | - | give -o run.csv or --csv, not both
 two systems of units | UsageError | - | --units takes one unit system, units of quantities, or both, as in 'SI', 'mass=kg,power=W' or 'SI,power=kW', not 'SI,mm-N-s'
-no model | UsageError | - | the following arguments are required: MODEL (see mbody kinematics --help)
+no model | UsageError | - | kinematics needs MODEL, as in mbody kinematics mine.toml --at crank=60 (see mbody kinematics --help)
 an option that is not there | UsageError | - | kinematics has no option --fast (see mbody kinematics --help)
 a model that is not there | ModelError | - | the gallery has no model 'hoekns': did you mean 'hoekens'?
 a model like no other | ModelError | - | the gallery has no model 'robot': 'mbody models' lists all, in Python mbody.gallery.names()

@@ -164,7 +164,7 @@ a file that is elsewhere | ModelError | - | there is no file 'elsewhere.toml'
 a name of the gallery that is misspelt | ModelError | - | the gallery has no model 'norton_four_bar': did you mean 'norton_fourbar'?
 a joint in the place of a driver | ModelError | A | there is no driver 'A' to release: it is a joint (drivers are: 'motor')
 a picture for a word processor | ModelError | - | cannot write 'a.doc': a picture is a file that ends in .svg, .png or .pdf
-an analysis of nothing | UsageError | - | the following arguments are required: MODEL (see mbody kinetostatics --help)
+an analysis of nothing | UsageError | - | kinetostatics needs MODEL, as in mbody kinetostatics norton_fourbar (see mbody kinetostatics --help)
 turn for over | UsageError | - | kinetostatics has no option --turn: did you mean --over? (see mbody kinetostatics --help)
 over nothing | UsageError | - | argument --over: expected one argument (see mbody kinetostatics --help)
 a position without a name | UsageError | - | --at takes NAME=VALUE, such as crank=60, not '60'

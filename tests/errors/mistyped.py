@@ -48,6 +48,7 @@ instant-centres hoekens | UsageError | - | there is no command 'instant-centres'
 derivation hoekens | UsageError | - | there is no command 'derivation': did you mean derive (equations with numbers)?
 docs | UsageError | - | there is no command 'docs': did you mean explain (an element, by example)?
 init fourbar | UsageError | - | there is no command 'init': did you mean new (a model to begin with)?
+new fourbarr | ModelError | - | there is no model of the kind 'fourbarr': did you mean fourbar?
 hoekens | UsageError | - | say what to do with 'hoekens', as in mbody kinetostatics hoekens (mbody --help lists all)
 simple_pendulum | UsageError | - | say what to do with 'simple_pendulum', as in mbody simulate simple_pendulum (mbody --help lists all)
 mine.toml | UsageError | - | say what to do with 'mine.toml', as in mbody kinetostatics mine.toml (mbody --help lists all)

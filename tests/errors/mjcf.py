@@ -37,6 +37,6 @@ MuJoCo without its package | SolveError | - | a cross-check by MuJoCo needs the 
 MuJoCo on a batch | ModelError | - | MuJoCo takes one design: choose one of the batch with design(n)
 MuJoCo on kinematics | ModelError | - | kinematics computes no forces to check: use kinetostatics, statics or simulate
 a file for a program that is not known | UsageError | - | argument --to: invalid choice: 'urdf' (choose from 'mjcf', 'dxf', 'image', 'fmu') (see mbody export --help)
-a file for no program | UsageError | - | the following arguments are required: --to (see mbody export --help)
+a file for no program | UsageError | - | export needs --to, as in mbody export mine.toml --to fmu -o mine.fmu (see mbody export --help)
 a file in a folder that is not there | ModelError | - | cannot write '/no/where.xml' (No such file or directory): choose a folder that exists and may be written to
 """

@@ -42,7 +42,7 @@ a derivation in another form | ModelError | - | a derivation is written as text,
 a derivation of designs | ModelError | - | a derivation is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 an element nearly so called | ModelError | - | there is no element or law 'sprng': did you mean 'spring', 'torsion_spring', 'rolling'?
 an element like no other | ModelError | - | there is no element or law 'qqqq': mbody explain lists them
-a new model of no kind | ModelError | - | there is no model of the kind 'robot' (there are: 'fourbar', 'slidercrank', 'sixbar', 'gears', 'cam', 'pendulum')
+a new model of no kind | ModelError | - | there is no model of the kind 'robot': there are: 'fourbar', 'slidercrank', 'sixbar', 'gears', 'cam', 'pendulum'
 a new model with too few lengths | ModelError | - | 'fourbar' has 4 lengths (a, b, c, d of its file), not 2: give all of them
 a new model with a length that is none | ModelError | - | the length l: there is no parameter 'long' (there are none)
 a new model with a length that is a command | ModelError | - | the length l: '1"; x' contains ';', which is not allowed in a formula

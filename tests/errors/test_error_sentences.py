@@ -35,6 +35,7 @@ OTHERWISE = {
     "none of the numbers changes '": "of a note",
     "stopped: after ": "the status of the solution that the error carries",
     r"argument (?:\S+/)?(\S+): (takes .*)": "a pattern",
+    "the following arguments are required: (.*)": "a pattern",
     r" \(at (?:line (\d+), column \d+|end of document)\)$": "a pattern",
 }
 LONGEST = 600
