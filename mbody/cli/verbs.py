@@ -357,7 +357,7 @@ plot pictures.plot views.plotting.plot views.polar.polar views.polar.hodograph
         coupler.P.y; without any, all measures; a unit in brackets behind it, as in 'B.force
         [kN]'
     @instants @assembly @free
-    --x QUANTITY
+    --x QUANTITY: what it is plotted over
     --log AXES
     --no-modes (modes): without the bars that say what is open, sticks, slides or rolls
     --vary NAME=LOW:HIGH:COUNT ...: several designs, overlaid; more than six are a band
