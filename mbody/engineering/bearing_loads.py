@@ -15,7 +15,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import ItemTable, Value, data_only
+from mbody.solution.declared_result import Heading, ItemTable, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -83,6 +83,7 @@ class BearingLoad(Inherited, Presented):
     t: Array
 
     declared = (
+        Heading("BEARING LOAD"),
         Value("equivalent", "equivalent", "force"),
         Value("in_time", "by time", "force"),
         Value("greatest", "greatest", "force"),

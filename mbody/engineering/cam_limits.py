@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Callable
@@ -151,6 +152,13 @@ class CamPlace:
 
 #: What a least or greatest value of a cam has as data, and beside it as text.
 AT = Value("value"), Value("psi", "at ψ", "angle")
+PRESSURE, WITHOUT_UNDERCUT = "greatest pressure angle", "least base radius without undercut"
+_at = functools.partial(Value, dimension="length", columns=AT, missing="none")
+_radius = functools.partial(Value, dimension="length", missing="straight")
+
+
+def _of_roller(found: CamAnalysis) -> CamPlace | None:
+    return found.pitch_sharpest if found.roller else None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -233,50 +241,19 @@ class CamAnalysis(Inherited, Presented):
         Value("", "radius of the roller", "length", lambda found: found.roller or None),
         Value("limit", "limit of the pressure angle", "angle"),
         Value("base_radius_for_limit", "base radius that keeps it", "length", "needed"),
-        Value(
-            "greatest_pressure_angle", "greatest pressure angle", "angle", "greatest", columns=AT
-        ),
-        Value("least_radius_of_pitch_curve", "", "length", "pitch_sharpest", columns=AT),
-        Value(
-            "",
-            "least radius of the pitch curve",
-            "length",
-            lambda found: found.pitch_sharpest if found.roller else None,
-            columns=AT,
-            missing="none",
-        ),
-        Value(
-            "least_radius_of_curvature",
-            "least radius of the contour, convex",
-            "length",
-            "sharpest",
-            columns=AT,
-            missing="none",
-        ),
-        Value(
-            "least_hollow_radius",
-            "least radius of the contour, hollow",
-            "length",
-            "hollow",
-            columns=AT,
-            missing="none",
-        ),
+        Value("greatest_pressure_angle", PRESSURE, "angle", "greatest", columns=AT),
+        _at("least_radius_of_pitch_curve", value="pitch_sharpest"),
+        _at("", "least radius of the pitch curve", value=_of_roller),
+        _at("least_radius_of_curvature", "least radius of the contour, convex", value="sharpest"),
+        _at("least_hollow_radius", "least radius of the contour, hollow", value="hollow"),
         Value("face", "contact along the face", "length"),
-        Value(
-            "base_radius_without_undercut", "least base radius without undercut", "length", "uncut"
-        ),
+        Value("base_radius_without_undercut", WITHOUT_UNDERCUT, "length", "uncut"),
         ColumnTable(
             (
                 Value("t", "t", "time"),
                 Value("psi", "ψ", "angle"),
                 Value("pressure_angle", "pressure angle", "angle"),
-                Value(
-                    "radius_of_curvature",
-                    "radius of the contour",
-                    "length",
-                    "curvature",
-                    missing="straight",
-                ),
+                _radius("radius_of_curvature", "radius of the contour", value="curvature"),
             )
         ),
     )

@@ -18,7 +18,7 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.solution.declared_result import Heading, ItemTable, Sentence, Value, data_only
+from mbody.solution.declared_result import ItemTable, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import PointHistory
 from mbody.solution.measures import point_history
@@ -253,14 +253,13 @@ class Shaking(Locked):
         return np.hypot(self.fx, self.fy)
 
 
-def _rounding(found: ForceBalance) -> dict[str, float]:
+def _rounding(found: ForceBalance) -> tuple[float, float]:
     """Rounding beside the force before, and beside the moment that the forces would have at the
     size of the mechanism.
     """
-    parts, length = found.peaks.values(), found.system.length
-    sizes = [found.peaks["before"]["force"] * length, *(one["moment"] for one in parts)]
-    force = tol.PRINTED_NONE_FINE * found.peaks["before"]["force"]
-    return {"force": force, "moment": tol.PRINTED_NONE_FINE * max(sizes)}
+    parts, force = found.peaks.values(), found.peaks["before"]["force"]
+    moment = max(force * found.system.length, *(one["moment"] for one in parts))
+    return tol.PRINTED_NONE_FINE * force, tol.PRINTED_NONE_FINE * moment
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -323,24 +322,13 @@ class ForceBalance(Inherited, Presented):
             ),
         ),
         *data_only("conditions", "complete", "left", "reason"),
-        Value(
+        ItemTable(
             "peaks",
-            columns=tuple(
-                Value(when, columns=(Value("force", "", "force"), Value("moment", "", "torque")))
-                for when in ("before", "after")
+            (
+                Value("force", "shaking force", "force", floor=lambda one: _rounding(one)[0]),
+                Value("moment", "shaking moment", "torque", floor=lambda one: _rounding(one)[1]),
             ),
-        ),
-        Heading("GREATEST"),
-        Value(
-            "",
-            {"force": "shaking force", "moment": "shaking moment"},
-            {"force": "force", "moment": "torque"},
-            lambda found: {
-                key: {when: one[key] for when, one in found.peaks.items()}
-                for key in ("force", "moment")
-            },
-            floor=_rounding,
-            columns=(Value("before", "before"), Value("after", "after")),
+            "GREATEST",
         ),
         Sentence(
             lambda found: (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -28,6 +29,7 @@ from mbody.solution.declared_result import (
     ItemTable,
     Sentence,
     Value,
+    data_only,
 )
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import one_design, reaction_torque
@@ -405,6 +407,9 @@ def _rounding_moment(found: ShakingOrders) -> float:
     return _rounding_force(found) * float(found.run.system.length)
 
 
+_force = functools.partial(Value, dimension="force", floor=_rounding_force)
+
+
 def _present_orders(found: ShakingOrders) -> list[int]:
     """The first two orders, and those with more than rounding."""
     force = found.force > _rounding_force(found)
@@ -471,24 +476,12 @@ class ShakingOrders(Orders, Presented):
         ColumnTable(
             (
                 Value("orders", "ORDER"),
-                Value("fx", "fx", "force", floor=_rounding_force),
-                Value("fy", "fy", "force", floor=_rounding_force),
-                Value(
-                    "",
-                    "with it",
-                    "force",
-                    lambda found: np.abs(found.forward),
-                    floor=_rounding_force,
-                ),
-                Value(
-                    "",
-                    "against it",
-                    "force",
-                    lambda found: np.abs(found.backward),
-                    floor=_rounding_force,
-                ),
+                _force("fx", "fx"),
+                _force("fy", "fy"),
+                _force("", "with it", value=lambda found: np.abs(found.forward)),
+                _force("", "against it", value=lambda found: np.abs(found.backward)),
                 Value("moment", "moment", "torque", floor=_rounding_moment),
-                *(Value(key, "", "force") for key in ("force", "forward", "backward")),
+                *data_only("force", "forward", "backward", dimension="force"),
             ),
             kept=_present_orders,
         ),
@@ -498,19 +491,14 @@ class ShakingOrders(Orders, Presented):
             {"force": "shaking force", "moment": "shaking moment"},
             {"force": "force", "moment": "torque"},
             lambda found: dict(zip(("force", "moment"), found.peak, strict=True)),
-            floor=lambda found: {
-                "force": _rounding_force(found),
-                "moment": _rounding_moment(found),
-            },
+            floor=lambda one: {"force": _rounding_force(one), "moment": _rounding_moment(one)},
         ),
         Value("turns"),
         ItemTable(
             "shafts",
             (
                 Value("order", "SHAFT"),
-                Value(
-                    "", "turns", "text", lambda one: "with it" if one.sense > 0 else "against it"
-                ),
+                Value("", "turns", "text", lambda one: ("against it", "with it")[one.sense > 0]),
                 Value("sense"),
                 Value("unbalance", "m·r", "mass·length"),
                 Value("", "angle", "angle", lambda one: one.angle % (2.0 * math.pi)),
