@@ -156,7 +156,7 @@ class ItemTable(DeclaredEntry):
     """
 
     key: str
-    columns: tuple[Value | ItemTable, ...]
+    columns: tuple[DeclaredEntry, ...]
     words: str = ""
     value: Reader = ""
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import cmath
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,9 +32,8 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Joint, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import Value, data_only
+from mbody.solution.declared_result import ItemTable, Sentence, Value, data_only
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.system.system import System
 
 
@@ -79,7 +78,7 @@ class Cognate(Presented):
         return f"Cognate({self.mechanism.name}{f': {self.grashof}' if self.grashof else ''})"
 
 
-class CognateList(list[Cognate]):
+class CognateList(list[Cognate], Presented):
     """The cognates of a mechanism.
 
     Attributes
@@ -99,22 +98,29 @@ class CognateList(list[Cognate]):
         super().__init__(found)
         self.first, self.notes = first, notes
 
-    def __str__(self) -> str:
-        every, links = [self.first, *self], list(self.first.lengths)
-        unit = self.first.mechanism.units.length
-        names = ["the first", *(f"cognate {n}" for n in range(1, len(every)))]
-        kind = "FOUR-BAR" if "ground" in links else "SLIDER-CRANK"
-        columns = [Column(kind, names, text=True)]
-        columns += [Column(key, [number(one.lengths[key]) for one in every], unit) for key in links]
-        if self.first.grashof:
-            columns.append(Column("class", [one.grashof for one in every], text=True))
-        said = []
-        for name, one in zip(names[1:], self, strict=True):
-            as_which = ", ".join(f"{key} as {other}" for key, other in one.turning.items())
-            said.append(f"links of {name} turn as those of the first: {as_which}")
-        notes = [line for note in (*said, *self.notes) for line in paragraph(note)]
-        title = self.first.mechanism.name
-        return "\n".join([title, "", *table(columns), "", *notes])
+    @property
+    def mechanism(self) -> Mechanism:
+        """The first one."""
+        return self.first.mechanism
+
+    @property
+    def declared(self) -> tuple[Any, ...]:
+        """Lengths and classes, and which links turn alike."""
+        lengths = [Value("", key, "length", _length(key)) for key in self.first.lengths]
+        columns = (*lengths, Value("", "class", "text", "grashof"))
+        title = "FOUR-BAR" if "ground" in self.first.lengths else "SLIDER-CRANK"
+        rows = {"the first": self.first} | {f"cognate {n}": one for n, one in enumerate(self, 1)}
+        said = [
+            f"links of cognate {n} turn as those of the first: "
+            + ", ".join(f"{key} as {other}" for key, other in one.turning.items())
+            for n, one in enumerate(self, 1)
+        ]
+        table = ItemTable("", columns, title, lambda found: rows)
+        return table, Sentence(lambda found: [*said, *found.notes])
+
+
+def _length(key: str) -> Callable[[Cognate], float]:
+    return lambda one: one.lengths[key]
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,16 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Scope
 from mbody.quantities.formula import evaluated
 from mbody.quantities.formula import number as described_number
-from mbody.quantities.units import Dimension, UnitSystem, unit_system
-from mbody.solution.declared_result import Value, data_only
+from mbody.quantities.units import Dimension, UnitSystem
+from mbody.solution.declared_result import (
+    ColumnTable,
+    ItemTable,
+    Sentence,
+    Value,
+    data_only,
+    in_units,
+)
 from mbody.solution.measures import checked_sides, found_by, sides
-from mbody.summaries.text_table import Column, number, paragraph, table
 from mbody.sweeps.job import MeasuredColumn, columns_of, reduced
 from mbody.synthesis.linkage_kinds import Kind
 from mbody.system.assembler import assemble
@@ -354,7 +360,7 @@ class Design(Presented):
         return f"Design({self.mechanism.name}: error {self.error:.6g}, {', '.join(words)})"
 
 
-class DesignList(list[Design]):
+class DesignList(list[Design], Presented):
     """The designs of a synthesis, the best first.
 
     Attributes
@@ -380,41 +386,57 @@ class DesignList(list[Design]):
         super().__init__(found)
         self.searched, self.seed, self.notes = searched, seed, tuple(notes)
 
-    def __str__(self) -> str:
+    @property
+    def mechanism(self) -> Mechanism | None:
+        """That of the best."""
+        return self[0].mechanism if self else None
+
+    @property
+    def declared(self) -> tuple[Any, ...]:
+        """What the designs are worth, and their numbers."""
         if not self:
-            return "no design"
-        names = list(self[0].values)
-        units = unit_system(self[0].mechanism.units)
-        rows = range(1, len(self) + 1)
-        least = [math.degrees(one.transmission_min) for one in self]
-        columns = [
-            Column("DESIGN", [str(n) for n in rows], text=True),
-            Column("error", [number(one.error) for one in self]),
-            Column("transmission", ["" if x != x else f"{x:.1f}" for x in least], "deg"),
-            Column("class", [one.grashof for one in self], text=True),
-            Column("defects", ["; ".join(one.defects) for one in self], text=True),
+            return (Sentence(lambda found: "no design"),)
+        units = self[0].mechanism.shown
+        dimensions = {name: _dimension(name) for name in self[0].values}
+        symbols = {name: in_units(units, one, 0.0)[1] for name, one in dimensions.items()}
+        numbers = [
+            {n: float(in_units(units, dimensions[n], value)[0]) for n, value in one.values.items()}
+            for one in self
         ]
-        numbers = [Column("NUMBER", names, text=True)]
-        numbers += [
-            Column(str(n), [_number_text(name, one.values[name]) for name in names])
-            for n, one in zip(rows, self, strict=True)
-        ]
-        numbers.append(Column("unit", [_unit(name, units) for name in names], text=True))
-        notes = [line for note in self.notes for line in paragraph(f"note: {note}")]
-        tried = f"{self.searched} designs tried, seed {self.seed}"
-        return "\n".join(
-            [self[0].mechanism.name, tried, "", *table(columns), "", *table(numbers), *notes]
+        rows, designs = (dict(enumerate(parts, 1)) for parts in (numbers, self))
+        return (
+            Sentence(lambda found: f"{found.searched} designs tried, seed {found.seed}"),
+            ItemTable(
+                "",
+                (
+                    Value("", "error", "each", "error"),
+                    Value("", "transmission", "angle", "transmission_min", missing=""),
+                    Value("", "class", "text", "grashof"),
+                    Value("", "defects", "text", "defects"),
+                ),
+                "DESIGN",
+                lambda found: designs,
+            ),
+            ColumnTable(
+                (
+                    *(Value("", str(n), "each", _always(row)) for n, row in rows.items()),
+                    Value("", "unit", "text", _always(symbols)),
+                ),
+                "NUMBER",
+            ),
+            Sentence(lambda found: [f"note: {note}" for note in found.notes]),
         )
 
 
-def _number_text(name: str, value: float) -> str:
-    return number(math.degrees(value) if name.endswith(".angle") else value)
+def _always(row: Any) -> Callable[[Any], Any]:
+    return lambda found: row
 
 
-def _unit(name: str, units: Any) -> str:
+def _dimension(name: str) -> str:
+    """What a number measures."""
     if name.endswith(".angle"):
-        return "deg"
-    return str(units.of("length")) if name.endswith((".x", ".y", "offset")) else ""
+        return "angle"
+    return "length" if name.endswith((".x", ".y", "offset")) else ""
 
 
 # -- Designs followed through their motion: order, branch and circuit defects ------------------
