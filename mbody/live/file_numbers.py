@@ -16,7 +16,7 @@ from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_NUMBER
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
 from mbody.files.model.read import built
-from mbody.files.model.write import toml
+from mbody.files.model.toml_text import toml
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 

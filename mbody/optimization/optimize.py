@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -21,7 +22,7 @@ from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limi
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
 from mbody.optimization.multi_start import MultiStart, Ranges, Screen, SearchEnding, ranges_of
 from mbody.optimization.nonlinear_program import FASTEST, Program, SearchResult
-from mbody.optimization.optimum import Active, Optimum, ParetoPoint
+from mbody.optimization.optimum import Active, Optimum, ParetoPoint, file_unit
 from mbody.quantities.types import Number
 from mbody.solution.doubts import inherited
 from mbody.solution.measures import measured
@@ -179,6 +180,49 @@ def tolerance_band(
     return np.column_stack([found[:n], found[n:]])
 
 
+#: A rounded design may be worse by this part of what the band may lose; decades of digits that are
+#: tried, and numbers of which every one is rounded both ways.
+ROUNDED, DECADES, BOTH_WAYS = 0.05, 8, 4
+
+
+def rounded_design(
+    screen: Screen,
+    x: np.ndarray,
+    band: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    units: np.ndarray,
+    most: np.ndarray,
+) -> np.ndarray:
+    """The design of fewest digits that keeps the limits as x (numbers,) does and is hardly worse.
+
+    `band` (numbers, 2): From where to where each may go alone. `units` (numbers,): Of the digits,
+    in units of the numbers. `most` (aims,): What the band may lose of the aims.
+    """
+    n = len(x)
+    values, margins = screen.evaluate(x[None])
+    width = (band[:, 1] - band[:, 0]) / units
+    if not np.isfinite(values).all():
+        return x
+    wide = np.where(width > 0.0, width, np.abs(x / units))
+    first = np.floor(np.log10(np.where(wide > 0.0, wide, 1.0) / 10.0))
+    up = (band[:, 1] - x) > (x - band[:, 0])
+    #: Of each number whether it is rounded up; first to the nearest, then away from what binds.
+    ways = [up, *itertools.product((False, True), repeat=n)] if n <= BOTH_WAYS else [up]
+    for decade in range(DECADES):
+        step = 10.0 ** (first - decade)
+        part = x / units / step
+        whole = [np.rint(part), *(np.where(way, np.ceil(part), np.floor(part)) for way in ways)]
+        designs = np.array(whole) * step * units
+        found = np.clip(designs, *bounds)
+        theirs, left = screen.evaluate(found)
+        with np.errstate(invalid="ignore"):
+            good = (theirs <= values + ROUNDED * most).all(axis=1)
+            good &= (left >= np.minimum(margins, 0.0)).all(axis=1)
+        if good.any():
+            return np.asarray(found[int(np.argmax(good))])
+    return x
+
+
 # -- From the end of searches to what the user gets --------------------------------------------
 
 MOBILE = "mobility: no body moves {} times as fast as in the description"
@@ -216,6 +260,15 @@ def optimum_of(
     values = tuple(one.value(at) for one in goals)
     sizes = np.array([abs(value) for value in values] + list(program.sizes or []))
     band = tolerance_band(search.screen.about(at), at.x, (ranges.low, ranges.high), sizes, loss)
+    units_of_file = np.array([file_unit(run.mechanism, name) for name in ranges.given])
+    written = rounded_design(
+        search.screen.about(at),
+        at.x,
+        band,
+        (ranges.low, ranges.high),
+        units_of_file,
+        loss * sizes[: len(goals)],
+    )
     words = [f"{'greatest' if one.greatest else 'least'} {one.text}" for one in goals]
     theirs = [measured(run, one.column.measure)[2] for one in goals]
     columns = [one.column for one in goals]
@@ -247,6 +300,7 @@ def optimum_of(
         loss=loss,
         pareto=front,
         run=run,
+        written=dict(zip(given, written.tolist(), strict=True)),
         **own,
     )
 

@@ -17,10 +17,16 @@ from mbody.core.presentation import Presented
 from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
 from mbody.errors import ModelError, ModelWarning
 from mbody.files.model import from_toml
-from mbody.files.model.write import toml
-from mbody.live.file_numbers import file_numbers
+from mbody.files.model.fields import plain
+from mbody.files.model.kept_text import kept_text, shortest
+from mbody.files.model.problems import TEXT_ATTRIBUTE
+from mbody.files.model.toml_text import toml
+from mbody.live.file_numbers import NUMBER, file_numbers
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import resolve_number
+from mbody.quantities import Formula, FormulaError, Scope, evaluate, parse_unit
+from mbody.quantities.units import DIMENSIONS
 from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value, data_only
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
@@ -29,6 +35,9 @@ from mbody.summaries.text_table import number
 from mbody.system.assembler import assemble
 
 # -- A mechanism with the numbers of a design, as a model file would have them -----------------
+
+#: Digits of a guess, which only chooses the branch.
+GUESS_DIGITS = 4
 
 
 def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
@@ -47,20 +56,56 @@ def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
             "name a parameter for it; run.system has the numbers of the optimum",
             missing[0],
         )
-    texts = [repr(float(next(given[name] for name in number.factors))) for number in cut.numbers]
+    # a change of units and back leaves digits behind
+    first = [next(given[name] for name in number.factors) for number in cut.numbers]
+    texts = [repr(plain(shortest(float(value)))) for value in first]
     text = "".join(
         part + (number or "") for part, number in itertools.zip_longest(cut.parts, texts)
     )
     tree = tomllib.loads(text)
-    for name, (x, y, angle) in link_poses(run.take([0])).items():
+    poses = link_poses(run.take([0]))
+    size = max((abs(part) for x, y, _ in poses.values() for part in (x, y)), default=0.0)
+    for name, (x, y, angle) in poses.items():
         if name in tree["bodies"]:
-            angle_text = f"{math.degrees(angle)!r} deg"
+            x, y = (_rough(part, size) for part in (x, y))
+            angle_text = f"{_rough(math.degrees(angle), 360.0):g} deg"
             tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": angle_text}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         made = from_toml(toml(tree))
+    vars(made).pop(TEXT_ATTRIBUTE)
+    if (written := kept_text(machine)) is not None:
+        vars(made)[TEXT_ATTRIBUTE] = written
     _check(made, {**run.system.values, **values}, list(values))
     return made
+
+
+def _rough(value: float, size: float) -> float:
+    """A number of a guess to a few digits, by the greatest of its kind.
+
+    >>> _rough(0.123456789, 20.0), _rough(1e-17, 20.0)
+    (0.123, 0.0)
+    """
+    return round(value, GUESS_DIGITS - math.ceil(math.log10(size))) + 0.0 if size else value
+
+
+def file_unit(machine: Mechanism, name: str) -> float:
+    """The unit that a number has in the file of a mechanism, in that of the mechanism.
+
+    >>> from mbody import gallery
+    >>> file_unit(gallery.load("norton_fourbar"), "crank.cg.angle")
+    0.017453292519943295
+    """
+    whole, dimension = resolve_number(machine, name)
+    formula = machine.parameters.get(whole) or machine.formulas.get(whole)
+    unit = NUMBER.fullmatch(formula.text) if isinstance(formula, Formula) else None
+    if unit is None or not unit[2]:
+        return math.radians(1.0) if dimension == DIMENSIONS["angle"] else 1.0
+    try:
+        size = evaluate(parse_unit(unit[2]), Scope(machine.units), with_units=True).value
+    except FormulaError:
+        return 1.0
+    return float(size)
 
 
 def _overridden(run: Solution) -> dict[str, float]:
@@ -157,6 +202,8 @@ class Optimum(Inherited, Presented):
     `evaluations`: Analyses with derivatives.
     `band`: By number from where to where it may go alone, the others held, while the objective gets
       no worse than by the part `loss` of its size and no limit is broken by more than that part.
+    `written`: The numbers with the digits that matter, as `save` writes them: with them the limits
+      hold as at the optimum, and the objective gets worse by a small part of `loss` at most.
     `pareto`: Of two aims, by the first one; otherwise empty.
     `run`: The analysis of the optimum.
     `case`: Its name, where there are several.
@@ -180,6 +227,7 @@ class Optimum(Inherited, Presented):
     pareto: tuple[ParetoPoint, ...]
     run: Solution
     case: str = ""
+    written: dict[str, float] = field(default_factory=dict)
     _cache: dict[str, Mechanism] = field(default_factory=dict)
 
     about_text = "{0.case}"
@@ -251,10 +299,12 @@ class Optimum(Inherited, Presented):
         return self._cache["whole"]
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the mechanism as a model file."""
+        """Write the mechanism as a model file, with the numbers of `written`: of a model that was
+        read from TOML all else stays as it was, comments, order and units.
+        """
         from mbody.files.model import save
 
-        save(self.mechanism, path)
+        save(with_numbers(self.run, self.written or self.values), path)
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"

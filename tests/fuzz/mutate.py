@@ -5,7 +5,7 @@ from random import Random
 from typing import Any
 
 from mbody.files.model import json_schema
-from mbody.files.model.write import toml
+from mbody.files.model.toml_text import toml
 from tests.fuzz import corpus
 
 SCHEMA = json_schema()

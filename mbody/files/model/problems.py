@@ -131,6 +131,8 @@ def section_of(element: Element) -> str:
 # -- The line of a file that has a key: found only when there is an error to report ------------
 
 KeyPath = tuple[Any, ...]
+#: Under which the text of its file is kept with a mechanism, so that copies of that have it too.
+TEXT_ATTRIBUTE = "file_text"
 
 #: Whatever in TOML may hold signs that mean nothing there: long texts and comments. One that does
 #: not end goes on to the end of the file, so that a search never looks twice at it.

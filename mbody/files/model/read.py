@@ -22,6 +22,7 @@ from mbody.files.model.fields import REFUSED, FileReading
 from mbody.files.model.problems import (
     ENOUGH,
     SECTIONS,
+    TEXT_ATTRIBUTE,
     TEXTS,
     KeyPath,
     Limits,
@@ -378,6 +379,8 @@ def _mechanism_of(
     notes = _set_parameters(data, parameters, name) if parameters else []
     made = built(data, text, is_json=is_json, name=name, folder=folder)
     made.file_notes = (*notes, *suspect_values(data, made))
+    if not is_json:
+        vars(made)[TEXT_ATTRIBUTE] = text
     return made
 
 

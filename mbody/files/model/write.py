@@ -11,17 +11,18 @@ import dataclasses
 import json
 import math
 import os
-import re
-from collections.abc import Iterator
+import tomllib
 from pathlib import Path
 from typing import Any
 
 from mbody.errors import ModelError
 from mbody.files.model import problems
 from mbody.files.model.fields import ANGLE, CURVE, POINTS, SHAPES_OF_BODY, ByName, law_of, plain
-from mbody.files.model.read import check_size
+from mbody.files.model.kept_text import changed_text, kept_text
+from mbody.files.model.read import built, check_size
 from mbody.files.model.schema import GRAVITY, table_of_kind
 from mbody.files.model.study_tables import tables_of_studies
+from mbody.files.model.toml_text import toml
 from mbody.laws import Constant
 from mbody.model.body import Body
 from mbody.model.element import Element
@@ -46,100 +47,13 @@ def short_angle(value: float) -> Any:
     return f"{value!r} rad"
 
 
-# -- Tables as TOML that reads like a textbook: short tables on one line, long ones as sections
-
-WIDTH = 100
-SECTIONED = ("bodies",)  # every entry is a section of its own
-INLINE = ("inputs",)  # none is: sections would come after plain entries that follow them
-
-
-def toml(data: dict[str, Any]) -> str:
-    """The text of a model file.
-
-    >>> print(toml({"name": "x", "joints": {"A": {"revolute": ["ground", "arm"]}}}))
-    name = "x"
-    <BLANKLINE>
-    [joints]
-    A = { revolute = ["ground", "arm"] }
-    <BLANKLINE>
-    """
-    top = {key: value for key, value in data.items() if not isinstance(value, dict)}
-    blocks = [list(_pairs(top))]
-    for section, table in data.items():
-        if isinstance(table, dict):
-            blocks += _section(section, table)
-    return "\n\n".join("\n".join(block) for block in blocks if block) + "\n"
-
-
-def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
-    """A table, and those of its entries that are sections of their own."""
-    long = {
-        key: value
-        for key, value in table.items()
-        if isinstance(value, dict)
-        and name not in INLINE
-        and (name in SECTIONED or len(key) + 3 + len(_value(value)) > WIDTH)
-    }
-    # the order of entries is kept: from the first that is long on, all are sections
-    keys = list(table)
-    first = next((n for n, key in enumerate(keys) if key in long), len(keys))
-    nested = [key for key in keys[first:] if isinstance(table[key], dict)]
-    sections = set(nested)
-    own = {key: value for key, value in table.items() if key not in sections}
-    if own or not table:
-        yield [f"[{name}]", *_pairs(own)]
-    for key in nested:
-        yield [f"[{name}.{_key(key)}]", *_pairs(table[key])]
-
-
-def _pairs(table: dict[str, Any]) -> Iterator[str]:
-    """Lines of keys and values, the signs of equality in one column."""
-    wide = max((len(_key(key)) for key in table), default=0)
-    for key, value in table.items():
-        line = f"{_key(key):{wide}} = {_value(value)}"
-        if len(line) > WIDTH and isinstance(value, list):
-            line = f"{_key(key):{wide}} = [\n{_rows(value)}\n]"
-        yield line
-
-
-def _rows(values: list[Any]) -> str:
-    """Entries of a long list, as many on a line as fit."""
-    lines, line = [], ""
-    for value in values:
-        cell = _value(value) + ","
-        if line and len(line) + len(cell) + 1 > WIDTH - 4:
-            lines.append(line)
-            line = ""
-        line = f"{line} {cell}" if line else cell
-    return "\n".join(f"    {line}" for line in [*lines, line])
-
-
-def _key(key: str) -> str:
-    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
-
-
-def _text(text: str) -> str:
-    """A basic string: JSON's escapes are TOML's, but for a lone DEL."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return _text(value)
-    if isinstance(value, list):
-        return f"[{', '.join(_value(part) for part in value)}]"
-    if isinstance(value, dict):
-        inside = ", ".join(f"{_key(key)} = {_value(part)}" for key, part in value.items())
-        return f"{{ {inside} }}" if inside else "{}"
-    return repr(value)
-
-
 def save(
     mechanism: Mechanism, path: str | os.PathLike[str], *, limits: problems.Limits | None = None
 ) -> None:
     """Write a mechanism to a model file, TOML or (by its ending) JSON; `load` reads it back.
+
+    Of a mechanism that was read from TOML, what did not change stays as it was written: comments,
+    order, formulas and units.
 
     Parameters
     ----------
@@ -164,7 +78,8 @@ def save(
     (0.12, 0.0)
     """
     file, data = Path(path), as_data(mechanism)
-    text = _json(data) if file.suffix.lower() == ".json" else toml(data)
+    is_json = file.suffix.lower() == ".json"
+    text = _json(data) if is_json else _as_it_was(mechanism, data, file) or toml(data)
     try:
         raw = text.encode()
         check_size(data, len(raw), problems.limits_of(limits), file.name)
@@ -174,6 +89,24 @@ def save(
     except UnicodeEncodeError as error:
         odd = error.object[error.start]
         raise ModelError(f"the file '{file}' cannot be written: {odd!a} is no character") from None
+
+
+def _as_it_was(mechanism: Mechanism, data: dict[str, Any], file: Path) -> str | None:
+    """The text of the file that the mechanism was read from with what has changed; None where there
+    is none, or where it would not be read as the mechanism from `file`, as with tables that lie
+    elsewhere.
+    """
+    text = kept_text(mechanism)
+    if text is None:
+        return None
+    try:
+        before = as_data(built(tomllib.loads(text), folder=file.parent))
+        found = changed_text(text, before, data, mechanism.units)
+        if found is None or as_data(built(tomllib.loads(found[0]), folder=file.parent)) != found[1]:
+            return None
+    except (ModelError, tomllib.TOMLDecodeError):
+        return None
+    return found[0]
 
 
 def to_toml(mechanism: Mechanism) -> str:
