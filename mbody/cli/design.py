@@ -25,7 +25,7 @@ from mbody.solution.doubts import heading
 if TYPE_CHECKING:
     from mbody.engineering import ForceBalance, SpringBalance
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import OptimizationTask
+    from mbody.model.study import OptimizationTask, Question
     from mbody.optimization.optimum import Optimum
     from mbody.sweeps import Sweep
 
@@ -332,6 +332,8 @@ def _write_optimum(found: Optimum, args: Any) -> None:
 # -- `mbody solve MODEL [NAME]`: the questions of a model, answered ----------------------------
 
 NONE = "no solution:"
+#: The name of a question that the file does not have.
+QUESTION = "question"
 
 
 def solve(args: Any) -> int:
@@ -342,11 +344,12 @@ def solve(args: Any) -> int:
     from mbody.summaries.analyses import answers_summary
 
     mechanism = model_of(args)
-    questions = mechanism.questions
+    own = _question_of(args)
+    questions = {QUESTION: own} if own else mechanism.questions
     if not questions:
         raise ModelError(
-            f"'{mechanism.name}' has no questions: give its file a table [solve.NAME] with "
-            "unknowns and conditions"
+            f"'{mechanism.name}' has no questions: give --unknowns and --conditions, or its file a "
+            "table [solve.NAME] with unknowns and conditions"
         )
     if args.name and args.name not in questions:
         raise ModelError(
@@ -376,6 +379,22 @@ def solve(args: Any) -> int:
     else:
         print("\n\n\n".join(texts))
     return 1 if doubts else 0
+
+
+def _question_of(args: Any) -> Question | None:
+    """The question that the options ask, if any is given."""
+    from mbody.model.study import Question
+
+    names = "unknowns", "conditions", "side_conditions", "greatest", "least", "analysis"
+    options = given(args, *names)
+    args.over = args.instants = args.turns = None
+    if asked := question(args, None):
+        options["at"] = asked.at
+    if options and not args.unknowns:
+        raise UsageError("choose what is to be found: --unknowns NAMES")
+    if options and args.name:
+        raise UsageError(f"--unknowns makes a question of its own: leave out {args.name[:40]!r}")
+    return Question(**options) if options else None
 
 
 # -- `mbody fit MODEL DATA.csv`: numbers from measured histories, by options or a table [fit] --

@@ -212,5 +212,6 @@ def pairs(verb: Verb) -> Iterator[tuple[str, str, list[str], str]]:
     """The arguments of Python of a verb: function, argument, its options, or why there is none."""
     for path in verb.functions:
         for name in documentation(path).defaults:
-            options = [written(one) for one in verb.options if name in one.python]
-            yield path, name, options, "" if options else verb.reasons.get(name, "")
+            reason = verb.reasons.get(name, "")
+            options = [written(one) for one in verb.options if name in one.python and not reason]
+            yield path, name, options, reason

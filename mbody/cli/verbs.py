@@ -115,8 +115,14 @@ modes analyse.modes analysis.linear.modes.modes: frequencies and shapes
 solve design.solve inverse.solve_for.solve_for: unknowns that meet conditions
     $ solve mine.toml brake
     @model
-    name NAME ? (unknowns): one question [solve.NAME] of the model; all without it
-    not conditions side_conditions greatest least at analysis: a question in the model has them
+    name NAME ?: one question [solve.NAME] of the model; all without it
+    --unknowns NAMES: what is to be found, with commas, in place of the questions of the file
+    --conditions EQUATION ...: such as 'motor.effort = 0'
+    --side-conditions RELATION ...: such as 'road.fy >= 0'
+    --greatest QUANTITY: it is to be as great as the side conditions let it be
+    --least QUANTITY: the same, as small
+    --analysis NAME: kinetostatics (default), or statics for rest
+    --at NAME=VALUE ...: the one position of a driver (crank=60, in degrees), or t=0.1
     @angle @json
 = examine
 check analyse.check analysis.freedom.mobility.mobility: degrees of freedom
@@ -390,7 +396,7 @@ freebody pictures.freebody views.free_bodies.draw_free_bodies: every link with i
     @driven @free
     --bodies NAMES: which links, with commas between them; by default all
     -o --output FILE: ends in .svg, .png or .pdf (MODEL.svg)
-    not headed: each has its heading
+    not headed instants: each has its heading; --at names positions
 report pictures.report reports.mechanism_report.report: the engineer's document
     $ report mine.toml -o mine.html
     @driven @free
@@ -405,6 +411,7 @@ report pictures.report reports.mechanism_report.report: the engineer's document
     --open: open it in the browser
     -o --output FILE: ends in .html, .md, .tex or .pdf (MODEL.html)
     not labels command: --set and --compare are the labels, and the command is the one given
+    not instants: links are drawn at the positions of the model, or at the greatest force
 = teach
 demo learn.demo: a textbook four-bar
     $ demo

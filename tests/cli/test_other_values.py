@@ -74,6 +74,22 @@ def test_a_mechanism_with_another_number_is_the_system_with_it(name):
     assert tried > 2 * refused
 
 
+def test_a_question_by_options_is_answered_by_the_number_that_set_takes(capsys):
+    """The torque that balances the motor; set to it, the analysis finds no effort."""
+    words = ["norton_fourbar", "--at", "crank=75", "--json"]
+    asked = ["--unknowns", "T_4", "--conditions", "motor.effort = 0"]
+    assert cli.main(["solve", *words, *asked]) == 0
+    (case,) = json.loads(capsys.readouterr().out)["cases"].values()
+    (answer,) = case["solutions"]
+    torque = answer["unknowns"]["T_4"]
+    efforts = []
+    for value in (torque, 0.0):
+        assert cli.main(["kinetostatics", *words, "--set", f"T_4={value!r}"]) == 0
+        efforts.append(json.loads(capsys.readouterr().out)["efforts"]["motor"][0])
+    # rounding of a solve whose condition is 70
+    assert abs(efforts[0]) < 1e-12 * abs(efforts[1])
+
+
 def test_set_takes_every_number_that_vary_takes(capsys):
     """A length, a law's number, a load by its own name: as a sweep of one design."""
     for name, value in {"crank.A.x": "4 in", "motor.law.speed": "120 rpm", "T_4": "50"}.items():

@@ -48,6 +48,8 @@ WORDS = {
     "a cost in words": [
         *("tolerances", "hoekens", "P.x", "--scatter", "a=0.1 mm", "--cost", "a=dear"),
     ],
+    "conditions of nothing": ["solve", "hoekens", "--conditions", "motor.effort = 0"],
+    "a question besides that of the file": ["solve", "vehicle", "brake", "--unknowns", "front"],
     "steps without a count": ["kinematics", "hoekens", "--at", "crank=0:360"],
     "steps of two units": ["kinematics", "hoekens", "--at", "crank=0 deg:1 rad:5"],
     "steps of words": ["kinematics", "hoekens", "--at", "t=now:then:5"],
@@ -124,6 +126,8 @@ a balanced model that is printed | UsageError | - | argument -o/--output: the mo
 bearings of what has none | ModelError | - | 'Pile of discs that friction holds' has no revolute joint: there is no bearing in it
 a gear ratio in words | UsageError | - | --ratio takes a number, not 'high'
 a cost in words | UsageError | - | --cost a takes a number, not 'dear'
+conditions of nothing | UsageError | - | choose what is to be found: --unknowns NAMES
+a question besides that of the file | UsageError | - | --unknowns makes a question of its own: leave out 'brake'
 steps without a count | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0:360'
 steps of two units | UsageError | - | --at crank takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '0 deg:1 rad:5'
 steps of words | UsageError | - | --at t takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not 'now:then:5'

@@ -188,7 +188,7 @@ an unknown that changes nothing | SolveError | - | nothing meets 'crank.angle = 
 conditions that hold always | SolveError | - | 'crank.x = crank.x' holds for any 'brake': nothing determines it; take unknowns that they depend on
 a place out of reach | SolveError | - | no value of 'elbow.value' was found that meets 'two.x = 5 m' ('two.x = 5 m' is off by 4.045 at the start): give another start, or wider bounds
 a place at which loops do not close | SolveError | - | no value of 'motor.value' was found that meets 'rocker.y = 50 m' ('rocker.y = 50 m' is off by 49.01 at the start): give another start, or wider bounds
-a model that asks nothing | ModelError | - | 'Four-bar: dynamic force analysis' has no questions: give its file a table [solve.NAME] with unknowns and conditions
+a model that asks nothing | ModelError | - | 'Four-bar: dynamic force analysis' has no questions: give --unknowns and --conditions, or its file a table [solve.NAME] with unknowns and conditions
 a question that a model does not ask | ModelError | front_wheel | 'Vehicle: limiting traction and braking' has no question 'front_wheel' (it has: 'front_drive', 'rear_drive', 'all_drive', 'front_brake', 'rear_brake', 'all_brake')
 a table of a question without unknowns | ModelError | - | model: line 7: solve.q.unknowns: is missing: give it
 unknowns of a file that are a number | ModelError | - | model: line 8: solve.q.unknowns: must be a name, a list of names, or { name = { start = …, unit = … } }, not 3
