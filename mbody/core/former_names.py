@@ -32,6 +32,12 @@ _MOVED = {
     "engines.mjcf": "to_mjcf",
     "engines.crosscheck": "Crosscheck",
     "errors": "ModelWarning",
+    "solution.energy": "Energy",
+    "solution.histories": "BodyHistory",
+    "analysis.equilibria.equilibrium": "Equilibria",
+    "analysis.freedom.mobility": "Mobility",
+    "analysis.inverse.conditions": "Answer",
+    "analysis.linear.modes": "Modes",
 }
 _STOPS = (
     "stops are contacts of the mechanism, which are struck and rested on: {}; what only ends a "

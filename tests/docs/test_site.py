@@ -132,7 +132,7 @@ def test_the_reference_has_all(site):
     python = "".join(path.read_text("utf-8") for path in (site / "reference/python").glob("*.html"))
     for name in mbody.__all__:
         assert f'id="mbody.{name}"' in python, name
-    for folder in mbody._FOLDERS:
+    for folder in (name for name, home in mbody._HOMES.items() if home == "mbody"):
         for name in getattr(mbody, folder).__all__:
             assert re.search(rf'id="mbody\.({folder}\.)?{name}"|<h2>{name}<', python), (
                 folder,

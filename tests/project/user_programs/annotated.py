@@ -12,16 +12,12 @@ import pint
 import mbody
 from mbody import (
     AngleDriver,
-    Answer,
     Body,
-    BodyHistory,
     CoordinateDriver,
     CouplingTerm,
     Damper,
     Distance,
     Doubt,
-    Energy,
-    Equilibria,
     Event,
     Fixed,
     Force,
@@ -30,8 +26,6 @@ from mbody import (
     LengthCoupling,
     Marker,
     Mechanism,
-    Mobility,
-    Modes,
     Prismatic,
     Reaction,
     Revolute,
@@ -43,11 +37,17 @@ from mbody import (
     Torque,
     number_field,
 )
+from mbody.analysis.equilibria.equilibrium import Equilibria
+from mbody.analysis.freedom.mobility import Mobility
+from mbody.analysis.inverse.conditions import Answer
+from mbody.analysis.linear.modes import Modes
 from mbody.engineering import close_loops, equilibrium_curve, flywheel
 from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Law, Polynomial, Rise, Table
 from mbody.makers import bar, polar
 from mbody.model.loads import CustomLoad
 from mbody.model.study import Measure, Question, Unknown
+from mbody.solution.energy import Energy
+from mbody.solution.histories import BodyHistory
 from mbody.sweeps import Normal, Steps, Sweep, monte_carlo
 
 Array = npt.NDArray[np.float64]
