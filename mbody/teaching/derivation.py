@@ -41,6 +41,7 @@ from mbody.summaries.text_table import (
     forces_on,
     number,
     paragraph,
+    quantities,
     table,
 )
 from mbody.teaching.vector_loops import (
@@ -511,6 +512,12 @@ class _DerivationWriter:
         bodies, mass = [body.name for body in self.machine.bodies], self.run.system.mass[:, 0]
         numbers = [3 * self.run.system.bodies[name] for name in bodies]
         inertias = [number(mass[n + 2]) for n in numbers]
+        read = self.machine.shown  # beside the consistent units in which the equations are
+        weighed = [
+            quantities("mI"[k // 2], mass[[n + k for n in numbers]], dimension, read, before=[""])
+            for k, dimension in ((0, "mass"), (2, "inertia"))
+            if read.size(dimension) != 1.0
+        ]
         return [
             Grid(
                 "Numbers of the links, masses, and moments of inertia about the mass centres:",
@@ -519,6 +526,7 @@ class _DerivationWriter:
                     Column("name", ["ground", *bodies], text=True),
                     Column("m", ["", *(number(mass[n]) for n in numbers)], self.unit("mass")),
                     Column("I", ["", *inertias], self.unit("inertia")),
+                    *weighed,
                 ],
             )
         ]
@@ -626,18 +634,15 @@ class _DerivationWriter:
         # the parts of one element together
         order = list(dict.fromkeys(cause for _, cause, _ in rows))
         rows.sort(key=lambda row: order.index(row[1]))
-        torque, force = self.unit("torque"), self.unit("force")
+        kinds, read = {True: "torque", False: "force"}, self.machine.shown
+        answers = [(symbol.value, kinds[symbol.letter == "T"]) for symbol, *_ in rows]
         blocks: list[Block] = [
             Grid(
                 "What joints, drivers and loads exert:",
                 [
                     Column("Symbol", [symbol.rich for symbol, *_ in rows], text=True),
-                    Column("value", [number(symbol.value) for symbol, *_ in rows]),
-                    Column(
-                        "unit",
-                        [torque if symbol.letter == "T" else force for symbol, *_ in rows],
-                        text=True,
-                    ),
+                    Column("value", [number(read.converted(*one)) for one in answers]),
+                    Column("unit", [read.of(kind) for _, kind in answers], text=True),
                     Column("", [words for *_, words in rows], text=True),
                 ],
             )
