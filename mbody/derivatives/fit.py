@@ -31,7 +31,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.types import Number
 from mbody.quantities.units import NUMBER
-from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only
+from mbody.solution.declared_result import ColumnTable, Sentence, Value
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.summaries.text_table import number
 from mbody.system.system import System
@@ -75,8 +75,8 @@ class Fit(Inherited, Presented):
     system: Any = None
 
     declared = (
-        *data_only("values", "units", "offsets", "deviations", "intervals", "confidence"),
-        *data_only("covariance", "undetermined", "combinations"),
+        *("values", "units", "offsets", "deviations", "intervals", "confidence"),
+        *("covariance", "undetermined", "combinations"),
         ColumnTable(
             (
                 Value("", "value", "each", lambda found: {**found.values, **found.offsets}),
@@ -91,7 +91,7 @@ class Fit(Inherited, Presented):
             (Value("residual", "residual", "each"), Value("", "unit", "text", "data_units")),
             "DATA",
         ),
-        *data_only("count", "evaluations"),
+        *("count", "evaluations"),
         Sentence(
             lambda found: (
                 f"{found.count} data; low and high of {100.0 * found.confidence:g} % confidence"

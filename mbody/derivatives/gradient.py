@@ -29,7 +29,7 @@ from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only
+from mbody.solution.declared_result import ColumnTable, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
@@ -817,7 +817,7 @@ class Sensitivity(Inherited, Presented):
     time_unit: str
 
     declared = (
-        *data_only("measure", "value", "unit", "by", "at"),
+        *("measure", "value", "unit", "by", "at"),
         Sentence(
             lambda found: (
                 f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()

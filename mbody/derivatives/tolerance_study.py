@@ -37,7 +37,6 @@ from mbody.solution.declared_result import (
     ItemTable,
     Sentence,
     Value,
-    data_only,
 )
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.known_forces import without_notes
@@ -170,7 +169,7 @@ class Allocation(Presented):
     )
 
     declared = (
-        *data_only("low", "high"),
+        *("low", "high"),
         ColumnTable(
             (
                 Value("tolerance", "±", "each", missing="any"),
@@ -179,7 +178,7 @@ class Allocation(Presented):
             ),
             "LOOSEST FOR {0.low:g} … {0.high:g}",
         ),
-        *data_only("varied", "inside", "count"),
+        *("varied", "inside", "count"),
         Sentence(
             lambda found: (
                 found.varied
@@ -476,7 +475,7 @@ class ToleranceStudy(Inherited, Presented):
     failures: int = 0
 
     declared = (
-        *data_only("measure", "unit", "value", "first", "second", "monte_carlo", "worst_case"),
+        *("measure", "unit", "value", "first", "second", "monte_carlo", "worst_case"),
         Sentence(lambda found: f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()),
         ItemTable(
             "",

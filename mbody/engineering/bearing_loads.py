@@ -15,7 +15,7 @@ from mbody.model.element import listed
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import Heading, ItemTable, Value, data_only
+from mbody.solution.declared_result import Heading, ItemTable, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import check_forces
 from mbody.solution.known_forces import inherits
@@ -90,7 +90,7 @@ class BearingLoad(Inherited, Presented):
         Value("mean", "mean", "force"),
         Value("revolutions", "turns a cycle"),
         Value("cycle", "", "time"),
-        *data_only("exponent", "life"),
+        *("exponent", "life"),
         Value("", "life, 10⁶ rev", "text", lambda one: lasting(one.life, 1e-6)),
         Value("time", "", "time"),
     )

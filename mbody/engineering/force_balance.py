@@ -321,7 +321,7 @@ class ForceBalance(Inherited, Presented):
                 *data_only("x", "y", dimension="length"),
             ),
         ),
-        *data_only("conditions", "complete", "left", "reason"),
+        *("conditions", "complete", "left", "reason"),
         ItemTable(
             "peaks",
             (

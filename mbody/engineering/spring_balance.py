@@ -17,7 +17,7 @@ from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import Heading, Sentence, Value, data_only
+from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
@@ -80,7 +80,7 @@ class SpringBalance(Inherited, Presented):
     declared = (
         Heading("SPRING", "stiffness"),
         Value("stiffness", "{}", lambda found: found.dimensions),
-        *data_only("complete", "left", "reason"),
+        *("complete", "left", "reason"),
         Heading("GREATEST EFFORT"),
         Value(
             "peaks",

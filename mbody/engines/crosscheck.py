@@ -25,7 +25,7 @@ from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.model.study import Instants
 from mbody.solution.contact_forces import acting_contacts
-from mbody.solution.declared_result import Value, data_only
+from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Doubt, status_of
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution, as_solution
@@ -64,7 +64,7 @@ class Crosscheck(Presented):
     opinions: Mapping[str, CrosscheckResult]
 
     analysis_name = "{0.run.analysis}"
-    declared = (*data_only("agrees", "not_compared"), Value("engines", value="opinions"))
+    declared = (*("agrees", "not_compared"), Value("engines", value="opinions"))
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:

@@ -8,7 +8,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from mbody.core.presentation import Presented
-from mbody.solution.declared_result import data_only
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -35,9 +34,7 @@ class Row(Presented):
     expected: float
     reason: str
 
-    declared = data_only(
-        "quantity", "ours", "theirs", "difference", "expected", "reason", "verdict"
-    )
+    declared = ("quantity", "ours", "theirs", "difference", "expected", "reason", "verdict")
 
     @property
     def verdict(self) -> str:
@@ -69,7 +66,7 @@ class CrosscheckResult(Presented):
     notes: tuple[str, ...] = ()
     adopted: tuple[str, ...] = ()
 
-    declared = data_only("engine", "rows", "not_expressible", "notes")
+    declared = ("engine", "rows", "not_expressible", "notes")
 
     @property
     def agrees(self) -> bool:

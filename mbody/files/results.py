@@ -24,6 +24,7 @@ from mbody.files.tables import as_list, friction_data
 from mbody.files.writing import writing
 from mbody.quantities.output_units import OutputUnits
 from mbody.solution.columns import ResultColumn, ResultTable
+from mbody.solution.declared_result import declared_data
 from mbody.solution.doubts import certificate, heading
 from mbody.solution.histories import EventRecord, one_design
 from mbody.solution.result_table import result_table
@@ -103,7 +104,9 @@ def _motion(solution: Solution, units: OutputUnits) -> dict[str, Any]:
     if solution.stats is not None:
         plain["stats"] = dict(solution.stats)
     if solution.energy is not None:
-        plain["energy"] = solution.energy.data(units)
+        plain["energy"] = energy = declared_data(solution.energy, units, "torque")
+        if not energy["lost"]:
+            del energy["lost"]
     if solution.analysis == "simulate":
         plain["events"] = [_event(one, units) for one in solution.events]
     if solution.modes:

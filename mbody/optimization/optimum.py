@@ -27,7 +27,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import resolve_number
 from mbody.quantities import Formula, FormulaError, Scope, evaluate, parse_unit
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value, data_only
+from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
@@ -240,7 +240,7 @@ class Optimum(Inherited, Presented):
             for n, (aim, unit) in enumerate(self.aims)
         ]
         return (
-            *data_only("aim", "objective", "start_objective", "units"),
+            *("aim", "objective", "start_objective", "units"),
             Sentence(_aims),
             ColumnTable(
                 (
@@ -264,7 +264,7 @@ class Optimum(Inherited, Presented):
                     Value("t", "at t", "time"),
                 ),
             ),
-            *data_only("starts", "agreeing", "evaluations", "band", "loss", "pareto"),
+            *("starts", "agreeing", "evaluations", "band", "loss", "pareto"),
             ItemTable("", tuple(front), "FRONT", lambda one: dict(enumerate(one.pareto))),
             Sentence(
                 lambda one: (
@@ -273,7 +273,7 @@ class Optimum(Inherited, Presented):
                     + f"; {one.evaluations} analyses with derivatives"
                 )
             ),
-            *data_only("status", "notes"),
+            *("status", "notes"),
         )
 
     def band_ends(self, end: int) -> dict[str, float]:

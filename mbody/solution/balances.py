@@ -11,7 +11,6 @@ import numpy as np
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.model.element import Marker
-from mbody.solution.declared_result import data_only
 from mbody.solution.histories import Result
 from mbody.system.read_only import Locked
 
@@ -149,7 +148,7 @@ class Equations(Locked, Presented):
     rank: int
     heading: tuple[str, ...] = field(repr=False)
 
-    declared = data_only("rows", "row_units", "unknowns", "units", "matrix", "rhs", "values")
+    declared = ("rows", "row_units", "unknowns", "units", "matrix", "rhs", "values")
 
     @property
     def residual(self) -> Array:

@@ -105,12 +105,12 @@ def data_only(*keys: str, dimension: str = "") -> tuple[Value, ...]:
 
 
 def of_entries(
-    declared: Sequence[DeclaredEntry], owner: Any, units: Any, dimension: str = ""
+    declared: Sequence[DeclaredEntry | str], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
-    """The plain values of all that is declared of one thing."""
+    """The plain values of all that is declared of one thing; a key alone is data as it is."""
     found: dict[str, Any] = {}
     for one in declared:
-        found |= one.as_data(owner, units, dimension)
+        found |= (Value(one) if isinstance(one, str) else one).as_data(owner, units, dimension)
     return found
 
 
@@ -156,7 +156,7 @@ class ItemTable(DeclaredEntry):
     """
 
     key: str
-    columns: tuple[DeclaredEntry, ...]
+    columns: tuple[DeclaredEntry | str, ...]
     words: str = ""
     value: Reader = ""
 
@@ -249,13 +249,10 @@ def plain(value: Any, units: OutputUnits | None = None, dimension: Any = "") -> 
     return [plain(one, units, dimension) for one in value]
 
 
-def entries(result: Any) -> Sequence[DeclaredEntry]:
+def entries(result: Any) -> Sequence[DeclaredEntry | str]:
     """What a result declares; its fields where it declares nothing."""
-    declared: Sequence[DeclaredEntry] = getattr(result, "declared", ())
-    if declared:
-        return declared
     # those that its `repr` has: not its status and notes
-    return [Value(one.name) for one in dataclasses.fields(result) if one.repr]
+    return getattr(result, "declared", ()) or [f.name for f in dataclasses.fields(result) if f.repr]
 
 
 def declared_data(result: Any, units: OutputUnits | None, dimension: str = "") -> dict[str, Any]:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mbody.core.presentation import Presented
 from mbody.core.tolerances import ENERGY_ROUNDING, ENERGY_ROUNDING_STEP
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.system.read_only import Locked
 
 if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy
-    from mbody.quantities.output_units import OutputUnits
     from mbody.system.system import System
 
 
@@ -28,7 +28,7 @@ ACCOUNTED = 64
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Energy(Locked):
+class Energy(Locked, Presented):
     """Energies at every instant [force·length], arrays (instants,).
 
     Attributes
@@ -79,6 +79,8 @@ class Energy(Locked):
     lost: dict[str, Array] = field(default_factory=dict)
     rounding: float = 0.0
 
+    declared = (*PLAIN, "by", "lost")
+
     def __repr__(self) -> str:
         return (
             f"Energy({len(self.balance)} instants, up to {self.size:.6g}, balance "
@@ -104,17 +106,6 @@ class Energy(Locked):
         own = {name: getattr(self, name)[index] for name in PLAIN}
         by, lost = ({n: one[index] for n, one in part.items()} for part in (self.by, self.lost))
         return Energy(**own, by=by, lost=lost, rounding=self.rounding)
-
-    def data(self, units: OutputUnits | None = None) -> dict[str, Any]:
-        """Plain lists of the energies, ready for JSON; in other units, where some are chosen."""
-
-        def plain(values: Any) -> Any:
-            return (values if units is None else units.converted(values, "torque")).tolist()
-
-        data: dict[str, Any] = {name: plain(getattr(self, name)) for name in PLAIN}
-        data["by"] = {name: plain(part) for name, part in self.by.items()}
-        lost = {name: plain(part) for name, part in self.lost.items()}
-        return data | ({"lost": lost} if lost else {})
 
 
 def causes(system: System, stops: Sequence[str] = ()) -> list[str]:

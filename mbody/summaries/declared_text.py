@@ -44,6 +44,8 @@ def summary(result: Any) -> str:
     blocks: list[tuple[bool, list[str]]] = []  # the first, whether they are sentences
     group: list[tuple[Value, Any]] = []
     for one, owner in [*expanded(result), (heading, result)]:
+        if isinstance(one, str):
+            continue
         if isinstance(one, Value):
             group += [(one, owner)] if one.words else []
             continue
@@ -68,7 +70,7 @@ def summary(result: Any) -> str:
     return "\n".join(even([*lines, *(certified(result) if hasattr(result, "doubts") else [])]))
 
 
-def expanded(result: Any) -> Iterator[tuple[DeclaredEntry, Any]]:
+def expanded(result: Any) -> Iterator[tuple[DeclaredEntry | str, Any]]:
     """All that is declared, with what it is read of."""
     for one in entries(result):
         if isinstance(one, IncludedResult):

@@ -32,7 +32,7 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Joint, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import ItemTable, Sentence, Value, data_only
+from mbody.solution.declared_result import ItemTable, Sentence, Value
 from mbody.solution.solution import Solution
 from mbody.system.system import System
 
@@ -67,7 +67,7 @@ class Cognate(Presented):
 
     declared = (
         Value("name", value=lambda one: one.mechanism.name),
-        *data_only("lengths", "turning", "grashof"),
+        *("lengths", "turning", "grashof"),
     )
 
     def save(self, path: str | os.PathLike[str]) -> None:

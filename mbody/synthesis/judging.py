@@ -28,7 +28,6 @@ from mbody.solution.declared_result import (
     ItemTable,
     Sentence,
     Value,
-    data_only,
     in_units,
 )
 from mbody.solution.measures import checked_sides, found_by, sides
@@ -347,7 +346,7 @@ class Design(Presented):
         Value("error"),
         Value("values", "", lambda one: {n: "angle" * n.endswith(".angle") for n in one.values}),
         Value("transmission_min", "", "angle"),
-        *data_only("defects", "order", "grashof", "misses", "margins", "cognates"),
+        *("defects", "order", "grashof", "misses", "margins", "cognates"),
     )
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -29,7 +29,7 @@ from mbody.errors import ModelError
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
-from mbody.solution.declared_result import IncludedResult, ItemTable, Value, data_only
+from mbody.solution.declared_result import IncludedResult, ItemTable, Value
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.rank import dense
 from mbody.system.system import System
@@ -278,7 +278,7 @@ class Circuits(Inherited, Presented):
         ItemTable(
             "circuits",
             (
-                *data_only("number", "modes", "full_turn"),
+                *("number", "modes", "full_turn"),
                 Value("range", "", lambda one: one["kind"]),
             ),
             value=lambda found: [{**vars(one), "kind": found.kind} for one in found.circuits],

@@ -32,7 +32,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import ColumnTable, Sentence, Value, data_only, in_units
+from mbody.solution.declared_result import ColumnTable, Sentence, Value, in_units
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import moved, one_design
 from mbody.solution.known_forces import not_unique
@@ -530,7 +530,7 @@ class Transmission(Inherited, Presented):
     about_text = "transmission from '{0.driver}' to '{0.output}'"
     angle_unit = "deg"
     declared = (
-        *data_only("driver", "output", "joint"),
+        *("driver", "output", "joint"),
         Value("t", "", "time"),
         Value("least", "", _least_dimensions, lambda found: found.least and vars(found.least)),
         Value("grashof", value=lambda found: [{"loop": k, "class": c} for k, c in found.loops]),

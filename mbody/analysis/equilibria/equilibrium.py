@@ -39,7 +39,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import kept_states, left_out, with_friction, without_friction
 from mbody.quantities.units import UnitSystem
 from mbody.solution.contact_forces import friction_pairs, may_hold
-from mbody.solution.declared_result import Value, data_only
+from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.friction_results import (
     ContactLimits,
@@ -120,7 +120,7 @@ class EquilibriumBand(Presented):
     declared = (
         Value("low", "", ("length", "length", "angle")),
         Value("high", "", ("length", "length", "angle")),
-        *data_only("leader", "positions"),
+        *("leader", "positions"),
     )
 
     @property
@@ -662,7 +662,7 @@ class Equilibrium(Locked, Presented):
 
     angle_unit = "deg"
     declared = (
-        *data_only("stability", "stiffness", "motions", "frequencies", "residual", "notes"),
+        *("stability", "stiffness", "motions", "frequencies", "residual", "notes"),
         Value("statics", value="solution"),
     )
 
@@ -707,7 +707,7 @@ class Equilibria(AtEquilibria[Equilibrium]):
     analysis_name = "equilibrium"
     angle_unit = "deg"
     declared = (
-        *data_only("t", "positions"),
+        *("t", "positions"),
         Value("bands", value=lambda found: found.bands or ...),
     )
 

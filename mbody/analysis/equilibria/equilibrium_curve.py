@@ -22,7 +22,7 @@ from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
-from mbody.solution.declared_result import ItemTable, Value, data_only
+from mbody.solution.declared_result import ItemTable, Value
 from mbody.solution.doubts import Doubt, Inherited, doubted
 from mbody.solution.histories import BodyHistory, PointHistory, Reaction, Record
 from mbody.solution.solution import Solution
@@ -516,7 +516,7 @@ class EquilibriumCurve(Inherited, Presented):
 
     analysis_name = "equilibrium_curve"
     declared = (
-        *data_only("parameter", "unit", "values", "arclength", "stability", "folds", "crossings"),
+        *("parameter", "unit", "values", "arclength", "stability", "folds", "crossings"),
         Value("kinds"),
         ItemTable(
             "bodies",

@@ -6,6 +6,7 @@ import functools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,6 @@ from mbody.model.model_notes import left_out
 from mbody.model.stop import Freewheel, Stop
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import UnitSystem
-from mbody.solution.declared_result import Value, data_only
 from mbody.system.assembler import assemble
 from mbody.system.rank import LargeRank, Rank, dense, large_rank, rank_of, row_elements, sparse_rows
 from mbody.system.system import System, with_numbers_of
@@ -127,9 +127,7 @@ class Count:
     rank: int
     rank_nearby: int | None
 
-    declared = data_only(
-        "rows", "gruebler", "rank", "rank_nearby", "freedom", "redundant", "singular"
-    )
+    declared = ("rows", "gruebler", "rank", "rank_nearby", "freedom", "redundant", "singular")
 
     @property
     def freedom(self) -> int:
@@ -203,12 +201,20 @@ class Mobility(Presented):
     notes: tuple[str, ...] = ()
 
     analysis_name = "check"
-    declared = (
-        *data_only("t", "bodies", "joints", "couplings", "drivers", "loops", "of_joints", "driven"),
-        *data_only("redundant", "one_sided"),
-        Value("motions", value=lambda found: found.motions[: _in_data(found.bodies)]),
-        Value("driven_motions", value=lambda found: found.driven_motions[: _in_data(found.bodies)]),
-    )
+
+    @property
+    def declared(self) -> tuple[Any, ...]:
+        """All that was counted, and the first of the free motions."""
+        # a first answer does not print it
+        from mbody.solution.declared_result import Value
+
+        first = slice(_in_data(self.bodies))
+        return (
+            *("t", "bodies", "joints", "couplings", "drivers", "loops", "of_joints", "driven"),
+            *("redundant", "one_sided"),
+            Value("motions", value=lambda found: found.motions[first]),
+            Value("driven_motions", value=lambda found: found.driven_motions[first]),
+        )
 
     @property
     def freedom(self) -> int:

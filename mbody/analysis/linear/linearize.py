@@ -34,7 +34,7 @@ from mbody.kernels.step_state import TIME
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import left_out, without_friction
 from mbody.model.study import Measure, measure_named
-from mbody.solution.declared_result import Value, data_only
+from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.solution.energy import causes
 from mbody.solution.histories import Record
@@ -434,7 +434,7 @@ class Linearization(Inherited, Presented):
 
     analysis_name = "linearize"
     declared = (
-        *data_only("about", "t", "mass", "damping", "stiffness", "drive", "motions"),
+        *("about", "t", "mass", "damping", "stiffness", "drive", "motions"),
         Value("modes", value=lambda found: found.modes or ...),
     )
 

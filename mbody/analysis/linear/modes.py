@@ -20,7 +20,7 @@ from mbody.model.body import Guesses
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import ORIGIN
-from mbody.solution.declared_result import Value, data_only
+from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
 from mbody.system.read_only import Locked
@@ -312,9 +312,9 @@ class ModesAt(Inherited, Presented):
     modes: tuple[Mode, ...]
 
     declared = (
-        *data_only("stability", "modes", "linear"),
+        *("stability", "modes", "linear"),
         Value("position", "", ("length", "length", "angle"), _position),
-        *data_only("status", "doubts", "notes"),
+        *("status", "doubts", "notes"),
     )
 
     @property
@@ -349,7 +349,7 @@ class Modes(AtEquilibria[ModesAt]):
     """
 
     analysis_name = "modes"
-    declared = data_only("t", "positions")
+    declared = ("t", "positions")
 
 
 def modes(
