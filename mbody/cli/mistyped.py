@@ -12,8 +12,8 @@ from mbody.core.other_words import meant
 VERB_WORDS = """\
 simulate: sim simulation run dynamics forward forward-dynamics fd integrate transient dynamic \
 motion time
-kinetostatics: forces force reactions reaction inverse inverse-dynamics inversedynamics newton-euler \
-dynamic-force dynamics torque torques effort efforts analyze analyse analysis solve-forces rnea
+kinetostatics: forces force reactions reaction inverse inverse-dynamics newton-euler \
+inversedynamics dynamic-force dynamics torque torques effort efforts analyze analyse analysis solve-forces
 kinematics: positions position velocity velocities acceleration accelerations motion fk ik pva
 statics: static rest
 equilibrium: equilibria balance-point settle rest static-equilibrium
