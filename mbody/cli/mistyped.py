@@ -13,7 +13,7 @@ VERB_WORDS = """\
 simulate: sim simulation run dynamics forward forward-dynamics fd integrate transient dynamic \
 motion time
 kinetostatics: forces force reactions reaction inverse inverse-dynamics newton-euler \
-inversedynamics dynamic-force dynamics torque torques effort efforts analyze analyse analysis solve-forces
+inversedynamics dynamic-force dynamics torque torques effort efforts analyze analyse analysis
 kinematics: positions position velocity velocities acceleration accelerations motion fk ik pva
 statics: static rest
 equilibrium: equilibria balance-point settle rest static-equilibrium
