@@ -15,8 +15,9 @@ from typing import Any
 from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_NUMBERS
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
+from mbody.files.model.kept_text import places_in
 from mbody.files.model.read import built
-from mbody.files.model.toml_text import toml
+from mbody.files.model.write import as_it_was
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 
@@ -66,7 +67,8 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
     >>> [(one.value, one.unit, list(one.factors)) for one in found.numbers]
     [(30.0, '', ['crank.cg.angle']), (7.7, 'lbf', ['coupler.weight'])]
     """
-    tree = tomllib.loads(to_toml(mechanism))
+    text = as_it_was(mechanism) or to_toml(mechanism)
+    tree = tomllib.loads(text)
     places = [path for path, value in _leaves(tree) if _parsed(value) is not None]
     places = [path for path in places if path[0] in DESCRIBING]
     chance = random.Random(1)
@@ -96,7 +98,7 @@ def file_numbers(mechanism: Mechanism, names: list[str]) -> CutFile:
         factor = before[name] / value if value else first[name] / x
         if abs(factor * x - first[name]) <= DIFFERENCE_RATIOS_SAME * abs(first[name]):
             found.setdefault(path, {})[name] = factor
-    return _cut(tree, found)
+    return _cut(text, tree, found)
 
 
 def _leaves(tree: Any, path: Path = ()) -> list[tuple[Path, Any]]:
@@ -170,28 +172,21 @@ def _allowed(tree: Any, places: list[Path], variants: list[dict[Path, float]]) -
     return places
 
 
-def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
+def _cut(text: str, tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     """The text, cut at the numbers that were found."""
-    marks: dict[str, Path] = {}
-    new: dict[Path, Any] = {}
-    for n, path in enumerate(found):
-        old = _value_at(tree, path)
-        if isinstance(old, str):
-            mark = f"@number {n}@"
-            new[path] = f"{mark} {_parsed(old)[1]}".strip()  # type: ignore[index]
-        else:
-            number = 1.5e200 + n * 1e190
-            mark, new[path] = _written(number), number
-        marks[mark] = path
-    made, cut = toml(_with(tree, new)), CutFile()
-    at = sorted((made.index(mark), mark) for mark in marks)
+    places, cut = places_in(text), CutFile()
+    if places is None:
+        return cut
     start = 0
-    for place, mark in at:
-        cut.parts.append(made[start:place])
-        start = place + len(mark)
-        value, unit = _parsed(_value_at(tree, marks[mark]))  # type: ignore[misc]
-        cut.numbers.append(FileNumber(value, unit, found[marks[mark]]))
-    cut.parts.append(made[start:])
+    for (begin, _), path in sorted((places.values[path], path) for path in found):
+        number, unit = _parsed(_value_at(tree, path))  # type: ignore[misc]
+        place = NUMBER.match(text, begin + isinstance(_value_at(tree, path), str))
+        if place is None or float(place[1]) != number:  # with signs that only TOML has
+            return CutFile()
+        cut.parts.append(text[start : place.start(1)])
+        cut.numbers.append(FileNumber(number, unit, found[path]))
+        start = place.end(1)
+    cut.parts.append(text[start:])
     whole = "".join(
         part if number is None else part + repr(number.value)
         for part, number in itertools.zip_longest(cut.parts, cut.numbers)
@@ -199,8 +194,3 @@ def _cut(tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     if _values(tomllib.loads(whole), {}) != _values(tree, {}):
         return CutFile()  # rather no numbers than others
     return cut
-
-
-def _written(number: float) -> str:
-    """A number as a file has it."""
-    return toml({"x": number}).partition("= ")[2].strip()

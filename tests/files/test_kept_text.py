@@ -10,6 +10,7 @@ from mbody import gallery
 from mbody.files.model.kept_text import places_in, shortest
 from mbody.files.model.read import built
 from mbody.files.model.write import as_data
+from mbody.live.file_numbers import file_numbers
 from mbody.model.closed_mechanism import with_numbers
 from tests.support.cases import first_fast
 
@@ -148,3 +149,13 @@ def test_values_are_found_where_they_stand(text):
 def test_the_fewest_digits():
     assert shortest(0.1124 / 0.001) == 112.4 and shortest(1.0) == 1.0 and shortest(0.0) == 0.0
     assert shortest(1 / 3) == pytest.approx(1 / 3, rel=1e-15)
+
+
+def test_numbers_of_a_file_stand_in_its_own_text():
+    """What pages and optima change are numbers of the text as it was written, comments and all."""
+    text = "# mine\n" + gallery.path("norton_fourbar").read_text("utf-8")
+    found = file_numbers(mbody.from_toml(text), ["coupler.weight", "crank.cg.angle", "ground.O4.x"])
+    assert [(one.value, one.unit) for one in found.numbers] == [(19, ""), (30, ""), (7.7, "lbf")]
+    cut = [*found.parts, ""]
+    numbers = ["19", "30", "7.7", "", ""]
+    assert "".join(a + b for a, b in zip(cut, numbers, strict=True)) == text

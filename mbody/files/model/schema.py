@@ -207,7 +207,7 @@ GROUND = TableCodec(
     "Ground", "The fixed link.", {"points": Key(POINTS), "shapes": Key(SHAPES_OF_BODY)}
 )
 _TIME = DIMENSIONS["time"]
-_COMPONENT = Key(law_of(DIMENSIONS["acceleration"], _TIME))
+_COMPONENT = Key(law_of(DIMENSIONS["acceleration"], _TIME), default=0.0)
 GRAVITY = TableCodec(
     "GravityIn",
     "The weight of every body: components of the gravitational acceleration.",

@@ -7,7 +7,6 @@ degrees where the degrees are short, else with their unit in radians.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import json
 import math
 import os
@@ -79,7 +78,7 @@ def save(
     """
     file, data = Path(path), as_data(mechanism)
     is_json = file.suffix.lower() == ".json"
-    text = _json(data) if is_json else _as_it_was(mechanism, data, file) or toml(data)
+    text = _json(data) if is_json else as_it_was(mechanism, file.parent) or toml(data)
     try:
         raw = text.encode()
         check_size(data, len(raw), problems.limits_of(limits), file.name)
@@ -91,18 +90,17 @@ def save(
         raise ModelError(f"the file '{file}' cannot be written: {odd!a} is no character") from None
 
 
-def _as_it_was(mechanism: Mechanism, data: dict[str, Any], file: Path) -> str | None:
-    """The text of the file that the mechanism was read from with what has changed; None where there
-    is none, or where it would not be read as the mechanism from `file`, as with tables that lie
-    elsewhere.
+def as_it_was(mechanism: Mechanism, folder: Path | None = None) -> str | None:
+    """The text of the file that a mechanism was read from with what has changed; None where there
+    is none, or where it would not be read as the mechanism from that folder.
     """
-    text = kept_text(mechanism)
+    text, data = kept_text(mechanism), as_data(mechanism)
     if text is None:
         return None
     try:
-        before = as_data(built(tomllib.loads(text), folder=file.parent))
+        before = as_data(built(tomllib.loads(text), folder=folder))
         found = changed_text(text, before, data, mechanism.units)
-        if found is None or as_data(built(tomllib.loads(found[0]), folder=file.parent)) != found[1]:
+        if found is None or as_data(built(tomllib.loads(found[0]), folder=folder)) != found[1]:
             return None
     except (ModelError, tomllib.TOMLDecodeError):
         return None
@@ -243,10 +241,7 @@ class Writer:
             if table:
                 data[section] = table
             if gravity is not None:
-                # components that are zero as long as nobody says otherwise
-                component = dataclasses.replace(GRAVITY.keys["x"], default=0.0)
-                record = dataclasses.replace(GRAVITY, keys={"x": component, "y": component})
-                data["gravity"] = record.write(self, gravity.name, gravity)
+                data["gravity"] = GRAVITY.write(self, gravity.name, gravity)
         return data | tables_of_studies(self)
 
     def curve_number(self, name: str, value: Any, dimension: Dimension | None) -> Any:
