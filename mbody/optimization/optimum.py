@@ -84,7 +84,7 @@ def _rough(value: float, size: float) -> float:
     """A number of a guess to a few digits, by the greatest of its kind.
 
     >>> _rough(0.123456789, 20.0), _rough(1e-17, 20.0)
-    (0.123, 0.0)
+    (0.12, 0.0)
     """
     return round(value, GUESS_DIGITS - math.ceil(math.log10(size))) + 0.0 if size else value
 
