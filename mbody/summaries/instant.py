@@ -564,7 +564,7 @@ def positions(solution: Solution) -> list[str]:
         return []
     if not MOST < len(solution) <= ROWS:
         return []
-    columns, forces = solution.table(), solution.has_forces
+    columns, forces = solution.table({"angle": "rad"}), solution.has_forces
     drivers = columns.by_owner("driver", "value", "effort")
     names = force_names(solution.mechanism)
     head = [_history(solution, one["value"], f"at {name}") for name, one in drivers.items()]
@@ -596,15 +596,15 @@ def positions(solution: Solution) -> list[str]:
 
 
 def _history(solution: Solution, column: ResultColumn, title: str) -> Column:
-    """A column of a history, in the units that are shown."""
+    """A column of a history that is in the units that are shown, but for angles in rad."""
     units = solution.mechanism.shown
     if column.quantity == "angle":
         values, turn = column.values, 2.0 * np.pi
         if values.min() >= 0.0 and np.ptp(values) < turn <= values.max():
             values = values % turn  # positions that the law meets in its next revolution
         return turned(title, values, units)
-    floor = _floor(solution, column.dimension)
-    return quantities(title, column.values, column.quantity, units, floor)
+    floor = _floor(solution, column.dimension) / units.size(column.dimension)
+    return Column(title, numbers(column.values, floor), column.unit)
 
 
 def _blocks(head: list[Column], columns: list[Column]) -> list[list[Column]]:

@@ -88,11 +88,16 @@ def instants(text):
 
 
 @pytest.mark.parametrize(
-    ("model", "at"), [("norton_fourbar", "crank=0:330:12"), ("watt_sixbar", "crank=0:330:12")]
+    ("model", "units"),
+    [
+        ("norton_fourbar", []),
+        ("norton_fourbar", ["--units", "torque=N*m,force=kN,speed=rpm"]),
+        ("watt_sixbar", []),
+    ],
 )
-def test_a_dozen_positions_have_a_row_each(model, at, capsys):
+def test_a_dozen_positions_have_a_row_each(model, units, capsys):
     """In the order and at the positions that were asked for; cells are those of data."""
-    words = ["kinetostatics", model, "--at", at]
+    words = ["kinetostatics", model, "--at", "crank=0:330:12", *units]
     assert cli.main(words) == 0
     blocks = capsys.readouterr().out.split("\n\n")
     tables = [block.splitlines() for block in blocks if block.lstrip().startswith("at motor")]
@@ -114,6 +119,20 @@ def test_a_dozen_positions_have_a_row_each(model, at, capsys):
                 most = 1e-5 * max(map(abs, wanted[name]))
                 np.testing.assert_allclose(column, wanted[name], rtol=0.0, atol=most)
     assert seen == set(wanted)
+
+
+def test_rows_of_kinematics_are_in_the_units_of_their_heads(capsys):
+    words = ["kinematics", "norton_fourbar", "--at", "crank=0:330:12"]
+    assert cli.main([*words, "--units", "speed=rpm"]) == 0
+    head, units, _, *rows = capsys.readouterr().out.split("\n\n")[1].splitlines()
+    names = re.split(r"  +", head.strip())
+    assert units.split() == ["deg"] + 3 * ["deg", "rpm"]
+    cells = dict(zip(names, np.array([row.split() for row in rows], float).T, strict=True))
+    assert cli.main([*words, "--json"]) == 0
+    for name, body in json.loads(capsys.readouterr().out)["bodies"].items():
+        wanted = np.array(body["omega"]) * 30.0 / np.pi
+        most = 1e-5 * np.abs(wanted).max()  # six digits of the greatest in a column
+        np.testing.assert_allclose(cells[f"{name} ω"], wanted, rtol=0.0, atol=most)
 
 
 def test_a_few_instants_have_a_column_each(capsys):
