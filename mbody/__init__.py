@@ -45,6 +45,7 @@ presentation.register(
     "notebook",
     Mechanism="mbody.views.notebook_html:html_of",
     Presented="mbody.views.notebook_html:html_of",
+    Sweep="mbody.views.notebook_html:html_of",
     System="mbody.views.notebook_html:html_of",
 )
 presentation.register("certificate", Solution="mbody.solution.checks:certificate_of")

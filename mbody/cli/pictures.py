@@ -542,8 +542,10 @@ def _labels(args: Any) -> tuple[str, str]:
 def _repeating_command(args: Any) -> str:
     """The command that makes the same report."""
     words = ["mbody", "report", args.model]
-    for option in ("set", "at", "sections", "without", "plot", "polar", "against", "compare"):
+    for option in ("set", "at", "plot", "compare"):
         words += [word for value in getattr(args, option) for word in (f"--{option}", value)]
+    for option, names in given(args, "sections", "without", "polar", "against").items():
+        words += [f"--{option}", ",".join(names)] if names else []
     names = ("units", "over", "instants", "turns", "assembly", "to", "title", "author")
     for option, value in given(args, *names).items():
         words += [f"--{option}", str(value)]
