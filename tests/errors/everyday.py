@@ -121,7 +121,7 @@ SCENARIOS = {
 SENTENCES = r"""
 a body that is misspelt | ModelError | A | model: line 10: joints.A: refers to body 'crnk', which is not there (there are: 'ground', 'crank', 'coupler', 'rocker'): add bodies first
 a point that is not on the link | ModelError | A | model: line 10: joints.A: refers to point 'C' of 'crank', which is not there (it has: 'A'): name one of these, or add it to the body
-a joint of one link | ModelError | A | model: line 10: joints.A.revolute.1: is missing: the list is too short
+a joint of one link | ModelError | A | model: line 10: joints.A.revolute: must be a list of 2, not ['crank.A'] (mbody explain revolute shows an example)
 a joint of a link with itself | ModelError | A | model: line 10: joints.A: would join 'crank' to itself: give places on two bodies
 pinned for a revolute joint | ModelError | A | model: line 10: joints.A: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'pinned', did you mean 'pin'?
 a rate for a speed | ModelError | motor | model:⏎  line 14: drivers.motor.law.constant_speed.speed: is missing: give it⏎  line 14: drivers.motor.law.constant_speed.rate: there is no such key (there are: speed)

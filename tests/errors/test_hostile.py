@@ -115,7 +115,7 @@ TOML = {
     "many wrong measures": (entries("measures", '"qN"'), "no parameter 'q0'", "and more"),
     "many wrong points": (
         "[bodies.a.points]\n" + "".join(f"k{n} = [1]\n" for n in range(20_000)),
-        "the list is too short",
+        "must be a list of 2, not [1]",
     ),
     "many operations": (entries("loads", f'{{ force = "{"+".join("t" * 190)}" }}', 1000), "150000"),
     "a table law without points": (law("{ table = {} }"), "needs both x and y"),

@@ -313,14 +313,9 @@ class RowCodec(Codec):
     def read(self, given: Any, path: KeyPath, at: FileReading) -> Any:
         if not isinstance(given, (list, tuple)):
             return at.wrong(path, "must be a list", given)
-        if len(given) > len(self.items):
+        if len(given) != len(self.items):
             return at.wrong(path, f"must be a list of {len(self.items)}", given)
-        found = [
-            self.items[n].read(given[n], (*path, n), at)
-            if n < len(given)
-            else at.refuse((*path, n), "is missing: the list is too short")
-            for n in range(len(self.items))
-        ]
+        found = [item.read(given[n], (*path, n), at) for n, item in enumerate(self.items)]
         return REFUSED if any(one is REFUSED for one in found) else tuple(found)
 
     def write(self, to: NumberWriter, name: str, value: Any) -> Any:

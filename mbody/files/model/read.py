@@ -480,8 +480,11 @@ def _where(error: ValueError, source: str) -> str:
     reason = text[: match.start()][:160]
     line = source.splitlines()[int(match[1]) - 1] if match[1] else ""
     key = line.partition("=")[0].strip()[:60]
-    if bare := _BARE_UNIT.search(re.sub(r"""(["']).*?\1|#.*""", "", line)):
+    plain = re.sub(r"""(["']).*?\1|#.*""", "", line)
+    if bare := _BARE_UNIT.search(plain):
         return f'{place}: a number with a unit stands in quotes: "{bare[1][:60]}"'
+    if re.fullmatch(r"[^=]*=\s*[-+]?\d+,\d+\s*", plain):
+        return f"{place}: a number has no comma: decimals stand behind a point, as in 0.5"
     if "overwrite" in reason or "declare" in reason:
         return f"{place}: '{key}' is there a second time, or its table was closed: keep one of them"
     return f"{place}: {reason[0].lower()}{reason[1:]}"
