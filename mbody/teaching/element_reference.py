@@ -374,8 +374,10 @@ def element_reference(name: str) -> tuple[ElementReference, ...]:
         if wanted in (kind, cls.__name__.lower(), *also_written(kind))
     ]
     if not found:
-        words = {kind: kind for _, kind, _ in known} | {
-            cls.__name__.lower(): kind for _, kind, cls in known
+        words = {
+            word: kind
+            for _, kind, cls in known
+            for word in (kind, cls.__name__.lower(), *also_written(kind))
         }
         intended = meant(wanted, words, 1.0)
         close = difflib.get_close_matches(wanted[:60], words, 4, 0.5)

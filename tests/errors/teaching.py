@@ -22,6 +22,7 @@ SCENARIOS = {
     "a derivation in another form": lambda: run().derivation("word"),
     "a derivation of designs": lambda: derivation(batch()),
     "an element nearly so called": lambda: element_reference("sprng"),
+    "an element nearly called by another word": lambda: element_reference("slidr"),
     "an element like no other": lambda: element_reference("qqqq"),
     "a new model of no kind": lambda: new_model("robot"),
     "a new model with too few lengths": lambda: new_model("fourbar", [1, 2]),
@@ -40,7 +41,8 @@ exercises that cannot be built | ModelError | - | exercises: of 174 drawn design
 figures in no folder | ModelError | - | cannot make the folder '/dev/null/x' for the figures (Not a directory)
 a derivation in another form | ModelError | - | a derivation is written as text, markdown, latex, not as 'word'
 a derivation of designs | ModelError | - | a derivation is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-an element nearly so called | ModelError | - | there is no element or law 'sprng': did you mean 'spring', 'torsion_spring', 'rolling'?
+an element nearly so called | ModelError | - | there is no element or law 'sprng': did you mean 'spring', 'torsion_spring', 'prismatic'?
+an element nearly called by another word | ModelError | - | there is no element or law 'slidr': did you mean 'prismatic'?
 an element like no other | ModelError | - | there is no element or law 'qqqq': mbody explain lists them
 a new model of no kind | ModelError | - | there is no model of the kind 'robot': there are: 'fourbar', 'slidercrank', 'sixbar', 'gears', 'cam', 'pendulum'
 a new model with too few lengths | ModelError | - | 'fourbar' has 4 lengths (a, b, c, d of its file), not 2: give all of them
