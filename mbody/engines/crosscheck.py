@@ -24,6 +24,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.model.study import Instants
+from mbody.quantities.output_units import OutputUnits
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Doubt, status_of
@@ -65,6 +66,11 @@ class Crosscheck(Presented):
 
     analysis_name = "{0.run.analysis}"
     declared = (*("agrees", "not_compared"), Value("engines", value="opinions"))
+
+    @property
+    def compared_in(self) -> OutputUnits:
+        """The units of all rows: those of the model, where results may have others."""
+        return OutputUnits(self.run.mechanism.units)
 
     @property
     def doubts(self) -> tuple[Doubt, ...]:

@@ -267,7 +267,9 @@ def result_data(result: Any, angle: str | None) -> dict[str, Any]:
     model = model_of(result)
     if model is None:
         return declared_data(result, None)
-    units = model.data_units.with_angle(angle, getattr(result, "angle_unit", "rad"))
+    units = getattr(result, "compared_in", None)  # what it is in, whatever is asked for
+    if units is None:
+        units = model.data_units.with_angle(angle, getattr(result, "angle_unit", "rad"))
     found, analysis = declared_data(result, units), getattr(result, "analysis_name", "")
     if not analysis:
         return found

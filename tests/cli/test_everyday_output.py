@@ -135,6 +135,21 @@ def test_rows_of_kinematics_are_in_the_units_of_their_heads(capsys):
         np.testing.assert_allclose(cells[f"{name} ω"], wanted, rtol=0.0, atol=most)
 
 
+def test_a_cross_check_says_the_units_of_its_rows(capsys):
+    """They are those of the model, whatever results are in."""
+    words = ["norton_fourbar", "--units", "torque=N*m,speed=rpm", "--json"]
+    assert cli.main(["kinetostatics", *words]) == 0
+    run = json.loads(capsys.readouterr().out)
+    assert cli.main(["crosscheck", *words, "--against", "oracle"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["units"]["torque"], found["units"]["angular velocity"]) == ("lbf·in", "rad/s")
+    ours = {row["quantity"]: row["ours"] for row in found["engines"]["oracle"]["rows"]}
+    size = 4.4482216152605 * 0.0254  # N·m a lbf·in
+    assert ours["motor.effort"] * size == pytest.approx(run["efforts"]["motor"][0], rel=1e-9)
+    rate = run["bodies"]["rocker"]["omega"][0] * math.pi / 30.0
+    assert ours["rocker.omega"] == pytest.approx(rate, rel=1e-9)
+
+
 def test_a_few_instants_have_a_column_each(capsys):
     machine = gallery.load("norton_fourbar")
     assert cli.main(["kinetostatics", "norton_fourbar", "--at", "crank=20,50,80"]) == 0
