@@ -75,8 +75,8 @@ class Fit(Inherited, Presented):
     system: Any = None
 
     declared = (
-        *("values", "units", "offsets", "deviations", "intervals", "confidence"),
-        *("covariance", "undetermined", "combinations"),
+        "values units offsets deviations intervals confidence",
+        "covariance undetermined combinations",
         ColumnTable(
             (
                 Value("", "value", "each", lambda found: {**found.values, **found.offsets}),
@@ -91,7 +91,7 @@ class Fit(Inherited, Presented):
             (Value("residual", "residual", "each"), Value("", "unit", "text", "data_units")),
             "DATA",
         ),
-        *("count", "evaluations"),
+        "count evaluations",
         Sentence(
             lambda found: (
                 f"{found.count} data; low and high of {100.0 * found.confidence:g} % confidence"

@@ -817,7 +817,7 @@ class Sensitivity(Inherited, Presented):
     time_unit: str
 
     declared = (
-        *("measure", "value", "unit", "by", "at"),
+        "measure value unit by at",
         Sentence(
             lambda found: (
                 f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()

@@ -169,7 +169,7 @@ class Allocation(Presented):
     )
 
     declared = (
-        *("low", "high"),
+        "low high",
         ColumnTable(
             (
                 Value("tolerance", "±", "each", missing="any"),
@@ -178,7 +178,7 @@ class Allocation(Presented):
             ),
             "LOOSEST FOR {0.low:g} … {0.high:g}",
         ),
-        *("varied", "inside", "count"),
+        "varied inside count",
         Sentence(
             lambda found: (
                 found.varied
@@ -475,7 +475,7 @@ class ToleranceStudy(Inherited, Presented):
     failures: int = 0
 
     declared = (
-        *("measure", "unit", "value", "first", "second", "monte_carlo", "worst_case"),
+        "measure unit value first second monte_carlo worst_case",
         Sentence(lambda found: f"{found.measure} = {found.value:.6g} {found.unit}".rstrip()),
         ItemTable(
             "",

@@ -90,7 +90,7 @@ class BearingLoad(Inherited, Presented):
         Value("mean", "mean", "force"),
         Value("revolutions", "turns a cycle"),
         Value("cycle", "", "time"),
-        *("exponent", "life"),
+        "exponent life",
         Value("", "life, 10⁶ rev", "text", lambda one: lasting(one.life, 1e-6)),
         Value("time", "", "time"),
     )

@@ -321,7 +321,7 @@ class ForceBalance(Inherited, Presented):
                 *data_only("x", "y", dimension="length"),
             ),
         ),
-        *("conditions", "complete", "left", "reason"),
+        "conditions complete left reason",
         ItemTable(
             "peaks",
             (

@@ -376,7 +376,7 @@ class InternalLoads(Inherited, Presented):
     analysis_name = "internal"
     about_text = "'{0.body}' along {0.along[0]}–{0.along[1]}"
     declared = (
-        *("body", "along", "lumped", "closure"),
+        "body along lumped closure",
         Value("t", "", "time", lambda found: found.run.t),
         Value("place", "", "length"),
         *data_only("axial", "shear", dimension="force"),

@@ -80,7 +80,7 @@ class SpringBalance(Inherited, Presented):
     declared = (
         Heading("SPRING", "stiffness"),
         Value("stiffness", "{}", lambda found: found.dimensions),
-        *("complete", "left", "reason"),
+        "complete left reason",
         Heading("GREATEST EFFORT"),
         Value(
             "peaks",

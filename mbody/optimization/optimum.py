@@ -240,7 +240,7 @@ class Optimum(Inherited, Presented):
             for n, (aim, unit) in enumerate(self.aims)
         ]
         return (
-            *("aim", "objective", "start_objective", "units"),
+            "aim objective start_objective units",
             Sentence(_aims),
             ColumnTable(
                 (
@@ -264,7 +264,7 @@ class Optimum(Inherited, Presented):
                     Value("t", "at t", "time"),
                 ),
             ),
-            *("starts", "agreeing", "evaluations", "band", "loss", "pareto"),
+            "starts agreeing evaluations band loss pareto",
             ItemTable("", tuple(front), "FRONT", lambda one: dict(enumerate(one.pareto))),
             Sentence(
                 lambda one: (
@@ -273,7 +273,7 @@ class Optimum(Inherited, Presented):
                     + f"; {one.evaluations} analyses with derivatives"
                 )
             ),
-            *("status", "notes"),
+            "status notes",
         )
 
     def band_ends(self, end: int) -> dict[str, float]:

@@ -107,10 +107,11 @@ def data_only(*keys: str, dimension: str = "") -> tuple[Value, ...]:
 def of_entries(
     declared: Sequence[DeclaredEntry | str], owner: Any, units: Any, dimension: str = ""
 ) -> dict[str, Any]:
-    """The plain values of all that is declared of one thing; a key alone is data as it is."""
+    """The plain values of all that is declared of one thing; keys in a text are data as is."""
     found: dict[str, Any] = {}
     for one in declared:
-        found |= (Value(one) if isinstance(one, str) else one).as_data(owner, units, dimension)
+        for entry in map(Value, one.split()) if isinstance(one, str) else (one,):
+            found |= entry.as_data(owner, units, dimension)
     return found
 
 

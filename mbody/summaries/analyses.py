@@ -405,7 +405,9 @@ def _bands(found: Equilibria) -> list[str]:
             "", [str(n) if word == "from" else "" for n, _, word, _ in rows], text=True, whole=True
         ),
         Column("", [word for _, _, word, _ in rows], text=True, whole=True),
-        *(turned, x, y),
+        turned,
+        x,
+        y,
         Column(
             "rests",
             [text if row[2] == "from" else "" for text, row in zip(inside, rows, strict=True)],

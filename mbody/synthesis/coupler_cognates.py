@@ -67,7 +67,7 @@ class Cognate(Presented):
 
     declared = (
         Value("name", value=lambda one: one.mechanism.name),
-        *("lengths", "turning", "grashof"),
+        "lengths turning grashof",
     )
 
     def save(self, path: str | os.PathLike[str]) -> None:

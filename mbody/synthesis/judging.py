@@ -346,7 +346,7 @@ class Design(Presented):
         Value("error"),
         Value("values", "", lambda one: {n: "angle" * n.endswith(".angle") for n in one.values}),
         Value("transmission_min", "", "angle"),
-        *("defects", "order", "grashof", "misses", "margins", "cognates"),
+        "defects order grashof misses margins cognates",
     )
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -417,9 +417,9 @@ class DesignList(list[Design], Presented):
                 lambda found: designs,
             ),
             ColumnTable(
-                (
-                    *(Value("", str(n), "each", _always(row)) for n, row in rows.items()),
-                    Value("", "unit", "text", _always(symbols)),
+                tuple(
+                    [Value("", str(n), "each", _always(row)) for n, row in rows.items()]
+                    + [Value("", "unit", "text", _always(symbols))]
                 ),
                 "NUMBER",
             ),

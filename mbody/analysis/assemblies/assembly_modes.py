@@ -122,11 +122,11 @@ class AssemblyModes(Inherited, Presented):
     declared = (
         Value("at", "", _driver_dimensions),
         Value("count", value=len),
-        *("complete", "within", "certificate"),
+        "complete within certificate",
         ItemTable(
             "modes",
             (
-                *("number", "name", "used"),
+                "number name used",
                 Value("circuit", value=lambda mode: None),
                 Value("branch", value=lambda mode: None),
                 Value("residual"),
@@ -140,7 +140,7 @@ class AssemblyModes(Inherited, Presented):
                 ),
             ),
         ),
-        *("unresolved", "boxes"),
+        "unresolved boxes",
     )
 
     def __len__(self) -> int:

@@ -278,7 +278,7 @@ class Circuits(Inherited, Presented):
         ItemTable(
             "circuits",
             (
-                *("number", "modes", "full_turn"),
+                "number modes full_turn",
                 Value("range", "", lambda one: one["kind"]),
             ),
             value=lambda found: [{**vars(one), "kind": found.kind} for one in found.circuits],

@@ -530,7 +530,7 @@ class Transmission(Inherited, Presented):
     about_text = "transmission from '{0.driver}' to '{0.output}'"
     angle_unit = "deg"
     declared = (
-        *("driver", "output", "joint"),
+        "driver output joint",
         Value("t", "", "time"),
         Value("least", "", _least_dimensions, lambda found: found.least and vars(found.least)),
         Value("grashof", value=lambda found: [{"loop": k, "class": c} for k, c in found.loops]),

@@ -120,7 +120,7 @@ class EquilibriumBand(Presented):
     declared = (
         Value("low", "", ("length", "length", "angle")),
         Value("high", "", ("length", "length", "angle")),
-        *("leader", "positions"),
+        "leader positions",
     )
 
     @property
@@ -662,7 +662,7 @@ class Equilibrium(Locked, Presented):
 
     angle_unit = "deg"
     declared = (
-        *("stability", "stiffness", "motions", "frequencies", "residual", "notes"),
+        "stability stiffness motions frequencies residual notes",
         Value("statics", value="solution"),
     )
 
@@ -707,7 +707,7 @@ class Equilibria(AtEquilibria[Equilibrium]):
     analysis_name = "equilibrium"
     angle_unit = "deg"
     declared = (
-        *("t", "positions"),
+        "t positions",
         Value("bands", value=lambda found: found.bands or ...),
     )
 

@@ -516,7 +516,7 @@ class EquilibriumCurve(Inherited, Presented):
 
     analysis_name = "equilibrium_curve"
     declared = (
-        *("parameter", "unit", "values", "arclength", "stability", "folds", "crossings"),
+        "parameter unit values arclength stability folds crossings",
         Value("kinds"),
         ItemTable(
             "bodies",

@@ -210,8 +210,8 @@ class Mobility(Presented):
 
         first = slice(_in_data(self.bodies))
         return (
-            *("t", "bodies", "joints", "couplings", "drivers", "loops", "of_joints", "driven"),
-            *("redundant", "one_sided"),
+            "t bodies joints couplings drivers loops of_joints driven",
+            "redundant one_sided",
             Value("motions", value=lambda found: found.motions[first]),
             Value("driven_motions", value=lambda found: found.driven_motions[first]),
         )

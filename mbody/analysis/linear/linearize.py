@@ -434,7 +434,7 @@ class Linearization(Inherited, Presented):
 
     analysis_name = "linearize"
     declared = (
-        *("about", "t", "mass", "damping", "stiffness", "drive", "motions"),
+        "about t mass damping stiffness drive motions",
         Value("modes", value=lambda found: found.modes or ...),
     )
 

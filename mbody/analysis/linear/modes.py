@@ -210,21 +210,9 @@ class Mode(Locked, Presented):
     shape: dict[str, Array] = field(repr=False)
     linear: Linearization = field(repr=False)
 
-    declared = tuple(
-        map(
-            Value,
-            (
-                *(
-                    "eigenvalue",
-                    "words",
-                    "natural_frequency",
-                    "frequency",
-                    "hertz",
-                    "damping_ratio",
-                ),
-                *("decay_rate", "leader", "amplitudes", "shape"),
-            ),
-        )
+    declared = (
+        "eigenvalue words natural_frequency frequency hertz damping_ratio",
+        "decay_rate leader amplitudes shape",
     )
 
     def amplitude(self, place: str) -> complex:
@@ -312,9 +300,9 @@ class ModesAt(Inherited, Presented):
     modes: tuple[Mode, ...]
 
     declared = (
-        *("stability", "modes", "linear"),
+        "stability modes linear",
         Value("position", "", ("length", "length", "angle"), _position),
-        *("status", "doubts", "notes"),
+        "status doubts notes",
     )
 
     @property
