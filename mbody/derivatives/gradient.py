@@ -21,7 +21,13 @@ from mbody.core.presentation import Presented
 from mbody.derivatives.driven_instants import DrivenInstants, EquilibriumInstants
 from mbody.derivatives.free_instants import MotionInstants, motion_instants
 from mbody.derivatives.mode_record import with_formulas_of_the_instant
-from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
+from mbody.derivatives.named_numbers import (
+    checked_names,
+    dimension_of_number,
+    influential,
+    number_sizes,
+    unit_of,
+)
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed
@@ -802,7 +808,7 @@ class Sensitivity(Inherited, Presented):
 
     `by`: By number: ``{"derivative", "unit", "relative"}``, the last in per cent per per cent, None
       where the number or the quantity is zero.
-    `numbers`: The present values of the numbers.
+    `numbers`, `number_units`: The present values of the numbers.
     `at`: Time of the instant that was taken; None where all count.
     `status`, `doubts`, `notes`: Of the result, and where there is no derivative.
     """
@@ -813,6 +819,7 @@ class Sensitivity(Inherited, Presented):
     value: float
     by: dict[str, dict[str, Any]]
     numbers: dict[str, float]
+    number_units: dict[str, str]
     at: float | None
     time_unit: str
 
@@ -826,7 +833,8 @@ class Sensitivity(Inherited, Presented):
         ),
         ColumnTable(
             (
-                Value("", "value", "each", lambda found: {n: found.numbers[n] for n in found.by}),
+                Value("", "value", "each", "numbers"),
+                Value("", "unit", "text", "number_units"),
                 Value("", "derivative", "each", lambda found: _part(found, "derivative")),
                 Value("", "unit", "text", lambda found: _part(found, "unit")),
                 Value("", "% per %", "", lambda found: _part(found, "relative")),
@@ -855,12 +863,6 @@ def sensitivity(
         raise ModelError("sensitivity is of one design: analyse one of the batch, system.design(n)")
     columns = columns_of(run.mechanism, [measure], "sensitivity")
     names = checked_names(run.system, by, "sensitivity")
-    if len(run.t) > 1 and not columns[0].by:
-        text = columns[0].name
-        raise ModelError(
-            f"sensitivity: '{text}' is a history of {len(run.t)} instants: say how it becomes one "
-            f"number, such as peak({text})"
-        )
     return sensitivity_of(run, gradient_of(run, columns, names), names, by is None)
 
 
@@ -871,17 +873,25 @@ def sensitivity_of(
     that count.
     """
     ((measure, value),) = found.value.items()
+    if np.size(value) > 1:
+        raise ModelError(
+            f"sensitivity: '{measure}' is a history of {len(run.t)} instants: say how it becomes "
+            f"one number, such as peak({measure})"
+        )
     rows: dict[str, dict[str, Any]] = {}
-    numbers: dict[str, float] = {}
+    numbers, number_units, units = dict[str, float](), dict[str, str](), run.mechanism.data_units
     row = found.jacobian[0]
     counts = influential(run.system, list(by.values()), np.asarray(value), row)
     for (name, derivative), count in zip(found[measure].items(), counts, strict=True):
         if math.isnan(derivative) or (only_those_that_count and not count):
             continue
-        numbers[name] = own = float(run.system.values[by[name]])
+        own = float(run.system.values[by[name]])
         relative = derivative * own / value if own and value else None
-        unit = found.units[measure][name]
-        rows[name] = {"derivative": derivative, "unit": unit, "relative": relative}
+        dimension = dimension_of_number(run.mechanism, by[name])
+        size, number_units[name] = units.size(dimension), units.of(dimension)
+        numbers[name] = float(units.converted(own, dimension))
+        unit = per(found.measured[measure], number_units[name])
+        rows[name] = {"derivative": derivative * size, "unit": unit, "relative": relative}
     order = sorted(rows, key=lambda name: _weight(rows[name]), reverse=True)
     return Sensitivity(
         model=run.mechanism.name,
@@ -889,7 +899,8 @@ def sensitivity_of(
         unit=found.measured[measure],
         value=value,
         by={name: rows[name] for name in order},
-        numbers=numbers,
+        numbers={name: numbers[name] for name in order},
+        number_units={name: number_units[name] for name in order},
         at=found.at[measure],
         time_unit=run.mechanism.units.time,
         **inherited(found, notes=found.notes),

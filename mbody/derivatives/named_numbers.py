@@ -21,7 +21,7 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import IMMOVABLE, dimension_named
 from mbody.model.simulation import STATE
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
 from mbody.system.system import System
 
 
@@ -126,16 +126,20 @@ def number_sizes(system: System, names: Sequence[str]) -> np.ndarray:
     return np.where(lengths, np.maximum(sizes, system.length), sizes)
 
 
-def unit_of(mechanism: Mechanism, name: str) -> str:
-    """Unit of a number, empty of a plain one."""
+def dimension_of_number(mechanism: Mechanism, name: str) -> Dimension:
+    """Dimension of a number."""
     begins = start_numbers(mechanism)
     if name in begins:
-        return mechanism.units.of(DIMENSIONS[begins[name]])
+        return DIMENSIONS[begins[name]]
     owner = name.partition(".")[0]
     if owner not in (*mechanism.parameters, "ground") and owner not in mechanism:
-        return ""  # of a driver that was released
-    dimension = dimension_named(mechanism, name)
-    return "" if dimension is None else mechanism.units.of(dimension)
+        return NUMBER  # of a driver that was released
+    return dimension_named(mechanism, name) or NUMBER
+
+
+def unit_of(mechanism: Mechanism, name: str) -> str:
+    """Unit of a number, empty of a plain one."""
+    return mechanism.units.of(dimension_of_number(mechanism, name))
 
 
 # -- Derivatives of the numbers that kernels take by the numbers of a description --------------

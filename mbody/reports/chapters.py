@@ -33,7 +33,7 @@ from mbody.reports.blocks import (
 )
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
-from mbody.solution.measures import found_by, shown_measure
+from mbody.solution.measures import found_by, shown_measure, shown_values
 from mbody.summaries.text_table import (
     Column,
     acceleration_scale,
@@ -51,6 +51,8 @@ from mbody.views.polar import hodograph
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from mbody.model.mechanism import Mechanism
 
 
 # -- Chapters of figures: plots over the cycle, hodographs of forces, free-body diagrams -------
@@ -863,7 +865,7 @@ def crosschecks(subject: Subject) -> list[Block]:
     if found.agrees is None:
         left = ", ".join(found.not_compared)
         blocks.append(Notice("note", f"No engine with formulas of its own compared {left}."))
-    blocks.append(_rows(found.opinions))
+    blocks.append(_rows(found.opinions, subject.mechanism))
     absent = [
         f"{name}: {one.element}: {one.why}"
         for name, result in found.opinions.items()
@@ -898,7 +900,7 @@ def _verdict(result: CrosscheckResult) -> str:
     return f"agrees in all {len(result.rows)} quantities"
 
 
-def _rows(found: object) -> Grid:
+def _rows(found: object, machine: Mechanism) -> Grid:
     """The quantities that differ most, of every engine."""
     rows = []
     for name, result in found.items():  # type: ignore[attr-defined]  # a mapping
@@ -908,11 +910,13 @@ def _rows(found: object) -> Grid:
             reverse=True,
         )
         rows += [(name, row) for row in ordered[:WORST]]
+    shown = [shown_values(machine, row.quantity, row.ours, row.theirs) for _, row in rows]
     columns = [
         Column("engine", [name for name, _ in rows], text=True),
         Column("quantity", [row.quantity for _, row in rows], text=True),
-        Column("mbody", [number(row.ours) for _, row in rows]),
-        Column("theirs", [number(row.theirs) for _, row in rows]),
+        Column("mbody", [number(ours) for (ours, _), _ in shown]),
+        Column("theirs", [number(theirs) for (_, theirs), _ in shown]),
+        Column("unit", [unit for _, unit in shown], text=True),
         Column("difference", [f"{row.difference:.1e}" for _, row in rows]),
         Column("expected", [f"{row.expected:.1e}" for _, row in rows]),
         Column("verdict", [row.verdict for _, row in rows], text=True),

@@ -61,7 +61,7 @@ def inputs(subject: Subject) -> list[Block]:
     blocks: list[Block] = [
         Text(
             f"Units: {machine.units.name} ({symbols}). Numbers without a unit are in these, and "
-            "angles in degrees."
+            "angles in degrees; results are in the units that their tables name."
         )
     ]
     try:

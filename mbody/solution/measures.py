@@ -27,6 +27,7 @@ from mbody.quantities import (
     parse_unit,
 )
 from mbody.quantities.evaluate import ONE, TWO
+from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.histories import (
     LoadHistory,
@@ -430,7 +431,7 @@ def shown_measure(solution: Result, measure: Measure | str) -> tuple[np.ndarray,
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
     values, dimension, unit = measured(solution, wanted)
     if wanted.unit:
-        return values, dimension, unit
+        return values, dimension, unit_text(unit)
     units = solution.mechanism.shown
     return units.converted(values, dimension), dimension, units.of(dimension)
 
@@ -481,6 +482,19 @@ def in_output_unit(mechanism: Mechanism, measure: Measure) -> Measure:
     names = _Histories(mechanism, lambda *name: 1.0)
     unit = mechanism.data_units.given(_evaluate(measure, names)[1])
     return replace(measure, unit=unit)
+
+
+def shown_values(mechanism: Mechanism, quantity: str, *values: float) -> tuple[list[float], str]:
+    """Values of a quantity of the mechanism in the unit that people read, and that unit; as they
+    are, without a unit, of what is no quantity of it.
+    """
+    try:
+        names = _Histories(mechanism, lambda *name: 1.0)
+        dimension = _evaluate(Measure(quantity), names)[1]
+    except ModelError:
+        return list(values), ""
+    units = mechanism.shown
+    return [float(units.converted(one, dimension)) for one in values], units.of(dimension)
 
 
 def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarray]:

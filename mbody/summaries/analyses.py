@@ -9,6 +9,7 @@ import numpy as np
 
 from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE, ROOT_REAL
 from mbody.model.element import listed
+from mbody.solution.measures import shown_values
 from mbody.summaries.instant import measures
 from mbody.summaries.text_table import (
     Column,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from mbody.analysis.linear.modes import Mode, Modes, ModesAt
     from mbody.model.coupling import Coupling
     from mbody.model.driver import Driver
+    from mbody.model.mechanism import Mechanism
     from mbody.quantities.output_units import OutputUnits
 
 
@@ -706,7 +708,7 @@ def crosscheck_summary(report: Any) -> str:
     about = f"cross-check of {run.analysis}, {instants}"
     lines = title(run.mechanism.name, about, run.mechanism.shown)
     for name, result in report.opinions.items():
-        lines += ["", *_engine_lines(name, result)]
+        lines += ["", *_engine_lines(name, result, run.mechanism)]
     verdict = "all agree"
     if report.agrees is None:
         verdict = f"nothing differs; not compared by another engine: {listed(report.not_compared)}"
@@ -716,12 +718,12 @@ def crosscheck_summary(report: Any) -> str:
     return "\n".join(even([*lines, "", *doubts, *paragraph(verdict, "VERDICT   ")]))
 
 
-def _engine_lines(name: str, result: Any) -> list[str]:
+def _engine_lines(name: str, result: Any, machine: Mechanism) -> list[str]:
     """One engine: its quantities, what it cannot express, how it was used."""
     rows = sorted(result.rows, key=_relative_difference, reverse=True)
     differ = [row for row in rows if row.verdict != "agrees"]
     most = LISTED_QUANTITIES if differ else LISTED_IF_ALL_AGREE
-    lines = _quantity_table(result.engine, rows[:most])
+    lines = _quantity_table(result.engine, rows[:most], machine)
     more = len(rows) - most
     summary = f"DIFFERS in {len(differ)} of" if differ else "agrees in"
     summary += f" {len(rows)} quantities"
@@ -739,14 +741,16 @@ def _relative_difference(row: Any) -> float:
     return float(row.difference / row.expected) if row.expected else float("inf")
 
 
-def _quantity_table(engine: str, rows: Sequence[Any]) -> list[str]:
+def _quantity_table(engine: str, rows: Sequence[Any], machine: Mechanism) -> list[str]:
     if not rows:
         return [engine]
+    shown = [shown_values(machine, row.quantity, row.ours, row.theirs) for row in rows]
     return table(
         [
             Column(engine.upper(), [row.quantity for row in rows], text=True),
-            Column("ours", [number(row.ours) for row in rows]),
-            Column("theirs", [number(row.theirs) for row in rows]),
+            Column("ours", [number(ours) for (ours, _), _ in shown]),
+            Column("theirs", [number(theirs) for (_, theirs), _ in shown]),
+            Column("unit", [unit for _, unit in shown], text=True, whole=True),
             Column("difference", [f"{row.difference:.1e}" for row in rows]),
             Column("expected", [f"{row.expected:.1e}" for row in rows]),
             Column("verdict", [row.verdict for row in rows], text=True, whole=True),
