@@ -154,7 +154,7 @@ def sensitivity(args: Any) -> int:
     names = checked_names(system, by, "sensitivity")
     gradient = gradient_at(run, [args.measure], by, ask.over)
     found = sensitivity_of(run, gradient, names, by is None)
-    head = head_of(mechanism, "sensitivity", found)
+    head = heading(mechanism.name, "sensitivity", mechanism.data_units.symbols(), found)
     return answered(args, found, lambda: head | found.data(), printed=True)
 
 
@@ -370,11 +370,12 @@ def solve(args: Any) -> int:
         else:
             doubts += answer.doubts
             notes += answer.notes
-            cases[name] = answer_data(answer, args.angle or "deg")
+            cases[name] = answer_data(answer)
             texts.append(answers_summary(answer, name))
     if args.json:
         whole = Inherited(**inherited(Inherited(doubts=tuple(doubts)), notes=notes))
-        head = head_of(mechanism, "solve", whole, args.angle or "deg")
+        units = mechanism.data_units.with_angle(None, "deg")
+        head = heading(mechanism.name, "solve", units.symbols(), whole)
         print_data(head | {"cases": cases})
     else:
         print("\n\n\n".join(texts))
