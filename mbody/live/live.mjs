@@ -82,9 +82,9 @@ class Solver extends LiveModel {
   #driveRows() {
     const box = el("div", { class: "drives" });
     this.driveInputs = this.drives.map((name) => {
-      const turns = this.content.scene.turns[name], by = turns ? 1 / DEG : 1, unit = turns ? "deg" : this.content.scene.units.length;
+      const turns = this.content.scene.turns[name], { angle, length } = this.content.scene.units, [unit, size] = turns ? angle : length, by = (turns ? 1 / DEG : 1) / size;
       const value = this.column(this.motion.found, `${name}.value`), low = Math.min(...value) * by, high = Math.max(...value) * by;
-      const range = el("input", { type: "range", min: low, max: high, step: turns ? 0.5 : (high - low) / 400 || 1, "aria-label": `${name} in ${unit}` });
+      const range = el("input", { type: "range", min: low, max: high, step: turns && unit === "deg" ? 0.5 : (high - low) / 400 || 1, "aria-label": `${name} in ${unit}` });
       const number = el("input", { type: "number", step: "any", "aria-label": `${name}, value in ${unit}` });
       const go = (input) => { if (input.value !== "" && this.guarded(() => this.walk({ [name]: input.value / by }))) this.say(""); };
       range.addEventListener("input", () => go(range));
@@ -201,7 +201,8 @@ class Solver extends LiveModel {
       const now = this.motion.history(name), old = this.motion.recorded.history(name);
       if (!now || !old || !now.some(Number.isFinite)) continue;
       const [a, b] = [peak(old), peak(now)], ratio = Math.abs(a) > 1e-9 * Math.abs(b) && a ? 100 * (b / a - 1) : NaN;
-      body.append(el("tr", {}, el("th", { scope: "row" }, name), el("td", { class: "num" }, shown(a)), el("td", { class: "num" }, shown(b)), el("td", {}, this.viewer.unitOf(name)), el("td", { class: "num" }, Number.isFinite(ratio) ? `${ratio >= 0 ? "+" : ""}${shown(Math.round(10 * ratio) / 10, 4)} %` : "")));
+      const [then, present] = [a, b].map((v) => shown(this.viewer.inUnit(name, v)));
+      body.append(el("tr", {}, el("th", { scope: "row" }, name), el("td", { class: "num" }, then), el("td", { class: "num" }, present), el("td", {}, this.viewer.unitOf(name)), el("td", { class: "num" }, Number.isFinite(ratio) ? `${ratio >= 0 ? "+" : ""}${shown(Math.round(10 * ratio) / 10, 4)} %` : "")));
     }
     this.table.replaceChildren(el("thead", {}, el("tr", {}, ...["quantity", "recorded", "now", "unit", "change"].map((text, n) => el("th", { scope: "col", ...(n === 1 || n === 2 || n === 4 ? { class: "num" } : {}) }, text)))), body);
     this.peakBox.hidden = false;

@@ -23,7 +23,7 @@ export class LiveModel {
     this.first = new Map(this.model.numbers.map((name) => [name, this.model.get(name)]));
     const { scene, data } = content, { model } = this;
     this.axisDriver = scene.axis.values && model.manifest.drivers.length === 1 ? model.manifest.drivers[0] : "";
-    this.axisFactor = scene.axis.unit === "deg" ? 1 / DEG : 1;
+    this.axisFactor = 1 / (scene.axis.size ?? 1);
     this.recordedScene = structuredClone(scene);
     this.shapes = this.part.places.program ? new Shapes(scene, this.part.places) : null;
     this.points = new Map(scene.movers.map((one) => [one.n, one.at]));
@@ -43,8 +43,8 @@ export class LiveModel {
   #way(data, scene) {
     const { model } = this, t = data.t, n = t.length - 1;
     if (!model.can("turn")) return { kind: "run", until: t[n] };
-    const ends = scene.axis.unit === "deg" && scene.axis.values ? scene.axis.values[n] - scene.axis.values[0] : 0;
-    if (this.axisDriver && Math.abs(Math.abs(ends) - 360) < 1e-4) return { kind: "turn" };
+    const ends = scene.turns[this.axisDriver] && scene.axis.values ? (scene.axis.values[n] - scene.axis.values[0]) * scene.axis.size : 0;
+    if (this.axisDriver && Math.abs(Math.abs(ends) - TURN) < 2e-6) return { kind: "turn" };
     if (t[n] > t[0]) return { kind: "time", from: t[0], to: t[n] };
     return { kind: "values" };
   }
@@ -105,11 +105,11 @@ export class LiveModel {
     const { pages, rows, t } = this.motion.found, from = this.part.rubs[name];
     return Array.from(t, (_, k) => Math.sign(pages[k * rows + from]));
   }
-  /** By what a measured quantity is multiplied for the unit of the page. */
+  /** By what a measured quantity is multiplied for the unit of the page's histories. */
   factor(name) {
     const { scene } = this.content, unit = this.model.unit(name), key = name.slice(name.lastIndexOf(".") + 1), owner = name.slice(0, -key.length - 1);
-    const page = scene.plots.find((one) => one.name === name)?.unit ?? scene.measures[name] ?? (key === "value" && scene.turns[owner] ? "deg" : key === "angle" ? "deg" : unit);
-    return page === "deg" && unit === "rad" ? 1 / DEG : 1;
+    const plotted = scene.plots.find((one) => one.name === name), size = plotted?.size ?? scene.measures[name]?.[2];
+    return size !== undefined ? 1 / size : unit === "rad" && (key === "angle" || (key === "value" && scene.turns[owner])) ? 1 / DEG : 1;
   }
   /** A named point: [body, x, y]. */
   point(name) {

@@ -174,20 +174,25 @@ def axis(run: Solution) -> dict[str, Any]:
         driver, value = found
         kind = "angle" if isinstance(driver, AngleDriver) else "length"
         if kind == "angle" or still:
-            values = np.asarray(run.mechanism.shown.converted(value, kind)).tolist()
+            units = run.mechanism.shown
+            values = np.asarray(units.converted(value, kind)).tolist()
             label = driver.coordinate if isinstance(driver, AngleDriver) else driver.name
-            return {"label": label, "unit": run.mechanism.shown.of(kind), "values": values}
+            own = {"unit": units.of(kind), "size": units.size(kind)}
+            return {"label": label, **own, "values": values}
     if still:
         return {"label": "instant", "unit": "", "values": list(range(1, len(run) + 1))}
     return {"label": "t", "unit": run.mechanism.shown.of("time"), "values": None}
 
 
 def _measure_unit(run: Solution, measure: Measure) -> list[Any]:
-    """The unit of a measure, and how many of the data's units one of it is."""
+    """The unit of a measure, how many of the data's units one of it is, and how many of the
+    model's one of the data's is: data have angles in degrees.
+    """
     _, dimension, unit = measured(run, measure)
     if measure.unit:
-        return [unit_text(unit), 1.0]
-    return [run.mechanism.shown.of(dimension), run.mechanism.shown.size(dimension)]
+        return [unit_text(unit), 1.0, 1.0]
+    own = DEGREE if dimension == DIMENSIONS["angle"] else 1.0
+    return [run.mechanism.shown.of(dimension), run.mechanism.shown.size(dimension) / own, own]
 
 
 def _floors(run: Solution) -> dict[str, float]:
@@ -377,4 +382,5 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
         same = dimension == DIMENSIONS[kind] and unit == units.of(kind)
         values = np.zeros_like(values) if same and rounding else values
     plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
-    return {"name": name, "unit": unit_text(unit), "values": numbers(plain)}
+    size = 1.0 if measure.unit else units.size(dimension)
+    return {"name": name, "unit": unit_text(unit), "size": size, "values": numbers(plain)}

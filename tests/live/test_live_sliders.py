@@ -11,6 +11,8 @@ import mbody
 from mbody import gallery
 from mbody.analysis.driven.free_body import free_body
 from mbody.live import live_view
+from mbody.model.study import Measure
+from mbody.solution.measures import shown_measure
 from mbody.views.frame import mode_rows
 from mbody.views.motions import motion
 from tests.support.browser import browser as started
@@ -74,7 +76,16 @@ def runs(tmp_path_factory):
         "five": mbody.kinetostatics(five, t=np.linspace(0.0, 1.0, 61)),
         "json": mbody.kinetostatics(mbody.load(file), turn=True, instants=91),
         "rough": mbody.kinetostatics(rough_press(), turn=True, instants=73),
+        "units": in_other_units(),
     }
+
+
+def in_other_units():
+    """A shaper whose results are in units that its file does not have."""
+    machine = gallery.load("quick_return")
+    machine.measures |= {"tilt": Measure("lever.angle"), "loss": Measure("motor.power", "hp")}
+    machine.output_units = {"force": "kN", "speed": "rpm", "length": "cm"}
+    return mbody.kinetostatics(machine, turn=True, instants=73)
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +97,8 @@ def page(runs, tmp_path_factory):
         def opened(name):
             file = folder / f"{name}.html"
             if not file.exists():
-                live_view(runs[name]).save(file)
+                plots = ("motor.power", "tilt", "A.force") if name == "units" else ()
+                live_view(runs[name], plots=plots).save(file)
             page.open(file)
             return page
 
@@ -336,3 +348,20 @@ def test_bars_of_modes_are_those_of_the_present_numbers(page):
         drawn = "mbody.viewer.modes.svg.querySelectorAll('[data-mode]').length"
         assert browser.read(drawn) == sum(len(spans) for _, spans in rows)
     assert len({str(spans) for _, spans in rows}) > 1
+
+
+QUANTITIES = "motor.power tilt loss A.force ram.x lever.omega lever.angle motor.value motor.effort"
+
+
+@pytest.mark.parametrize("name", QUANTITIES.split())
+def test_recorded_and_solved_numbers_are_in_the_units_that_are_chosen(page, runs, name):
+    browser, run = page("units"), runs["units"]
+    measure = run.mechanism.measures.get(name, Measure(name))
+    values, _, unit = shown_measure(run, measure)
+    assert browser.read(f"mbody.viewer.unitOf({name!r})") == unit
+    peak = np.abs(values).max()
+    for motion_of in ("mbody.viewer.live.motion.recorded", "mbody.viewer.main"):
+        history = f"{motion_of}.history({name!r})"
+        found = browser.read(f"Array.from({history}, (v) => mbody.viewer.inUnit({name!r}, v))")
+        # recorded numbers have seven digits
+        assert np.abs(np.array(found) - values).max() <= 1e-6 * peak, motion_of
