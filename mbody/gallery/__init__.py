@@ -46,7 +46,8 @@ def path(name: str) -> Path:
     if name not in names():
         from mbody.core.other_words import meant
 
-        close = meant(name, names())
+        beside = [file.name for end in ("toml", "json") for file in Path().glob(f"*.{end}")]
+        close = meant(name, [*names(), *beside])
         hint = f"did you mean '{close}'?" if close else LISTED
         raise ModelError(f"the gallery has no model {str(name)[:60]!r}: {hint}")
     file = resources.files(__name__) / f"{name}.toml"

@@ -45,6 +45,10 @@ def there(values: Any) -> np.ndarray:
     return array[finite] if finite.any() else array[:1]
 
 
+#: What stands where there is no number, or none that is finite.
+_NO_NUMBER = {"nan": "–", "inf": "∞", "-inf": "−∞"}
+
+
 def numbers(values: Any, floor: float = 0.0) -> list[str]:
     """The cells of one column: decimal points in line, what is not above `floor` is 0.
 
@@ -55,12 +59,13 @@ def numbers(values: Any, floor: float = 0.0) -> list[str]:
     array = np.where(np.abs(array) <= floor, 0.0, array)
     sizes = np.abs(array[np.isfinite(array) & (array != 0.0)])
     if not sizes.size:
-        return [f"{value:g}" for value in array + 0.0]
+        return [_NO_NUMBER.get(text := f"{value:g}", text) for value in array + 0.0]
     top, least = (math.floor(math.log10(size)) for size in (sizes.max(), sizes.min()))
     decimals = max(0, DIGITS - 1 - top, LEAST - 1 - least)
     if top > DIGITS or decimals > DIGITS + 3 or decimals > DIGITS + 2 - max(top, 0):
-        return [f"{value + 0.0:.{DIGITS}g}" for value in array]
+        return [number(value) for value in array]
     cells = [f"{round(value, decimals) + 0.0:.{decimals}f}" for value in array.tolist()]
+    cells = [_NO_NUMBER.get(cell, cell) for cell in cells]
     spare = min(len(cell) - len(cell.rstrip("0")) for cell in cells) if decimals else 0
     keep = spare if spare < decimals else decimals + 1
     return [cell[: len(cell) - keep] if spare and "." in cell else cell for cell in cells]
@@ -72,7 +77,7 @@ def number(value: float) -> str:
     >>> number(-0.0), number(19.0), number(243.2375908)
     ('0', '19', '243.238')
     """
-    return f"{float(value) + 0.0:.{DIGITS}g}"
+    return _NO_NUMBER.get(text := f"{float(value) + 0.0:.{DIGITS}g}", text)
 
 
 def angles(values: Any, units: OutputUnits | None = None) -> list[str]:
