@@ -46,7 +46,7 @@ def data(solution: Solution, angle: str | None = None) -> dict[str, Any]:
 
 def in_units_of_the_model(solution: Solution) -> dict[str, Any]:
     """As `data`, with no other unit than degrees: what a page draws."""
-    return data_in(solution, OutputUnits(solution.mechanism.units).with_angle("deg", ""))
+    return data_in(solution, OutputUnits(solution.mechanism.units).having({"angle": "deg"}))
 
 
 def data_in(solution: Solution, units: OutputUnits) -> dict[str, Any]:

@@ -88,7 +88,7 @@ class OutputUnits:
         return self.system.of(dimension) if found is None else found[0]
 
     def given(self, dimension: Dimension) -> str:
-        """The unit that was chosen for a quantity, as it was written; empty where none was."""
+        """The unit that was chosen for a quantity, as it is printed; empty where none was."""
         return self.chosen[dimension][0] if dimension in self.chosen else ""
 
     def size(self, dimension: str | Dimension) -> float:

@@ -430,10 +430,18 @@ def shown_measure(solution: Result, measure: Measure | str) -> tuple[np.ndarray,
     """As `measured`, in the unit that people read: its own, or that of `Mechanism.shown`."""
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
     values, dimension, unit = measured(solution, wanted)
-    if wanted.unit:
-        return values, dimension, unit_text(unit)
-    units = solution.mechanism.shown
-    return units.converted(values, dimension), dimension, units.of(dimension)
+    shown, symbol = as_shown(solution.mechanism, wanted, values, dimension, unit)
+    return shown, dimension, symbol
+
+
+def as_shown(
+    mechanism: Mechanism, measure: Measure, values: Any, dimension: Dimension, unit: str
+) -> tuple[Any, str]:
+    """What `measured` gives of a measure, in the unit that people read, and that unit."""
+    if measure.unit:
+        return values, unit_text(unit)
+    units = mechanism.shown
+    return units.converted(values, dimension), units.of(dimension)
 
 
 def evaluate_measure(solution: Result, measure: Measure) -> tuple[Any, Dimension, str]:
@@ -464,7 +472,12 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     """Refuse a history that names what the mechanism has not, or whose units do not fit; of others
     the unit that values are in.
     """
-    return _evaluate(measure, _Histories(mechanism, lambda *name: 1.0))[2]
+    return _unit_measured(mechanism, measure)[1]
+
+
+def _unit_measured(mechanism: Mechanism, measure: Measure) -> tuple[Dimension, str]:
+    """Dimension and unit of a measure of any result."""
+    return _evaluate(measure, _Histories(mechanism, lambda *name: 1.0))[1:]
 
 
 def in_output_unit(mechanism: Mechanism, measure: Measure) -> Measure:
@@ -479,9 +492,8 @@ def in_output_unit(mechanism: Mechanism, measure: Measure) -> Measure:
     """
     if measure.unit or measure.by or not mechanism.output_units:
         return measure
-    names = _Histories(mechanism, lambda *name: 1.0)
-    unit = mechanism.data_units.given(_evaluate(measure, names)[1])
-    return replace(measure, unit=unit)
+    dimension, _ = _unit_measured(mechanism, measure)
+    return replace(measure, unit=mechanism.data_units.given(dimension))
 
 
 def shown_values(mechanism: Mechanism, quantity: str, *values: float) -> tuple[list[float], str]:
@@ -489,8 +501,7 @@ def shown_values(mechanism: Mechanism, quantity: str, *values: float) -> tuple[l
     are, without a unit, of what is no quantity of it.
     """
     try:
-        names = _Histories(mechanism, lambda *name: 1.0)
-        dimension = _evaluate(Measure(quantity), names)[1]
+        dimension, _ = _unit_measured(mechanism, Measure(quantity))
     except ModelError:
         return list(values), ""
     units = mechanism.shown
@@ -505,8 +516,7 @@ def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarr
 def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
     """Dimension of the two sides of a relation."""
     try:
-        names = _Histories(mechanism, lambda *name: 1.0)
-        (_, of_a, _), (_, of_b, _) = (_evaluate(Measure(side), names) for side in (left, right))
+        of_a, of_b = (_unit_measured(mechanism, Measure(side))[0] for side in (left, right))
         _alike(left, of_a, right, of_b)
     except ModelError as error:
         raise ModelError(f"{brief(text, 100)}: {error}") from None

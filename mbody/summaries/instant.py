@@ -17,7 +17,7 @@ from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.histories import auxiliary_history, reported_states
-from mbody.solution.measures import found_by, measured, shown_measure
+from mbody.solution.measures import as_shown, found_by, measured, shown_measure
 from mbody.summaries.text_table import (
     ABOUT,
     WIDTH,
@@ -299,9 +299,9 @@ def measures(solution: Solution) -> list[str]:
             for key in ("least", "greatest") if alone else ("value",):
                 cells[key].append("")
             continue
-        plain, _, _ = measured(solution, measure)
-        values, _, unit = shown_measure(solution, measure)
-        values = np.where(_cleared(solution, measure, plain) == 0.0, 0.0, values)
+        values, dimension, unit = measured(solution, measure)
+        values = _cleared(solution, measure, values)
+        values, unit = as_shown(solution.mechanism, measure, values, dimension, unit)
         extremes = (
             number(np.fmin.reduce(values, axis=None)),
             number(np.fmax.reduce(values, axis=None)),
