@@ -88,8 +88,11 @@ def with_others(machine: Mechanism, gone: set[str], others: Iterable[Element]) -
     and without those that are gone, closed to additions; all numbers follow what they followed.
     """
     new = {one.name: one for one in others}
+    ground: Any = new.pop("ground", machine.ground)
     old = {one.name: one for one in machine if one.name in new or one.name not in gone}
-    return machine.closed_with((old | new).values())
+    made = machine.closed_with((old | new).values())
+    made.ground = ground
+    return made
 
 
 def with_element(machine: Mechanism, element: Element) -> Mechanism:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
-import tomllib
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,14 +12,8 @@ import numpy as np
 
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
-from mbody.errors import ModelError, ModelWarning
-from mbody.files.model import from_toml
-from mbody.files.model.fields import plain
-from mbody.files.model.kept_text import kept_text, shortest
-from mbody.files.model.problems import TEXT_ATTRIBUTE
-from mbody.files.model.toml_text import toml
-from mbody.live.file_numbers import NUMBER, file_numbers
-from mbody.model.element import listed
+from mbody.files.model.other_numbers import described_with
+from mbody.live.file_numbers import NUMBER
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import resolve_number
 from mbody.quantities import Formula, FormulaError, Scope, evaluate, parse_unit
@@ -40,44 +31,15 @@ from mbody.system.assembler import assemble
 GUESS_DIGITS = 4
 
 
-def with_numbers(run: Solution, values: Mapping[str, float]) -> Mechanism:
+def _described(run: Solution, values: Mapping[str, float]) -> Mechanism:
     """The mechanism of a result with other numbers, guesses at its first position."""
-    machine = run.mechanism
-    values = {**_overridden(run), **values}
-    cut = file_numbers(machine, list(values))
-    given: dict[str, float] = {}
-    for entry in cut.numbers:
-        for name, factor in entry.factors.items():
-            given[name] = values[name] / factor
-    missing = [name for name in values if name not in given]
-    if missing:
-        raise ModelError(
-            f"the model file of '{machine.name}' has no number of its own for {listed(missing)}: "
-            "name a parameter for it; run.system has the numbers of the optimum",
-            missing[0],
-        )
-    # a change of units and back leaves digits behind
-    first = [next(given[name] for name in number.factors) for number in cut.numbers]
-    texts = [repr(plain(shortest(float(value)))) for value in first]
-    text = "".join(
-        part + (number or "") for part, number in itertools.zip_longest(cut.parts, texts)
-    )
-    tree = tomllib.loads(text)
     poses = link_poses(run.take([0]))
     size = max((abs(part) for x, y, _ in poses.values() for part in (x, y)), default=0.0)
-    for name, (x, y, angle) in poses.items():
-        if name in tree["bodies"]:
-            x, y = (_rough(part, size) for part in (x, y))
-            angle_text = f"{_rough(math.degrees(angle), 360.0):g} deg"
-            tree["bodies"][name]["guess"] = {"x": x, "y": y, "angle": angle_text}
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        made = from_toml(toml(tree))
-    vars(made).pop(TEXT_ATTRIBUTE)
-    if (written := kept_text(machine)) is not None:
-        vars(made)[TEXT_ATTRIBUTE] = written
-    _check(made, {**run.system.values, **values}, list(values))
-    return made
+    guesses = {
+        name: (_rough(x, size), _rough(y, size), math.radians(_rough(math.degrees(angle), 360.0)))
+        for name, (x, y, angle) in poses.items()
+    }
+    return described_with(run.mechanism, {**_overridden(run), **values}, guesses)
 
 
 def _rough(value: float, size: float) -> float:
@@ -115,28 +77,9 @@ def _overridden(run: Solution) -> dict[str, float]:
     return {
         name: value
         for name, value in own.items()
-        if name not in system.formulas and not _same(float(described[name]), value)
+        if name not in system.formulas
+        and not np.isclose(float(described[name]), value, rtol=FILE_NUMBERS_SAME, atol=0.0)
     }
-
-
-def _same(one: float, other: float) -> bool:
-    return bool(np.isclose(one, other, rtol=FILE_NUMBERS_SAME, atol=0.0))
-
-
-def _check(made: Mechanism, values: Mapping[str, float], named: list[str]) -> None:
-    """Refuse a mechanism whose numbers are not those of the result; `named` are of the design."""
-    found = assemble(made).values
-    wrong = [name for name, value in values.items() if not _same(float(found[name]), value)]
-    if not wrong:
-        return
-    numbers = [name for name in named if name in wrong] or named
-    others = listed([name for name in wrong if name not in numbers][:3])
-    also = f" ({others})" if numbers != wrong else ""
-    raise ModelError(
-        f"the model file of '{made.name}' makes {listed(numbers)} of a number that gives others "
-        f"too{also}: give it one of its own; run.system has the numbers of the optimum",
-        numbers[0],
-    )
 
 
 @dataclass(frozen=True)
@@ -295,7 +238,7 @@ class Optimum(Inherited, Presented):
             Where no model file can have such a mechanism; `run.system` is the optimum all the same.
         """
         if "whole" not in self._cache:
-            self._cache["whole"] = with_numbers(self.run, self.values)
+            self._cache["whole"] = _described(self.run, self.values)
         return self._cache["whole"]
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -304,7 +247,7 @@ class Optimum(Inherited, Presented):
         """
         from mbody.files.model import save
 
-        save(with_numbers(self.run, self.written or self.values), path)
+        save(_described(self.run, self.written or self.values), path)
 
     def __repr__(self) -> str:
         return f"Optimum({self.aim}: {self.objective}, {self.agreeing} of {self.starts} starts)"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,7 @@ from mbody.core import tolerances as tol
 from mbody.derivatives.gradient import gradient_at
 from mbody.derivatives.named_numbers import checked_names
 from mbody.errors import ModelError, SolveError, brief
-from mbody.files.model import from_toml, to_toml
-from mbody.live.file_numbers import CutFile, file_numbers
-from mbody.model.closed_mechanism import with_others
+from mbody.files.model.other_numbers import described_with
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -29,38 +27,6 @@ from mbody.synthesis import judging
 from mbody.synthesis.linkages import INSTANTS, Effort, timings
 from mbody.system.assembler import assemble
 from mbody.system.system import System
-
-# -- A mechanism with other numbers, as a description that can be written to a file ------------
-
-
-class NumberedModel:
-    """The file of a mechanism in which some numbers can be set."""
-
-    def __init__(self, mechanism: Mechanism, names: Sequence[str]) -> None:
-        self.mechanism = mechanism
-        self.file: CutFile = file_numbers(mechanism, list(names))
-        there = {name for number in self.file.numbers for name in number.factors}
-        if missing := [name for name in names if name not in there]:
-            raise ModelError(
-                f"synthesize: {listed(missing)} is not one number of the file of "
-                f"'{mechanism.name}': give it one of its own, or a parameter",
-                missing[0],
-            )
-
-    def mechanism_with(
-        self, values: Mapping[str, float], guesses: Mapping[str, Any], ask: Instants
-    ) -> Mechanism:
-        """The mechanism with other numbers, first poses and instants that it asks for."""
-        text = self.file.parts[0]
-        for number, part in zip(self.file.numbers, self.file.parts[1:], strict=True):
-            name, factor = next(iter(number.factors.items()))
-            text += repr(values[name] / factor) + part
-        made = from_toml(text)
-        bodies = [replace(body, guess=guesses[body.name]) for body in made.bodies]
-        posed = with_others(made, set(), bodies)
-        posed.ask = ask
-        return from_toml(to_toml(posed))
-
 
 # -- Search over the numbers of any mechanism, with the best timing of each design -------------
 
@@ -110,11 +76,9 @@ class DesignCandidate:
     misses: np.ndarray
 
 
-def searched(
-    demand: Demand, numbered: NumberedModel, count: int, starts: int, seed: int
-) -> list[_ModelCandidate]:
+def searched(demand: Demand, count: int, starts: int, seed: int) -> list[_ModelCandidate]:
     """The refined designs of the best starts of `count`, the best first."""
-    found = [_refined(demand, numbered, *start) for start in _starts(demand, count, starts, seed)]
+    found = [_refined(demand, *start) for start in _starts(demand, count, starts, seed)]
     good = [one for one in found if one is not None]
     return sorted(good, key=lambda one: float(np.square(one.misses).sum()))
 
@@ -252,7 +216,6 @@ class Refinement:
 
 def _problem(
     demand: Demand,
-    numbered: NumberedModel,
     x: np.ndarray,
     theta: np.ndarray,
     guess: dict[str, tuple[float, float, float]],
@@ -273,7 +236,7 @@ def _problem(
         values = dict(zip(task.names, y.tolist(), strict=False))
         misses = np.sqrt(np.square(off.reshape(demand.goals.shape)).sum(axis=0))
         made = DesignCandidate(values, task.theta(y), task.poses(), misses)
-        return _ModelCandidate(demand, numbered, made)
+        return _ModelCandidate(demand, made)
 
     return judging.MissProblem(
         lambda y: task.residual(y) / size,
@@ -288,12 +251,11 @@ def _problem(
 
 def _refined(
     demand: Demand,
-    numbered: NumberedModel,
     x: np.ndarray,
     theta: np.ndarray,
     guess: dict[str, tuple[float, float, float]],
 ) -> _ModelCandidate | None:
-    problem = _problem(demand, numbered, x, theta, guess)
+    problem = _problem(demand, x, theta, guess)
     found = problem.least(EVALUATIONS)
     made: Any = None if found is None else problem.candidate(found)
     return made
@@ -412,8 +374,7 @@ def for_model(
     demand: Demand, effort: Effort, judge: judging.Judge, count: int
 ) -> judging.DesignList:
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
-    numbered = NumberedModel(demand.system.mechanism, list(demand.by))
-    found = searched(demand, numbered, effort.search, effort.starts, effort.seed)
+    found = searched(demand, effort.search, effort.starts, effort.seed)
     exact = demand.goals.shape[1] * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take(found, count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
@@ -427,7 +388,6 @@ class _ModelCandidate:
     """A design of any mechanism, as `Candidate`."""
 
     demand: Demand
-    numbered: NumberedModel
     found: DesignCandidate
     zeros = None
     described = ""
@@ -444,7 +404,7 @@ class _ModelCandidate:
     def problem(self) -> judging.MissProblem:
         """The misses near it."""
         one = self.found
-        return _problem(self.demand, self.numbered, self.row, one.theta, one.guess)
+        return _problem(self.demand, self.row, one.theta, one.guess)
 
     def revolves(self) -> bool:
         """Whether the driver may turn round, which following it decides."""
@@ -459,7 +419,9 @@ class _ModelCandidate:
         """The mechanism of the file that was made goes through the points, and round."""
         demand, theta = self.demand, self.found.theta
         at = {demand.driver: [float(one) for one in theta]}
-        machine = self.numbered.mechanism_with(self.found.values, self.found.guess, Instants(at=at))
+        machine = described_with(
+            demand.system.mechanism, self.found.values, self.found.guess, Instants(at=at)
+        )
         system = assemble(machine)
         steps = np.diff(theta)
         order = bool((steps > 0.0).all() or (steps < 0.0).all())

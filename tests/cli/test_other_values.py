@@ -58,7 +58,9 @@ def test_a_mechanism_with_another_number_is_the_system_with_it(name):
     system = mbody.assemble(machine)
     tried = refused = 0
     for number, old in system.values.items():
-        if number in machine.parameters or number.startswith("ground."):
+        if number in machine.parameters or number.startswith(
+            ("ground.mass", "ground.inertia", "ground.cg")
+        ):
             continue
         new = 1.01 * float(old) if old else 0.01
         try:

@@ -5,12 +5,11 @@ import tempfile
 from pathlib import Path
 
 import mbody
-from mbody import Mechanism
 from mbody.model.simulation import SimulationSettings
 from mbody.model.study import OptimizationTask
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
-from tests.errors.models import four_bar
+from tests.errors.models import by_law, four_bar
 from tests.support.frictional import slider_crank
 
 
@@ -41,20 +40,6 @@ def in_the_command(*words):
             said(["optimize", "mine.toml", *words])()
 
     return go
-
-
-def of_one_parameter():
-    """The best of two lengths that a file makes of one parameter, as a description."""
-    machine = Mechanism("crank", parameters={"a": 0.5}, ground={"O": (0, 0)})
-    machine.add(
-        mbody.Body("crank", mass=1.0, cg=("a", 0), points={"A": ("2*a", 0)}),
-        mbody.Revolute("O", "ground.O", "crank"),
-        mbody.Force("load", "crank.A", 100.0),
-        mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(0.5, 10.0)),
-    )
-    system = mbody.assemble(machine).with_values({"crank.A.x": 1.0, "crank.cg.x": 0.5})
-    by = {"crank.A.x": (0.8, 1.2), "crank.cg.x": (0.1, 0.2)}
-    return optimize("peak(O.force)", by, system).mechanism
 
 
 def of_motions():
@@ -119,9 +104,11 @@ SCENARIOS = {
         "mean(A.loss)", {"A.friction": (0.05, 0.2)}, slider_crank()
     ),
     "the description of an optimum whose number no file has": lambda: (
-        optimize(by={"crank.A.x": (0.8, 1.2), "A.j.angle": (0.0, 1.0)}).mechanism
+        optimize(
+            by={"crank.A.x": (0.8, 1.2), "motor.law.c0": (0.5, 1.0)},
+            machine=by_law("0.5 + 2*t/(1 s) + 0.25*sin(3*t/(1 s))"),
+        ).mechanism
     ),
-    "the description of an optimum of two numbers by one parameter": of_one_parameter,
     "an optimization without a design that closes": lambda: optimize(by={"crank.A.x": (30, 40)}),
     "an optimization of a name that there is not": lambda: mbody.optimize(four_bar(), "best"),
     "an optimization of a file by a number that there is not": lambda: of_a_file(
@@ -171,8 +158,7 @@ an optimization that no number changes | ModelError | - | optimize: none of 'cra
 an optimization whose limits no design meets | SolveError | - | optimize: no design within the bounds meets all limits: 'peak(A.force) <= 1 uN' is missed by 3.874 N at the nearest, crank.A.x = 0.8: give it more, or widen the bounds
 an optimization of what is no number | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: the quantities have no finite value there; give other bounds
 an optimization of a loss by friction | ModelError | - | optimize: 'A.loss' has no exact derivatives: compiled code computes it without derivatives; choose another quantity, or vary the numbers by sweep
-the description of an optimum whose number no file has | ModelError | A.j.angle | the model file of 'four-bar' has no number of its own for 'A.j.angle': name a parameter for it; run.system has the numbers of the optimum
-the description of an optimum of two numbers by one parameter | ModelError | crank.A.x | the model file of 'crank' makes 'crank.A.x' of a number that gives others too ('a'): give it one of its own; run.system has the numbers of the optimum
+the description of an optimum whose number no file has | ModelError | motor.law.c0 | the model file of 'four-bar' has no number of its own for 'motor.law.c0': name a parameter for it; run.system has the numbers of the design
 an optimization without a design that closes | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: loops do not close at t = 0 s: the smallest gap is 23.41 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess; give other bounds
 an optimization of a name that there is not | ModelError | best | 'four-bar' has no optimization 'best' (it has: none)
 an optimization of a file by a number that there is not | ModelError | - | model: line 37: optimize.best: there is no number 'crunk.A.x' to find (there are: 'motor.acceleration', and those of bodies and the ground)

@@ -197,7 +197,7 @@ def changed_text(
         if value is None and own in places.lines:
             edits[places.lines[own]] = ""
         elif value is not None and own in places.values:
-            above[own[-1]] = kept = _in_unit(above[own[-1]], value, units)
+            above[own[-1]] = kept = in_unit_of(above[own[-1]], value, units)
             if kept != value:
                 _at(wanted, path[:-1])[path[-1]] = kept
             anew.add(own)
@@ -229,7 +229,7 @@ def changed_text(
     return text + ("\n" + toml(sections) if sections else ""), wanted
 
 
-def _in_unit(written: Any, value: Any, units: UnitSystem) -> Any:
+def in_unit_of(written: Any, value: Any, units: UnitSystem) -> Any:
     """A plain number of the mechanism in the unit that its text has, where it has one."""
     number = _NUMBER.fullmatch(written) if isinstance(written, str) else None
     if number is None or isinstance(value, (str, bool)) or not isinstance(value, (int, float)):
@@ -238,9 +238,11 @@ def _in_unit(written: Any, value: Any, units: UnitSystem) -> Any:
         unit = evaluate(parse_unit(number[2]), Scope(units), with_units=True)
     except FormulaError:
         return value
-    if unit.dimension is None or unit.dimension == DIMENSIONS["angle"]:
-        return f"{value!r} deg" if number[2].strip() == "deg" else value
+    if unit.dimension is None:
+        return value
     size = float(unit.value)
+    if unit.dimension == DIMENSIONS["angle"]:  # of which plain numbers are in degrees
+        size = math.degrees(size)
     return (
         f"{plain(shortest(value / size))!r} {number[2]}" if math.isfinite(size) and size else value
     )

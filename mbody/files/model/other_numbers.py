@@ -1,0 +1,80 @@
+"""A mechanism with the numbers of a design, as its model file would have it."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mbody.core.tolerances import FILE_NUMBERS_SAME
+from mbody.errors import ModelError, ModelWarning
+from mbody.files.model.kept_text import in_unit_of, kept_text, shortest
+from mbody.files.model.problems import TEXT_ATTRIBUTE
+from mbody.files.model.read import from_toml
+from mbody.files.model.write import to_toml
+from mbody.model.closed_mechanism import with_numbers, with_others
+from mbody.model.element import listed
+from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import dimension_named
+from mbody.model.study import Instants
+from mbody.quantities import Formula
+from mbody.quantities.units import DIMENSIONS
+from mbody.system.assembler import assemble
+
+
+def described_with(
+    machine: Mechanism,
+    values: Mapping[str, float],
+    guesses: Mapping[str, tuple[float, float, float]],
+    ask: Instants | None = None,
+) -> Mechanism:
+    """A mechanism that is read from the file of one with other numbers: what `save` writes again.
+
+    `values`: Of numbers and parameters by name, angles in rad. What is made of a parameter follows
+      it; a number that followed a formula has its own now.
+    `guesses`: First poses by body: x, y and angle in rad.
+    `ask`: The instants that it asks for, where these change.
+    Raises ModelError where the file would have other numbers than these.
+    """
+    parameters = {name: values[name] for name in values if name in machine.parameters}
+    made = with_numbers(machine, {k: v for k, v in values.items() if k not in parameters})
+    bodies = [replace(one, guess=guesses[one.name]) for one in made.bodies if one.name in guesses]
+    made = with_others(made, set(), bodies)
+    made.ask = made.ask if ask is None else ask
+    texts = {name: _text(machine, name, value) for name, value in parameters.items()}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        made = from_toml(to_toml(made), parameters=texts)
+    vars(made).pop(TEXT_ATTRIBUTE)
+    if (written := kept_text(machine)) is not None:
+        vars(made)[TEXT_ATTRIBUTE] = written
+    _check(made, values)
+    return made
+
+
+def _text(machine: Mechanism, name: str, value: float) -> Any:
+    """Another value of a parameter in the unit that it is described in."""
+    old = machine.parameters[name]
+    if dimension_named(machine, name) == DIMENSIONS["angle"]:
+        value = shortest(math.degrees(value))
+    return in_unit_of(old.text if isinstance(old, Formula) else old, value, machine.units)
+
+
+def _check(made: Mechanism, values: Mapping[str, float]) -> None:
+    """Refuse a mechanism whose numbers are not those that are wanted."""
+    found = assemble(made).values
+    wrong = [
+        name
+        for name, value in values.items()
+        if not np.isclose(float(found[name]), value, rtol=FILE_NUMBERS_SAME, atol=0.0)
+    ]
+    if wrong:
+        raise ModelError(
+            f"the model file of '{made.name}' has no number of its own for {listed(wrong)}: "
+            "name a parameter for it; run.system has the numbers of the design",
+            wrong[0],
+        )
