@@ -180,7 +180,8 @@ def refusal_of_words(verb: Verb, words: Sequence[str]) -> str:
     name, sign, _ = word[:60].partition("=")
     more = f"(see mbody {verb.name} --help)"
     if not word.startswith("-"):
-        options = [one for one in ("--at", "--set") if one[2:] in verb.long_options()]
+        taking = "--vary", "--by", "--scatter", "--at", "--set"
+        options = [one for one in taking if one[2:] in verb.long_options()][:2]
         if sign and name and options:
             said = " or ".join(f"{one} {word[:60]}" for one in options)
             return f"'{word[:60]}' goes with an option: did you mean {said}? {more}"

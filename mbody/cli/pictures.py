@@ -32,10 +32,8 @@ def freebody(args: Any) -> int:
     """Write the free-body diagrams of a model."""
     from mbody.views import save
     from mbody.views.free_bodies import draw_free_bodies, force_peak
-    from mbody.views.style import check_ending
 
-    output = args.output or f"{path_of(args.model).stem}.svg"
-    check_ending(output)
+    output = _picture_file(args, "-freebody")
     mechanism = model_of(args)
     run = motion_or_driven(args, mechanism)
     instants = list(range(len(run)))
@@ -45,6 +43,15 @@ def freebody(args: Any) -> int:
     save(draw_free_bodies(run, args.bodies or None, instants), output)
     message(f"wrote {output}")
     return 0
+
+
+def _picture_file(args: Any, kind: str = "") -> str:
+    """Where a picture is written: by default beside the user, named after the model."""
+    from mbody.views.style import check_ending
+
+    output = str(args.output or f"{path_of(args.model).stem}{kind}.svg")
+    check_ending(output)
+    return output
 
 
 def motion_or_driven(args: Any, mechanism: Mechanism, forces: bool = True) -> Solution:
@@ -177,9 +184,8 @@ POSITIONS, LONGEST = 5, 200
 def draw(args: Any) -> int:
     """Write a picture of a model at the requested instants, or at equal steps of its motion."""
     from mbody.views import draw as drawn
-    from mbody.views.style import check_ending
 
-    check_ending(args.output)
+    args.output = _picture_file(args)
     count = _positions(args)
     mechanism = model_of(args)
     options = {"paths": args.path, "only": args.only}
@@ -272,9 +278,7 @@ def _series(args: Any, run: Solution, instants: list[int], options: Any) -> int:
 
 def plot(args: Any) -> int:
     """Write diagrams over the turn, the time, or the requested instants."""
-    from mbody.views.style import check_ending
-
-    check_ending(args.output)
+    args.output = _picture_file(args, "-plot")
     kinds = [kind for kind in ("polar", "hodograph", "path") if getattr(args, kind)]
     if len(kinds) > 1 or (kinds and (args.quantities or args.x or args.log or args.vary)):
         given = [f"--{kind}" for kind in kinds] or ["quantities"]

@@ -354,7 +354,7 @@ draw pictures.draw views.drawing.draw: a picture with its forces
     --centrodes BODIES: the fixed and the moving centrode of bodies against the ground
     --inflection BODIES: inflection circles of bodies
     --curvature POINT ...: the path of a point and its circle of curvature
-    -o --output FILE !: ends in .svg, .png or .pdf
+    -o --output FILE: ends in .svg, .png or .pdf (MODEL.svg)
 plot pictures.plot views.plotting.plot views.polar.polar views.polar.hodograph
         views.polar.path_plot: curves over the cycle
     $ plot mine.toml motor.effort 'B.force [kN]' -o effort.png
@@ -371,7 +371,7 @@ plot pictures.plot views.plotting.plot views.polar.polar views.polar.hodograph
     --hodograph JOINTS (joints): the curves of the tips of joint forces
     --path POINT ... (points): the path of a point, y over x
     --axes BODY: the link in whose axes a hodograph is
-    -o --output FILE !: ends in .svg, .png or .pdf
+    -o --output FILE: ends in .svg, .png or .pdf (MODEL-plot.svg)
     not labels: --vary makes them
 view pictures.view views.page.view: a page on which it moves
     $ view norton_fourbar --open
@@ -395,7 +395,7 @@ freebody pictures.freebody views.free_bodies.draw_free_bodies: every link with i
     $ freebody mine.toml --at crank=60
     @driven @free
     --bodies NAMES: which links, with commas between them; by default all
-    -o --output FILE: ends in .svg, .png or .pdf (MODEL.svg)
+    -o --output FILE: ends in .svg, .png or .pdf (MODEL-freebody.svg)
     not headed instants: each has its heading; --at names positions
 report pictures.report reports.mechanism_report.report: the engineer's document
     $ report mine.toml -o mine.html

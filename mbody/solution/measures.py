@@ -439,7 +439,7 @@ def as_shown(
 ) -> tuple[Any, str]:
     """What `measured` gives of a measure, in the unit that people read, and that unit."""
     if measure.unit:
-        return values, unit_text(unit)
+        return values, unit
     units = mechanism.shown
     return units.converted(values, dimension), units.of(dimension)
 
@@ -588,7 +588,7 @@ def _evaluate(measure: Measure, names: _Histories) -> tuple[Any, Dimension, str]
             raise FormulaError(
                 f"it is {dimension_text(dimension)}, which '{measure.unit}' does not measure"
             )
-        return found.value / one.value, dimension, measure.unit
+        return found.value / one.value, dimension, unit_text(measure.unit)
     except FormulaError as error:
         raise ModelError(f"measure {measure.of!r}: {error}") from None
 

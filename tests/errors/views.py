@@ -92,7 +92,6 @@ SCENARIOS = {
     "a picture in a folder that is not there": lambda: save(draw(run()), "/nowhere/a.svg"),
     "a picture in a format that is not there": said(["draw", "hoekens", "-o", "hoekens.gif"]),
     "a plot in a format that is not there": said(["plot", "hoekens", "height", "-o", "hoekens"]),
-    "a picture without a file": said(["draw", "hoekens"]),
 }
 
 SENTENCES = r"""
@@ -137,5 +136,4 @@ a picture to a place that is none | ModelError | - | a path must be text or path
 a picture in a folder that is not there | ModelError | - | cannot write '/nowhere/a.svg' (No such file or directory): choose a folder that exists and may be written to
 a picture in a format that is not there | ModelError | - | cannot write 'hoekens.gif': a picture is a file that ends in .svg, .png or .pdf
 a plot in a format that is not there | ModelError | - | cannot write 'hoekens': a picture is a file that ends in .svg, .png or .pdf
-a picture without a file | UsageError | - | draw needs -o/--output, as in mbody draw mine.toml --forces -o mine.svg (see mbody draw --help)
 """
