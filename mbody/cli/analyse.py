@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.dynamics.interruptions import progress_display
 from mbody.cli.interrupts import interrupt
 from mbody.cli.option_values import (
     equal_steps,
@@ -366,6 +365,8 @@ def _last(mechanism: Any, to: Any) -> float:
 
 def _progress(args: Any, until: float) -> Callable[[float], None]:
     """A function that shows the time reached on a terminal, and stops the motion at Ctrl-C."""
+    from mbody.analysis.dynamics.interruptions import progress_display
+
     shows = not args.json and sys.stderr is not None and sys.stderr.isatty()
     show = progress_display(until) if shows else None
 
