@@ -428,6 +428,7 @@ def balance(args: Any) -> int:
     """Find counterweights or stiffnesses, print them, and write the balanced model."""
     from mbody.engineering import force_balance, spring_balance
     from mbody.files.model import save
+    from mbody.files.model.other_numbers import rounded
 
     on = named_values(args.on, "--on")
     if bool(on) == bool(args.springs):
@@ -448,6 +449,6 @@ def balance(args: Any) -> int:
         else spring_balance(mechanism, args.springs, args.against or None, **options)
     )
     if args.output:
-        save(found.mechanism, args.output)
+        save(rounded(found.mechanism, mechanism), args.output)
         message(f"wrote {args.output}")
     return answered(args, found, printed=True)

@@ -185,7 +185,7 @@ balance design.balance engineering.force_balance.force_balance
     --springs NAMES: springs of the model whose stiffnesses are found, with commas
     --against NAMES
     @instants
-    -o --output FILE <model>: write the balanced model (.toml)
+    -o --output FILE <model>: write the balanced model (.toml), new numbers to six digits
     @json
 shaking machines.shaking engineering.shaking.shaking_orders engineering.shaking.balance_shafts:
         shaking force by order

@@ -14,6 +14,7 @@ from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
+from mbody.files.model.other_numbers import file_unit
 from mbody.files.model.study_tables import optimization_tasks
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -22,7 +23,7 @@ from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limi
 from mbody.optimization.design_evaluation import Evaluation, Evaluator, MotionEvaluator
 from mbody.optimization.multi_start import MultiStart, Ranges, Screen, SearchEnding, ranges_of
 from mbody.optimization.nonlinear_program import FASTEST, Program, SearchResult
-from mbody.optimization.optimum import Active, Optimum, ParetoPoint, file_unit
+from mbody.optimization.optimum import Active, Optimum, ParetoPoint
 from mbody.quantities.types import Number
 from mbody.solution.doubts import inherited
 from mbody.solution.measures import measured

@@ -13,11 +13,7 @@ import numpy as np
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
 from mbody.files.model.other_numbers import described_with
-from mbody.live.file_numbers import NUMBER
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import resolve_number
-from mbody.quantities import Formula, FormulaError, Scope, evaluate, parse_unit
-from mbody.quantities.units import DIMENSIONS
 from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value
 from mbody.solution.doubts import Inherited
 from mbody.solution.histories import link_poses
@@ -49,25 +45,6 @@ def _rough(value: float, size: float) -> float:
     (0.12, 0.0)
     """
     return round(value, GUESS_DIGITS - math.ceil(math.log10(size))) + 0.0 if size else value
-
-
-def file_unit(machine: Mechanism, name: str) -> float:
-    """The unit that a number has in the file of a mechanism, in that of the mechanism.
-
-    >>> from mbody import gallery
-    >>> file_unit(gallery.load("norton_fourbar"), "crank.cg.angle")
-    0.017453292519943295
-    """
-    whole, dimension = resolve_number(machine, name)
-    formula = machine.parameters.get(whole) or machine.formulas.get(whole)
-    unit = NUMBER.fullmatch(formula.text) if isinstance(formula, Formula) else None
-    if unit is None or not unit[2]:
-        return math.radians(1.0) if dimension == DIMENSIONS["angle"] else 1.0
-    try:
-        size = evaluate(parse_unit(unit[2]), Scope(machine.units), with_units=True).value
-    except FormulaError:
-        return 1.0
-    return float(size)
 
 
 def _overridden(run: Solution) -> dict[str, float]:

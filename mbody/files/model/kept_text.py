@@ -229,20 +229,31 @@ def changed_text(
     return text + ("\n" + toml(sections) if sections else ""), wanted
 
 
-def in_unit_of(written: Any, value: Any, units: UnitSystem) -> Any:
-    """A plain number of the mechanism in the unit that its text has, where it has one."""
+def unit_of_text(written: Any, units: UnitSystem) -> tuple[str, float] | None:
+    """The unit that the text of a number has, and its size in the unit that a plain number has in a
+    file, which is a degree of angles; None where it has none.
+
+    >>> from mbody.quantities.units import unit_system
+    >>> unit_of_text("3 in", unit_system("mm-N-s"))
+    ('in', 25.4)
+    """
     number = _NUMBER.fullmatch(written) if isinstance(written, str) else None
-    if number is None or isinstance(value, (str, bool)) or not isinstance(value, (int, float)):
-        return value
+    if number is None:
+        return None
     try:
         unit = evaluate(parse_unit(number[2]), Scope(units), with_units=True)
     except FormulaError:
-        return value
-    if unit.dimension is None:
-        return value
+        return None
     size = float(unit.value)
-    if unit.dimension == DIMENSIONS["angle"]:  # of which plain numbers are in degrees
+    if unit.dimension == DIMENSIONS["angle"]:
         size = math.degrees(size)
-    return (
-        f"{plain(shortest(value / size))!r} {number[2]}" if math.isfinite(size) and size else value
-    )
+    whole = unit.dimension is not None and math.isfinite(size) and size > 0.0
+    return (number[2], size) if whole else None
+
+
+def in_unit_of(written: Any, value: Any, units: UnitSystem) -> Any:
+    """A plain number of a file in the unit that its text has, where it has one."""
+    unit = unit_of_text(written, units)
+    if unit is None or isinstance(value, (str, bool)) or not isinstance(value, (int, float)):
+        return value
+    return f"{plain(shortest(value / unit[1]))!r} {unit[0]}"

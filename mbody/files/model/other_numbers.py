@@ -12,18 +12,21 @@ import numpy as np
 
 from mbody.core.tolerances import FILE_NUMBERS_SAME
 from mbody.errors import ModelError, ModelWarning
-from mbody.files.model.kept_text import in_unit_of, kept_text, shortest
+from mbody.files.model.kept_text import in_unit_of, kept_text, shortest, unit_of_text
 from mbody.files.model.problems import TEXT_ATTRIBUTE
 from mbody.files.model.read import from_toml
 from mbody.files.model.write import to_toml
 from mbody.model.closed_mechanism import with_numbers, with_others
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import dimension_named
+from mbody.model.numbers import dimension_named, resolve_number
 from mbody.model.study import Instants
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
 from mbody.system.assembler import assemble
+
+#: Digits of numbers that are found and have no band of their own.
+DIGITS = 6
 
 
 def described_with(
@@ -54,6 +57,39 @@ def described_with(
         vars(made)[TEXT_ATTRIBUTE] = written
     _check(made, values)
     return made
+
+
+def file_unit(machine: Mechanism, name: str) -> float:
+    """The unit that a number has in the file of a mechanism, in that of the mechanism.
+
+    >>> from mbody import gallery
+    >>> file_unit(gallery.load("norton_fourbar"), "crank.cg.angle")
+    0.017453292519943295
+    """
+    whole, dimension = resolve_number(machine, name)
+    formula = machine.parameters.get(whole) or machine.formulas.get(whole)
+    text = formula.text if isinstance(formula, Formula) else ""
+    size = (unit_of_text(text, machine.units) or ("", 1.0))[1]
+    return math.radians(size) if dimension == DIMENSIONS["angle"] else size
+
+
+def rounded(made: Mechanism, before: Mechanism) -> Mechanism:
+    """A mechanism that an analysis made of another, its new numbers to `DIGITS` of the greatest of
+    their element that measures the same, in the units of the file.
+    """
+    after, old = assemble(made).values, assemble(before).values
+    new = {k: float(v) for k, v in after.items() if k not in old or float(old[k]) != float(v)}
+    sizes: dict[Any, float] = {}
+    for name, value in new.items():
+        kind = name.partition(".")[0], dimension_named(made, name)
+        sizes[kind] = max(sizes.get(kind, 0.0), abs(value))
+    values = {}
+    for name, value in new.items():
+        unit = file_unit(before if name in old else made, name)
+        size = sizes[name.partition(".")[0], dimension_named(made, name)] / unit
+        places = DIGITS - 1 - math.floor(math.log10(size)) if size else 0
+        values[name] = round(value / unit, places) * unit
+    return described_with(made, values, {})
 
 
 def _text(machine: Mechanism, name: str, value: float) -> Any:
