@@ -433,7 +433,7 @@ class SharedResult:
 
     def range(self, by: Array, none: float) -> tuple[Array, Array]:
         """By how much it may be less and more: two arrays (instants,), or (designs, instants)."""
-        shape, by = by.shape[1:], by.reshape(len(by), -1)
+        shape, by = by.shape[1:], by.reshape(len(by), len(self.sets))
         ends = np.zeros((2, len(self.sets)))
         known = dict[tuple[int, bytes], tuple[float, float]]()
         for k, own in enumerate(self.sets):
@@ -448,7 +448,8 @@ class SharedResult:
 
     def _distinct(self, by: Array, none: float) -> list[tuple[ForceSet, Array]]:
         """Sets with a change that is not none; of instants that are alike once."""
-        found, by = dict[tuple[int, bytes], tuple[ForceSet, Array]](), by.reshape(len(by), -1)
+        found = dict[tuple[int, bytes], tuple[ForceSet, Array]]()
+        by = by.reshape(len(by), len(self.sets))
         for k, own in enumerate(self.sets):
             if own is not None and np.abs(some := by[: own.free, k]).max(initial=0.0) > none:
                 found.setdefault((id(own), some.tobytes()), (own, some))

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, DRAWN_RETURNS, PRINTED_NONE
+from mbody.core.tolerances import DRAWN_RETURNS, PRINTED_NONE
 from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.doubts import inherited
 from mbody.solution.histories import Place, moved
@@ -23,11 +23,24 @@ from mbody.summaries.text_table import force_names
 from mbody.views.acting import drawn_forces, notation
 from mbody.views.frame import key_size, rounded
 from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history
-from mbody.views.labels import drawable, extent, symbolic
+from mbody.views.labels import (
+    ARROW_WEIGHT,
+    CLEAR,
+    COVERED,
+    OUTLINE_WEIGHT,
+    FreePlaces,
+    Spots,
+    drawable,
+    extent,
+    places_alongside,
+    places_around,
+    places_by_arrow,
+    places_within,
+    symbolic,
+)
 from mbody.views.page_data import coupler_points, text_runs
-from mbody.views.pose import Carrier, Pose
+from mbody.views.pose import Carrier, Pose, heading
 from mbody.views.scene import scene
-from mbody.views.shapes import direction
 from mbody.views.sketch import KeptShape
 from mbody.views.style import FONTS, FORCE, INK, LOAD, MATHS, PAPER, SIZE, SOFT, styled
 
@@ -352,19 +365,8 @@ class FilmSet:
 
 #: Text beside a picture, in pixels a point of the paper.
 TEXT = 1.35
-#: Rotations of a name about its point, the best first.
-ROTATIONS = (0.0, 0.8, -0.8, 1.6, -1.6, 2.4, -2.4, math.pi)
-#: Costs: of a point of an arrow or a pin, of one of an outline, of another name as a whole, of
-#: another place than in the frame before, of a name that is cut off.
-ON_ARROW, ON_EDGE, ON_NAME, JUMP, CUT = 0.45, 0.15, 12.0, 0.5, 3.0
-#: Part of a name that others may cover before it is left out, and before it is shown again.
-COVERED, CLEAR = 0.25, 0.1
 #: Circles that no name should cover.
 SIGNS = ("pin:", "cg:")
-#: Points on such a circle, in parts of its radius.
-AROUND = np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
-#: Pixels between points on arrows and on outlines.
-STEP = 9.0
 
 
 @dataclass
@@ -383,6 +385,11 @@ class FilmName:
     half: Array
     spot: int = -1
 
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height in pixels."""
+        return 2.0 * float(self.half[0]), 2.0 * float(self.half[1])
+
 
 @functools.lru_cache(maxsize=1)
 def film_names(film: FilmSet) -> list[FilmName]:
@@ -399,118 +406,51 @@ def film_names(film: FilmSet) -> list[FilmName]:
     forces = [named(one.text, one.color, False) for one in arrows]
     for frame in range(count if names or forces else 0):
         placed_labels = list(film.labels(frame))
-        crowd = _Crowd(
-            film, frame, [anchor for label, anchor, _ in placed_labels if not label.rotates]
-        )
+        places = _occupied(film, frame)
+        for label, anchor, _ in placed_labels:
+            if not label.rotates:
+                places.stroke(np.array([anchor, anchor]), 1.5, ARROW_WEIGHT)
         for name, (label, anchor, outward) in zip(names, placed_labels, strict=True):
             gap = label.gap * film.scale + 1.5 * film.point
-            crowd.put(name, frame, _spots(anchor, outward, label.rotates, gap, name.half))
+            if not outward.any():
+                spots = places_within(anchor, name.extent)
+            elif label.rotates:
+                spots = places_alongside(anchor, name.extent, gap, outward)
+            else:
+                spots = places_around(anchor, name.extent, gap, heading(outward))
+            _put(places, name, frame, spots)
         for name, one in zip(forces, arrows, strict=True):
             place, vector = film.pixels(one.place[frame]), one.vector[frame]
             if np.hypot(*vector) > 2.5 and np.isfinite(place + vector).all():
-                crowd.put(name, frame, _by_arrow(place, vector, name.half))
+                spots = places_by_arrow(place, vector, name.extent)
+                _put(places, name, frame, spots)
     return [*names, *forces]
 
 
-def _spots(anchor: Array, outward: Array, rotates: bool, gap: float, half: Array) -> Array:
-    """Places (n, 3) of a name: x, y and cost, the best first."""
-    found: list[tuple[float, float, float]] = []
-    if not outward.any():
-        moves = ((0.0, 0.0), (0.0, 2.2), (0.0, -2.2), (1.4, 0.0), (-1.4, 0.0))
-        return np.array([(*(anchor + half * move), 0.5 * any(move)) for move in moves])
-    if rotates:
-        along = np.array([outward[1], -outward[0]])
-        distance, slide = gap + float(half @ np.abs(outward)), 2.0 * float(half @ np.abs(along))
-        for side in (1.0, -1.0):
-            for part in (0.0, 0.5, -0.5, 1.0, -1.0):
-                x, y = anchor + side * distance * outward + part * slide * along
-                found.append((float(x), float(y), 0.6 * (side < 0.0) + 0.5 * abs(part)))
-        return np.array(found)
-    first = math.atan2(outward[1], outward[0])
-    for extra in (0.0, 13.0):
-        for rotation in ROTATIONS:
-            u = direction(first + rotation)
-            distance = (
-                gap + extra + float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST)))
-            )
-            x, y = anchor + distance * u
-            found.append(
-                (float(x), float(y), 0.6 * (1.0 - math.cos(rotation)) + 0.8 * (extra > 0.0))
-            )
-    return np.array(found)
+def _occupied(film: FilmSet, frame: int) -> FreePlaces:
+    """What names had better not cover: arrows, pins, mass centres and outlines of links."""
+    places = FreePlaces(1.0, (film.width, film.height))
+    for one in film.arrows:
+        place, vector = film.pixels(one.place[frame]), one.vector[frame]
+        if np.isfinite(place + vector).all():
+            places.stroke(np.array([place, place + vector]), 1.5, ARROW_WEIGHT)
+    for shape, outline in film.shapes(frame):
+        if shape.kind == "circle" and shape.look.name.startswith(SIGNS):
+            radius = shape.radius * film.scale
+            places.stroke(np.vstack([outline, outline]), radius, ARROW_WEIGHT)
+        if shape.kind == "polygon" and shape.look.name.startswith("link:"):
+            places.stroke(np.vstack([outline, outline[:1]]), 0.5, OUTLINE_WEIGHT)
+    return places
 
 
-def _by_arrow(place: Array, vector: Array, half: Array) -> Array:
-    """Places of the name of an arrow: at its tip, or beside its shaft."""
-    u = vector / np.hypot(*vector)
-    across = np.array([-u[1], u[0]])
-    clear, aside = (
-        float(np.min(half / np.maximum(np.abs(u), DRAWN_DIRECTION_LEAST))),
-        float(half @ np.abs(across)),
-    )
-    found = [
-        (*(place + vector + (extra + clear) * u), 0.7 * (extra > 4.0)) for extra in (4.0, 17.0)
-    ]
-    for extra in (4.0, 15.0):
-        for part in (0.9, 0.55):
-            for side in (1.0, -1.0):
-                spot = place + part * vector + side * (extra + aside) * across
-                found.append((*spot, (0.6 if extra > 4.0 else 0.4) + 0.3 * (1.0 - part)))
-    return np.array(found)
-
-
-class _Crowd:
-    """Occupied areas of a frame: arrows and pins, outlines of links, names."""
-
-    def __init__(self, film: FilmSet, frame: int, pins: Sequence[Array]) -> None:
-        self.size = np.array([film.width, film.height], dtype=float)
-        points = [np.reshape(pins, (-1, 2))]
-        for one in film.arrows:
-            place, vector = film.pixels(one.place[frame]), one.vector[frame]
-            if np.isfinite(place + vector).all():
-                points.append(_along(place, place + vector))
-        edges = [np.zeros((0, 2))]
-        for shape, outline in film.shapes(frame):
-            if shape.kind == "circle" and shape.look.name.startswith(SIGNS):
-                points.append(outline + shape.radius * film.scale * AROUND)
-            if shape.kind == "polygon" and shape.look.name.startswith("link:"):
-                ends = np.roll(outline, -1, axis=0)
-                edges += [_along(a, b) for a, b in zip(outline, ends, strict=True)]
-        self.points, self.edges = np.concatenate(points), np.concatenate(edges)
-        self.middles, self.halves = np.zeros((0, 2)), np.zeros((0, 2))
-
-    def put(self, name: FilmName, frame: int, spots: Array) -> None:
-        """Put a name at the place of least cost, or leave it out of the frame."""
-        at, half = spots[:, :2], name.half
-        cost = spots[:, 2] + JUMP * ((np.arange(len(spots)) != name.spot) & (name.spot >= 0))
-        cost = cost + CUT * ((at < half) | (at > self.size - half)).any(axis=1)
-        cost = cost + ON_ARROW * _inside(self.points, at, half)
-        cost = cost + ON_EDGE * _inside(self.edges, at, half)
-        low = np.maximum(at[:, None] - half, self.middles - self.halves)
-        high = np.minimum(at[:, None] + half, self.middles + self.halves)
-        areas = 4.0 * np.minimum(half.prod(), self.halves.prod(axis=1))
-        covered = (np.clip(high - low, 0.0, None).prod(axis=2) / areas).sum(axis=1)
-        best = int(np.argmin(np.round(cost + ON_NAME * covered, 6)))
-        was = frame == 0 or np.isfinite(name.at[frame - 1, 0])
-        name.spot = best
-        if covered[best] > (COVERED if was else CLEAR):
-            return
-        name.at[frame] = at[best]
-        self.middles = np.vstack([self.middles, at[best]])
-        self.halves = np.vstack([self.halves, half])
-
-
-def _along(a: Array, b: Array) -> Array:
-    """Points between two places, about a step apart."""
-    count = min(int(np.hypot(*(b - a)) / STEP), 60)
-    parts = (np.arange(count) + 0.5) / max(count, 1)
-    return np.asarray(a + parts[:, None] * (b - a))
-
-
-def _inside(points: Array, at: Array, half: Any) -> Array:
-    """Number of points that a name at each of these places covers."""
-    away = np.abs(points - at[:, None])
-    return np.asarray((away < half).all(axis=2).sum(axis=1))
+def _put(places: FreePlaces, name: FilmName, frame: int, spots: Spots) -> None:
+    """Put a name at the place of least cost, or leave it out of the frame."""
+    name.spot, _, covered = places.best(spots, *name.extent, name.spot)
+    was = frame == 0 or np.isfinite(name.at[frame - 1, 0])
+    if covered <= (COVERED if was else CLEAR):
+        x, y, _ = spots[name.spot]
+        name.at[frame] = x, y
+        places.occupy(x, y, *name.extent)
 
 
 # -- Frames of a film as pixels, painted by the renderer that paints our pictures --------------

@@ -18,10 +18,19 @@ from mbody.views.style import FONTS, INK, MATHS, SIZE
 
 Array = np.ndarray
 
-#: Number of directions of a label from a point.
-AROUND = 24
-#: Cost of a label on a line of its own height, and on another label as a whole.
-ON_LINE, ON_LABEL = 3.0, 40.0
+# Places and costs stand a second time in `viewer/names.mjs`, since a page places labels while its
+# reader zooms; a test runs both on the same data.
+
+#: Directions of a label from a point, and rings of them.
+AROUND, RINGS = 24, 4
+#: Cost of a label on a line of its own height, on another label as a whole, in a moving picture of
+#: another place than in the frame before, and of a label that is cut off.
+ON_LINE, ON_LABEL, MOVED, CUT = 3.0, 40.0, 0.5, 3.0
+#: Weights of arrows and pins, and of outlines, in a moving picture.
+ARROW_WEIGHT, OUTLINE_WEIGHT = 0.3, 0.1
+#: Part of a label that others may cover before a moving picture leaves it out, and before it is
+#: shown again.
+COVERED, CLEAR = 0.25, 0.1
 
 
 @dataclass
@@ -142,22 +151,65 @@ def together(names: Sequence[str]) -> str:
     return ", ".join(symbolic(name) for name in names)
 
 
+Spots = list[tuple[float, float, float]]
+
+
 def places_around(
     anchor: Any, size: tuple[float, float], gap: float, wanted: float, rotation_cost: float = 1.0
-) -> list[tuple[float, float, float]]:
+) -> Spots:
     """Places around a point at the distance `gap`, best in the direction `wanted` [rad]."""
     found = []
-    for ring in range(4):
+    for ring in range(RINGS):
         for n in range(AROUND):
             angle = wanted + math.tau * n / AROUND
             u = direction(angle)
-            distance = gap * (1.0 + 0.9 * ring) + min(
-                0.5 * size[0] / max(abs(u[0]), DRAWN_DIRECTION_LEAST),
-                0.5 * size[1] / max(abs(u[1]), DRAWN_DIRECTION_LEAST),
-            )
+            distance = gap * (1.0 + 0.9 * ring) + _to_edge(size, u)
             x, y = np.asarray(anchor) + distance * u
             cost = rotation_cost * 0.5 * (1.0 - math.cos(angle - wanted)) + 1.2 * ring
             found.append((float(x), float(y), cost))
+    return found
+
+
+def _to_edge(size: tuple[float, float], u: Array) -> float:
+    """Distance from the middle of a rectangle to its edge in a direction."""
+    least = DRAWN_DIRECTION_LEAST
+    return float(min(0.5 * size[k] / max(abs(u[k]), least) for k in (0, 1)))
+
+
+def places_alongside(anchor: Array, size: tuple[float, float], gap: float, normal: Array) -> Spots:
+    """Places beside an edge, on the side of its normal or the other, and along it."""
+    x, y = normal.tolist()
+    distance = gap + 0.5 * (size[0] * abs(x) + size[1] * abs(y))
+    slide, found = size[0] * abs(y) + size[1] * abs(x), []
+    for side in (1.0, -1.0):
+        for part in (0.0, 0.5, -0.5, 1.0, -1.0):
+            a, b = side * distance, part * slide
+            cost = 0.6 * (side < 0.0) + 0.5 * abs(part)
+            found.append((float(anchor[0] + a * x + b * y), float(anchor[1] + a * y - b * x), cost))
+    return found
+
+
+def places_within(anchor: Array, size: tuple[float, float]) -> Spots:
+    """Places on a plate, or somewhat aside."""
+    moves = ((0.0, 0.0), (0.0, 1.1), (0.0, -1.1), (0.7, 0.0), (-0.7, 0.0))
+    x, y = map(float, anchor)
+    return [(x + a * size[0], y + b * size[1], 0.5 * bool(a or b)) for a, b in moves]
+
+
+def places_by_arrow(tail: Array, vector: Array, size: tuple[float, float]) -> Spots:
+    """Places at the tip of an arrow, or beside its shaft."""
+    u = vector / math.hypot(*vector)
+    across = np.array([-u[1], u[0]])
+    clear, half = _to_edge(size, u), 0.5 * float(np.abs(across) @ size)
+    found = []
+    for more, cost in ((4.0, 0.0), (17.0, 0.7)):
+        x, y = tail + vector + (more + clear) * u
+        found.append((float(x), float(y), cost))
+    for more, cost in ((4.0, 0.4), (15.0, 0.6)):
+        for part in (0.9, 0.55):
+            for side in (1.0, -1.0):
+                x, y = tail + part * vector + side * (more + half) * across
+                found.append((float(x), float(y), cost + 0.3 * (1.0 - part)))
     return found
 
 
@@ -166,9 +218,11 @@ class FreePlaces:
     """Obstacles, and labels that are placed one after another.
 
     `unit`: Length of a point (1/72 in) in the units of the mechanism.
+    `canvas`: Width and height, from a corner at zero, beyond which a label is cut off.
     """
 
     unit: float
+    canvas: tuple[float, float] | None = None
     strokes: list[tuple[float, float, float, float, float, float]] = field(default_factory=list)
     boxes: list[tuple[float, float, float, float]] = field(default_factory=list)
 
@@ -182,11 +236,31 @@ class FreePlaces:
         """Put each label at the place of least cost, in order."""
         for label in labels:
             width, height = (self.unit * part for part in self.measured(label))
-            # rounded, so that rounding errors do not decide between equal costs
-            costs = np.round(self.costs(np.array(label.spots), width, height), 6)
-            x, y, own = label.spots[best := int(np.argmin(costs))]
-            label.at, label.covers = (x, y), costs[best] > own + 0.05
-            self.boxes.append((x, y, 0.5 * width, 0.5 * height))
+            best, cost, _ = self.best(label.spots, width, height)
+            x, y, own = label.spots[best]
+            label.at, label.covers = (x, y), cost > own + 0.05
+            self.occupy(x, y, width, height)
+
+    def best(
+        self, spots: Spots, width: float, height: float, last: int = -1
+    ) -> tuple[int, float, float]:
+        """The place of least cost, its cost, and how much of it other labels cover; `last` is the
+        place that the label had.
+        """
+        at = np.array(spots)
+        covered = self.covered(at, width, height)
+        costs = self.costs(at, width, height) + MOVED * ((np.arange(len(at)) != last) & (last >= 0))
+        if self.canvas is not None:
+            half = 0.5 * np.array([width, height])
+            costs += CUT * ((at[:, :2] < half) | (at[:, :2] > self.canvas - half)).any(axis=1)
+        # rounded, so that rounding errors do not decide between equal costs
+        costs = np.round(costs, 6)
+        best = int(np.argmin(costs))
+        return best, float(costs[best]), float(covered[best])
+
+    def occupy(self, x: float, y: float, width: float, height: float) -> None:
+        """Add a label as an obstacle."""
+        self.boxes.append((x, y, 0.5 * width, 0.5 * height))
 
     @staticmethod
     def measured(label: Label) -> tuple[float, float]:
@@ -196,31 +270,42 @@ class FreePlaces:
 
     def costs(self, spots: Array, width: float, height: float) -> Array:
         """The costs of places (spots, 3): the lines and labels that the text would cover."""
-        x, y, total = spots[:, :1], spots[:, 1:2], spots[:, 2].copy()
-        if self.strokes:
-            lines = self._lines()
+        x, y = spots[:, :1], spots[:, 1:2]
+        total = spots[:, 2] + ON_LABEL * self.covered(spots, width, height)
+        lines = self._lines_near(x, y, width, height)
+        if len(lines):
             along = _inside(lines, x, y, 0.5 * width + lines[:, 4], 0.5 * height + lines[:, 4])
             total += ON_LINE * np.sum(lines[:, 5] * along, axis=1) / height
-        if self.boxes:
-            boxes = np.array(self.boxes)
-            dx = np.minimum(x + 0.5 * width, boxes[:, 0] + boxes[:, 2])
-            dx -= np.maximum(x - 0.5 * width, boxes[:, 0] - boxes[:, 2])
-            dy = np.minimum(y + 0.5 * height, boxes[:, 1] + boxes[:, 3])
-            dy -= np.maximum(y - 0.5 * height, boxes[:, 1] - boxes[:, 3])
-            # of the smaller of the two: a long text may not hide a short one
-            smaller = np.minimum(width * height, 4.0 * boxes[:, 2] * boxes[:, 3])
-            covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / smaller
-            total += ON_LABEL * covered.sum(axis=1)
-        return total
+        return np.asarray(total)
+
+    def covered(self, spots: Array, width: float, height: float) -> Array:
+        """How much of a label other labels cover at each place."""
+        if not self.boxes:
+            return np.zeros(len(spots))
+        x, y, boxes = spots[:, :1], spots[:, 1:2], np.array(self.boxes)
+        dx = np.minimum(x + 0.5 * width, boxes[:, 0] + boxes[:, 2])
+        dx -= np.maximum(x - 0.5 * width, boxes[:, 0] - boxes[:, 2])
+        dy = np.minimum(y + 0.5 * height, boxes[:, 1] + boxes[:, 3])
+        dy -= np.maximum(y - 0.5 * height, boxes[:, 1] - boxes[:, 3])
+        # of the smaller of the two: a long text may not hide a short one
+        smaller = np.minimum(width * height, 4.0 * boxes[:, 2] * boxes[:, 3])
+        covered = np.clip(dx, 0.0, None) * np.clip(dy, 0.0, None) / smaller
+        return np.asarray(covered.sum(axis=1))
 
     def crowd(self, places: Sequence[Array], size: float) -> float:
         """The cost of squares of a size about some places, as a sum."""
         return float(self.costs(np.array([(*at, 0.0) for at in places]), size, size).sum())
 
-    def _lines(self) -> Array:
+    def _lines_near(self, x: Array, y: Array, width: float, height: float) -> Array:
+        """The lines that a label at one of these places can cover."""
         if len(self.strokes) != len(self._stroke_array):
             self._stroke_array = np.array(self.strokes)
-        return self._stroke_array
+        lines, near = self._stroke_array, np.ones(len(self.strokes), dtype=bool)
+        for k, (at, size) in enumerate(((x, width), (y, height))):
+            more = 0.5 * size + lines[:, 4]
+            near &= np.maximum(lines[:, k], lines[:, k + 2]) >= at.min() - more
+            near &= np.minimum(lines[:, k], lines[:, k + 2]) <= at.max() + more
+        return np.asarray(lines[near])
 
     _stroke_array: Array = field(default_factory=lambda: np.zeros((0, 6)), repr=False)
 

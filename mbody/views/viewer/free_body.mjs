@@ -4,7 +4,7 @@
 
 import { clamp, el, nice, shown, sv } from "./elements.mjs";
 import { Drawing } from "./drawing.mjs";
-import { Crowd, alongside, around, atArrow, dotted, write } from "./names.mjs";
+import { ARROW_WEIGHT, FreePlaces, alongside, around, atArrow, write } from "./names.mjs";
 
 /** Pixels: size of the diagram and of the polygon, how far the link reaches, the longest arrow, the longest side. */
 const WIDE = 460, SIDE = 300, TALL = 380, REACH = 108, ARROW = 80, LONG_SIDE = 130;
@@ -124,7 +124,7 @@ export class FreeBodyPanel {
     this.middle = [b, 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])];
     this.zoom = Math.min(REACH * scene.unit / Math.max(0.5 * Math.hypot(high[0] - low[0], high[1] - low[1]), 1e-300), LARGER);
     this.most = most;
-    this.outlines = shapes.filter((one) => one.k === "p" && one.n.startsWith("link:")).map((one) => [one.c, dotted(one.p, 9 * scene.unit / this.zoom)]);
+    this.outlines = shapes.filter((one) => one.k === "p" && one.n.startsWith("link:")).map((one) => [one.c, one.p]);
     this.signs = shapes.filter((one) => one.k === "c" && one.n.startsWith("cg:"));
   }
 
@@ -158,7 +158,7 @@ export class FreeBodyPanel {
     this.world.setAttribute("transform", `matrix(${z} 0 0 ${-z} ${cx} ${cy})`);
     this.drawing.width(clamp(z, 0.8, 1.5));
     this.drawing.move(true);
-    const over = [this.world], names = [], crowd = new Crowd(WIDE, TALL - 24, true);
+    const over = [this.world], names = [], places = new FreePlaces(WIDE, TALL - 24, true);
     if (!this.drawn) { const [x, y] = at(...motion.place([this.middle[0], 0, 0])); over.push(sv("rect", { x: x - 16, y: y - 12, width: 32, height: 24, style: "fill: var(--link); stroke: var(--ink)" })); }
     const pins = new Map();
     for (const one of motion.scene.free.bodies[this.body]) if (one.k === "joint" && !scene.forces[one.f].places) {
@@ -166,8 +166,8 @@ export class FreeBodyPanel {
       pins.set(key, { x, y, names: [...(pins.get(key)?.names ?? []), one.c] });
     }
     for (const { x, y } of pins.values()) over.push(sv("circle", { cx: x, cy: y, r: 5, style: "fill: var(--paper); stroke: var(--ink)", "stroke-width": 1.3 }));
-    for (const [c, points] of this.outlines) for (let k = 0; k < points.length; k += 2) crowd.edges.push(...at(...motion.carried(c, points, k, 2)));
-    for (const [x, y, r] of [...[...pins.values()].map((pin) => [pin.x, pin.y, 5]), ...this.signs.map((one) => [...at(...motion.carried(one.c, one.p)), one.r * z / scene.unit])]) crowd.points.push(x - r, y, x + r, y, x, y - r, x, y + r);
+    for (const [c, points] of this.outlines) places.outline(points.flatMap((_, k) => (k % 2 ? [] : at(...motion.carried(c, points, k, 2)))));
+    for (const [x, y, r] of [...[...pins.values()].map((pin) => [pin.x, pin.y, 5]), ...this.signs.map((one) => [...at(...motion.carried(one.c, one.p)), one.r * z / scene.unit])]) places.stroke(x, y, x, y, r, ARROW_WEIGHT);
     forces.forEach((one, n) => {
       const [x, y] = at(one.x, one.y), dx = by * one.fx, dy = -by * one.fy, long = Math.hypot(dx, dy);
       if (long < 2.5) return;
@@ -176,7 +176,7 @@ export class FreeBodyPanel {
       const away = u * (x - 0.5 * WIDE) + v * (y - 0.48 * TALL) >= -1e-6 * long;
       const [tx, ty] = away ? [x + clear * u, y + clear * v] : [x - (clear + long) * u, y - (clear + long) * v];
       over.push(...straight(tx, ty, dx, dy, one));
-      for (let part = 4; part < long; part += 8) crowd.points.push(tx + part * u, ty + part * v);
+      places.stroke(tx, ty, tx + dx, ty + dy, 1.5, ARROW_WEIGHT);
       const outward = away ? { x0: tx, y0: ty, dx, dy, long } : { x0: tx + dx, y0: ty + dy, dx: -dx, dy: -dy, long };
       names.push([`force ${n}`, one.t, one.k, (w, h) => [...atArrow(outward, w, h), ...around(outward.x0, outward.y0, outward.dx / long, outward.dy / long, 27, w, h).map(([a, b, cost]) => [a, b, cost + 0.6])]]);
     });
@@ -184,21 +184,22 @@ export class FreeBodyPanel {
       const [px, py] = one.o ? motion.place(one.o) : [one.x, one.y], [x, y] = at(px, py), turning = -Math.sign(one.torque), r = one.k === "inertia" ? 25 : 18;
       const outward = widest([...pins.values()].filter((pin) => Math.hypot(pin.x - x, pin.y - y) > 4).map((pin) => Math.atan2(pin.y - y, pin.x - x))), from = outward - 1.3 * turning, to = outward + 1.3 * turning;
       over.push(...curved(x, y, r, from, to, turning, one));
-      for (let turn = -1.3; turn <= 1.3; turn += 0.325) crowd.points.push(x + r * Math.cos(outward + turn), y + r * Math.sin(outward + turn));
+      const on = (turn) => [x + r * Math.cos(outward + turn), y + r * Math.sin(outward + turn)];
+      for (let turn = -1.3; turn < 1.2; turn += 0.325) places.stroke(...on(turn), ...on(turn + 0.325), 1.5, ARROW_WEIGHT);
       names.push([`torque ${n}`, one.T, one.k, (w, h) => around(x, y, Math.cos(outward), Math.sin(outward), r + 6, w, h)]);
       for (const pin of pins.values()) if (Math.hypot(pin.x - x, pin.y - y) < r) pin.clear = r + 4;
     });
     const outside = (x, y) => { const [u, v] = [x - 0.5 * WIDE, y - 0.48 * TALL], r = Math.hypot(u, v); return r > 1 ? [u / r, v / r] : [0.6, 0.8]; };
     for (const { x, y, names: at, clear = clamp(9 * z, 7, 18) } of pins.values()) names.push([`pin ${at[0]}`, [[at.join(", "), ""]], "pin", (w, h) => around(x, y, ...outside(x, y), clear, w, h)]);
-    this.diagram.replaceChildren(...over, ...names.map((one) => this.#name(crowd, ...one)), ...this.#key(14, TALL - 14, [[80 * scene.unit / z, z / scene.unit, scene.units.length, false], by ? [60 / by, by, scene.units.force, true] : null]));
+    this.diagram.replaceChildren(...over, ...names.map((one) => this.#name(places, ...one)), ...this.#key(14, TALL - 14, [[80 * scene.unit / z, z / scene.unit, scene.units.length, false], by ? [60 / by, by, scene.units.force, true] : null]));
   }
   /** A name at the one of its places where it covers least, and where it was before if that is as good. */
-  #name(crowd, key, runs, kind, spots) {
+  #name(places, key, runs, kind, spots) {
     const label = this.placed.get(key) ?? {};
     this.placed.set(key, label);
     label.wide = runs.reduce((sum, [part, how]) => sum + (how ? 5.5 : 7.5) * part.length, 0);
     label.text = write(sv("text", { "text-anchor": "middle", "dominant-baseline": "central", style: `fill: var(--${COLORS[kind] ?? "soft"})` }), runs);
-    crowd.put(label, spots(0.5 * label.wide + 2, 7));
+    places.put(label, spots(0.5 * label.wide + 2, 7));
     return label.text;
   }
   #polygon(forces, by, unit) {
@@ -209,7 +210,7 @@ export class FreeBodyPanel {
     const at = ([x, y]) => [0.5 * SIDE + by * (x - 0.5 * (low[0] + high[0])), 0.47 * TALL - by * (y - 0.5 * (low[1] + high[1]))];
     const far = corners.reduce((a, b) => (Math.hypot(...b) > Math.hypot(...a) ? b : a)), length = Math.hypot(...far) || 1, across = [far[1] / length, far[0] / length];
     const off = corners.map(([x, y]) => by * (far[0] * y - far[1] * x) / length), flat = Math.max(...off) - Math.min(...off) < FLAT;
-    const seen = sides.filter((one) => by * Math.hypot(one.fx, one.fy) >= 2), over = [], names = [], crowd = new Crowd(SIDE, TALL - 24, true);
+    const seen = sides.filter((one) => by * Math.hypot(one.fx, one.fy) >= 2), over = [], names = [], places = new FreePlaces(SIDE, TALL - 24, true);
     const middle = at([0, 1].map((i) => corners.reduce((sum, p) => sum + p[i], 0) / corners.length));
     sides.forEach((one, n) => {
       const rank = seen.indexOf(one), shift = flat && rank >= 0 ? APART * (rank - 0.5 * (seen.length - 1)) : 0;
@@ -219,10 +220,10 @@ export class FreeBodyPanel {
       let out = [dy / long, -dx / long];
       const half = [tx + 0.5 * dx, ty + 0.5 * dy], side = flat ? shift * (across[0] * out[0] + across[1] * out[1]) : (half[0] - middle[0]) * out[0] + (half[1] - middle[1]) * out[1];
       if (side < 0) out = [-out[0], -out[1]];
-      for (let part = 4; part < long; part += 8) crowd.points.push(tx + part / long * dx, ty + part / long * dy);
+      places.stroke(tx, ty, tx + dx, ty + dy, 1.5, ARROW_WEIGHT);
       names.push([`side ${n}`, one.t, one.k, (w, h) => alongside(...half, ...out, 4, w, h)]);
     });
-    this.polygon.replaceChildren(...over, ...names.map((one) => this.#name(crowd, ...one)), ...this.#key(14, TALL - 14, [by && seen.length ? [60 / by, by, unit, true] : null]));
+    this.polygon.replaceChildren(...over, ...names.map((one) => this.#name(places, ...one)), ...this.#key(14, TALL - 14, [by && seen.length ? [60 / by, by, unit, true] : null]));
   }
   /** Scales below a figure: of lengths a bar, of forces an arrow. */
   #key(x, y, scales) {

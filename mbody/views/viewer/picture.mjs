@@ -4,7 +4,7 @@
 import { clamp, el, nice, shown, sv } from "./elements.mjs";
 import { Drawing, arrow } from "./drawing.mjs";
 import { Poles } from "./poles.mjs";
-import { Crowd, alongside, around, atArrow, dotted, within, write } from "./names.mjs";
+import { ARROW_WEIGHT, FreePlaces, alongside, around, atArrow, within, write } from "./names.mjs";
 
 /** Pixels of the longest arrow, less in low pictures, where the slider for arrows is in the middle. */
 const LONGEST = 90;
@@ -93,7 +93,7 @@ export class Picture {
   /** Show shapes and histories that have changed. */
   renew() {
     this.drawing.renew();
-    this.outlinedAt = undefined;
+    this.outlines = this.signs = undefined;
     this.showTracks(true);
   }
   /** Draw the paths that are on; `again` where they have changed. */
@@ -144,7 +144,7 @@ export class Picture {
   #by(kind) { return Math.min(LONGEST, 0.3 * this.viewer.tall) * 2 ** +this.viewer.size.value / this.viewer.most[kind]; }
   #arrows() {
     const m = this.motion, at = (q) => m.value2(q);
-    this.crowd = new Crowd(this.viewer.wide, this.viewer.tall);
+    this.places = new FreePlaces(this.viewer.wide, this.viewer.tall);
     for (const one of this.arrows) {
       const visible = this.viewer.on[one.kind] && this.viewer.most[one.kind] > 0 && one.x;
       const by = visible ? one.sign * this.#by(one.kind) : 0, dx = visible ? by * at(one.x) : 0, dy = visible ? -by * at(one.y) : 0;
@@ -159,7 +159,7 @@ export class Picture {
         if (!one.text.firstChild) write(one.text, one.label);
         Object.assign(one, { x0: x, y0: y, dx, dy, long });
       }
-      for (let part = 4; part < long; part += 8) this.crowd.points.push(x + part / long * dx, y + part / long * dy);
+      this.places.stroke(x, y, x + dx, y + dy, 1.5, ARROW_WEIGHT);
       if (one.seen !== true) { one.path.style.display = ""; if (one.text) one.text.style.display = ""; one.seen = true; }
     }
   }
@@ -168,7 +168,7 @@ export class Picture {
     this.layers.names.style.display = on ? "" : "none";
     const m = this.motion, px = this.viewer.camera.s / this.viewer.main.scene.unit, put = (label, spots) => {
       if (!label.wide) { const box = label.text.getBBox?.(); label.wide = box?.width || 8 * (label.t ?? label.label).length; }
-      this.crowd.put(label, spots(0.5 * label.wide + 2, 7));
+      this.places.put(label, spots(0.5 * label.wide + 2, 7));
     };
     for (const label of on ? this.labels : []) {
       const [x, y] = this.screen(m.carried(label.c, label.a, 0));
@@ -178,7 +178,7 @@ export class Picture {
         [ux, uy] = [f[o + 2] * ux - f[o + 3] * uy, f[o + 3] * ux + f[o + 2] * uy];
       }
       Object.assign(label, { x, y, ux, uy });
-      if ((ux || uy) && !label.turns) this.crowd.points.push(x, y);
+      if ((ux || uy) && !label.turns) this.places.stroke(x, y, x, y, 1.5, ARROW_WEIGHT);
     }
     this.#outlined();
     for (const label of on ? this.labels : []) {
@@ -187,25 +187,23 @@ export class Picture {
     }
     for (const one of this.arrows) if (one.text && one.seen) put(one, (w, h) => atArrow(one, w, h));
   }
-  /** Pins, mass centres and points on the outlines of links, which names had better not cover. */
+  /** Pins, mass centres and outlines of links, which names had better not cover. */
   #outlined() {
-    const m = this.motion, { viewer } = this, { edges, boxes } = this.crowd, c = viewer.camera, u = viewer.main.scene.unit;
+    const m = this.motion, { viewer, places } = this, c = viewer.camera, u = viewer.main.scene.unit;
     if (!this.caption.hidden) {
       this.captionWide ??= this.caption.offsetWidth;
-      boxes.push(10 + 0.5 * this.captionWide, 17, 0.5 * this.captionWide, 11);
+      places.boxes.push(10 + 0.5 * this.captionWide, 17, 0.5 * this.captionWide, 11);
     }
-    if (this.outlinedAt !== viewer.fitted) this.outlines = this.signs = undefined;
-    this.outlinedAt = viewer.fitted;
-    this.outlines ??= m.scene.shapes.filter((shape) => shape.k === "p" && shape.n.startsWith("link:") && !m.scene.carriers[shape.c].x)
-      .map((shape) => [5 * shape.c, dotted(shape.p, 9 * u / viewer.fitted)]);
+    this.outlines ??= m.scene.shapes.filter((shape) => shape.k === "p" && shape.n.startsWith("link:") && !m.scene.carriers[shape.c].x).map((shape) => [5 * shape.c, shape.p]);
     this.signs ??= m.scene.shapes.filter((shape) => shape.k === "c" && /^(pin|cg):/.test(shape.n)).map((shape) => [shape.c, shape.p, shape.r / u]);
     for (const [carrier, p, radius] of this.signs) {
       const [x, y] = this.screen(m.carried(carrier, p)), r = c.s * radius;
-      this.crowd.points.push(x - r, y, x + r, y, x, y - r, x, y + r);
+      places.stroke(x, y, x, y, r, ARROW_WEIGHT);
     }
     for (const [o, points] of this.outlines) {
-      const f = m.frames, s = c.s / u, x = c.x + s * f[o], y = c.y - s * f[o + 1], cos = s * f[o + 2], sin = s * f[o + 3];
-      for (let k = 0; k < points.length; k += 2) edges.push(x + cos * points[k] - sin * points[k + 1], y - sin * points[k] - cos * points[k + 1]);
+      const f = m.frames, s = c.s / u, x = c.x + s * f[o], y = c.y - s * f[o + 1], cos = s * f[o + 2], sin = s * f[o + 3], outline = [];
+      for (let k = 0; k < points.length; k += 2) outline.push(x + cos * points[k] - sin * points[k + 1], y - sin * points[k] - cos * points[k + 1]);
+      places.outline(outline);
     }
   }
   /** The scale of lengths, and of the arrows that are shown; of several pictures in the first. */

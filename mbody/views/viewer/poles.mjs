@@ -3,7 +3,7 @@
 
 import { el, nice, shown, sv } from "./elements.mjs";
 import { arrow } from "./drawing.mjs";
-import { Crowd, around, write } from "./names.mjs";
+import { ARROW_WEIGHT, FreePlaces, around, write } from "./names.mjs";
 
 /** Pixels of a polygon and of its edge; images nearer than this have one name. */
 const POLYGON_WIDE = 380, POLYGON_TALL = 330, POLYGON_EDGE = 48, ONE_IMAGE = 3;
@@ -46,7 +46,7 @@ export class Poles {
     });
   }
   draw(matrix) {
-    const { picture } = this, { viewer, motion, crowd } = picture, on = viewer.on.poles && motion.recordedNow, u = viewer.main.scene.unit;
+    const { picture } = this, { viewer, motion, places } = picture, on = viewer.on.poles && motion.recordedNow, u = viewer.main.scene.unit;
     for (const one of [this.curves, this.marks]) one.style.display = on ? "" : "none";
     if (!on) return;
     this.curves.setAttribute("transform", matrix);
@@ -72,7 +72,7 @@ export class Poles {
       first.text.replaceChildren();
       write(first.text, runs);
       first.wide = runs.reduce((sum, [part, how]) => sum + (how ? 6 : 8) * part.length, 0);
-      crowd.put(first, around(x, y, 0.7, 0.7, 7, 0.5 * first.wide + 2, 7));
+      places.put(first, around(x, y, 0.7, 0.7, 7, 0.5 * first.wide + 2, 7));
     }
   }
 }
@@ -109,7 +109,7 @@ export class PolygonPanel {
     // at one scale for the whole motion, so that the polygon grows and shrinks with it
     const by = Math.min((POLYGON_WIDE - 2 * POLYGON_EDGE) / room[0], (POLYGON_TALL - 2 * POLYGON_EDGE) / room[1]);
     const place = ([x, y]) => [0.5 * POLYGON_WIDE + by * (x - middle[0]), 0.46 * POLYGON_TALL - by * (y - middle[1])];
-    const spots = at.map(place), pole = place([0, 0]), over = [], crowd = new Crowd(POLYGON_WIDE, POLYGON_TALL - 24, true);
+    const spots = at.map(place), pole = place([0, 0]), over = [], places = new FreePlaces(POLYGON_WIDE, POLYGON_TALL - 24, true);
     for (const [body, corners] of Object.entries(links)) {
       if (corners.length < 2) continue;
       const d = corners.map((n, k) => `${k ? "L" : "M"}${spots[n].map((v) => v.toFixed(1)).join(" ")}`).join("");
@@ -126,14 +126,14 @@ export class PolygonPanel {
     });
     for (const { x, y } of images.slice(1)) {
       over.push(sv("path", { d: arrow(pole[0], pole[1], x - pole[0], y - pole[1]), style: `fill: var(--${color})` }));
-      for (let part = 0; part <= 1; part += 0.1) crowd.points.push(pole[0] + part * (x - pole[0]), pole[1] + part * (y - pole[1]));
+      places.stroke(...pole, x, y, 1.5, ARROW_WEIGHT);
     }
     over.push(sv("circle", { cx: pole[0], cy: pole[1], r: 3, style: "fill: var(--paper); stroke: var(--ink)" }));
     for (const one of images) {
       const runs = one.names.flatMap((name, n) => (n ? [[", ", ""], ...name] : name)), label = { wide: runs.reduce((sum, [part, how]) => sum + (how ? 5.5 : 7.5) * part.length, 0) };
       label.text = write(sv("text", { "text-anchor": "middle", "dominant-baseline": "central", style: "fill: var(--ink)" }), runs);
       const away = one === images[0] ? [-0.7, 0.7] : [one.x - pole[0], one.y - pole[1]], long = Math.hypot(...away) || 1;
-      crowd.put(label, around(one.x, one.y, away[0] / long, away[1] / long, 7, 0.5 * label.wide + 2, 7));
+      places.put(label, around(one.x, one.y, away[0] / long, away[1] / long, 7, 0.5 * label.wide + 2, 7));
       over.push(label.text);
     }
     const value = nice(70 / by / one) * one, note = sv("text", { x: 20 + by * value, y: POLYGON_TALL - 10, style: "fill: var(--soft)", class: "upright" });
