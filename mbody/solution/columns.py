@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,6 @@ class ResultColumn:
     `role`: What the owner is: "time", "body", "point", "joint", "contact", "coupling", "driver",
       "load", "input", "state", "measure".
     `dimension`, `unit`: Of the values; the unit of a plain number is empty.
-    `unique`: Whether a force is determined; None where it was not examined.
     `doubts`: Of the result, those that name the owner or no element.
     """
 
@@ -36,12 +35,12 @@ class ResultColumn:
         dimension: Dimension,
         unit: str,
         read: Callable[[], Any],
-        unique: bool | None = True,
+        unique: Callable[[], bool | None] = lambda: True,
         doubts: tuple[Doubt, ...] = (),
     ) -> None:
         self.owner, self.key, self.role, self.unit = owner, key, role, unit
-        self.dimension, self.unique, self.doubts = dimension, unique, doubts
-        self._read = read
+        self.dimension, self.doubts = dimension, doubts
+        self._read, self._unique = read, unique
 
     @property
     def name(self) -> str:
@@ -59,8 +58,13 @@ class ResultColumn:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     @functools.cached_property
+    def unique(self) -> bool | None:
+        """Whether a force is determined; None where it was not examined."""
+        return self._unique()
+
+    @functools.cached_property
     def values(self) -> Array:
-        """(instants,), in `unit`."""
+        """(instants,), of a batch (designs, instants), in `unit`."""
         return np.asarray(self._read(), dtype=float)
 
     def __repr__(self) -> str:
@@ -79,17 +83,27 @@ class ResultTable(tuple[ResultColumn, ...]):
     def __getitem__(self, name: Any) -> Any:
         if not isinstance(name, str):
             return super().__getitem__(name)
-        for one in self:
-            if one.name == name:
-                return one
+        if name in self._by_name:
+            return self._by_name[name]
         owner = name.rpartition(".")[0]
         own = [one.name for one in self if one.owner == owner] or self.names
         raise ModelError(f"there is no column '{name}' (there are: {listed(own, 12)})")
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name if isinstance(name, str) else super().__contains__(name)
+
+    @functools.cached_property
+    def _by_name(self) -> dict[str, ResultColumn]:
+        return {one.name: one for one in self}
 
     @property
     def names(self) -> list[str]:
         """Of all columns."""
         return [one.name for one in self]
+
+    def of(self, owners: Iterable[str], key: str) -> list[ResultColumn]:
+        """The same quantity of several elements."""
+        return [self[f"{owner}.{key}"] for owner in owners]
 
     def by_owner(self, role: str, *keys: str) -> dict[str, dict[str, ResultColumn]]:
         """The columns of a role by owner and key, or some of them."""

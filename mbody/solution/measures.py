@@ -472,10 +472,10 @@ def check_measure(mechanism: Mechanism, measure: Measure) -> str:
     """Refuse a history that names what the mechanism has not, or whose units do not fit; of others
     the unit that values are in.
     """
-    return _unit_measured(mechanism, measure)[1]
+    return unit_measured(mechanism, measure)[1]
 
 
-def _unit_measured(mechanism: Mechanism, measure: Measure) -> tuple[Dimension, str]:
+def unit_measured(mechanism: Mechanism, measure: Measure) -> tuple[Dimension, str]:
     """Dimension and unit of a measure of any result."""
     return _evaluate(measure, _Histories(mechanism, lambda *name: 1.0))[1:]
 
@@ -492,7 +492,7 @@ def in_output_unit(mechanism: Mechanism, measure: Measure) -> Measure:
     """
     if measure.unit or measure.by or not mechanism.output_units:
         return measure
-    dimension, _ = _unit_measured(mechanism, measure)
+    dimension, _ = unit_measured(mechanism, measure)
     return replace(measure, unit=mechanism.data_units.given(dimension))
 
 
@@ -501,7 +501,7 @@ def shown_values(mechanism: Mechanism, quantity: str, *values: float) -> tuple[l
     are, without a unit, of what is no quantity of it.
     """
     try:
-        dimension, _ = _unit_measured(mechanism, Measure(quantity))
+        dimension, _ = unit_measured(mechanism, Measure(quantity))
     except ModelError:
         return list(values), ""
     units = mechanism.shown
@@ -516,7 +516,7 @@ def sides(solution: Result, left: str, right: str) -> tuple[np.ndarray, np.ndarr
 def checked_sides(mechanism: Mechanism, text: str, left: str, right: str) -> Dimension:
     """Dimension of the two sides of a relation."""
     try:
-        of_a, of_b = (_unit_measured(mechanism, Measure(side))[0] for side in (left, right))
+        of_a, of_b = (unit_measured(mechanism, Measure(side))[0] for side in (left, right))
         _alike(left, of_a, right, of_b)
     except ModelError as error:
         raise ModelError(f"{brief(text, 100)}: {error}") from None

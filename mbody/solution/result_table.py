@@ -19,7 +19,7 @@ from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
-from mbody.solution.measures import found_by, measured, quantity
+from mbody.solution.measures import found_by, measured, quantity, unit_measured
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -48,6 +48,16 @@ def result_table(
     if not isinstance(units, OutputUnits):
         units = solution.mechanism.data_units.having(units or {})
     return ResultTable(_TableReader(solution, units).columns(points))
+
+
+def shown_table(solution: Solution) -> ResultTable:
+    """The table in the units that people read, also of a batch; made once of a result."""
+    fields = solution.__dict__
+    if "_shown_table" not in fields:
+        units = solution.mechanism.shown
+        fields["_shown_table"] = ResultTable(_TableReader(solution, units).columns(None))
+    found: ResultTable = fields["_shown_table"]
+    return found
 
 
 class _TableReader:
@@ -91,7 +101,7 @@ class _TableReader:
         role: str,
         dimension: str | Dimension,
         read: Callable[[], Any],
-        unique: bool | None = True,
+        unique: Callable[[], bool | None] = lambda: True,
     ) -> ResultColumn:
         """A column of values that are read in units of the model."""
         units, wanted = self.units, dimension_of(dimension)
@@ -109,7 +119,8 @@ class _TableReader:
     ) -> Iterator[ResultColumn]:
         for key, dimension in keys.items():
             read = functools.partial(self._read, owner, key)
-            yield self._column(owner, key, role, dimension, read, unique(key))
+            known = functools.partial(unique, key)
+            yield self._column(owner, key, role, dimension, read, known)
 
     def _read(self, owner: str, key: str) -> Any:
         return quantity(self.run, owner, key)[0]
@@ -136,7 +147,7 @@ class _TableReader:
                 for end in ("low", "high"):
                     read = functools.partial(getattr, limits, end)
                     dimension = element.effort_dimension
-                    yield self._column(name, f"effort_{end}", role, dimension, read, None)
+                    yield self._column(name, f"effort_{end}", role, dimension, read, lambda: None)
 
     def _unique(self, element: Any, key: str) -> bool | None:
         """Whether a force of an element is determined; None where it was not examined."""
@@ -156,11 +167,11 @@ class _TableReader:
 
     def _measure(self, name: str, measure: Any) -> ResultColumn:
         """A measured quantity, in its own unit where it has one."""
-        values, dimension, unit = measured(self.run, measure)
+        dimension, unit = unit_measured(self.run.mechanism, measure.history)
 
         def read() -> Any:
-            return values
+            return measured(self.run, measure)[0]
 
         if measure.unit:
-            return ResultColumn(name, "", "measure", dimension, unit, read, True, self.run.doubts)
+            return ResultColumn(name, "", "measure", dimension, unit, read, doubts=self.run.doubts)
         return self._column(name, "", "measure", dimension, read)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +14,12 @@ from mbody.laws import MeasuredFormula
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.model.element import AuxiliaryState
+from mbody.model.states import MOTION
 from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
-from mbody.quantities.units import DIMENSIONS, Dimension
-from mbody.solution.histories import auxiliary_history, reported_states
+from mbody.solution.histories import reported_states
 from mbody.solution.measures import as_shown, found_by, measured, shown_measure
+from mbody.solution.result_table import shown_table
 from mbody.summaries.text_table import (
     ABOUT,
     WIDTH,
@@ -29,6 +31,9 @@ from mbody.summaries.text_table import (
     cut,
     directions,
     even,
+    first_values,
+    first_vectors,
+    floor_of,
     force_floor,
     force_names,
     heading,
@@ -38,10 +43,12 @@ from mbody.summaries.text_table import (
     numbers,
     paragraph,
     quantities,
+    rounding,
     table,
     there,
     torque_cells,
     turned,
+    turns,
     uniqueness_text,
     vectors,
     with_unit,
@@ -244,26 +251,6 @@ def _ends(values: tuple[float, ...]) -> list[str]:
 # -- The table of measured quantities on a summary -----------------------------------------------
 
 
-def _floor(solution: Solution, dimension: Dimension) -> float:
-    """Rounding level of a quantity beside the greatest of its kind in the mechanism; 0 where there
-    is nothing to compare with.
-    """
-    length, acceleration = solution.system.length, acceleration_scale(solution)
-    force = force_floor(solution) if solution.has_forces else 0.0
-    floors = {
-        "length": PRINTED_NONE * length,
-        "angle": PRINTED_NONE,
-        "velocity": PRINTED_NONE * length * np.sqrt(acceleration),
-        "angular velocity": PRINTED_NONE * np.sqrt(acceleration),
-        "acceleration": PRINTED_NONE * length * acceleration,
-        "angular acceleration": PRINTED_NONE * acceleration,
-        "force": force,
-        "torque": force * length,
-        "power": force * length * np.sqrt(acceleration),
-    }
-    return next((floor for name, floor in floors.items() if DIMENSIONS[name] == dimension), 0.0)
-
-
 def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.ndarray:
     """Values with 0 for what is rounding, beside the mechanism or beside the greatest of them.
 
@@ -271,7 +258,7 @@ def _cleared(solution: Solution, measure: Measure, values: np.ndarray) -> np.nda
     integral with that over the whole time.
     """
     history, dimension, _ = measured(solution, Measure(outermost(measure.of).of))
-    floor = max(_floor(solution, dimension), PRINTED_NONE * float(np.abs(history).max()))
+    floor = max(floor_of(solution, dimension), PRINTED_NONE * float(np.abs(history).max()))
     plain = history
     if measure.by:
         plain = measured(solution, Measure(measure.of))[0]
@@ -332,21 +319,15 @@ def points(solution: Solution) -> list[str]:
     names = moving_points(solution.mechanism)
     if not names:
         return []
-    found = [solution.point(name) for name in names[:LISTED_POINTS]]
-    x, y, vx, vy, ax, ay = (
-        np.array([getattr(one, key)[0] for one in found])
-        for key in ("x", "y", "vx", "vy", "ax", "ay")
-    )
-    units, length = solution.mechanism.shown, solution.system.length
-    acceleration = acceleration_scale(solution)
-    rate = PRINTED_NONE * float(np.sqrt(acceleration)) * length
+    found = shown_table(solution)
+    x, y, vx, vy, ax, ay = (found.of(names[:LISTED_POINTS], key) for key in MOTION)
     lines = table(
         [
             Column("POINTS", names[:LISTED_POINTS], text=True),
-            quantities("x", x, "length", units, PRINTED_NONE * length),
-            quantities("y", y, "length", units, PRINTED_NONE * length),
-            vectors("v", vx, vy, "velocity", units, rate),
-            vectors("a", ax, ay, "acceleration", units, PRINTED_NONE * acceleration * length),
+            first_values("x", x, solution),
+            first_values("y", y, solution),
+            first_vectors("v", vx, vy, solution),
+            first_vectors("a", ax, ay, solution),
         ]
     )
     more = len(names) - LISTED_POINTS
@@ -381,20 +362,13 @@ def _table(solution: Solution, title: str, own: Any, more: list[Column]) -> list
     """The table of some elements."""
     if not own or solution.record.batch:
         return []
-    least, greatest, units = [], [], []
-    for one in own:
-        values, unit = auxiliary_history(solution, one.name), ""
-        if one.dimension is not None:
-            shown = solution.mechanism.shown
-            values, unit = shown.converted(values, one.dimension), shown.of(one.dimension)
-        least.append(number(np.fmin.reduce(values)))
-        greatest.append(number(np.fmax.reduce(values)))
-        units.append(unit)
+    found = [shown_table(solution)[one.name] for one in own]
+    least = [number(np.fmin.reduce(one.values)) for one in found]
     columns = [
         Column(title, [one.name for one in own], text=True),
         Column("least", least),
-        Column("greatest", greatest),
-        Column("unit", units, text=True),
+        Column("greatest", [number(np.fmax.reduce(one.values)) for one in found]),
+        Column("unit", [one.unit for one in found], text=True),
         *more,
     ]
     if len(solution) == 1:
@@ -425,7 +399,7 @@ def few_instants(solution: Solution) -> list[str]:
         return []
     rows = _Rows(solution)
     if np.ptp(solution.t) > 0.0:
-        rows.quantity("t", solution.t, "time")
+        rows.history("t", "t")
     rows.drivers()
     if len(solution.mechanism.bodies) <= LINKS:
         rows.links()
@@ -444,7 +418,7 @@ class _Rows:
         self.names: list[str] = []
         self.units: list[str] = []
         self.cells: list[list[str]] = []
-        self.acceleration = acceleration_scale(solution)
+        self.table = shown_table(solution)
         self.floor = force_floor(solution) if solution.has_forces else 0.0
 
     def lines(self) -> list[str]:
@@ -481,36 +455,27 @@ class _Rows:
         self.units.append(unit)
         self.cells.append(cells)
 
+    def history(self, name: str, column: str) -> None:
+        """A row of a column of the table, where there is such a one."""
+        if column in self.table:
+            own = self.table[column]
+            self.add(name, own.unit, own.values, rounding(self.solution, own))
+
     def drivers(self) -> None:
         """The efforts of drivers, and their power."""
-        states = self.solution.drive_states
-        for n, driver in enumerate(self.mechanism.drivers):
-            if states is not None and not driver.angular:
-                self.quantity(driver.name, states[:, n, 0], "length")
-            if not self.solution.has_forces:
-                continue
-            effort = self.solution.effort(driver.name)
-            kind = "torque" if driver.angular else "force"
-            floor = self.floor * (self.solution.system.length if driver.angular else 1.0)
-            self.quantity(f"{driver.name} {kind}", effort, kind, floor)
-            if states is None or self.solution.analysis == "statics":
-                continue
-            rate = states[:, n, 1]
-            power, least = effort * rate, floor * float(np.abs(rate).max())
-            self.quantity(f"{driver.name} power", power, "power", least)
+        for driver in self.mechanism.drivers:
+            if not driver.angular:
+                self.history(driver.name, f"{driver.name}.value")
+            self.history(f"{driver.name} {driver.effort_dimension}", f"{driver.name}.effort")
+            self.history(f"{driver.name} power", f"{driver.name}.power")
 
     def links(self) -> None:
         """Angles of the links, and their rates."""
-        for body in self.mechanism.bodies:
-            history = self.solution[body.name]
-            self._turned(f"{body.name} angle", history.angle)
-            if self.solution.analysis == "statics":
-                continue
-            floor = PRINTED_NONE * float(np.sqrt(self.acceleration))
-            self.quantity(f"{body.name} ω", history.omega, "angular velocity", floor)
-            if self.solution.analysis != "close_loops":
-                floor = PRINTED_NONE * self.acceleration
-                self.quantity(f"{body.name} α", history.alpha, "angular acceleration", floor)
+        for body in (one.name for one in self.mechanism.bodies):
+            self._turned(f"{body} angle", self.solution[body].angle)
+            if self.solution.analysis != "statics":
+                self.history(f"{body} ω", f"{body}.omega")
+                self.history(f"{body} α", f"{body}.alpha")
 
     def _turned(self, name: str, angle: Array, there: Array | bool = True) -> None:
         """A row of angles, where there are some."""
@@ -603,8 +568,7 @@ def _history(solution: Solution, column: ResultColumn, title: str) -> Column:
         if values.min() >= 0.0 and np.ptp(values) < turn <= values.max():
             values = values % turn  # positions that the law meets in its next revolution
         return turned(title, values, units)
-    floor = _floor(solution, column.dimension) / units.size(column.dimension)
-    return Column(title, numbers(column.values, floor), column.unit)
+    return Column(title, numbers(column.values, rounding(solution, column)), column.unit)
 
 
 def _blocks(head: list[Column], columns: list[Column]) -> list[list[Column]]:
@@ -808,6 +772,7 @@ class _Instant:
         self.moves = solution.analysis != "statics"
         self.accelerates = self.moves and solution.analysis != "close_loops"
         self.names = force_names(self.mechanism)
+        self.table = shown_table(solution)
         self.t = float(solution.t[0])
 
     def lines(self) -> list[str]:
@@ -831,35 +796,27 @@ class _Instant:
             lines += ["", *part] if part else []
         return lines + closing(self.solution)
 
-    def _histories(self, *keys: str) -> list[Array]:
-        """One array over the moving links for each key."""
-        bodies = [self.solution[body.name] for body in self.mechanism.bodies]
-        return [np.array([getattr(body, key)[0] for body in bodies]) for key in keys]
-
     def _links(self) -> list[str]:
-        units, acceleration = self.units, acceleration_scale(self.solution)
-        mass = self.solution.system.mass[:-3, 0].reshape(-1, 3)
-        x, y, angle, omega, alpha, ax, ay = self._histories(
-            "x", "y", "angle", "omega", "alpha", "ax", "ay"
-        )
-        length = self.solution.system.length
+        units, run, names = self.units, self.solution, [one.name for one in self.mechanism.bodies]
+        mass = run.system.mass[:-3, 0].reshape(-1, 3)
+        own = functools.partial(self.table.of, names)
+
+        def column(title: str, key: str) -> Column:
+            return first_values(title, own(key), run, [""])
+
         columns = [
             Column("LINKS", link_names(self.mechanism), text=True),
             quantities("mass", mass[:, 0], "mass", units, before=[""]),
             quantities("I_G", mass[:, 2], "inertia", units, before=[""]),
         ]
         if not self.moves:
-            rounding = PRINTED_NONE * length
-            columns.append(quantities("x_G", x, "length", units, rounding, [""]))
-            columns.append(quantities("y_G", y, "length", units, rounding, [""]))
-        columns.append(directions("angle", angle, units, [""]))
+            columns += [column("x_G", "x"), column("y_G", "y")]
+        columns.append(directions("angle", [run[one].angle[0] for one in names], units, [""]))
         if self.moves:
-            floor = PRINTED_NONE * float(np.sqrt(acceleration))
-            columns.append(quantities("ω", omega, "angular velocity", units, floor, [""]))
+            columns.append(column("ω", "omega"))
         if self.accelerates:
-            floor = PRINTED_NONE * acceleration
-            columns.append(quantities("α", alpha, "angular acceleration", units, floor, [""]))
-            columns.append(vectors("a_G", ax, ay, "acceleration", units, floor * length, [""]))
+            columns.append(column("α", "alpha"))
+            columns.append(first_vectors("a_G", own("ax"), own("ay"), run, [""]))
         return table(columns)
 
     def _joints(self) -> list[str]:
@@ -888,35 +845,32 @@ class _Instant:
         return [*lines, ABOUT] if any(torques) else lines
 
     def _drivers(self, angular: bool) -> list[str]:
-        drivers = self.mechanism.drivers
-        chosen = [n for n, driver in enumerate(drivers) if driver.angular == angular]
-        if not chosen:
+        names = [one.name for one in self.mechanism.drivers if one.angular == angular]
+        if not names:
             return []
-        states = self.solution.drive_states
-        assert states is not None  # one motion has them
-        value, rate, change = states[0, chosen].T
-        names = [drivers[n].name for n in chosen]
-        units, per = self.units, "angular " if angular else ""
+        own = functools.partial(self.table.of, names)
+
+        def column(title: str, key: str) -> Column:
+            return first_values(title, own(key), self.solution)
+
         columns = [Column("driver" if self.forces else "DRIVERS", names, text=True)]
         if self.forces:
             titles = [self.names[name][0] for name in names]
             columns.insert(0, Column("DRIVERS", titles, text=True))
-            effort = np.array([self.solution.effort(name)[0] for name in names])
-            kind = "torque" if angular else "force"
-            floor = force_floor(self.solution) * (self.solution.system.length if angular else 1.0)
-            effort = np.where(np.abs(effort) > floor, effort, 0.0)
-            columns.append(quantities(kind, effort, kind, units))
+            columns.append(column("torque" if angular else "force", "effort"))
             if self.moves:
-                columns.append(quantities("power", effort * rate, "power", units))
+                columns.append(column("power", "power"))
         if angular:
-            columns.append(turned("angle", value, units))
+            value = own("value")
+            columns.append(turns("angle", [one.values[0] for one in value], value[0].unit))
         else:
-            columns.append(quantities("length", value, "length", units))
+            columns.append(column("length", "value"))
         if self.moves:
-            columns.append(quantities("rate", rate, f"{per}velocity", units))
-            columns += beside(rate, f"{per}velocity", units)
+            columns.append(column("rate", "rate"))
+            rates = np.array([self.solution.driven(name)[1][0] for name in names])
+            columns += beside(rates, "angular velocity" if angular else "velocity", self.units)
         if self.accelerates:
-            columns.append(quantities("acceleration", change, f"{per}acceleration", units))
+            columns.append(column("acceleration", "acceleration"))
         return table(columns)
 
     def _inertia(self) -> list[str]:

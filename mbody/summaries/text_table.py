@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
     from mbody.model.driver import Driver
     from mbody.model.mechanism import Mechanism
-    from mbody.quantities.units import UnitSystem
+    from mbody.quantities.units import Dimension, UnitSystem
+    from mbody.solution.columns import ResultColumn
     from mbody.solution.histories import EventRecord, Reaction
     from mbody.solution.solution import Solution
 
@@ -169,10 +170,36 @@ def directions(title: str, values: Any, units: OutputUnits, before: Sequence[str
 
 def turned(title: str, values: Any, units: OutputUnits) -> Column:
     """A column of angles that may be more than a turn."""
-    if units.of("angle") != "deg":
-        return quantities(title, values, "angle", units)
-    degrees = np.degrees(np.atleast_1d(np.asarray(values, dtype=float)))
+    return turns(title, units.converted(values, "angle"), units.of("angle"))
+
+
+def turns(title: str, values: Any, unit: str) -> Column:
+    """A column of angles in a unit that may be more than a turn."""
+    if unit != "deg":
+        return Column(title, numbers(values), unit)
+    degrees = np.atleast_1d(np.asarray(values, dtype=float))
     return Column(title, [f"{one + 0.0:.3f}" for one in degrees.round(3)], "deg")
+
+
+def first_values(
+    title: str, columns: Sequence[ResultColumn], solution: Solution, before: Sequence[str] = ()
+) -> Column:
+    """The first instant of one quantity of several elements; what is rounding is 0."""
+    values, one = [column.values[0] for column in columns], columns[0]
+    return Column(title, [*before, *numbers(values, rounding(solution, one))], one.unit)
+
+
+def first_vectors(
+    title: str,
+    x: Sequence[ResultColumn],
+    y: Sequence[ResultColumn],
+    solution: Solution,
+    before: Sequence[str] = (),
+) -> Column:
+    """As `first_values` of vectors, by magnitude and direction."""
+    parts = ([column.values[0] for column in own] for own in (x, y))
+    cells = polars(*parts, rounding(solution, x[0]), solution.mechanism.shown)
+    return Column(title, [*before, *cells], x[0].unit)
 
 
 def with_unit(value: float, dimension: str, units: OutputUnits) -> str:
@@ -447,6 +474,32 @@ def force_floor(solution: Solution) -> float:
         size = float(np.fmax.reduce(np.abs(solution.effort(element.name)), axis=None))
         peak = np.fmax(peak, size / length if element.angular else size)
     return float(peak) * (PRINTED_NONE_REDUNDANT if solution.regularization else PRINTED_NONE)
+
+
+def floor_of(solution: Solution, dimension: Dimension) -> float:
+    """Rounding level of a quantity beside the greatest of its kind in the mechanism; 0 where there
+    is nothing to compare with.
+    """
+    length, acceleration = solution.system.length, acceleration_scale(solution)
+    force = force_floor(solution) if solution.has_forces else 0.0
+    floors = {
+        "length": PRINTED_NONE * length,
+        "angle": PRINTED_NONE,
+        "velocity": PRINTED_NONE * length * np.sqrt(acceleration),
+        "angular velocity": PRINTED_NONE * np.sqrt(acceleration),
+        "acceleration": PRINTED_NONE * length * acceleration,
+        "angular acceleration": PRINTED_NONE * acceleration,
+        "force": force,
+        "torque": force * length,
+        "power": force * length * np.sqrt(acceleration),
+    }
+    return next((floor for name, floor in floors.items() if DIMENSIONS[name] == dimension), 0.0)
+
+
+def rounding(solution: Solution, column: ResultColumn) -> float:
+    """Rounding level of a column of the table that people read."""
+    units, dimension = solution.mechanism.shown, column.dimension
+    return floor_of(solution, dimension) / units.size(dimension)
 
 
 def torque_cells(solution: Solution, torque: Array, floor: float) -> list[str]:
