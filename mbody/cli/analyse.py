@@ -22,7 +22,8 @@ from mbody.cli.option_values import (
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import number_in
-from mbody.solution.doubts import heading, succeeded, unit_symbols
+from mbody.quantities.output_units import OutputUnits
+from mbody.solution.doubts import heading, succeeded
 
 if TYPE_CHECKING:
     from mbody.analysis.assemblies.assembly_modes import AssemblyModes
@@ -71,9 +72,12 @@ def print_data(data: Mapping[str, Any]) -> None:
     print(json.dumps(data, ensure_ascii=False, allow_nan=False))
 
 
-def head_of(mechanism: Mechanism, command: str, found: Any, angle: str = "rad") -> dict[str, Any]:
-    """The first keys of the data of a command."""
-    return heading(mechanism.name, command, unit_symbols(mechanism.units, angle), found)
+def head_of(
+    mechanism: Mechanism, command: str, found: Any, units: OutputUnits | None = None
+) -> dict[str, Any]:
+    """The first keys of the data of a command, in the units of the model or in others."""
+    symbols = (units or OutputUnits(mechanism.units)).symbols()
+    return heading(mechanism.name, command, symbols, found)
 
 
 def answered(

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
 from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import equal_steps, given, in_degrees, model_of, named_values, path_of
+from mbody.cli.option_values import equal_steps, given, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
 from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
@@ -112,19 +112,19 @@ def poles(args: Any) -> int:
     """Print the instant centres of all pairs of bodies; as data the polygons too."""
     from mbody.engineering.instant_centres import instant_centres
     from mbody.engineering.motion_polygons import acceleration_polygon, velocity_polygon
+    from mbody.solution.declared_result import declared_data
 
     run = motion_or_driven(args, model_of(args), forces=False)
     found = instant_centres(run)
     if args.json:
-        centres = found.data()
-        for one in centres if args.angle == "deg" else ():
-            one["direction"] = in_degrees(one["direction"])
-        data = head_of(run.mechanism, "poles", found, args.angle or "rad") | {
-            "t": run.t.tolist(),
-            "centres": centres,
+        units = run.mechanism.data_units.with_angle(args.angle, "rad")
+        polygons = velocity_polygon(run), acceleration_polygon(run)
+        data = head_of(run.mechanism, "poles", found, units) | {
+            "t": units.converted(run.t, "time").tolist(),
+            "centres": found.data(units),
             "collinearity": found.collinearity(),
             "sentences": [found.sentences(k) for k in range(len(run))],
-            "polygons": [velocity_polygon(run).data(), acceleration_polygon(run).data()],
+            "polygons": [declared_data(one, units) for one in polygons],
         }
         print_data(data)
     else:
@@ -136,20 +136,20 @@ def poles(args: Any) -> int:
 
 
 def _table(run: Solution, found: InstantCentres, k: int) -> str:
-    from mbody.summaries.text_table import Column, paragraph, table
+    from mbody.summaries.text_table import Column, paragraph, table, with_unit
 
-    unit = run.mechanism.units
-    floor = LENGTH_NONE * run.system.length
+    units = run.mechanism.shown
+    floor = LENGTH_NONE * run.system.length / units.size("length")
     lines = table(
         [
             Column("CENTRE", [found.symbol(one) for one in found.pairs], text=True),
             Column("of the links", [" and ".join(one.bodies) for one in found.pairs], text=True),
-            Column("x", _places(found, "x", k, floor), unit.length),
-            Column("y", _places(found, "y", k, floor), unit.length),
+            Column("x", _places(found, "x", k, floor), units.of("length")),
+            Column("y", _places(found, "y", k, floor), units.of("length")),
             Column("", [_note(one, k) for one in found.pairs], text=True),
         ]
     )
-    head = [f"{run.mechanism.name}: t = {run.t[k]:.6g} {unit.time}", ""]
+    head = [f"{run.mechanism.name}: t = {with_unit(run.t[k], 'time', units)}", ""]
     said = [line for text in (*found.sentences(k), *found.notes) for line in paragraph(text)]
     return "\n".join([*head, *lines, "", *said, *([""] if said else [])])
 
@@ -158,7 +158,8 @@ def _places(found: InstantCentres, axis: str, k: int, floor: float) -> list[str]
     """Cells of the places, empty where there is none."""
     from mbody.summaries.text_table import numbers
 
-    values = [float(getattr(one, axis)[k]) for one in found.pairs]
+    size = 1.0 if found.units is None else found.units.size("length")
+    values = [float(getattr(one, axis)[k]) / size for one in found.pairs]
     cells = iter(numbers([value for value in values if math.isfinite(value)] or [0.0], floor))
     return [next(cells) if math.isfinite(value) else "" for value in values]
 

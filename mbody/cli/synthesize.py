@@ -17,7 +17,8 @@ from mbody.cli.option_values import (
     path_of,
 )
 from mbody.cli.streams import UsageError, message
-from mbody.solution.doubts import heading, unit_symbols
+from mbody.quantities.output_units import OutputUnits
+from mbody.solution.doubts import heading
 
 
 def synthesize(args: Any) -> int:
@@ -52,7 +53,7 @@ def synthesize(args: Any) -> int:
         design.save(file)
         message(f"wrote {file}")
     if args.json:
-        units = unit_symbols(found[0].mechanism.units, "deg")
+        units = OutputUnits(found[0].mechanism.units).having({"angle": "deg"}).symbols()
         head = heading(found[0].mechanism.name, "synthesize", units, found)
         rows = [
             {"file": files[n] if files else None} | design.data("deg")
@@ -86,7 +87,7 @@ def cognates(args: Any) -> int:
         message(f"wrote {file}")
     if args.json:
         rows = [{"file": files[n] if files else None} | one.data() for n, one in enumerate(found)]
-        head = heading(mechanism.name, "cognates", unit_symbols(mechanism.units))
+        head = heading(mechanism.name, "cognates", OutputUnits(mechanism.units).symbols())
         data = head | {"point": args.point, "first": found.first.data(), "cognates": rows}
         print_data(data | {"notes": list(found.notes)})
     else:

@@ -14,12 +14,14 @@ from mbody.core.presentation import Presented
 from mbody.engineering import motion_polygons
 from mbody.errors import ModelError
 from mbody.model.joints import Fixed, Gear, Prismatic, RackPinion, Revolute, Rolling
+from mbody.solution.declared_result import Value, data_only, declared_data
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.read_only import Locked
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
+    from mbody.quantities.output_units import OutputUnits
 
 
 Array = np.ndarray
@@ -63,6 +65,13 @@ class InstantCentre(Locked, Presented):
     kind: tuple[str, ...]
     permanence: str
 
+    declared = (
+        Value("bodies"),
+        *data_only("x", "y", dimension="length"),
+        Value("direction", "", "angle"),
+        *data_only("kind", "permanence"),
+    )
+
     def homogeneous(self, length: float = 1.0) -> Array:
         """(X, Y, W) of unit length, places by `length`: (instants, 3); NaN where there is none."""
         infinite = np.array([kind == "infinite" for kind in self.kind])
@@ -84,6 +93,8 @@ class InstantCentres(Inherited):
         n (n − 1)/2 of n bodies, in the order of the description, the ground last.
     length : float
         The model length, to which places that are one are compared.
+    units : OutputUnits or None
+        Of places in sentences; None for those of the model.
 
     Examples
     --------
@@ -95,6 +106,7 @@ class InstantCentres(Inherited):
 
     pairs: tuple[InstantCentre, ...] = field(default=())
     length: float = 1.0
+    units: OutputUnits | None = field(default=None, repr=False)
 
     def __getitem__(self, names: tuple[str, str]) -> InstantCentre:
         found = None if isinstance(names, str) else self._by_bodies.get(frozenset(names))
@@ -172,7 +184,9 @@ class InstantCentres(Inherited):
             first = group[0]
             names = sorted(self.symbol(one) for one in group)
             x, y = (round(float(v[instant]) / self.length, 12) for v in (first.x, first.y))
-            place = f"({x * self.length + 0.0:.6g}, {y * self.length + 0.0:.6g})"
+            size = 1.0 if self.units is None else self.units.size("length")
+            x, y = (part * self.length / size + 0.0 for part in (x, y))
+            place = f"({x:.6g}, {y:.6g})"
             found.append(f"{', '.join(names[:-1])} and {names[-1]} are one point, {place}")
         return found
 
@@ -190,9 +204,9 @@ class InstantCentres(Inherited):
                     worst = max(worst, abs(float(np.linalg.det(np.array(rows)))))
         return worst
 
-    def data(self) -> list[dict[str, Any]]:
-        """Plain lists of all centres, for JSON."""
-        return [{"symbol": self.symbol(one)} | one.data() for one in self.pairs]
+    def data(self, units: OutputUnits | None = None) -> list[dict[str, Any]]:
+        """Plain lists of all centres, for JSON; in units of the model, or in others."""
+        return [{"symbol": self.symbol(one)} | declared_data(one, units) for one in self.pairs]
 
 
 def instant_centres(run: Solution) -> InstantCentres:
@@ -285,12 +299,13 @@ def _by_rates(run: Solution) -> InstantCentres | None:
         joint = kept.get(frozenset((i, j)))
         pairs.append(found if joint is None else _of_joint(run, joint, (i, j)))
     notes = [note for note in run.notes if note.endswith(motion_polygons.AT_REST)]
+    units = run.mechanism.shown
     if begins.any():
-        times = [f"{t:.6g}" for t in run.t[begins][:3]]
+        times = [f"{t:.6g}" for t in units.converted(run.t[begins][:3], "time")]
         more = f" and {begins.sum() - 3} more instants" if begins.sum() > 3 else ""
-        at = f"{', '.join(times)} {run.mechanism.units.time}{more}"
+        at = f"{', '.join(times)} {units.of('time')}{more}"
         notes.append(f"at t = {at} the motion begins from rest: {BEGINNING}")
-    return InstantCentres(tuple(pairs), length, **inherited(run, notes=notes))
+    return InstantCentres(tuple(pairs), length, units, **inherited(run, notes=notes))
 
 
 def _degrees(angle: float) -> str:

@@ -190,6 +190,7 @@ class MotionPolygon(Inherited, Presented):
         Value("quantity"),
         Value(
             "points",
+            dimension=lambda found: found.quantity,
             value=lambda found: {key: {"x": found.x[key], "y": found.y[key]} for key in found.x},
         ),
         Value("links"),

@@ -11,12 +11,11 @@ import numpy as np
 from mbody._version import __version__
 from mbody.core.other_words import meant
 from mbody.core.tolerances import PRINTED_NONE, REPORT_SIZES_ALIKE, TINY
-from mbody.engineering.fluctuation import fluctuation
+from mbody.engineering.fluctuation import fluctuation, link_energy
 from mbody.engineering.shaking import shaking_force
 from mbody.engines.crosscheck_result import CrosscheckResult
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.study import mean_over
-from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS
 from mbody.reports.blocks import (
     ROWS,
@@ -33,13 +32,15 @@ from mbody.reports.blocks import (
 )
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
-from mbody.solution.measures import found_by, shown_measure, shown_values
+from mbody.solution.measures import shown_values
 from mbody.summaries.text_table import (
     Column,
     acceleration_scale,
     directions,
+    floor_of,
     number,
     numbers,
+    rounding,
     turned,
     uniqueness_text,
     with_unit,
@@ -266,7 +267,7 @@ def _efforts(subject: Subject) -> list[tuple[str, float, str, int]]:
         effort = run.effort(driver.name)
         kind = "torque" if driver.angular else "force"
         k = peak(effort)
-        if abs(float(effort[k])) <= subject.floor_of(kind):
+        if abs(float(effort[k])) <= floor_of(run, DIMENSIONS[kind]):
             continue
         rows.append((f"{kind} of {driver.name}", float(effort[k]), kind, k))
         power = run.measure(f"{driver.name}.power")
@@ -382,24 +383,21 @@ def joints(subject: Subject) -> list[Block]:
 def loads(subject: Subject) -> list[Block]:
     """Efforts of the drivers and the measures of the model: least, greatest, mean, and where."""
     rows: list[tuple[str, Array, str, float]] = []
-    run = subject.run
+    run, found = subject.run, subject.table
     if subject.loaded:
         for driver in (*subject.mechanism.drivers, *subject.mechanism.couplings):
-            kind = "torque" if driver.angular else "force"
             book_name = subject.names.get(driver.name, ("", ""))[0]
             named = f"{driver.name}, {book(book_name)}" if book_name else driver.name
-            effort = subject.units.converted(run.effort(driver.name), kind)
-            floor = subject.floor_of(kind) / subject.units.size(kind)
-            rows.append((named, effort, subject.unit(kind), floor))
-    for name, measure in subject.mechanism.measures.items():
-        if found_by(run, measure):
-            values, dimension, unit = shown_measure(run, measure)
-            floor = PRINTED_NONE * float(np.nanmax(np.abs(values), initial=0.0))
-            for kind in ("force", "torque") if run.has_forces else ():
-                own = dimension == DIMENSIONS[kind] and unit == subject.unit(kind)
-                least = subject.floor_of(kind) / subject.units.size(kind)
-                floor = max(floor, least) if own else floor
-            rows.append((f"{name} (`{measure.of}`)", values, unit_text(unit), floor))
+            effort = found[f"{driver.name}.effort"]
+            rows.append((named, effort.values, effort.unit, rounding(run, effort)))
+    for one in found:
+        if one.role != "measure":
+            continue
+        floor = PRINTED_NONE * float(np.nanmax(np.abs(one.values), initial=0.0))
+        if one.unit == subject.unit(one.quantity) and one.quantity in ("force", "torque"):
+            floor = max(floor, rounding(run, one))
+        of = subject.mechanism.measures[one.name].of
+        rows.append((f"{one.name} (`{of}`)", one.values, one.unit, floor))
     if not rows:
         return []
     return [Grid("Efforts and measures", _extremes(subject, rows))]
@@ -469,7 +467,7 @@ def energy(subject: Subject) -> list[Block]:
                 f"greatest energy, {with_unit(own.size, 'torque', subject.units)}."
             ),
         ]
-    curves = [_curve(subject, "kinetic", kinetic(subject))]
+    curves = [_curve(subject, "kinetic", link_energy(run))]
     blocks: list[Block] = []
     for driver in subject.mechanism.drivers if subject.loaded else ():
         if not driver.angular or not np.ptp(run.driven(driver.name)[0]) > 0.0:
@@ -501,15 +499,6 @@ def energy(subject: Subject) -> list[Block]:
         Picture("energy", untitled(plot_curves(run, [curves])), "Energy over the cycle"),
         *blocks,
     ]
-
-
-def kinetic(subject: Subject) -> Array:
-    """½ Σ (m v² + I ω²) over the instants."""
-    run, total = subject.run, np.zeros(len(subject.run))
-    for n, body in enumerate(subject.mechanism.bodies):
-        at, (m, _, inertia) = run[body.name], run.system.mass[3 * n : 3 * n + 3, 0]
-        total = total + 0.5 * (m * (at.vx**2 + at.vy**2) + inertia * at.omega**2)
-    return total
 
 
 def _curve(
@@ -745,30 +734,27 @@ def _change(here: float, there: float) -> str:
 
 def amounts(subject: Subject) -> dict[str, tuple[float, str]]:
     """Compared quantities with their units: peaks of forces and efforts, extremes of measures."""
-    run, found = subject.run, {}
+    found = {}
     if subject.loaded:
-        for joint in subject.mechanism.joints:
-            size = float(np.nanmax(run.reaction(joint.name).magnitude))
-            if size > subject.floor:
-                shown = subject.shown(size, "force")
-                found[f"peak force at {joint.name}"] = (shown, subject.unit("force"))
-        for driver in subject.mechanism.drivers:
-            effort = run.effort(driver.name)
-            kind = "torque" if driver.angular else "force"
-            top = subject.shown(np.nanmax(np.abs(effort)), kind)
-            found[f"peak {kind} of {driver.name}"] = (top, subject.unit(kind))
-            power = subject.shown(np.nanmax(np.abs(run.measure(f"{driver.name}.power"))), "power")
-            if power:
-                found[f"peak power of {driver.name}"] = (power, subject.unit("power"))
-    for name, measure in subject.mechanism.measures.items():
-        if not found_by(run, measure):
+        for joint, own in subject.table.by_owner("joint", "force").items():
+            if (size := float(np.nanmax(own["force"].values))) > rounding(
+                subject.run, own["force"]
+            ):
+                found[f"peak force at {joint}"] = (size, own["force"].unit)
+        for driver, own in subject.table.by_owner("driver", "effort", "power").items():
+            for key, one in own.items():
+                top = float(np.nanmax(np.abs(one.values)))
+                if key == "effort" or top:
+                    word = one.quantity if key == "effort" else key
+                    found[f"peak {word} of {driver}"] = (top, one.unit)
+    for one in subject.table:
+        if one.role != "measure":
             continue
-        values, _, unit = shown_measure(run, measure)
-        top = float(np.nanmax(np.abs(values)))
+        top = float(np.nanmax(np.abs(one.values)))
         for word, extreme in (("least", np.nanmin), ("greatest", np.nanmax)):
-            value = float(extreme(values))
+            value = float(extreme(one.values))
             value = 0.0 if abs(value) <= PRINTED_NONE * top else value
-            found[f"{name}, {word}"] = (value, unit_text(unit))
+            found[f"{one.name}, {word}"] = (value, one.unit)
     return found
 
 

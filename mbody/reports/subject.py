@@ -20,6 +20,8 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.study import Instants
 from mbody.quantities.evaluate import place_in_turn
 from mbody.quantities.output_units import OutputUnits
+from mbody.solution.columns import ResultTable
+from mbody.solution.result_table import shown_table
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import Column, force_floor, force_names, number, quantities
 from mbody.system.formula_rows import driver_states
@@ -121,9 +123,10 @@ class Subject:
         """Rounding level of forces."""
         return force_floor(self.run)
 
-    def floor_of(self, kind: str) -> float:
-        """Rounding level of forces or of torques."""
-        return self.floor * (self.run.system.length if kind == "torque" else 1.0)
+    @property
+    def table(self) -> ResultTable:
+        """All histories, in the units that are shown."""
+        return shown_table(self.run)
 
     @property
     def loaded(self) -> bool:

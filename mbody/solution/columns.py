@@ -89,8 +89,9 @@ class ResultTable(tuple[ResultColumn, ...]):
         own = [one.name for one in self if one.owner == owner] or self.names
         raise ModelError(f"there is no column '{name}' (there are: {listed(own, 12)})")
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._by_name if isinstance(name, str) else super().__contains__(name)
+    def get(self, name: str) -> ResultColumn | None:
+        """The column of that name; None where there is none."""
+        return self._by_name.get(name)
 
     @functools.cached_property
     def _by_name(self) -> dict[str, ResultColumn]:

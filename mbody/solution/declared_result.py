@@ -19,7 +19,7 @@ import numpy as np
 from mbody.core.presentation import Presented
 from mbody.quantities.evaluate import short_degrees
 from mbody.quantities.units import DIMENSIONS, NUMBER
-from mbody.solution.doubts import Doubt, heading, unit_symbols
+from mbody.solution.doubts import Doubt, heading
 
 if TYPE_CHECKING:
     from mbody.quantities.output_units import OutputUnits
@@ -274,8 +274,7 @@ def result_data(result: Any, angle: str | None) -> dict[str, Any]:
     found, analysis = declared_data(result, units), getattr(result, "analysis_name", "")
     if not analysis:
         return found
-    symbols = unit_symbols(units, None)
-    return heading(model.name, analysis.format(result), symbols, result) | found
+    return heading(model.name, analysis.format(result), units.symbols(), result) | found
 
 
 def model_of(result: Any) -> Any:

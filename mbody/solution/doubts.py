@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from mbody._version import __version__
 from mbody.system.read_only import lock
-
-if TYPE_CHECKING:
-    from mbody.quantities.output_units import OutputUnits
-    from mbody.quantities.units import UnitSystem
 
 #: What a doubt may be about.
 KINDS = (
@@ -174,19 +170,6 @@ def inherited(*results: Any, of: Iterable[Any] = (), notes: Iterable[str] = ()) 
 
 
 # -- Head of every result as data --------------------------------------------------------------
-
-
-def unit_symbols(units: UnitSystem | OutputUnits, angle: str | None = "rad") -> dict[str, str]:
-    """The unit of every quantity of a result; angles are in `angle`, ``"deg"`` or ``"rad"``.
-
-    >>> from mbody.quantities.units import unit_system
-    >>> unit_symbols(unit_system("SI"), "deg")["torque"]
-    'N·m'
-    """
-    from mbody.quantities.output_units import OutputUnits
-
-    base = units if isinstance(units, OutputUnits) else OutputUnits(units)
-    return base.with_angle(angle, "rad").symbols()
 
 
 def heading(

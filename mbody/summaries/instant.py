@@ -457,8 +457,7 @@ class _Rows:
 
     def history(self, name: str, column: str) -> None:
         """A row of a column of the table, where there is such a one."""
-        if column in self.table:
-            own = self.table[column]
+        if (own := self.table.get(column)) is not None:
             self.add(name, own.unit, own.values, rounding(self.solution, own))
 
     def drivers(self) -> None:

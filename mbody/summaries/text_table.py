@@ -197,8 +197,8 @@ def first_vectors(
     before: Sequence[str] = (),
 ) -> Column:
     """As `first_values` of vectors, by magnitude and direction."""
-    parts = ([column.values[0] for column in own] for own in (x, y))
-    cells = polars(*parts, rounding(solution, x[0]), solution.mechanism.shown)
+    at = [[column.values[0] for column in own] for own in (x, y)]
+    cells = polars(at[0], at[1], rounding(solution, x[0]), solution.mechanism.shown)
     return Column(title, [*before, *cells], x[0].unit)
 
 

@@ -13,13 +13,14 @@ from mbody.core.tolerances import DRAWN_RETURNS, POINT_SAME, PRINTED_NONE
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
-from mbody.model.study import Measure, measure_named
-from mbody.quantities.output_units import unit_text
-from mbody.quantities.units import DIMENSIONS
+from mbody.model.study import measure_named
+from mbody.quantities.units import DIMENSIONS, name_of
+from mbody.solution.columns import ResultColumn
 from mbody.solution.histories import Place, moved
-from mbody.solution.measures import found_by, measured, shown_measure
+from mbody.solution.measures import shown_measure
+from mbody.solution.result_table import shown_table
 from mbody.solution.solution import Solution
-from mbody.summaries.text_table import force_floor, force_names
+from mbody.summaries.text_table import floor_of, force_names
 from mbody.views.acting import notation
 from mbody.views.frame import mode_rows
 from mbody.views.friction_symbols import contact_arrows, line_of_action, sign_history
@@ -146,9 +147,7 @@ def scene_data(
         "paths": list(_known_paths(run, paths)),
         "plots": [_plot(run, name) for name in plots],
         "measures": {
-            name: _measure_unit(run, one)
-            for name, one in machine.measures.items()
-            if found_by(run, one)
+            one.name: _measure_unit(run, one) for one in shown_table(run) if one.role == "measure"
         },
         "driven": {driver.name: _driven(run, driver) for driver in machine.drivers},
         "turns": {driver.name: driver.angular for driver in machine.drivers}
@@ -184,23 +183,21 @@ def axis(run: Solution) -> dict[str, Any]:
     return {"label": "t", "unit": run.mechanism.shown.of("time"), "values": None}
 
 
-def _measure_unit(run: Solution, measure: Measure) -> list[Any]:
+def _measure_unit(run: Solution, column: ResultColumn) -> list[Any]:
     """The unit of a measure, how many of the data's units one of it is, and how many of the
     model's one of the data's is: data have angles in degrees.
     """
-    _, dimension, unit = measured(run, measure)
-    if measure.unit:
-        return [unit_text(unit), 1.0, 1.0]
-    own = DEGREE if dimension == DIMENSIONS["angle"] else 1.0
-    return [run.mechanism.shown.of(dimension), run.mechanism.shown.size(dimension) / own, own]
+    if run.mechanism.measures[column.name].unit:
+        return [column.unit, 1.0, 1.0]
+    own = DEGREE if column.quantity == "angle" else 1.0
+    return [column.unit, run.mechanism.shown.size(column.dimension) / own, own]
 
 
 def _floors(run: Solution) -> dict[str, float]:
     """Rounding levels of forces and torques."""
     if not run.has_forces:
         return {}
-    floor = force_floor(run)
-    return {"force": floor, "torque": floor * run.system.length}
+    return {kind: floor_of(run, DIMENSIONS[kind]) for kind in ("force", "torque")}
 
 
 def _place_data(place: Place, bodies: Sequence[str]) -> list[float]:
@@ -376,11 +373,10 @@ def _plot(run: Solution, name: str) -> dict[str, Any]:
             f"{error}"
             + (f"; measures of '{run.mechanism.name}' are: {', '.join(known)}" if known else "")
         ) from None
-    floors, units = _floors(run), run.mechanism.shown
-    for kind in floors:
-        rounding = np.nanmax(np.abs(values), initial=0.0) <= floors[kind] / units.size(kind)
-        same = dimension == DIMENSIONS[kind] and unit == units.of(kind)
-        values = np.zeros_like(values) if same and rounding else values
+    units, kind = run.mechanism.shown, name_of(dimension)
+    if kind in _floors(run) and unit == units.of(kind):
+        rounding = floor_of(run, dimension) / units.size(kind)
+        values = values * float(np.nanmax(np.abs(values), initial=0.0) > rounding)
     plain = [v if math.isfinite(v) else None for v in np.asarray(values, dtype=float).tolist()]
     size = 1.0 if measure.unit else units.size(dimension)
-    return {"name": name, "unit": unit_text(unit), "size": size, "values": numbers(plain)}
+    return {"name": name, "unit": unit, "size": size, "values": numbers(plain)}

@@ -1,5 +1,6 @@
 """The table of a result: every history that it has by name, in the units that are wanted."""
 
+import json
 import math
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 import mbody
 from mbody.quantities.evaluate import convert
+from mbody.views.page_data import scene_data
+from mbody.views.scene import scene
 
 #: Models with what tables have of elements: loads, couplings, contacts, friction, states, inputs.
 MODELS = ("norton_fourbar", "v_twin", "sliding_ladder", "mud_pump_motor", "cam_follower")
@@ -129,3 +132,63 @@ def test_chosen_units_are_those_of_all_data_and_of_their_head():
         assert value == pytest.approx(exact, rel=1e-14, abs=1e-300), path
         seen.add(dimension)
     assert seen >= {"length", "velocity", "acceleration", "force", "torque", "power", "time"}
+
+
+@pytest.mark.parametrize("name", ["norton_fourbar", "v_twin", "mud_pump_sixbar", "quick_return"])
+def test_sheet_report_and_page_show_numbers_and_units_of_the_columns(name, tmp_path):
+    model = mbody.gallery.load(name)
+    model.output_units = {"torque": "N*m", "force": "N", "speed": "rpm", "power": "W"}
+    run = mbody.kinetostatics(model, turn=True, instants=13)
+    shown = run.table({"angle": "deg"})
+    driver = model.drivers[0].name
+    (body, *_) = (one.name for one in model.bodies)
+
+    def near(text, value, size):
+        # six digits of the greatest of a column are shown
+        return abs(float(text.replace("−", "-")) - value) <= 5.1e-6 * size
+
+    effort, power, omega = (
+        shown[one] for one in (f"{driver}.effort", f"{driver}.power", f"{body}.omega")
+    )
+    k = int(np.argmax(np.abs(effort.values)))
+    sheet = str(run.take([k])).splitlines()
+    start = next(n for n, line in enumerate(sheet) if line.startswith("DRIVERS"))
+    cells, units = sheet[start + 3].split(), sheet[start + 1].split()
+    assert units[:2] == [effort.unit, power.unit] == ["N·m", "W"]
+    assert near(cells[2], effort.values[k], abs(effort.values[k]))
+    assert near(cells[3], power.values[k], abs(power.values[k]))
+    start = next(n for n, line in enumerate(sheet) if line.startswith("LINKS"))
+    at = sheet[start].split().index("ω") - 1  # beside the name, which is two words below
+    assert sheet[start + 1].split()[at] == omega.unit == "rpm"
+    rates = np.array([shown[f"{one.name}.omega"].values[k] for one in model.bodies])
+    for n, rate in enumerate(rates):
+        assert near(sheet[start + 4 + n].split()[at + 2], rate, np.abs(rates).max())
+
+    page = json.loads(json.dumps(scene_data(scene(run), [f"{driver}.effort", f"{body}.omega"])))
+    for plot, column in zip(page["plots"], (effort, omega), strict=True):
+        assert plot["unit"] == column.unit
+        size = np.abs(column.values).max()
+        assert np.allclose(plot["values"], column.values, rtol=0.0, atol=1e-6 * size)
+    measured = [one for one in shown if one.role == "measure"]
+    assert {one.name: page["measures"][one.name][0] for one in measured} == {
+        one.name: one.unit for one in measured
+    }
+
+    mbody.report(run, ["loads"]).save(tmp_path / "report.md")
+    text = (tmp_path / "report.md").read_text(encoding="utf-8").replace("\\", "").splitlines()
+    for column in (effort, *measured):
+        start = column.owner if column is not effort else driver
+        cells = [one.strip() for one in row_of_table(text, start)]
+        assert cells[-1] == column.unit
+        for value in (np.nanmin(column.values), np.nanmax(column.values)):
+            assert any(
+                near(one, value, np.nanmax(np.abs(column.values)))
+                for one in cells[1:-1]
+                if one and one.replace("−", "").replace(".", "").isdigit()
+            ), (column, cells)
+
+
+def row_of_table(text, name):
+    """Cells of the row of Markdown that begins with a name."""
+    rows = (line.strip("|").split("|") for line in text if line.startswith("|"))
+    return next(row for row in rows if row[0].strip().split(",")[0].split(" ")[0] == name)
