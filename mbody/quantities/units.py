@@ -37,6 +37,15 @@ class Dimension:
     current: Fraction = Fraction(0)
     temperature: Fraction = Fraction(0)
 
+    def __hash__(self) -> int:
+        return self._hash
+
+    @functools.cached_property
+    def _hash(self) -> int:
+        """Once: results look units up by dimension, and fractions are slow to hash."""
+        own = self.length, self.mass, self.time, self.angle, self.current, self.temperature
+        return hash(own)
+
     def _with(self, other: Dimension, sign: int) -> Dimension:
         return Dimension(
             self.length + sign * other.length,
