@@ -107,7 +107,7 @@ def parsed(words: Sequence[str]) -> Namespace | None:
     if unknown:
         from mbody.cli.mistyped import refusal_of_words
 
-        raise UsageError(refusal_of_words(verb, unknown))
+        raise UsageError(refusal_of_words(verb, unknown, words[1:]))
     return found
 
 

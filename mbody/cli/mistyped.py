@@ -174,8 +174,8 @@ def _of_model(word: str) -> str:
 # -- Options ------------------------------------------------------------------------------------
 
 
-def refusal_of_words(verb: Verb, words: Sequence[str]) -> str:
-    """What is wrong with words that a verb has no use for."""
+def refusal_of_words(verb: Verb, words: Sequence[str], line: Sequence[str] = ()) -> str:
+    """What is wrong with words of a line that a verb has no use for."""
     word = words[0]
     name, sign, _ = word[:60].partition("=")
     more = f"(see mbody {verb.name} --help)"
@@ -185,9 +185,20 @@ def refusal_of_words(verb: Verb, words: Sequence[str]) -> str:
         if sign and name and options:
             said = " or ".join(f"{one} {word[:60]}" for one in options)
             return f"'{word[:60]}' goes with an option: did you mean {said}? {more}"
+        at = line.index(word) if word in line else 0
+        option = line[at - 2] if at > 1 else ""
+        if option[2:] in verb.long_options():
+            return (
+                f"'{word[:60]}' is one word too many: {option} takes one; with commas several "
+                f"names, or give {option} again; quotes hold together what has spaces {more}"
+            )
         return f"'{word[:60]}' is one word too many; quotes hold together what has spaces {more}"
     if not word.startswith("--"):
         return f"{verb.name} has no option {name} {more}"
+    for option in verb.long_options():
+        if word == f"--{option}{word[len(option) + 2 :]}" and len(word) > len(option) + 4:
+            said = f"--{option} {word[len(option) + 2 :]}"
+            return f"{verb.name} has no option {name}: did you mean {said}? {more}"
     close = _intended(name[2:], OPTION_WORDS, verb.long_options(), 0.8)
     if close and close != [name[2:]]:
         return f"{verb.name} has no option {name}: did you mean --{close[0]}? {more}"

@@ -386,17 +386,10 @@ class Element:
         """Refuse fields that do not fit together; all numbers are floats here."""
 
     def _checked(self, field: dataclasses.Field[Any], value: Any) -> float | Formula:
-        dimension, sign = field.metadata["dimension"], field.metadata["sign"]
-        result = number(value, dimension, self.name, field.name)
-        if isinstance(result, Formula):
-            return result
-        if sign == "positive" and result <= 0.0:
-            remedy = "it must be positive: give more than 0"
-        elif sign == "not negative" and result < 0.0:
-            remedy = "it must not be negative: give 0 or more"
-        else:
-            return result
-        raise ModelError(f"'{self.name}': {field.name} is {result:g}, {remedy}", self.name)
+        result = number(value, field.metadata["dimension"], self.name, field.name)
+        if not isinstance(result, Formula):
+            _refuse_sign(self.name, field, result, f"{result:g}")
+        return result
 
     def _limits(self, field: dataclasses.Field[Any], value: Any) -> tuple[Any, Any]:
         """The least and the greatest value of a coordinate, None where there is none."""
@@ -563,6 +556,18 @@ E = TypeVar("E", bound=Element)
 MeasuredDimensions: TypeAlias = "Callable[[frozenset[str]], Mapping[str, Dimension | None]]"
 
 
+def _refuse_sign(name: str, field: dataclasses.Field[Any], value: Any, said: str) -> None:
+    """Refuse a number of an element that its field does not take. `said`: It as it was given."""
+    sign = field.metadata.get("sign")
+    if sign == "positive" and value <= 0.0:
+        remedy = "it must be positive: give more than 0"
+    elif sign == "not negative" and value < 0.0:
+        remedy = "it must not be negative: give 0 or more"
+    else:
+        return
+    raise ModelError(f"'{name}': {field.name} is {said}, {remedy}", name)
+
+
 def resolved(
     element: E, scope: Scope, measured: MeasuredDimensions
 ) -> tuple[E, dict[str, Formula], set[str]]:
@@ -619,6 +624,14 @@ def resolved(
             parts[field.name] = substituted(value, value_of)
         except FormulaError as error:
             raise ModelError(f"'{element.name}': {field.name}: {error}", element.name) from None
+        if isinstance(value, Formula) and "dimension" in field.metadata:
+            unit = scope.system.of(dimension_of(field.metadata["dimension"]))
+            said = (
+                value.text
+                if value.literal
+                else f"{brief(value.text)} = {parts[field.name]:g} {unit}"
+            )
+            _refuse_sign(element.name, field, parts[field.name], said)
     made = dataclasses.replace(with_laws, **parts)
     others = {k: f for k, f in formulas_in(with_laws, element.name) if id(f) not in values}
     fixed = set().union(*(formula.names for formula in others.values()))

@@ -134,6 +134,23 @@ OF_ALL_INSTANTS = (
 )
 
 
+def _apart(text: str) -> str:
+    """Units that are written as one word with a sign between them; "" where it has others.
+
+    >>> _apart("kgmm2")
+    'kg*mm^2'
+    """
+    for end in range(min(len(text), 20), 0, -1):
+        if text[:end] not in SYMBOLS:
+            continue
+        power = text[end : end + 1] if text[end : end + 1] in ("2", "3") else ""
+        rest = text[end + len(power) :]
+        first = f"{text[:end]}^{power}" if power else text[:end]
+        if not rest or (more := _apart(rest)):
+            return f"{first}*{more}" if rest else first
+    return ""
+
+
 class _Reader:
     """Recursive descent over the tokens."""
 
@@ -184,7 +201,8 @@ class _Reader:
         if token.kind == "name" and before.kind in ("number", "name"):
             from mbody.core.other_words import meant
 
-            close = meant(token.text, SYMBOLS, 0.5)
+            near, apart = meant(token.text, SYMBOLS, 0.75), _apart(token.text)
+            close = near or apart or meant(token.text, SYMBOLS, 0.5)
             hint = f", did you mean {close!r}?" if close else ""
             return f"there is no unit {token.text[:40]!r}{hint}"
         if before.text in RAISED and self.unit_of(token):

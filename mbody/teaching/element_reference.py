@@ -53,6 +53,10 @@ guess   = "30 deg\""""
 
 #: Tables of a file that hold no kinds of elements: what for, and an example.
 OTHER_TABLES: dict[str, tuple[str, str]] = {
+    "output_units": (
+        "the units in which results are shown",
+        '[output_units]\ntorque = "N*m"\npower = "kW"\nspeed = "rpm"',
+    ),
     "ground": ("points of the ground", '[ground]\npoints = { A = [0, 0], B = ["3 in", 0] }'),
     "parameters": ("numbers that formulas of the file use", '[parameters]\nr = "40 mm"'),
     "curves": (

@@ -129,8 +129,8 @@ a speed along a line | ModelError | motor | model: line 14: drivers.motor.law.co
 a unit in capitals | ModelError | motor | model: line 14: drivers.motor.law.constant_speed.speed: '60 RPM' is not a formula: there is no unit 'RPM', did you mean 'rpm'?
 a unit outside of quotes | ModelError | - | model: it is no TOML: line 14: a number with a unit stands in quotes: "60 rpm"
 a comma for a point | ModelError | crank | model: line 5: bodies.crank.mass: '0,1 kg' is not a formula: write a decimal point, not a comma
-a word for a number | ModelError | crank | model: line 5: bodies.crank: mass: there is no parameter 'heavy' (there are none)
-a mass below zero | ModelError | crank | model: line 5: bodies.crank: mass is -1, it must not be negative: give 0 or more
+a word for a number | ModelError | crank | model: line 5: bodies.crank.mass: there is no parameter 'heavy' (there are none)
+a mass below zero | ModelError | crank | model: line 5: bodies.crank.mass: is -1, it must not be negative: give 0 or more
 a point in space | ModelError | crank | model: line 5: bodies.crank.points.A: must be a list of 2, not [30, 0, 0]
 a law that is a number | ModelError | motor | model: line 14: drivers.motor.law.constant: must be a table, not 1
 links for bodies | ModelError | - | model: line 4: links: there is no such key, did you mean 'bodies'?

@@ -163,7 +163,7 @@ a clutch of a design that holds less | ModelError | clutch | 'clutch': static is
 a pin with a negative coefficient | ModelError | A | 'A': friction is -0.1, it must not be negative: give 0 or more
 a pin with a coefficient that has a unit | ModelError | A | 'A': friction: '0.1 mm' is a length (m), where a plain number is wanted
 a pin with friction and without a radius | ModelError | A | 'A': friction is 0.1, but the pin has no radius at which it acts: give pin_radius, as in pin_radius="10 mm"
-a pin of a file with friction and without a radius | ModelError | O | model: line 6: joints.O: friction is 0.1, but the pin has no radius at which it acts: give pin_radius, as in pin_radius="10 mm"
+a pin of a file with friction and without a radius | ModelError | O | model: line 6: joints.O.friction: is 0.1, but the pin has no radius at which it acts: give pin_radius, as in pin_radius="10 mm"
 a pin without a size | ModelError | A | 'A': pin_radius is 0, it must be positive: give more than 0
 a pin that is easier to start than to keep turning | ModelError | A | 'A': friction is 0.3, more than static = 0.2: what rests is not easier to move than what slides; exchange them, or leave out static
 a pin that holds and does not slide | ModelError | A | 'A': static is 0.2, but there is no friction while it slides: give friction too, at most as much

@@ -71,6 +71,9 @@ sweep hoekens --range a=3:4:5 | UsageError | - | sweep has no option --range: di
 optimize hoekens --constraint 'peak(A.force) <= 3' | UsageError | - | optimize has no option --constraint: did you mean --subject-to? (see mbody optimize --help)
 draw hoekens --out a.svg | UsageError | - | draw has no option --out: did you mean --output? (see mbody draw --help)
 check hoekens --over turn | UsageError | - | check has no option --over, which is of kinetostatics, kinematics, statics and others (see mbody check --help)
+kinematics hoekens --overturn | UsageError | - | kinematics has no option --overturn: did you mean --over turn? (see mbody kinematics --help)
+sensitivity hoekens 'peak(A.force)' --by a b | UsageError | - | 'b' is one word too many: --by takes one; with commas several names, or give --by again; quotes hold together what has spaces (see mbody sensitivity --help)
+sweep hoekens 'a=1:2:3' | UsageError | - | 'a=1:2:3' goes with an option: did you mean --vary a=1:2:3 or --at a=1:2:3? (see mbody sweep --help)
 models hoekens | UsageError | - | 'hoekens' is one word too many; quotes hold together what has spaces (see mbody models --help)
 kinematics hoekens --instants | UsageError | - | argument --instants: expected one argument (see mbody kinematics --help)
 sweep hoekens --threads two | UsageError | - | --threads takes a whole number, not 'two'

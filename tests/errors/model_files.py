@@ -53,6 +53,11 @@ TEXTS = {
     "a mass of time": "[bodies.arm]\nmass = '2*t'",
     "a mass of no parameter": "[bodies.arm]\nmass = '2*m1'",
     "a negative mass": "[bodies.arm]\nmass = -2",
+    "a negative mass with its unit": "units = 'mm-N-s'\n[bodies.arm]\nmass = '-0.2 kg'",
+    "a negative mass by a formula": "[parameters]\nm = '1 kg'\n[bodies.arm]\nmass = 'm - 3 kg'",
+    "units as one word": "[bodies.arm]\ninertia = '50 kgmm2'",
+    "a driver without its body, and a measure of it": "[ground]\npoints = { O = [0, 0] }\n"
+    "[drivers]\nmotor = { angle = 'arm' }\n[measures]\ntorque = 'motor.effort'",
     "a point that is a number": "[ground]\npoints = { O = 3 }",
     "a point of one number": "[ground]\npoints = { O = [3] }",
     "a point of three numbers": "[ground]\npoints = { O = [1, 2, 3] }",
@@ -280,8 +285,12 @@ a mass that is a table | ModelError | arm | model: line 2: bodies.arm.mass: must
 a mass that is nan | ModelError | arm | model: line 2: bodies.arm.mass: is nan, it must be finite
 a mass that is a force | ModelError | arm | model: line 2: bodies.arm.mass: '2 N' is a force (N), where a mass (kg) is wanted
 a mass of time | ModelError | arm | model: line 2: bodies.arm.mass: is '2*t', but only a law may change with time
-a mass of no parameter | ModelError | arm | model: line 1: bodies.arm: mass: there is no parameter 'm1' (there are none)
-a negative mass | ModelError | arm | model: line 1: bodies.arm: mass is -2, it must not be negative: give 0 or more
+a mass of no parameter | ModelError | arm | model: line 2: bodies.arm.mass: there is no parameter 'm1' (there are none)
+a negative mass | ModelError | arm | model: line 2: bodies.arm.mass: is -2, it must not be negative: give 0 or more
+a negative mass with its unit | ModelError | arm | model: line 3: bodies.arm.mass: is -0.2 kg, it must not be negative: give 0 or more
+a negative mass by a formula | ModelError | arm | model: line 4: bodies.arm.mass: is 'm - 3 kg' = -2 kg, it must not be negative: give 0 or more
+units as one word | ModelError | arm | model: line 2: bodies.arm.inertia: '50 kgmm2' is not a formula: there is no unit 'kgmm2', did you mean 'kg*mm^2'?
+a driver without its body, and a measure of it | ModelError | motor | model: line 4: drivers.motor: refers to body 'arm', which is not there (there are: 'ground'): add bodies first
 a point that is a number | ModelError | ground | model: line 2: ground.points.O: must be [x, y] or { r = …, angle = … }, not 3
 a point of one number | ModelError | ground | model: line 2: ground.points.O: must be a list of 2, not [3]
 a point of three numbers | ModelError | ground | model: line 2: ground.points.O: must be a list of 2, not [1, 2, 3]

@@ -189,7 +189,7 @@ a rate that is a list | ModelError | lag | model: line 13: states.lag.rate: must
 a rate that is no formula | ModelError | lag | model: line 13: states.lag.rate: 'lag +' ends where a number is expected
 a rate of what there is not | ModelError | lag | model: line 13: states.lag.rate: there is no 'leg' to measure 'leg.angle' of (there are: 'ground', 'u', 'arm', 'lag', 'O', 'motor'): add it before, or correct the name
 a rate of another quantity | ModelError | lag | model: line 13: states.lag.rate: '2 m' is a length (m), where a power (N·m/s) is wanted
-a start that is no number | ModelError | lag | model:⏎  line 13: states.lag: start: there is no parameter 'soon' (there are none)⏎  line 16: loads.motor: value: there is no parameter 'lag' (there are none)
+a start that is no number | ModelError | lag | model: line 13: states.lag.start: there is no parameter 'soon' (there are none)
 a word that a state has not | ModelError | lag | model: line 13: states.lag.begin: there is no such key (there are: start, size)
 a load of a state that is not there | ModelError | motor | model: line 16: loads.motor: value: there is no parameter 'leg' (there are none)
 a controller that is to be saved | ModelError | pid | 'pid' is a Controller, Python code of your own, which a model file does not carry

@@ -100,7 +100,11 @@ def test_all_that_is_wrong_at_once():
         'A = { revolute = ["rod.A", "crank"] }\nB = { revolute = ["ground.Q", "crank"] }\n'
         "[bodies.rod]\nmass = -1\n[loads]\nF = { force = 1, at = 'crank.Z' }\n"
     )
-    assert [field for _, field in problems(good_shape)] == ["joints.B", "bodies.rod", "loads.F"]
+    assert [field for _, field in problems(good_shape)] == [
+        "joints.B",
+        "bodies.rod.mass",
+        "loads.F",
+    ]
 
 
 def test_very_many_errors_are_counted_in_time():
@@ -191,7 +195,7 @@ def test_parameters_from_outside():
     for given_parameters, words in (
         ({"z": 1}, "model: there is no parameter 'z' (there are: 'a', 'b')"),
         ({"a": None}, "parameter 'a' must be a number, not None"),
-        ({"a": "1 kg"}, "is a mass (kg), where a length"),
+        ({"a": "1 kg"}, "'a' is a length (m), and '1 kg' is a mass (kg)"),
         ({"a": "2 +"}, "parameter 'a'"),
     ):
         with says_in_file(words):

@@ -352,7 +352,7 @@ def test_an_element_that_does_not_fit_changes_nothing():
     for bad, words in (
         (Body("b", mass="a"), ("'b': mass", "'a' is a length (m), where a mass (kg)")),
         (Body("b", mass="zz"), ("'b': mass", "no parameter 'zz'", "'a', 'T'")),
-        (Body("b", mass="-T"), ("'b': mass is -1", "not be negative")),
+        (Body("b", mass="-T"), ("'b': mass is '-T' = -1 kg", "not be negative")),
         (Body("b", points={"A": ("a/s", 0)}), ("'b': A.x", "a velocity")),
         (Body("b", guess="a"), ("'b'", "where an angle")),
         (Force("b", "ground", "a*t"), ("'b': value", "where a force")),

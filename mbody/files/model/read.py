@@ -38,6 +38,7 @@ from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.model.states import State
 from mbody.model.study import Instants, Measure, OptimizationTask, Question
+from mbody.quantities.evaluate import dimension_text
 from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
 from mbody.quantities.types import Number
@@ -125,7 +126,14 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
                 mechanism.add(element)
                 return
         except ModelError as error:
-            problems.append(Problem(path, _unnamed(str(error), name)))
+            if _names_one(fields, missing):
+                missing.add(name)
+                return
+            text = _unnamed(str(error), name)
+            field, _, rest = text.partition(" ")
+            key = field.removesuffix(":")  # of a file, but for "value", which the kind's word has
+            own = key in fields and key != "value" and (key != field or rest.startswith("is "))
+            problems.append(Problem((*path, key), rest) if own else Problem(path, text))
         missing.add(name)
 
     for name, value in given.get("inputs", {}).items():
@@ -143,7 +151,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         add(("gravity",), Gravity, given["gravity"])
     if not problems:
         problems += _formulas(mechanism, mechanism.described_states, compiled_state)
-    problems += _studies(given, mechanism)
+    problems += _studies(given, mechanism, missing)
     if not problems:
         problems += _formulas(mechanism, mechanism.stops, compiled_stop)
     return mechanism, problems
@@ -239,7 +247,14 @@ def _keep_study(given: dict[str, Any], machine: Mechanism, key: str, name: str) 
         vars(machine)[study_tables.REPORT_ATTRIBUTE] = study_tables.ReportSettings(**fields)
 
 
-def _studies(given: dict[str, Any], mechanism: Mechanism) -> list[Problem]:
+def _names_one(given: Any, names: set[str]) -> bool:
+    """Whether something in a file has one of the names in its text."""
+    text = repr(given)
+    return any(re.search(rf"(?<![\w-]){re.escape(one)}(?![\w-])", text) for one in names)
+
+
+def _studies(given: dict[str, Any], mechanism: Mechanism, missing: set[str]) -> list[Problem]:
+    """Errors in what is asked; of what names an element that is `missing` nothing is said."""
     problems: list[Problem] = []
     for key in study_tables.STUDIES:
         found = given.get(key)
@@ -251,6 +266,8 @@ def _studies(given: dict[str, Any], mechanism: Mechanism) -> list[Problem]:
             try:
                 _keep_study(given, mechanism, key, name)
             except ModelError as error:
+                if _names_one(found[name] if name else found, missing):
+                    continue
                 text = str(error).removeprefix(_ABOUT.get(key, f"{key}: "))
                 problems.append(Problem((key, name) if name else (key,), text))
     return problems
@@ -594,6 +611,14 @@ def _set_parameters(data: dict[str, Any], parameters: Mapping[str, Any], name: s
                 notes.append(plain_otherwise(key, known[key], units, angle))
             value = with_unit
         known[key] = value
+    after, _ = _dimensions(data)
+    for key in parameters:
+        if key in before and key in after and before[key] != after[key]:
+            raise ModelError(
+                f"{name}: parameter '{key}' is {dimension_text(before[key])}, and "
+                f"{brief(known[key])} is {dimension_text(after[key])}: give what measures the same",
+                key,
+            )
     return [one for one in notes if one]
 
 
