@@ -25,7 +25,7 @@ from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
 from mbody.views import friction_symbols
-from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol
+from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol, notation
 from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
 from mbody.views.frame import captions, key_row, key_size, rounded, rounded_number
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
@@ -311,7 +311,7 @@ def _arrows(
     for (name, place, vector, color, _), size in zip(selection, sizes, strict=True):
         # of very many the arrows alone can be read
         text = (
-            f"{symbolic(name)} = {rounded(size, 'force', units)}"
+            f"{notation(name)} = {rounded(size, 'force', units)}"
             if len(selection) <= 2 * NAMED
             else ""
         )

@@ -22,10 +22,10 @@ Array = np.ndarray
 # reader zooms; a test runs both on the same data.
 
 #: Directions of a label from a point, and rings of them.
-AROUND, RINGS = 24, 4
+AROUND, RINGS = 24, 7
 #: Cost of a label on a line of its own height, on another label as a whole, in a moving picture of
 #: another place than in the frame before, and of a label that is cut off.
-ON_LINE, ON_LABEL, MOVED, CUT = 3.0, 40.0, 0.5, 3.0
+ON_LINE, ON_LABEL, MOVED, CUT = 3.0, 200.0, 0.5, 3.0
 #: Weights of arrows and pins, and of outlines, in a moving picture.
 ARROW_WEIGHT, OUTLINE_WEIGHT = 0.3, 0.1
 #: Part of a label that others may cover before a moving picture leaves it out, and before it is

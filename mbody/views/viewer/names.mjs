@@ -17,9 +17,9 @@ export function write(text, runs) {
 // films; a test runs both on the same data.
 
 /** Directions of a label from a point, and rings of them. */
-const AROUND = 24, RINGS = 4;
+const AROUND = 24, RINGS = 7;
 /** Costs: on a line of its own height, on another label as a whole, of another place than before, cut off. */
-const ON_LINE = 3, ON_LABEL = 40, MOVED = 0.5, CUT = 3;
+const ON_LINE = 3, ON_LABEL = 200, MOVED = 0.5, CUT = 3;
 /** Weights of arrows and pins, and of outlines. */
 export const ARROW_WEIGHT = 0.3, OUTLINE_WEIGHT = 0.1;
 /** Part of a label that others may cover before it is hidden, and before it is shown again. */
