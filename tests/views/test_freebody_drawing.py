@@ -187,8 +187,8 @@ def test_the_command(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     words = ["freebody", "mud_pump", "--at", "crank=30,60", "--bodies", "rod1,ram1"]
     assert cli.main(words) == 0
-    text = (tmp_path / "mud_pump.svg").read_text("utf-8")
+    text = (tmp_path / "mud_pump-freebody.svg").read_text("utf-8")
     assert text.count('id="force:F35"') == 2 and 'id="side:F35"' in text
     assert cli.main(["freebody", "free_fourbar", "--bodies", "crank", "-o", "a.png"]) == 0
     out, err = capsys.readouterr()
-    assert out == "" and "wrote mud_pump.svg\n" in err and "greatest joint force" in err
+    assert out == "" and "wrote mud_pump-freebody.svg\n" in err and "greatest joint force" in err
