@@ -729,21 +729,27 @@ def _coordinate(run: Result, joint: Joint, key: str) -> Any:
     return ux * (vjx - vix) + uy * (vjy - viy) + rotation
 
 
+def moving_history(run: Result, owner: str) -> Any:
+    """The history of a body, or of a point by its dotted name."""
+    from mbody.model.states import ORIGIN
+
+    element, _, point = owner.partition(".")
+    if not point:
+        return run[element]
+    body: Any = run.mechanism[element]
+    at_origin = point == ORIGIN and point not in body.points
+    return run.point(element if at_origin else owner)
+
+
 def _history(run: Result, owner: str, key: str) -> Any:
     """The history of a body, a point, a joint, a load or a driver; of an input or an auxiliary
     state, which has no owner.
     """
-    from mbody.model.states import ORIGIN
-
     if not owner:
         return auxiliary_history(run, key)
     element, _, point = owner.partition(".")
-    if point:
-        body: Any = run.mechanism[element]
-        at_origin = point == ORIGIN and point not in body.points
-        return getattr(run.point(element if at_origin else owner), key)
-    if element in run.system.bodies:
-        return getattr(run[element], key)
+    if point or element in run.system.bodies:
+        return getattr(moving_history(run, owner), key)
     owned: Any = run.mechanism.element_or_group(element)
     if owned.role == "joint" and key in owned.coordinates:
         return _coordinate(run, owned, key)

@@ -19,7 +19,7 @@ from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
-from mbody.solution.measures import found_by, measured, quantity, unit_measured
+from mbody.solution.measures import found_by, measured, moving_history, quantity, unit_measured
 
 if TYPE_CHECKING:
     from mbody.solution.solution import Solution
@@ -65,7 +65,7 @@ class _TableReader:
 
     def __init__(self, solution: Solution, units: OutputUnits) -> None:
         self.run, self.machine = solution, solution.mechanism
-        self.units = units
+        self.units, self.doubts = units, solution.doubts
 
     def columns(self, points: Iterable[str] | None) -> Iterator[ResultColumn]:
         run, machine = self.run, self.machine
@@ -106,7 +106,7 @@ class _TableReader:
         """A column of values that are read in units of the model."""
         units, wanted = self.units, dimension_of(dimension)
         element = owner.partition(".")[0]
-        doubts = tuple(one for one in self.run.doubts if element in (one.elements or (element,)))
+        doubts = tuple(one for one in self.doubts if element in (one.elements or (element,)))
         unit = "" if wanted == NUMBER else units.of(wanted)
 
         def converted() -> Any:
@@ -129,7 +129,10 @@ class _TableReader:
         """Of a body or a point; closing the loops finds no accelerations."""
         if self.run.analysis == "close_loops":
             keys = {key: keys[key] for key in keys if key not in ACCELERATIONS}
-        return self._histories(owner, role, keys, lambda key: True)
+        whole = functools.cache(functools.partial(moving_history, self.run, owner))
+        for key, dimension in keys.items():
+            read = functools.partial(lambda key: getattr(whole(), key), key)
+            yield self._column(owner, key, role, dimension, read)
 
     def _element(self, element: Any, role: str) -> Iterator[ResultColumn]:
         """What an element declares, as far as the analysis finds it."""
