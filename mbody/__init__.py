@@ -67,6 +67,7 @@ presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
 presentation.register("json", Solution="mbody.files.results:write_json")
 presentation.register("xlsx", Solution="mbody.files.spreadsheet:write_xlsx")
+presentation.register("parquet", Solution="mbody.files.tables:write_parquet")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 
 #: Public names by their module: those of the stub that type checkers read. A name is loaded when it

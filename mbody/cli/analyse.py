@@ -39,14 +39,14 @@ def analyse(args: Any) -> int:
     from mbody.summaries.instant import efficiency_line
     from mbody.summaries.text_table import noted
 
-    check_forms(args)
+    files = files_of(args)
     mechanism = model_of(args)
     wanted = question(args, mechanism.ask)
     run = solved(mechanism, args.command, wanted, assembly_of(args))
     wants_equations = getattr(args, "equations", False)
     if wants_equations and len(run) > 1:
         raise ModelError("--equations shows one instant: choose it with --at")
-    write(run, args)
+    write(run, args, files)
     output = getattr(args, "efficiency", None)
     found = run.efficiency(output) if output else None
     if args.json:
@@ -145,46 +145,41 @@ def assembly_of(args: Any) -> str | int | None:
 
 
 #: Files of a result by their ending, as -o takes them.
-FORMS = ("xlsx", "csv", "npz", "json")
+FORMS = ("xlsx", "csv", "npz", "json", "parquet")
 
 
-def check_forms(args: Any) -> None:
-    """Refuse outputs that would mix, before an analysis runs."""
+def files_of(args: Any) -> dict[str, str]:
+    """The requested files by their form; outputs that would mix are refused before an analysis."""
+    found = {form: getattr(args, form) for form in ("csv", "npz", "xlsx") if getattr(args, form)}
     if args.output:
         ending = args.output.rpartition(".")[2].lower()
         if ending not in FORMS:
             raise UsageError(
-                f"-o writes a table by its ending, .xlsx, .csv, .npz or .json, which "
+                f"-o writes a table by its ending, .xlsx, .csv, .npz, .json or .parquet, which "
                 f"'{args.output[:60]}' has not; pictures are of mbody freebody, report and view"
             )
-        if getattr(args, ending, None) and ending != "json":
+        if ending in found:
             raise UsageError(f"give -o {args.output[:60]} or --{ending}, not both")
-        if ending != "json":
-            setattr(args, ending, args.output)
+        found[ending] = args.output
+    args.csv = found.get("csv")
     check_printed(args)
     for form in ("npz", "xlsx"):
-        if getattr(args, form) == PRINTED:
+        if found.get(form) == PRINTED:
             raise UsageError(f"--{form} takes a file: it cannot be printed")
+    return found
 
 
-def write(run: Solution, args: Any) -> None:
+def write(run: Solution, args: Any, files: Mapping[str, str]) -> None:
     """Write the requested files and report them."""
-    as_json = args.output if args.output and args.output.lower().endswith(".json") else None
-    if args.csv == PRINTED:
-        from mbody.files.tables import print_csv
+    for form, path in files.items():
+        if path == PRINTED:
+            from mbody.files.tables import print_csv
 
-        print_csv(run, sys.stdout)
-    elif args.csv:
-        run.to_csv(args.csv, excel=args.excel)
-    if args.npz:
-        run.to_npz(args.npz)
-    if args.xlsx:
-        run.to_xlsx(args.xlsx)
-    if as_json:
-        run.to_json(as_json)
-    for path in (args.csv, args.npz, args.xlsx, as_json):
-        if path and path != "-":
-            message(f"wrote {path}: {len(run)} instants")
+            print_csv(run, sys.stdout)
+            continue
+        options = {"excel": args.excel} if form == "csv" else {}
+        getattr(run, f"to_{form}")(path, **options)
+        message(f"wrote {path}: {len(run)} instants")
 
 
 # -- Commands about models: `check`, `equilibrium`, `modes`, `models`, `show`, `schema` --------
@@ -312,7 +307,7 @@ def simulate(args: Any) -> int:
     """Simulate the motion and print it; 1 if it was stopped or is in doubt."""
     from mbody.analysis.dynamics.simulate import simulate as simulated
 
-    check_forms(args)
+    files = files_of(args)
     mechanism = model_of(args)
     options: dict[str, Any] = {"progress": _progress(args, _last(mechanism, args.to))}
     options |= given(args, "method", "rtol", "atol", "instants")
@@ -334,7 +329,7 @@ def simulate(args: Any) -> int:
         options["start"] = load_run(args.begun)
     run = simulated(mechanism, args.to, **options)
     interrupt.done()
-    write(run, args)
+    write(run, args, files)
     if args.save is not None:
         from mbody.files.saved import save_run
 

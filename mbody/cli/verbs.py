@@ -50,7 +50,7 @@ VERBS = """\
     @excel
     --npz FILE: write all histories as NumPy arrays
     --xlsx FILE: write a spreadsheet: instants, peaks and the model
-    -o --output FILE: any of these, or .json, by the ending of the file
+    -o --output FILE: any of these, .json or .parquet, by the ending of the file
 @analysis Instants
     --analysis NAME =kinetostatics: kinetostatics (default), kinematics, statics
 @driven

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import itertools
 import json
 import math
@@ -192,6 +193,31 @@ def dataframe(solution: Solution) -> Any:
     frame = pandas.DataFrame(table)
     frame.attrs |= certificate(solution)
     return frame
+
+
+def write_parquet(solution: Solution, path: str | os.PathLike[str]) -> None:
+    """Write the columns as a table of Parquet, a row an instant; status and notes are in its
+    metadata, as JSON under ``mbody``.
+
+    >>> import mbody, pathlib, tempfile
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0), turn=True)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_parquet(run, pathlib.Path(folder, "run.parquet"))
+    """
+    table = columns(solution)
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise ModelError(
+            "a table of Parquet needs pyarrow, which is not installed: "
+            'pip install "mbody-planar[data]"; CSV needs nothing'
+        ) from None
+    made = pyarrow.table(table)
+    said = {"mbody": json.dumps(certificate(solution), ensure_ascii=False)}
+    whole = io.BytesIO()
+    pyarrow.parquet.write_table(made.replace_schema_metadata(said), whole)
+    with writing(path, binary=True) as file:
+        file.write(whole.getvalue())
 
 
 def dataset(solution: Solution) -> Any:

@@ -822,6 +822,10 @@ class Solution(Attributes, Presented):
         """Write `data` to a file."""
         present("json", self, path)
 
+    def to_parquet(self, path: str | os.PathLike[str]) -> None:
+        """Write the columns as a table of Parquet; pyarrow is needed only here."""
+        present("parquet", self, path)
+
     def to_npz(self, path: str | os.PathLike[str]) -> None:
         """Write the columns as arrays of NumPy's own format; ``np.load`` reads them by name."""
         present("npz", self, path)

@@ -93,7 +93,7 @@ a rest of what is held | SolveError | - | nothing is free in 'Four-bar: dynamic 
 arrays that are printed | UsageError | - | --npz takes a file: it cannot be printed
 a spreadsheet as CSV | UsageError | - | --csv writes text, and 'run.xlsx' is a file of a spreadsheet: take --xlsx run.xlsx; with --excel they read CSV too
 a spreadsheet of designs | UsageError | - | --csv writes text, and 'run.xlsx' is a file of a spreadsheet: name it .csv; with --excel they read CSV too
-a table of no known ending | UsageError | - | -o writes a table by its ending, .xlsx, .csv, .npz or .json, which 'run.pdf' has not; pictures are of mbody freebody, report and view
+a table of no known ending | UsageError | - | -o writes a table by its ending, .xlsx, .csv, .npz, .json or .parquet, which 'run.pdf' has not; pictures are of mbody freebody, report and view
 a table twice | UsageError | - | give -o run.csv or --csv, not both
 two systems of units | UsageError | - | --units takes one unit system, units of quantities, or both, as in 'SI', 'mass=kg,power=W' or 'SI,power=kW', not 'SI,mm-N-s'
 no model | UsageError | - | kinematics needs MODEL, as in mbody kinematics mine.toml --at crank=60 (see mbody kinematics --help)

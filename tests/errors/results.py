@@ -61,6 +61,11 @@ def without_pandas():
         run().to_dataframe()
 
 
+def without_pyarrow():
+    with mock.patch.dict(sys.modules, {"pyarrow": None, "pyarrow.parquet": None}):
+        run().to_parquet("run.parquet")
+
+
 def without_openpyxl():
     with mock.patch.dict(sys.modules, openpyxl=None):
         run().to_xlsx("run.xlsx")
@@ -131,6 +136,7 @@ SCENARIOS = {
     "no path": lambda: run().to_csv(3),
     "a spreadsheet as text": lambda: run().to_csv("run.xlsx"),
     "a spreadsheet without openpyxl": without_openpyxl,
+    "a table of Parquet without pyarrow": without_pyarrow,
     "a spreadsheet of too many instants": on_a_small_sheet,
 }
 
@@ -188,5 +194,6 @@ a folder for a file | ModelError | - | cannot write '/' (Is a directory): choose
 no path | ModelError | - | a path must be text or path-like, not 3
 a spreadsheet as text | ModelError | - | 'run.xlsx' is a file of a spreadsheet, and CSV is text: to_xlsx (--xlsx) writes that
 a spreadsheet without openpyxl | ModelError | - | a spreadsheet needs openpyxl, which is not installed: pip install 'mbody-planar[xlsx]'; CSV needs nothing
+a table of Parquet without pyarrow | ModelError | - | a table of Parquet needs pyarrow, which is not installed: pip install "mbody-planar[data]"; CSV needs nothing
 a spreadsheet of too many instants | ModelError | - | a sheet has 0 rows, and the result 1 instants: write it as CSV, or keep fewer instants
 """

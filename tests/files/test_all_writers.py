@@ -38,10 +38,12 @@ def analysed(name):
 @pytest.mark.parametrize("name", MODELS)
 def test_all_files_of_a_result_have_its_numbers(name, tmp_path):
     pandas, openpyxl = pytest.importorskip("pandas"), pytest.importorskip("openpyxl")
+    parquet = pytest.importorskip("pyarrow.parquet")
     run = analysed(name)
     table = {one.heading: one for one in run.table()}
     for form, write in {
         "csv": run.to_csv, "npz": run.to_npz, "json": run.to_json, "xlsx": run.to_xlsx,
+        "parquet": run.to_parquet,
     }.items():  # fmt: skip
         write(tmp_path / f"run.{form}")
 
@@ -58,6 +60,11 @@ def test_all_files_of_a_result_have_its_numbers(name, tmp_path):
         for heading, one in table.items():
             same(frame[heading], one, rel=1e-15)  # as pandas reads decimals
             same(arrays[one.name], one)
+    stored = parquet.read_table(tmp_path / "run.parquet")
+    assert stored.column_names == head
+    assert json.loads(stored.schema.metadata[b"mbody"])["status"] == run.status
+    for heading, one in table.items():
+        same(stored[heading].to_numpy(), one)
     book = openpyxl.load_workbook(tmp_path / "run.xlsx", read_only=True)
     first, *rows = book["instants"].iter_rows(values_only=True)
     shown = dict(zip(first, zip(*rows, strict=True), strict=True))
