@@ -222,6 +222,9 @@ SCENARIOS = {
     "limits below nothing": lambda: Limits(size=-1),
     "limits of the environment that are none": with_limits("much"),
     "other parameters": lambda: from_toml("[parameters]\na = 1", parameters={"b": 2}),
+    "another parameter in another unit": lambda: from_toml(
+        "[parameters]\na = '2 m'", parameters={"a": "3 kg"}
+    ),
     "other parameters of none": lambda: from_toml(ARM, parameters={"b": 2}),
     "another parameter that is none": lambda: from_toml(
         "[parameters]\na = 1", parameters={"a": []}
@@ -357,6 +360,7 @@ limits that are none | ModelError | - | limits must be mbody.files.model.Limits(
 limits below nothing | ModelError | - | limits: size must be a positive number, not -1
 limits of the environment that are none | ModelError | - | the environment variable MBODY_LIMITS must be a positive number, such as 10, not 'much'
 other parameters | ModelError | b | model: there is no parameter 'b' (there are: 'a')
+another parameter in another unit | ModelError | a | model: parameter 'a' is a length (m), and '3 kg' is a mass (kg): give what measures the same
 other parameters of none | ModelError | b | model: there is no parameter 'b' (there are none)
 another parameter that is none | ModelError | a | model: parameter 'a' must be a number, not []
 a folder | ModelError | - | '/' is a folder: name a model file in it
