@@ -196,8 +196,9 @@ def refusal_of_words(verb: Verb, words: Sequence[str], line: Sequence[str] = ())
     if not word.startswith("--"):
         return f"{verb.name} has no option {name} {more}"
     for option in verb.long_options():
-        if word == f"--{option}{word[len(option) + 2 :]}" and len(word) > len(option) + 4:
-            said = f"--{option} {word[len(option) + 2 :]}"
+        rest = word.removeprefix(f"--{option}")
+        if rest != word and len(rest) > 2:
+            said = f"--{option} {rest}"
             return f"{verb.name} has no option {name}: did you mean {said}? {more}"
     close = _intended(name[2:], OPTION_WORDS, verb.long_options(), 0.8)
     if close and close != [name[2:]]:

@@ -8,11 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from mbody.core.presentation import Presented
-from mbody.core.tolerances import FILE_NUMBERS_SAME, OPTIMUM_MARGIN_NONE
-from mbody.files.model.other_numbers import described_with
+from mbody.core.tolerances import OPTIMUM_MARGIN_NONE
+from mbody.files.model.other_numbers import described_with, same_number
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import ColumnTable, ItemTable, Sentence, Value
 from mbody.solution.doubts import Inherited
@@ -54,8 +52,7 @@ def _overridden(run: Solution) -> dict[str, float]:
     return {
         name: value
         for name, value in own.items()
-        if name not in system.formulas
-        and not np.isclose(float(described[name]), value, rtol=FILE_NUMBERS_SAME, atol=0.0)
+        if name not in system.formulas and not same_number(described[name], value)
     }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,7 @@ from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
 from mbody.solution.measures import found_by, measured, moving_history, quantity, unit_measured
-
-if TYPE_CHECKING:
-    from mbody.solution.solution import Solution
+from mbody.solution.solution import SHOWN_TABLE, Solution
 
 #: Of a body, in the order of tables; of a point its place and the rates of it.
 BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
@@ -51,12 +49,14 @@ def result_table(
 
 
 def shown_table(solution: Solution) -> ResultTable:
-    """The table in the units that people read, also of a batch; made once of a result."""
-    fields = solution.__dict__
-    if "_shown_table" not in fields:
-        units = solution.mechanism.shown
-        fields["_shown_table"] = ResultTable(_TableReader(solution, units).columns(None))
-    found: ResultTable = fields["_shown_table"]
+    """The table in the units that people read, also of a batch; made once of a result as long as
+    these are the same.
+    """
+    units, fields = solution.mechanism.shown, vars(solution)
+    chosen, found = fields.get(SHOWN_TABLE, (None, ResultTable()))
+    if chosen != units.chosen:
+        found = ResultTable(_TableReader(solution, units).columns(None))
+        fields[SHOWN_TABLE] = units.chosen, found
     return found
 
 

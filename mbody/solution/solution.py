@@ -155,6 +155,10 @@ def as_solution(given: Any) -> Solution:
     )
 
 
+#: Where a result keeps the table of its sheets, which is not packed with it.
+SHOWN_TABLE = "_shown_table"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Solution(Attributes, Presented):
     """Result of an analysis: histories by name, in the units of the mechanism.
@@ -195,6 +199,12 @@ class Solution(Attributes, Presented):
     stepped: SteppedContacts | None = None
     #: Admissible forces that no equation decides.
     shared: SharedResult | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # without what is made anew on demand: tables and read-only views cannot be packed
+        made = functools.cached_property
+        kept = (k for k in vars(self) if not isinstance(getattr(type(self), k, None), made))
+        return {name: vars(self)[name] for name in kept if name != SHOWN_TABLE}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -13,7 +13,6 @@ from mbody.core.tolerances import DRAWN_CONSTANT, DRAWN_SERIES_SAME
 from mbody.errors import ModelError, brief
 from mbody.model.driver import AngleDriver
 from mbody.model.study import Measure, measure_named
-from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import Dimension, name_of
 from mbody.solution.histories import one_design
 from mbody.solution.measures import found_by, shown_measure
@@ -260,7 +259,7 @@ def _over(run: Solution, x: str) -> Abscissa:
     if not x:
         return _abscissa(run)
     curve = curve_of(run, x)
-    symbol = unit_text(curve.unit)
+    symbol = curve.unit
     return Abscissa(curve.values, _name(x if not symbol else f"{curve.name} [{symbol}]", 60), x)
 
 
@@ -393,8 +392,7 @@ def _panel(axes: Axes, curves: Sequence[PlottedCurve], x: Array, high: float, lo
     if "y" not in log:
         axes.ticklabel_format(axis="y", scilimits=(-4, 5), useMathText=True)
     axes.yaxis.set_label_coords(-0.66 / WIDE, 0.5)
-    symbol = unit_text(curves[0].unit)
-    unit = f" [{symbol}]" if symbol else ""
+    unit = f" [{curves[0].unit}]" if curves[0].unit else ""
     if curves[0].of:
         axes.set_ylabel(_name(curves[0].of, int(11 * high)) + unit, color=INK)
         _names(axes, curves, high)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -192,3 +193,14 @@ def row_of_table(text, name):
     """Cells of the row of Markdown that begins with a name."""
     rows = (line.strip("|").split("|") for line in text if line.startswith("|"))
     return next(row for row in rows if row[0].strip().split(",")[0].split(" ")[0] == name)
+
+
+def test_what_was_printed_is_packed_and_follows_other_units():
+    """The sheet keeps its table: not in a copy for another process, nor when units change."""
+    run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
+    text = str(run)
+    assert str(pickle.loads(pickle.dumps(run))) == text
+    run.mechanism.output_units = {"length": "mm"}
+    line = next(line for line in str(run).splitlines() if line.startswith("crank.A "))
+    # 5 in at 60 deg, with four decimals or more
+    assert float(line.split()[1]) == pytest.approx(5.0 * 25.4 * 0.5, abs=1e-3)

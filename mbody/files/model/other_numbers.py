@@ -100,14 +100,15 @@ def _text(machine: Mechanism, name: str, value: float) -> Any:
     return in_unit_of(old.text if isinstance(old, Formula) else old, value, machine.units)
 
 
+def same_number(one: Any, other: Any) -> bool:
+    """Whether a number of a file is the one that was meant, but for the rounding of its text."""
+    return bool(np.isclose(float(one), other, rtol=FILE_NUMBERS_SAME, atol=0.0))
+
+
 def _check(made: Mechanism, values: Mapping[str, float]) -> None:
     """Refuse a mechanism whose numbers are not those that are wanted."""
     found = assemble(made).values
-    wrong = [
-        name
-        for name, value in values.items()
-        if not np.isclose(float(found[name]), value, rtol=FILE_NUMBERS_SAME, atol=0.0)
-    ]
+    wrong = [name for name, value in values.items() if not same_number(found[name], value)]
     if wrong:
         raise ModelError(
             f"the model file of '{made.name}' has no number of its own for {listed(wrong)}: "
