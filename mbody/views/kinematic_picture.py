@@ -16,21 +16,20 @@ import numpy as np
 
 from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, PRINTED_NONE, TINY
 from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
-from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.engineering.path_curvature import inflection_circle, path_curvature
 from mbody.errors import ModelError, brief
 from mbody.model.driver import Driver
 from mbody.model.element import listed
-from mbody.model.joints import PinSlot, Prismatic
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
 from mbody.views import friction_symbols
 from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol, notation
-from mbody.views.body_shapes import body_shapes, bounds, guide, wheels
+from mbody.views.body_shapes import body_shapes, bounds, wheels
 from mbody.views.frame import captions, key_row, key_size, rounded, rounded_number
 from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
 from mbody.views.labels import Label, symbolic, together
 from mbody.views.links import are_lines, link, link_label, link_lines, points, with_symbols
+from mbody.views.polygon_content import PolygonContent, Side, polygon_contents
 from mbody.views.pose import Pose
 from mbody.views.shapes import direction, hull
 from mbody.views.sketch import Sketch
@@ -661,54 +660,37 @@ def _avoided(sketch: Sketch, line: Array) -> None:
 SIDE = 175.0
 #: Shorter sides of polygons, in points, are not drawn.
 SHORT = 2.0
-#: With more images than this their sides are not split.
-MOST_SPLIT_IMAGES = 6
 #: Dashes of components, and of what slides.
 PARTS, SLIDING = (0, (2.5, 2.0)), (0, (6.0, 2.0))
 
 
-@dataclass
-class Image:
-    """One corner of the polygon.
-
-    `at` (2,): Velocity or acceleration.
-    `names`: Points of the polygon that have it.
-    `text`: Its label.
-    """
-
-    at: Array
-    names: list[str]
-    text: str = ""
-
-
-def draw_polygon(sketch: Sketch, found: MotionPolygon, pose: Pose) -> str:
+def draw_polygon(sketch: Sketch, found: PolygonContent, pose: Pose) -> str:
     """Draw the polygon of an instant on a sketch in points; a sentence where nothing moves."""
-    k = pose.k
-    vectors = {name: np.array([x[k], found.y[name][k]]) for name, x in found.x.items()}
-    greatest = max((float(np.hypot(*v)) for v in vectors.values()), default=0.0)
-    letter = found.quantity[0]
-    if not np.isfinite(greatest) or greatest == 0.0:
+    if not found.greatest > 0.0:
         return f"there is no {found.quantity} polygon: no point has one"
-    scale = SIDE / greatest
-    images = _images(vectors, greatest, scale)
-    _named(images, found, pose)
-    pole, others = images[0], images[1:]
-    for image in sorted(others, key=lambda one: -float(np.hypot(*one.at))):
-        sketch.arrow((0.0, 0.0), scale * image.at, FORCE, width=1.5, name=f"image:{image.names[0]}")
-    few = len(others) <= MOST_SPLIT_IMAGES
-    for body, names in found.links.items():
-        _link_image(sketch, [_image_of(images, name) for name in names], scale, body)
-        if few and letter == "a":
-            _components(sketch, [_image_of(images, name) for name in names], scale, pose, body)
-    for joint, pair in found.joints.items():
-        ends = [_image_of(images, name) for name in pair]
-        if len(ends) == 2 and ends[0] is not ends[1]:
-            _sliding(sketch, ends, scale, pose, joint, letter)
+    scale = SIDE / found.greatest
+    places = [scale * image.at[pose.k] for image in found.images]
+    pole, *others = zip(found.images, places, strict=True)
+    for image, place in sorted(others, key=lambda one: -float(np.hypot(*one[1]))):
+        sketch.arrow((0.0, 0.0), place, FORCE, width=1.5, name=f"image:{image.names[0]}")
+    for body, corners in found.links.items():
+        _link_image(sketch, [places[n] for n in corners], body)
+    for body, side in found.parts.items():
+        line = _split(side, places, scale, pose)
+        if min(math.dist(a, b) for a, b in itertools.pairwise(line)) >= SHORT:
+            look: dict[str, Any] = {"dashes": PARTS, "name": f"parts:{body}", "weight": 0.5}
+            sketch.line(line, 0.8, DRIVER, Z["link"] + 0.1, **look)
+            _part_labels(sketch, line, side.texts, DRIVER)
+    for joint, side in found.slides.items():
+        line = _split(side, places, scale, pose)
+        if side.texts and math.dist(*line[:2]) > SHORT:
+            _part_labels(sketch, line, side.texts, LOAD)
+        look = {"dashes": SLIDING, "name": f"sliding:{joint}"}
+        sketch.line(line, 1.2, LOAD, Z["link"] + 0.2, **look)
     sketch.disc((0.0, 0.0), 2.2, PAPER, INK, 1.1, Z["arrow"] + 0.3, name="image:pole")
-    middle = np.mean([scale * one.at for one in images], axis=0)
-    sketch.label(f"$o_{{{letter}}}$", (0.0, 0.0), _away(-middle), 5.0, name=f"label:{pole.text}")
-    for image in others:
-        place = scale * image.at
+    middle = np.mean(places, axis=0)
+    sketch.label(pole[0].text, (0.0, 0.0), _away(-middle), 5.0, name="label:pole")
+    for image, place in others:
         sketch.disc(place, 1.5, INK, INK, 0.4, Z["pin"], name=f"corner:{image.names[0]}")
         if image.text:
             sketch.label(image.text, place, _away(place - 0.4 * middle), 4.0)
@@ -721,75 +703,25 @@ def _away(vector: Array) -> float:
     return math.atan2(vector[1], vector[0]) if np.hypot(*vector) > PRINTED_NONE else -0.75
 
 
-def _images(vectors: dict[str, Array], greatest: float, scale: float) -> list[Image]:
-    """Distinct corners, the pole first."""
-    found = [Image(np.zeros(2), [])]
-    for name, vector in vectors.items():
-        for image in found:
-            if float(np.hypot(*(image.at - vector))) <= POINT_SAME * greatest:
-                image.names.append(name)
-                break
-        else:
-            found.append(Image(vector, [name]))
-    return found
+def _split(side: Side, places: Sequence[Array], scale: float, pose: Pose) -> list[Array]:
+    """A side with its corner, where it has one that is seen."""
+    first, second = (places[n] for n in side.ends)
+    if side.corner is None:
+        return [first, second]
+    return [first, scale * side.corner[pose.k], second]
 
 
-def _image_of(images: list[Image], name: str) -> Image:
-    return next(image for image in images if name in image.names)
+def _part_labels(sketch: Sketch, line: Sequence[Array], texts: str, color: str) -> None:
+    """The letters of the parts of a side, beside them."""
+    look: dict[str, Any] = {"color": color, "size": 0.8 * SIZE["text"], "italic": True}
+    for text, (a, b) in zip(texts, itertools.pairwise(line), strict=False):
+        wanted = _away(np.array([a[1] - b[1], b[0] - a[0]]))
+        sketch.label(text, 0.5 * (a + b), wanted, 2.0, **look)
 
 
-def _named(images: list[Image], found: MotionPolygon, pose: Pose) -> None:
-    """Letters of images: those of the pins, in small; with the number of the link where two
-    bodies have different images at one place.
-    """
-    numbers = {
-        name: n for n, name in enumerate(["ground", *(b.name for b in pose.mechanism.bodies)], 1)
-    }
-    for image in images[1:]:
-        pins = [joint for joint, pair in found.joints.items() if set(pair) <= set(image.names)]
-        if not pins:
-            pins = [name.partition(".")[2] for name in image.names if " at " not in name]
-        if pins:
-            image.text = together([_small(name) for name in dict.fromkeys(pins)])
-            continue
-        texts = []
-        for name in image.names:
-            body, _, joint = name.partition(" at ")
-            there = _pin_there(found, pose, joint, body) or joint
-            texts.append(symbolic(f"{_small(there)}{numbers[body]}"))
-        image.text = ", ".join(dict.fromkeys(texts))
-
-
-def _pin_there(found: MotionPolygon, pose: Pose, joint: str, body: str) -> str:
-    """The pin at the place of a slide, which is on the other body of the slide."""
-    if not isinstance(pose.mechanism[joint], Prismatic | PinSlot):
-        return ""
-    (other,) = [name for name in found.joints[joint] if not name.startswith(f"{body} ")] or [""]
-    for pin, pair in found.joints.items():
-        owner = re.split(r"\.| at ", other)[0]
-        mine = [name for name in pair if re.split(r"\.| at ", name)[0] == owner]
-        same = all((found.x[one] == found.x[other]).all() for one in mine)
-        if pin != joint and mine and same and pin[:1].isupper():
-            return pin
-    return ""
-
-
-def _small(name: str) -> str:
-    """The name of an image: that of the pin, a single letter in small.
-
-    >>> _small("A"), _small("O2"), _small("guide")
-    ('a', 'o2', 'guide')
-    """
-    return name.lower() if re.fullmatch(r"[A-Za-z][0-9]*", name) else name
-
-
-def _link_image(sketch: Sketch, corners: list[Image], scale: float, body: str) -> None:
+def _link_image(sketch: Sketch, places: list[Array], body: str) -> None:
     """The image of a link: a line or a plate, without sides from the pole."""
-    own = list({id(one): one for one in corners}.values())
-    places = [scale * one.at for one in own]
-    if len(own) < 2 or body == "ground":
-        return
-    if len(own) > 2:
+    if len(places) > 2:
         outline = hull(places, 0.5)
         if len(outline) > 2:
             sketch.shape(outline, PLATE, INK, 0.9, Z["plate"], name=f"link:{body}", weight=0.7)
@@ -800,82 +732,7 @@ def _link_image(sketch: Sketch, corners: list[Image], scale: float, body: str) -
             sketch.line([a, b], 1.1, INK, Z["link"], name=f"link:{body}", weight=0.8)
 
 
-def _components(sketch: Sketch, corners: list[Image], scale: float, pose: Pose, body: str) -> None:
-    """The normal and the tangential part of the difference of two points of a link."""
-    if body == "ground" or len(corners) < 2:
-        return
-    motion = pose.body(body)
-    w, alpha = float(motion.omega[pose.k]), float(motion.alpha[pose.k])
-    first, second = corners[:2]
-    if first is second:
-        return
-    # difference of places from that of accelerations: a = (iα − ω²) r
-    rotation = complex(-w * w, alpha)
-    r = complex(*(second.at - first.at)) / rotation if rotation else 0j
-    normal, across = -w * w * r, 1j * alpha * r
-    if min(abs(normal), abs(across)) * scale < SHORT:
-        return
-    start = scale * first.at
-    corner = start + scale * np.array([normal.real, normal.imag])
-    ends = [start, corner, scale * second.at]
-    sketch.line(ends, 0.8, DRIVER, Z["link"] + 0.1, dashes=PARTS, name=f"parts:{body}", weight=0.5)
-    for text, (a, b) in zip("nt", itertools.pairwise(ends), strict=True):
-        middle = 0.5 * (np.asarray(a) + np.asarray(b))
-        sketch.label(
-            text,
-            middle,
-            _away(np.array([-(b - a)[1], (b - a)[0]])),
-            2.0,
-            color=DRIVER,
-            size=0.8 * SIZE["text"],
-            italic=True,
-        )
-
-
-def _sliding(
-    sketch: Sketch, ends: list[Image], scale: float, pose: Pose, joint: str, letter: str
-) -> None:
-    """The line between the images of a slide; of accelerations with Coriolis's part."""
-    a, b = (scale * one.at for one in ends)
-    line = [a, b]
-    element = pose.mechanism[joint]
-    if letter == "a" and isinstance(element, Prismatic | PinSlot):
-        carrier, _, _ = guide(element)
-        first, second = (a, b) if element.i.body == carrier else (b, a)
-        w = float(pose.body(carrier).omega[pose.k]) if carrier != "ground" else 0.0
-        sliding = _relative(pose, element, carrier)
-        part = 2.0 * w * scale * np.array([-sliding[1], sliding[0]])
-        if float(np.hypot(*part)) > SHORT:
-            line = [first, first + part, second]
-            sketch.label(
-                "C",
-                first + 0.5 * part,
-                _away(np.array([-part[1], part[0]])),
-                2.0,
-                color=LOAD,
-                size=0.8 * SIZE["text"],
-                italic=True,
-            )
-    sketch.line(line, 1.2, LOAD, Z["link"] + 0.2, dashes=SLIDING, name=f"sliding:{joint}")
-
-
-def _relative(pose: Pose, joint: Prismatic | PinSlot, carrier: str) -> Array:
-    """The velocity of sliding in the world's axes."""
-    other = joint.j.body if joint.i.body == carrier else joint.i.body
-    place = pose.reaction_point(joint)
-    speeds = []
-    for body in (carrier, other):
-        if body == "ground":
-            speeds.append(np.zeros(2))
-            continue
-        b = pose.body(body)
-        away = place - pose.centre(body)
-        w = float(b.omega[pose.k])
-        speeds.append(np.array([b.vx[pose.k] - w * away[1], b.vy[pose.k] + w * away[0]]))
-    return np.asarray(speeds[1] - speeds[0])
-
-
-def _key(sketch: Sketch, found: MotionPolygon, pose: Pose, scale: float) -> None:
+def _key(sketch: Sketch, found: PolygonContent, pose: Pose, scale: float) -> None:
     """Title above, and the scale below."""
     low, high = sketch.low.copy(), sketch.high.copy()
     value, text = key_size(48.0 / scale, found.quantity, pose.mechanism.shown)
@@ -952,7 +809,7 @@ def kinematic_picture(
         sketch_mechanism(sketch, False, tracks, selection, more=more)
         parts = [(sketch.axes, sketch.low, sketch.high, sketch.unit)]
         if marks.polygons:
-            for found in (velocity_polygon(run), acceleration_polygon(run)):
+            for found in polygon_contents(run):
                 polygon = Sketch(_add_axes(figure), pose, 1.0, 1.0)
                 said = draw_polygon(polygon, found, pose)
                 if said:

@@ -20,7 +20,6 @@ from mbody._version import __version__
 from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven, rows_on
 from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_RETURNS, PRINTED_NONE
 from mbody.engineering.instant_centres import InstantCentre, InstantCentres, instant_centres
-from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
 from mbody.errors import ModelError, SolveError
 from mbody.files.model import to_toml
 from mbody.files.results import in_units_of_the_model
@@ -35,9 +34,9 @@ from mbody.summaries.text_table import forces_on
 from mbody.system.system import System
 from mbody.views.acting import wrench_names
 from mbody.views.film_frames import FilmSet, film_svg
-from mbody.views.labels import symbolic
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data, text_runs
+from mbody.views.polygon_content import PolygonContent, Side, polygon_contents
 from mbody.views.pose import Pose
 from mbody.views.scene import Scene, scene
 
@@ -262,7 +261,7 @@ def poles_data(scene: Scene) -> dict[str, Any] | None:
         return None
     try:
         found = instant_centres(run)
-        polygons = [velocity_polygon(run), acceleration_polygon(run)]
+        polygons = polygon_contents(run)
     except SolveError:
         return None
     places = max(0, 3 - math.floor(math.log10(scene.unit)))
@@ -311,34 +310,26 @@ def _centre(
     return data
 
 
-def _polygon(found: MotionPolygon) -> dict[str, Any]:
-    """Images with their names, those of links, and what slides between two images."""
-    names = list(found.x)
-    sizes = np.array([np.hypot(found.x[name], found.y[name]) for name in names])
-    finite = sizes[np.isfinite(sizes)]
-    peak = float(finite.max()) if finite.size else 0.0
+def _polygon(found: PolygonContent) -> dict[str, Any]:
+    """Images with their names, those of links, sides in parts, and what slides."""
+    peak = found.greatest
     places = DIGITS - 1 - math.floor(math.log10(peak)) if peak > 0.0 else 0
-    number = {name: n for n, name in enumerate(names)}
-    points = [
-        {
-            "t": text_runs(symbolic(name.rpartition(".")[2].rpartition(" at ")[2])),
-            "n": name,
-            "x": _rounded(found.x[name], places),
-            "y": _rounded(found.y[name], places),
-        }
-        for name in names
-    ]
-    links = {body: [number[name] for name in own] for body, own in found.links.items()}
-    slides = [
-        [number[name] for name in pair]
-        for pair in found.joints.values()
-        if len(pair) == 2
-        and any(
-            np.abs(table[pair[0]] - table[pair[1]]).max(initial=0.0) > PRINTED_NONE * peak
-            for table in (found.x, found.y)
-        )
-    ]
-    return {"points": points, "links": links, "slides": slides}
+
+    def place(at: Array) -> dict[str, Any]:
+        return {"x": _rounded(at[:, 0], places), "y": _rounded(at[:, 1], places)}
+
+    def side(one: Side) -> dict[str, Any]:
+        corner = {} if one.corner is None else {"t": one.texts, **place(one.corner)}
+        return {"of": list(one.ends), **corner}
+
+    return {
+        "points": [
+            {"t": plain_runs(one.text), "n": one.names, **place(one.at)} for one in found.images
+        ],
+        "links": found.links,
+        "parts": [side(one) for one in found.parts.values()],
+        "slides": [side(one) for one in found.slides.values()],
+    }
 
 
 def _rounded(values: Array, places: int) -> list[float | None]:

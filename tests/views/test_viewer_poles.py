@@ -7,6 +7,7 @@ import mbody
 from mbody import gallery
 from mbody.engineering import acceleration_polygon, centrodes, instant_centres, velocity_polygon
 from mbody.views.motions import motion
+from mbody.views.page import plain_runs
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.viewer_page import ViewerPage
@@ -47,8 +48,32 @@ def test_the_document_has_the_centres_and_polygons_of_the_analysis(views, name):
         own = scene["poles"]["polygons"][polygon.quantity]
         peak = max(np.hypot(x, polygon.y[key]).max() for key, x in polygon.x.items())
         for point in own["points"]:
-            assert np.abs(numbers(point["x"]) - polygon.x[point["n"]]).max() < 1e-4 * peak
-            assert np.abs(numbers(point["y"]) - polygon.y[point["n"]]).max() < 1e-4 * peak
+            for point_name in point["n"]:
+                assert np.abs(numbers(point["x"]) - polygon.x[point_name]).max() < 1e-4 * peak
+                assert np.abs(numbers(point["y"]) - polygon.y[point_name]).max() < 1e-4 * peak
+        names = [name for point in own["points"] for name in point["n"]]
+        assert sorted(names) == sorted(polygon.x)
+
+
+@pytest.mark.parametrize("name", MODELS[:3])
+def test_paper_and_page_have_the_same_letters_and_lines_in_polygons(views, name):
+    view = views[name]
+    run = next(iter(view.runs.values()))
+    figure = mbody.draw(run, len(run) // 6, polygons=True)
+    for axes, polygon in zip(
+        figure.axes[1:3], view.document["scene"]["poles"]["polygons"].values(), strict=True
+    ):
+        texts = [one.get_text() for one in axes.texts]
+        letters = [one["t"] for one in polygon["points"]]
+        assert letters == [plain_runs(text) for text in texts if plain_runs(text) in letters]
+        lines = {str(one.get_gid()).partition(":")[0] for one in axes.lines}
+        assert ("sliding" in lines) == any(polygon["slides"])
+        if "parts" in lines:
+            assert polygon["parts"]
+        parts = [
+            text for one in [*polygon["parts"], *polygon["slides"]] for text in one.get("t", "")
+        ]
+        assert {text for text in texts if text in "ntC"} <= {*parts}
 
 
 def test_where_nothing_moves_and_in_crowds_there_are_none():

@@ -3,11 +3,12 @@
 
 import { el, nice, shown, sv } from "./elements.mjs";
 import { arrow } from "./drawing.mjs";
-import { ARROW_WEIGHT, FreePlaces, around, write } from "./names.mjs";
+import { ARROW_WEIGHT, FreePlaces, alongside, around, write } from "./names.mjs";
 
-/** Pixels of a polygon and of its edge; images nearer than this have one name. */
-const POLYGON_WIDE = 380, POLYGON_TALL = 330, POLYGON_EDGE = 48, ONE_IMAGE = 3;
+/** Pixels of a polygon and of its edge; images nearer than this have one name; shorter parts are not seen, or have no letter. */
+const POLYGON_WIDE = 380, POLYGON_TALL = 330, POLYGON_EDGE = 48, ONE_IMAGE = 3, SEEN = 2, NAMED = 12;
 const full = (list) => Float64Array.from(list, (v) => v ?? NaN);
+const filled = (all) => all.map((one) => (one.x ? { ...one, x: full(one.x), y: full(one.y) } : one));
 
 /** The greatest extent of several histories and zero at an instant. */
 function span(histories) {
@@ -34,7 +35,7 @@ export class Poles {
     };
     this.all = motion.scene.poles.centres.map((one) => {
       const text = sv("text", { "dominant-baseline": "central", style: "fill: var(--drive)" }), wanders = one.kind === "instantaneous";
-      const dot = sv("circle", { r: wanders ? 4 : 3, "data-name": `pole:${one.of.join(",")}`, style: `fill: var(--${wanders ? "drive" : "paper"}); stroke: var(--drive)`, "stroke-width": 1.5 });
+      const dot = sv("circle", { r: wanders ? 4 : 3, "data-name": `pole:${one.of.join(",")}`, style: `fill: var(--${wanders ? "paper" : "drive"}); stroke: var(--drive)`, "stroke-width": 1.5 });
       this.marks.append(dot, text);
       const own = { ...one, x: full(one.x), y: full(one.y), dot, text };
       if (one.on !== undefined) {
@@ -82,8 +83,8 @@ export class PolygonPanel {
   constructor(viewer) {
     this.viewer = viewer;
     const { polygons } = viewer.main.scene.poles;
-    this.polygons = Object.fromEntries(Object.entries(polygons).map(([key, one]) => [key, { ...one, points: one.points.map((p) => ({ ...p, x: full(p.x), y: full(p.y) })) }]));
-    for (const one of Object.values(this.polygons)) one.room = ["x", "y"].map((axis) => span(one.points.map((p) => p[axis])));
+    this.polygons = Object.fromEntries(Object.entries(polygons).map(([key, one]) => [key, { links: one.links, points: filled(one.points), parts: filled(one.parts), slides: filled(one.slides) }]));
+    for (const one of Object.values(this.polygons)) one.room = ["x", "y"].map((axis) => span([...one.points, ...one.parts, ...one.slides].flatMap((p) => (p.x ? [p[axis]] : []))));
     this.figures = Object.keys(polygons).map((key) => [key, sv("svg", { role: "img", "aria-label": `${key} polygon`, viewBox: `0 0 ${POLYGON_WIDE} ${POLYGON_TALL}` })]);
     this.message = el("p", { role: "status" });
     this.root = el("section", { class: "free motionpolygons", "aria-label": "velocity and acceleration polygons", hidden: "" },
@@ -100,41 +101,52 @@ export class PolygonPanel {
       if (motion.recordedNow) this.#polygon(figure, motion, this.polygons[key], key === "velocity" ? [units.v, "speed"] : [units.a, "change"]);
     }
   }
-  #polygon(figure, motion, { points, links, slides, room }, [[unit, one], color]) {
-    const at = points.map((one) => [motion.value2(one.x), motion.value2(one.y)]);
+  #polygon(figure, motion, { points, links, parts, slides, room }, [[unit, one], color]) {
+    const now = (one) => [motion.value2(one.x), motion.value2(one.y)], at = points.map(now);
     if (at.some(([x, y]) => !Number.isFinite(x + y))) { figure.replaceChildren(); return; }
-    const xs = [0, ...at.map(([x]) => x)], ys = [0, ...at.map(([, y]) => y)], middle = [xs, ys].map((all) => 0.5 * (Math.min(...all) + Math.max(...all)));
+    const xs = at.map(([x]) => x), ys = at.map(([, y]) => y), middle = [xs, ys].map((all) => 0.5 * (Math.min(...all) + Math.max(...all)));
     const wide = Math.max(...xs) - Math.min(...xs), tall = Math.max(...ys) - Math.min(...ys);
     if (!(Math.max(wide, tall) > 0)) { figure.replaceChildren(); return; }
     // at one scale for the whole motion, so that the polygon grows and shrinks with it
     const by = Math.min((POLYGON_WIDE - 2 * POLYGON_EDGE) / room[0], (POLYGON_TALL - 2 * POLYGON_EDGE) / room[1]);
     const place = ([x, y]) => [0.5 * POLYGON_WIDE + by * (x - middle[0]), 0.46 * POLYGON_TALL - by * (y - middle[1])];
-    const spots = at.map(place), pole = place([0, 0]), over = [], places = new FreePlaces(POLYGON_WIDE, POLYGON_TALL - 24, true);
+    const spots = at.map(place), [pole] = spots, over = [], letters = [], apart = ([a, b], [c, d]) => Math.hypot(a - c, b - d), places = new FreePlaces(POLYGON_WIDE, POLYGON_TALL - 24, true);
     for (const [body, corners] of Object.entries(links)) {
-      if (corners.length < 2) continue;
       const d = corners.map((n, k) => `${k ? "L" : "M"}${spots[n].map((v) => v.toFixed(1)).join(" ")}`).join("");
       over.push(sv("path", { d: corners.length > 2 ? `${d}Z` : d, "data-name": `image:${body}`, style: "fill: var(--plate); stroke: var(--ink); fill-opacity: 0.45", "stroke-width": 1.2 }));
     }
-    for (const [a, b] of slides) if (Math.hypot(spots[a][0] - spots[b][0], spots[a][1] - spots[b][1]) > 2) {
-      over.push(sv("path", { d: `M${spots[a].join(" ")}L${spots[b].join(" ")}`, style: "stroke: var(--load); fill: none", "stroke-width": 1.4, "stroke-dasharray": "6 3" }));
+    // a side goes over its corner where that is seen: to the normal part and the tangential one, or Coriolis's
+    for (const [sides, color, dashes, every] of [[parts, "drive", "2.5 2", true], [slides, "load", "6 3", false]]) for (const one of sides) {
+      const [a, b] = one.of.map((n) => spots[n]), corner = one.x ? place(now(one)) : a, seen = apart(a, corner) > SEEN && (!every || apart(corner, b) > SEEN), line = seen ? [a, corner, b] : [a, b];
+      if (every ? !seen : apart(a, b) <= SEEN) continue;
+      over.push(sv("path", { d: `M${line.map((one) => one.join(" ")).join("L")}`, style: `stroke: var(--${color}); fill: none`, "stroke-width": 1.4, "stroke-dasharray": dashes }));
+      if (seen) [...one.t].forEach((text, k) => { if (apart(line[k], line[k + 1]) > NAMED) letters.push([text, color, line[k], line[k + 1]]); });
     }
-    const images = [{ x: pole[0], y: pole[1], names: [[["o", ""]]] }];
-    at.forEach((_, n) => {
-      const [x, y] = spots[n], same = images.find((one) => Math.hypot(one.x - x, one.y - y) < ONE_IMAGE), name = points[n].t;
+    const images = [];
+    spots.forEach(([x, y], n) => {
+      const same = images.find((one) => apart([one.x, one.y], [x, y]) < ONE_IMAGE), name = points[n].t;
       if (!same) images.push({ x, y, names: [name] });
-      else if (same !== images[0] && !same.names.some((one) => JSON.stringify(one) === JSON.stringify(name))) same.names.push(name);
+      else if (same !== images[0]) same.names.push(name);
     });
     for (const { x, y } of images.slice(1)) {
       over.push(sv("path", { d: arrow(pole[0], pole[1], x - pole[0], y - pole[1]), style: `fill: var(--${color})` }));
       places.stroke(...pole, x, y, 1.5, ARROW_WEIGHT);
     }
     over.push(sv("circle", { cx: pole[0], cy: pole[1], r: 3, style: "fill: var(--paper); stroke: var(--ink)" }));
-    for (const one of images) {
-      const runs = one.names.flatMap((name, n) => (n ? [[", ", ""], ...name] : name)), label = { wide: runs.reduce((sum, [part, how]) => sum + (how ? 5.5 : 7.5) * part.length, 0) };
-      label.text = write(sv("text", { "text-anchor": "middle", "dominant-baseline": "central", style: "fill: var(--ink)" }), runs);
-      const away = one === images[0] ? [-0.7, 0.7] : [one.x - pole[0], one.y - pole[1]], long = Math.hypot(...away) || 1;
-      places.put(label, around(one.x, one.y, away[0] / long, away[1] / long, 7, 0.5 * label.wide + 2, 7));
+    const named = (runs, color, spots) => {
+      const label = { wide: runs.reduce((sum, [part, how]) => sum + (how ? 5.5 : 7.5) * part.length, 0) };
+      label.text = write(sv("text", { "text-anchor": "middle", "dominant-baseline": "central", style: `fill: var(--${color})` }), runs);
+      places.put(label, spots(0.5 * label.wide + 2, 7));
       over.push(label.text);
+    };
+    for (const one of images) {
+      const runs = one.names.flatMap((name, n) => (n ? [[", ", ""], ...name] : name));
+      const away = one === images[0] ? [-0.7, 0.7] : [one.x - pole[0], one.y - pole[1]], long = Math.hypot(...away) || 1;
+      named(runs, "ink", (w, h) => around(one.x, one.y, away[0] / long, away[1] / long, 7, w, h));
+    }
+    for (const [text, color, [x, y], to] of letters) {
+      const u = (to[0] - x) / apart([x, y], to), v = (to[1] - y) / apart([x, y], to);
+      named([[text, ""]], color, (w, h) => alongside(0.5 * (x + to[0]), 0.5 * (y + to[1]), v, -u, 2, w, h));
     }
     const value = nice(70 / by / one) * one, note = sv("text", { x: 20 + by * value, y: POLYGON_TALL - 10, style: "fill: var(--soft)", class: "upright" });
     note.textContent = `${shown(value / one)} ${unit}`;
