@@ -26,6 +26,7 @@ from mbody.derivatives.identifiable import (
 )
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
@@ -509,8 +510,7 @@ def fit(
     [0.1, 0.3]
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("fit takes one design: choose one of the batch with design(n)")
+    takes_one_design("fit", system.batch)
     if not 0.0 < confidence < 1.0:
         raise ModelError(f"fit: confidence is {confidence:g}, it must lie between 0 and 1")
     kind = _analysis(system, analysis)

@@ -27,6 +27,7 @@ from mbody.derivatives.reduced_measures import (
 )
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.tables import measured_data
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.numbers import number_in
 from mbody.model.study import Measure
@@ -68,8 +69,7 @@ class PreparedGradient:
         analysis: str = "kinetostatics",
         **options: Any,
     ) -> None:
-        if system.batch is not None:
-            raise ModelError("gradient takes one design: choose one of the batch with design(n)")
+        takes_one_design("gradient", system.batch)
         self.system = system
         self.given = checked_names(system, by)
         self.names = tuple(self.given.values())

@@ -30,6 +30,7 @@ from mbody.derivatives.named_numbers import (
 )
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
@@ -585,8 +586,7 @@ def gradient(
     (169.5305, 187.5089, 'lbf/in')
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("gradient takes one design: choose one of the batch with design(n)")
+    takes_one_design("gradient", system.batch)
     if analysis == MOTION:
         return _of_motion(system, measure, by, options)
     if analysis == EQUILIBRIUM:

@@ -16,6 +16,7 @@ from mbody.core.presentation import Presented
 from mbody.derivatives.gradient import Gradient, gradient
 from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.errors import ModelError, SolveError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
@@ -600,8 +601,7 @@ def tolerances(
     ['rocker.B.x', 'crank.A.x']
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("tolerances takes one design: choose one of the batch with design(n)")
+    takes_one_design("tolerances", system.batch)
     if not isinstance(measure, str | Measure | tuple):
         raise ModelError(f"tolerances: measure must be one quantity, not {brief(measure)}")
     ((name),) = (column.name for column in columns_of(system.mechanism, [measure], "tolerances"))

@@ -13,6 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
@@ -416,8 +417,7 @@ def force_balance(model: Mechanism | System, on: Mapping[Any, Any], **options: A
     (True, 4)
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("force_balance takes one design: choose one of the batch with design(n)")
+    takes_one_design("force_balance", system.batch)
     wanted = _wanted(system, on)
     run = _motion(system, options)
     for place in wanted:

@@ -13,6 +13,7 @@ from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
+from mbody.model.argument_checks import whole_number
 from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
@@ -529,8 +530,7 @@ def internal_loads(
     """
     run = as_solution(run)
     check_forces(run, "internal loads")
-    if isinstance(places, bool) or not isinstance(places, int) or not 2 <= places <= MOST:
-        raise ModelError(f"places must be a whole number from 2 to {MOST}, not {places!r}")
+    places = whole_number("places", places, 2, MOST)
     bar = bar_of(run, body, along)
     mass = _mass(run, body, bar, lumped)
     forces = forces_on(run, body, bar)

@@ -17,6 +17,7 @@ from mbody.core.presentation import Presented
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import Orders, complex_orders, driver_cycle
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import whole_number
 from mbody.model.driver import Driver
 from mbody.model.element import Marker, as_marker, listed
 from mbody.model.numbers import number_in
@@ -321,9 +322,7 @@ def firing_angles(
     True
     """
     row = _order(order)
-    count = len(row) if cylinders is None else cylinders
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise ModelError(f"a number of cylinders is a whole number from 1 on, not {cylinders!r}")
+    count = len(row) if cylinders is None else whole_number("cylinders", cylinders)
     missing = sorted(set(range(1, count + 1)) - set(row))
     strange = sorted(set(row) - set(range(1, count + 1)))
     twice = sorted({n for n in row if row.count(n) > 1})
@@ -341,9 +340,7 @@ def firing_angles(
             f"the firing order {'-'.join(map(str, row))} does not fit {count} cylinders: "
             f"{', '.join(wrong)}; name each from 1 to {count} once"
         )
-    if isinstance(turns, bool) or not isinstance(turns, int) or turns < 1:
-        raise ModelError(f"a cycle has 2 turns or 1, or another whole number, not {turns!r}")
-    cycle = 2.0 * math.pi * turns
+    cycle = 2.0 * math.pi * whole_number("turns", turns)
     steps = [cycle / count] * count if intervals is None else [float(one) for one in intervals]
     if len(steps) != count or abs(sum(steps) - cycle) > tol.CRANK_BESIDE_DEAD_CENTRE * cycle:
         raise ModelError(

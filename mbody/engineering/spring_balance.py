@@ -13,6 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
@@ -286,10 +287,7 @@ def _system(model: Mechanism | System, described: Mechanism) -> System:
     """The system of the description with the numbers that were given."""
     system = assemble(described)
     if isinstance(model, System):
-        if model.batch is not None:
-            raise ModelError(
-                "spring_balance takes one design: choose one of the batch with design(n)"
-            )
+        takes_one_design("spring_balance", model.batch)
         others = {k: v for k, v in model.values.items() if system.values[k] != v}
         system = system.with_values(others) if others else system
     return system

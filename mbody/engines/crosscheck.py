@@ -21,6 +21,7 @@ from mbody.core.presentation import Presented
 from mbody.engines import load_forces
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.stop import Stop
 from mbody.model.study import Instants
@@ -165,8 +166,7 @@ def crosscheck(
     """
     names = _names_of(against)
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("crosscheck takes one design: choose one of the batch with design(n)")
+    takes_one_design("crosscheck", system.batch)
     if ours is not None:
         run = _checkable(system, as_solution(ours))
     elif system.mechanism.simulation is not None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import whole_number
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -84,10 +85,9 @@ def task(
         raise ModelError(
             f"envs.make: step is {length:g} {machine.units.time}: give a positive time"
         )
-    for name, count in (("frame_skip", frame_skip), ("max_steps", max_steps)):
-        whole = isinstance(count, int) and not isinstance(count, bool) and count > 0
-        if not whole and not (name == "max_steps" and count is None):
-            raise ModelError(f"envs.make: {name} is {brief(count)}: give a whole number from 1 on")
+    frame_skip = whole_number("envs.make: frame_skip", frame_skip)
+    if max_steps is not None:
+        max_steps = whole_number("envs.make: max_steps", max_steps)
     if not isinstance(actions, Mapping) or not actions:
         raise ModelError(
             'envs.make: actions must be inputs with their bounds, such as {"u": ("-5 N*m", '

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import whole_number
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.formula import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.types import (
@@ -218,24 +219,12 @@ class Instants:
             raise ModelError(f"ask: over must be 'turn' or the name of a driver, not {self.over!r}")
         if self.at and self.over:
             raise ModelError("ask: give at or over, not both")
-        if self.instants is not None and (
-            isinstance(self.instants, bool)
-            or not isinstance(self.instants, int)
-            or not 2 <= self.instants <= 1_000_000
-        ):
-            raise ModelError(
-                f"ask: instants must be a whole number from 2 to 1000000, not {self.instants!r}"
-            )
+        if self.instants is not None:
+            instants = whole_number("ask: instants", self.instants, 2, 1_000_000)
+            object.__setattr__(self, "instants", instants)
         if self.instants is not None and not self.over:
             raise ModelError("ask: instants goes with over; at says how many they are")
-        if (
-            isinstance(self.turns, bool)
-            or not isinstance(self.turns, int)
-            or not 1 <= self.turns <= 1000
-        ):
-            raise ModelError(
-                f"ask: turns must be a whole number from 1 to 1000, not {self.turns!r}"
-            )
+        object.__setattr__(self, "turns", whole_number("ask: turns", self.turns, 1, 1000))
         if self.turns != 1 and not self.over:
             raise ModelError("ask: turns goes with over, which says whose they are")
         object.__setattr__(self, "at", {name: _row(name, v) for name, v in self.at.items()})

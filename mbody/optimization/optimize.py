@@ -16,6 +16,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.files.model.other_numbers import file_unit
 from mbody.files.model.study_tables import optimization_tasks
+from mbody.model.argument_checks import takes_one_design, whole_number
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import OptimizationTask
@@ -512,14 +513,14 @@ def optimize(
     True
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("optimize takes one design: choose one of the batch with design(n)")
+    takes_one_design("optimize", system.batch)
     if task is not None:
         own = _task(system.mechanism, task)
         return optimize(system, progress=progress, **own.arguments())
     _check_options(analysis, options)
     aims = _aims_given(minimize, maximize)
-    _check_counts(starts=starts, points=points)
+    starts = whole_number("optimize: starts", starts, 1, 10_000)
+    points = whole_number("optimize: points", points, 3, 10_000)
     ranges = ranges_of(system, by, start)
     machine, names = system.mechanism, list(ranges.names)
     motion = MotionEvaluator(system, names, options) if analysis == MOTION else None
@@ -573,15 +574,6 @@ def _aims_given(minimize: Objective, maximize: Objective) -> list[tuple[Any, boo
             "make limits of the others by subject_to"
         )
     return found
-
-
-def _check_counts(**counts: Any) -> None:
-    for name, value in counts.items():
-        least = 1 if name == "starts" else 3
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= 10_000:
-            raise ModelError(
-                f"optimize: {name} must be a whole number from {least} to 10000, not {brief(value)}"
-            )
 
 
 def _check_options(analysis: str, options: Mapping[str, Any]) -> None:

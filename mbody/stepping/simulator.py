@@ -42,6 +42,7 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -381,8 +382,7 @@ class Simulator(MechanicsNow):
         rates: Mapping[str, Number] | None = None,
     ) -> None:
         whole = as_system(model)
-        if whole.batch is not None:
-            raise ModelError("a Simulator takes one design: choose one of the batch with design(n)")
+        takes_one_design("a Simulator", whole.batch)
         errors = tolerances(whole, rtol, atol)
         closed_system, whole = whole, with_contacts_of_joints(whole)
         self._start = first_instant_with_contacts(closed_system, whole, start, guess, rates)

@@ -37,6 +37,7 @@ from mbody.kernels.step_state import (
     STIFF_COUNT,
     TIME,
 )
+from mbody.model.argument_checks import whole_number
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -767,19 +768,14 @@ def _count(system: System, n: Any) -> int:
     """Number of motions."""
     if n is None and system.batch is not None:
         return int(system.batch)
-    if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-        raise ModelError(f"Simulators: n is {brief(n)}: give a whole number from 1 on")
+    n = whole_number("Simulators: n", n)
     if system.batch is not None and n != system.batch:
         raise ModelError(
             f"Simulators: n is {n}, the system has {system.batch} designs, one for each motion: "
             "leave n out"
         )
-    return int(n)
+    return n
 
 
 def _threads(given: Any) -> int:
-    if given is None:
-        return usable_cores()
-    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
-        raise ModelError(f"Simulators: threads is {brief(given)}: give a whole number from 1 on")
-    return given
+    return usable_cores() if given is None else whole_number("Simulators: threads", given)

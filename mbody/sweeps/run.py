@@ -15,6 +15,7 @@ from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
+from mbody.model.argument_checks import whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.sweeps.job import (
     BLOCK,
@@ -264,8 +265,7 @@ def _threads(system: System, threads: int | None) -> int:
     """Number of threads; user code needs one."""
     if threads is None:
         return 1 if system.has_user_code else cores()
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise ModelError(f"threads must be a whole number from 1 on, not {threads!r}")
+    threads = whole_number("threads", threads)
     return 1 if system.has_user_code else threads
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
@@ -11,6 +10,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import whole_number
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import float_or_formula
@@ -173,13 +173,9 @@ class Samples:
             )
         if self.kind in ("grid", "together"):
             return
-        for name in ("count", "seed"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not hasattr(value, "__index__") or value < 0:
-                raise ModelError(f"{self.kind}: {name} must be a whole number, not {value!r}")
-            object.__setattr__(self, name, operator.index(value))
-        if not 1 <= self.count <= MOST:
-            raise ModelError(f"{self.kind}: count is {self.count}: give 1 to {MOST:.0e} designs")
+        for name, least, most in (("count", 1, MOST), ("seed", 0, None)):
+            value = whole_number(f"{self.kind}: {name}", getattr(self, name), least, most)
+            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True)

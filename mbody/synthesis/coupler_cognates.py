@@ -27,6 +27,7 @@ from mbody.core.presentation import Presented
 from mbody.core.tolerances import SYNTHESIS_POINT_MET
 from mbody.errors import ModelError
 from mbody.files.model import save
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Body
 from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker, listed
@@ -185,8 +186,7 @@ def cognates(model: Mechanism | System, point: str) -> CognateList:
     ['Grashof: double rocker', 'Grashof: crank-rocker']
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("cognates takes one design: choose one of the batch with design(n)")
+    takes_one_design("cognates", system.batch)
     run = kinematics(system, [0.0])
     loop = _loop_of(run, point)
     law = _law(loop)

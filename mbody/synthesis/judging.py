@@ -64,15 +64,6 @@ class MotionCondition:
         return float((self.sign * (found - limit)).min())
 
 
-def counted(name: str, value: Any, least: int = 1) -> int:
-    """A whole number of the request."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
-        raise ModelError(
-            f"synthesize: {name} must be a whole number from {least} on, not {value!r}"
-        )
-    return int(value)
-
-
 def _table(name: str, given: Any, dimensions: Sequence[str], units: UnitSystem) -> np.ndarray:
     """Rows of numbers, each of its dimension; text may have units."""
     columns = ", ".join(dimensions)

@@ -15,6 +15,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, ModelWarning, brief
+from mbody.model.argument_checks import whole_number
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, Scope, read
@@ -236,11 +237,11 @@ def synthesize(
     tried = SWEPT if model is not None else FREE if timing is None else TIMED
     request = _Request(
         units=_units(model, units),
-        count=judging.counted("count", count),
+        count=whole_number("synthesize: count", count),
         effort=Effort(
-            judging.counted("search", tried if search is None else search),
-            judging.counted("starts", known if starts is None else starts),
-            judging.counted("seed", seed, 0),
+            whole_number("synthesize: search", tried if search is None else search),
+            whole_number("synthesize: starts", known if starts is None else starts),
+            whole_number("synthesize: seed", seed, 0),
         ),
         texts=(subject_to,) if isinstance(subject_to, str) else tuple(subject_to),
         full_turn=bool(full_turn),

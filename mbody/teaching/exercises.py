@@ -17,6 +17,7 @@ from mbody.analysis.driven.driven import analyse_at, kinematics
 from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.errors import ModelError, SolveError
 from mbody.files.writing import writing
+from mbody.model.argument_checks import whole_number
 from mbody.model.study import Instants
 from mbody.reports.blocks import Block, Chapter, Grid, Items, Picture, ReportDocument, Text
 from mbody.reports.described import inputs
@@ -174,8 +175,7 @@ def exercises(
     ...     "c": ("70 mm", "90 mm")}, 2, seed=7).exercises]
     True
     """
-    if count < 1:
-        raise ModelError(f"exercises: count is {count}, it must be at least 1")
+    count = whole_number("exercises: count", count)
     bounds = {name: _Bounds.of(name, *ends) for name, ends in vary.items()}
     if not bounds:
         raise ModelError("exercises: nothing differs between them: give a parameter to vary")

@@ -22,6 +22,7 @@ import numpy as np
 from mbody.analysis.driven.time_grid import memory
 from mbody.errors import ModelError
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
+from mbody.model.argument_checks import whole_number
 from mbody.model.element import listed
 from mbody.sweeps.run import connected, results
 from mbody.sweeps.store import remove_abandoned, write_whole
@@ -427,9 +428,7 @@ class LinkageSet:
         Raises ModelError.
         """
         for name, least in (("count", 1), ("nodes", 4), ("seed", 0), ("instants", 2)):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise ModelError(f"{name} must be a whole number from {least} on, not {value!r}")
+            object.__setattr__(self, name, whole_number(name, getattr(self, name), least))
         for name in ("turn", "speed"):
             if not (np.isfinite(getattr(self, name)) and getattr(self, name) != 0.0):
                 raise ModelError(
@@ -483,8 +482,7 @@ def write_linkages(
     data set.
     """
     what.check()
-    if isinstance(threads, bool) or not isinstance(threads, int) or threads < 1:
-        raise ModelError(f"threads must be a whole number from 1 on, not {threads!r}")
+    threads = whole_number("threads", threads)
     own, parts = part
     if not 1 <= own <= parts:
         raise ModelError(f"there is no part {own} of {parts}: give 1/{parts} to {parts}/{parts}")

@@ -27,6 +27,7 @@ from mbody.kernels.continuation_lanes import (
     linkage_rows,
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.model.argument_checks import whole_number
 from mbody.quantities.types import PlainNumbers
 from mbody.system.pivoting import lane_workspace
 from mbody.system.system import System
@@ -424,8 +425,8 @@ def linkages(
     """
     made, moved_by = _moved_to_origin(linkage_arrays(arrays))
     count, nodes = made.joints.shape[:2]
-    instants = _checked_count("instants", instants, 2)
-    threads = _checked_count("threads", threads, 1)
+    instants = whole_number("instants", instants, 2)
+    threads = whole_number("threads", threads)
     drivers = made.driver.shape[1]
     motion = _Motion(
         _per_driver(turn, made.driver.shape), _per_linkage("speed", speed, count), _pair(gravity)
@@ -639,12 +640,6 @@ def _sizes(group: LinkageGroup) -> np.ndarray:
     parts = (group.par, group.mass, group.q, group.positions)
     found = np.max([np.abs(part).max(axis=0, initial=0.0) for part in parts], axis=0)
     return np.where(np.isfinite(found), found, np.inf)
-
-
-def _checked_count(name: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not hasattr(value, "__index__") or int(value) < least:
-        raise ModelError(f"{name} must be a whole number from {least} on, not {value!r}")
-    return int(value)
 
 
 def _per_driver(value: Any, shape: tuple[int, ...]) -> np.ndarray:

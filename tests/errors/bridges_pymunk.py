@@ -33,7 +33,7 @@ SCENARIOS = {
 }
 
 SENTENCES = r"""
-pymunk is asked of a batch | ModelError | - | pymunk checks one design: choose one of the batch with design(n)
+pymunk is asked of a batch | ModelError | - | pymunk takes one design: choose one of the batch with design(n)
 pymunk is asked of a motion without forces | ModelError | - | kinematics computes no forces for pymunk to check: use kinetostatics or simulate
 pymunk is not installed | SolveError | - | pymunk is not installed: pip install pymunk
 """

@@ -118,7 +118,7 @@ an assembly mode that is no name | ModelError | - | assembly is 1.5: give the na
 an assembly mode of a batch | ModelError | - | assembly='open' is of one design: give a batch the guess of a mode, guess=modes[0]
 an assembly mode beside a guess | ModelError | - | give a guess or an assembly, not both: each chooses the branch
 assemblies of a batch | ModelError | - | assembly_modes takes one design: choose one of the batch with design(n)
-assemblies after half a box | ModelError | - | most is 0.5: give a whole number of boxes, 1 or more
+assemblies after half a box | ModelError | - | most must be a whole number from 1 on, not 0.5
 assemblies at a number | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 1.0
 assemblies at several values | ModelError | motor | 'motor': assembly_modes takes one value of a driver, not [1.0, 2.0]
 assemblies at a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')

@@ -141,8 +141,8 @@ a firing order with a cylinder twice | ModelError | - | the firing order 1-3-4-3
 a firing order of a cylinder that is not there | ModelError | - | the firing order 1-5 does not fit 2 cylinders: cylinder 5 is not there, cylinder 2 does not fire; name each from 1 to 2 once
 a firing order in words | ModelError | - | a firing order is numbers of cylinders such as '1-3-4-2', not 'one, two'
 a firing order of halves | ModelError | - | a firing order is whole numbers such as [1, 3, 4, 2], not [1.0, 2.5]
-a firing order of no cylinders | ModelError | - | a number of cylinders is a whole number from 1 on, not 0
-a firing order of no turns | ModelError | - | a cycle has 2 turns or 1, or another whole number, not 0
+a firing order of no cylinders | ModelError | - | cylinders must be a whole number from 1 on, not 0
+a firing order of no turns | ModelError | - | turns must be a whole number from 1 on, not 0
 firing intervals that are not the cycle | ModelError | - | 2 intervals of 171.887 deg in all do not make the cycle of 2 cylinders, 720 deg: give one after each firing
 firing away from the dead centre | ModelError | - | cylinder 2 fires 240 deg after cylinder 1, where its piston is 120 deg of the crank away from the dead centre: choose another firing order, or give the intervals
 cranks of other cylinders | ModelError | - | there are cranks of the cylinders 1, 3, and the firing order has 1, 2: give one a cylinder

@@ -255,7 +255,7 @@ a curve along what is not there | ModelError | push.size | there is no number 'p
 a curve over no span | ModelError | - | span must be two different numbers, where to begin first, not (3.0, 3.0)
 a curve over a number | ModelError | - | span must be two different numbers, where to begin first, not 3.0
 a curve that begins outside | ModelError | - | at must be a number within the span 0 … 5, not 7.0
-a curve of one point | ModelError | - | a curve needs at least 2 points, a whole number, not 1
+a curve of one point | ModelError | - | points must be a whole number from 2 on, not 1
 a curve that starts at a number | ModelError | - | start must be a rest position or a guess such as {"crank": 0.3}, not 0.5
 a curve that starts where nothing rests | SolveError | - | there is no rest position of 'pendulum' near the start: look for one with equilibrium, and give it as start
 a curve that starts where there is nothing | SolveError | rod | no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads

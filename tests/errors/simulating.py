@@ -400,7 +400,7 @@ every nothing | ModelError | - | every is 0: give a positive time, for at most 1
 every no number | ModelError | simulate | 'simulate': every: there is no parameter 'now' (there are none)
 every endless | ModelError | simulate | 'simulate': every is nan, it must be finite
 every some metres | ModelError | simulate | 'simulate': every: '3 m' is a length (m), where a time (s) is wanted
-one instant | ModelError | - | instants must be a whole number from 2 to 1e7, not 1
+one instant | ModelError | - | instants must be a whole number from 2 to 10000000, not 1
 a motion of nothing with mass | SolveError | flag | the motion of 'flag' is not determined: it is free and has no mass; give it mass and inertia, or guide it by a joint
 a motion of what has no inertia | SolveError | flag | the motion of 'flag' is not determined: it is free to turn, loads turn it, and it has no inertia; give it one, or hold its angle
 a motion into a dead centre | SolveError | motor | the motion cannot go on at t = 0.418116 s: 'motor' leads 'rocker' into a dead centre, where rates and forces at 'O2', 'A', 'O4', 'B' grow without bound; stop it before, or drive another body

@@ -363,9 +363,9 @@ a turn of a number | ModelError | 3 | there is no driver 3 to turn (there are: '
 a turn with times | ModelError | - | turn goes alone: leave out t
 a turn with values | ModelError | - | turn goes alone: leave out drive
 instants without a turn | ModelError | - | instants goes with turn; times and driver values say how many they are
-a turn of one instant | ModelError | - | a turn needs at least 2 instants, a whole number, not 1
-a turn of half an instant | ModelError | - | a turn needs at least 2 instants, a whole number, not 2.5
-a turn of text | ModelError | - | a turn needs at least 2 instants, a whole number, not '9'
+a turn of one instant | ModelError | - | instants must be a whole number from 2 on, not 1
+a turn of half an instant | ModelError | - | instants must be a whole number from 2 on, not 2.5
+a turn of text | ModelError | - | instants must be a whole number from 2 on, not '9'
 a turn without a driver | ModelError | - | turn=True goes with one driver, 'four-bar' has 0 (none): add one
 a turn of two drivers | ModelError | - | turn=True goes with one driver, 'four-bar' has 2 ('motor', 'second'): name one of them
 a turn of a cylinder | ModelError | ram | driver 'ram' drives no angle, it cannot turn: give times t, or drive

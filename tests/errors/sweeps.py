@@ -210,8 +210,8 @@ a sweep of no values | ModelError | crank.A.x | sweep: 'crank.A.x' needs finite 
 a sweep of text that is no length | ModelError | crank.A.x | sweep: 'crank.A.x': '3 kg' is a mass (kg), where a length (m) is wanted
 a sweep of lists that do not fit | ModelError | - | sweep: there are 2 of 'crank.A.x' and 3 of 'crank.mass': give as many values of each
 a grid that is too large | ModelError | - | sweep: the grid has 9.97e+08 designs, at most 1e+08 are possible: use fewer values, or random designs with sobol
-draws that are no number | ModelError | - | latin hypercube: count must be a whole number, not 2.5
-draws of no design | ModelError | - | sobol: count is 0: give 1 to 1e+08 designs
+draws that are no number | ModelError | - | latin hypercube: count must be a whole number from 1 to 100000000, not 2.5
+draws of no design | ModelError | - | sobol: count must be a whole number from 1 to 100000000, not 0
 a draw of one value | ModelError | crank.A.x | sweep: 'crank.A.x' needs (low, high), or a Normal, Uniform or Triangular distribution, not 1.0
 a draw from high to low | ModelError | crank.A.x | sweep: 'crank.A.x' goes from 1.1 to 0.9: give low, then high
 a scatter of less than nothing | ModelError | crank.A.x | sweep: the width of 'crank.A.x' is -0.1: give 0 or more

@@ -33,7 +33,7 @@ SCENARIOS = {
 
 SENTENCES = r"""
 exercises that do not differ | ModelError | - | exercises: nothing differs between them: give a parameter to vary
-no exercises | ModelError | - | exercises: count is 0, it must be at least 1
+no exercises | ModelError | - | exercises: count must be a whole number from 1 on, not 0
 exercises between words | ModelError | a | exercises: 'a' must vary from one number to another of the same unit, as in 40:60 or 40 mm:60 mm, not 'low' to 'high'
 exercises between units | ModelError | a | exercises: 'a' must vary from one number to another of the same unit, as in 40:60 or 40 mm:60 mm, not '3 cm' to '50 mm'
 exercises the wrong way round | ModelError | a | exercises: 'a' varies from 50 to 30: give the lower bound first

@@ -106,7 +106,7 @@ def test_turns(analysis, name):
 
 @pytest.mark.parametrize("instants", [0, 1, -3, 2.5, "9", True, NAN])
 def test_instants_of_a_turn(instants):
-    with says(ModelError, "at least 2 instants", "whole number", repr(instants)):
+    with says(ModelError, "instants must be a whole number from 2 on", repr(instants)):
         kinematics(four_bar(), turn=True, instants=instants)
 
 

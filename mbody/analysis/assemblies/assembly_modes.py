@@ -27,6 +27,7 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
+from mbody.model.argument_checks import takes_one_design, whole_number
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -374,10 +375,8 @@ def assembly_modes(
     57.3249
     """
     system = assembly_analysis.as_system(model)
-    if system.batch is not None:
-        raise ModelError("assembly_modes takes one design: choose one of the batch with design(n)")
-    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise ModelError(f"most is {brief(most)}: give a whole number of boxes, 1 or more")
+    takes_one_design("assembly_modes", system.batch)
+    most = whole_number("most", most)
     given = checked_driver_values(system, drive)
     values = assembly_analysis.set_driver_values(system, system.work(), 0.0, given)
     try:

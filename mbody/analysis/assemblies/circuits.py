@@ -25,7 +25,7 @@ from mbody.analysis.assemblies.assembly_modes import (
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
-from mbody.errors import ModelError
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.driver import Driver
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
@@ -373,8 +373,7 @@ def dead_centres(model: Mechanism | System, driver: str | None = None) -> DeadCe
     True
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("dead_centres takes one design: choose one of the batch with design(n)")
+    takes_one_design("dead_centres", system.batch)
     one = single_driver(system, driver)
     found = dead_centres_at(system, one, {})
     if found.complete:
@@ -433,8 +432,7 @@ def circuits(
     [((1, 2), 2)]
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("circuits takes one design: choose one of the batch with design(n)")
+    takes_one_design("circuits", system.batch)
     found = single_driver(system, driver)
     return circuits_of(system, found, checked_driver_values(system, drive), used)
 

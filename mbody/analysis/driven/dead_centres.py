@@ -20,6 +20,7 @@ from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels import continuation
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -384,8 +385,7 @@ def driver_range(
     True
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("driver_range takes one design: choose one of the batch with design(n)")
+    takes_one_design("driver_range", system.batch)
     found = _driver(system, driver)
     if isinstance(t, bool) or not isinstance(t, (int, float)) or not math.isfinite(t):
         raise ModelError(f"driver_range takes one finite time, not {brief(t)}")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -17,6 +16,7 @@ import numpy as np
 from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
+from mbody.model.argument_checks import whole_number
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
@@ -359,14 +359,10 @@ def _revolution_grid(
             ),
             driver.name,
         )
-    if isinstance(turns, bool) or not hasattr(turns, "__index__") or not 1 <= turns <= MOST:
-        raise ModelError(f"turns must be a whole number from 1 to {MOST}, not {turns!r}")
-    turns = operator.index(turns)
+    turns = whole_number("turns", turns, 1, MOST)
     if instants is None:
         instants = (REVOLUTION_INSTANTS - 1) * turns + 1
-    if isinstance(instants, bool) or not hasattr(instants, "__index__") or instants < 2:
-        raise ModelError(f"a turn needs at least 2 instants, a whole number, not {instants!r}")
-    instants = operator.index(instants)
+    instants = whole_number("instants", instants, 2)
     check_room(system, instants)
     if system.batch is not None:
         raise ModelError("a turn of a batch of designs: give times or driver values instead")

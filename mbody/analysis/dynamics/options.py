@@ -14,6 +14,7 @@ from mbody.analysis.initial.initial_state import check_release, checked_events
 from mbody.core.tolerances import RTOL_DEFAULT, RTOL_LEAST, TIMES_COUNT_ROUNDING, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, brief, remedy
 from mbody.laws import Table
+from mbody.model.argument_checks import whole_number
 from mbody.model.closed_mechanism import with_element
 from mbody.model.element import listed, resolved
 from mbody.model.inputs import Input
@@ -171,9 +172,7 @@ def _times(
             kept = np.append(kept, last)
         kept[-1] = min(kept[-1], last)
         return kept
-    count = 201 if instants is None else instants
-    if isinstance(count, bool) or not isinstance(count, int) or not 2 <= count <= MOST_INSTANTS:
-        raise ModelError(f"instants must be a whole number from 2 to 1e7, not {instants!r}")
+    count = 201 if instants is None else whole_number("instants", instants, 2, MOST_INSTANTS)
     return np.linspace(first, last, count)
 
 

@@ -41,6 +41,7 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS, TIME
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.model.simulation import EVEN, WITH_MODES, Event
@@ -744,8 +745,7 @@ def simulate(
             f"progress must be True or a function of the time reached, not {brief(progress)}"
         )
     system = _as_system(model, method)
-    if system.batch is not None:
-        raise ModelError("simulate takes one design: choose one of the batch with design(n)")
+    takes_one_design("simulate", system.batch)
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if inputs:
         # before the first instant is found: drivers may follow inputs

@@ -20,6 +20,7 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
+from mbody.model.argument_checks import whole_number
 from mbody.model.body import Guesses
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import ItemTable, Value
@@ -625,12 +626,11 @@ def equilibrium_curve(
     system = single_design("equilibrium_curve", model, free)
     low, high = _span(system, parameter, span)
     begin = _begin(at, low, high)
-    if isinstance(points, bool) or not hasattr(points, "__index__") or points < 2:
-        raise ModelError(f"a curve needs at least 2 points, a whole number, not {points!r}")
+    points = whole_number("points", points, 2)
     first = system.with_values({parameter: begin})
     place, manifold = _start(first, start, t)
     follower = Follower(system, manifold, parameter, np.array([low, high]))
-    return _Tracer(follower, t, int(points)).traced(place, (begin - low) / (high - low))
+    return _Tracer(follower, t, points).traced(place, (begin - low) / (high - low))
 
 
 def _begin(at: Any, low: float, high: float) -> float:

@@ -25,6 +25,7 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
@@ -46,8 +47,7 @@ def single_design(
 ) -> System:
     """The system of a model without some of its drivers, with the same numbers."""
     system = released(as_system(model), free)
-    if system.batch is not None:
-        raise ModelError(f"{analysis} takes one design: choose one of the batch with design(n)")
+    takes_one_design(analysis, system.batch)
     return system
 
 

@@ -39,6 +39,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -313,8 +314,7 @@ def close_loops(
     True
     """
     system = as_system(model)
-    if system.batch is not None:
-        raise ModelError("close_loops takes one design: choose one of the batch with design(n)")
+    takes_one_design("close_loops", system.batch)
     request = time_grid(system, t, drive, None, None)
     if len(request.s) != 1:
         raise ModelError("close_loops takes one instant: give one time and one value a driver")

@@ -13,6 +13,7 @@ from mbody.engines.mujoco.contact_steps import contact_crosscheck
 from mbody.engines.mujoco.forces import force_rows
 from mbody.engines.mujoco.motion import Replay, motion_rows
 from mbody.errors import ModelError, SolveError
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.coupling import Coupling
 from mbody.model.joints import Joint
 from mbody.solution.solution import Solution
@@ -48,8 +49,7 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
             "a cross-check by MuJoCo needs the package mujoco, which is not installed: "
             "pip install mujoco"
         ) from None
-    if system.batch is not None or run.record.batch:
-        raise ModelError("MuJoCo takes one design: choose one of the batch with design(n)")
+    takes_one_design("MuJoCo", system.batch or run.record.batch or None)
     if not run.has_forces:
         raise ModelError(
             f"{run.analysis} computes no forces to check: use kinetostatics, statics or simulate"

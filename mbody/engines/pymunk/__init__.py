@@ -17,6 +17,7 @@ from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
 from mbody.engines.pymunk.space import Space, inexpressible
 from mbody.errors import ModelError, SolveError
+from mbody.model.argument_checks import takes_one_design
 from mbody.model.element import listed
 from mbody.model.joints import Fixed, Prismatic, Rolling
 from mbody.solution.solution import Solution, as_solution
@@ -72,8 +73,7 @@ def crosscheck_result(system: System, run: Solution) -> CrosscheckResult:
     True
     """
     run = as_solution(run)
-    if system.batch is not None or run.record.batch:
-        raise ModelError("pymunk checks one design: choose one of the batch with design(n)")
+    takes_one_design("pymunk", system.batch or run.record.batch or None)
     if not run.has_forces:
         raise ModelError(
             f"{run.analysis} computes no forces for pymunk to check: use kinetostatics or simulate"
