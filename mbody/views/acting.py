@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbody.analysis.driven.free_body import FreeBody, Wrench
+from mbody.analysis.driven.free_body import FreeBody
 from mbody.core.tolerances import DRAWN_DIRECTION_LEAST, PRINTED_NONE
 from mbody.model import loads
+from mbody.model.contact import Rope, ShapeContact
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.solution.measures import measured
 from mbody.summaries.text_table import force_floor, force_names, forces_on
@@ -45,7 +46,7 @@ class Acting:
     `force` (2,): Of a torque there is none.
     `torque`: Of a torque, counter-clockwise positive.
     `dashed`: Whether it is d'Alembert's.
-    `wrench`: From which it is.
+    `where`: Place of action in words.
     """
 
     gid: str
@@ -56,7 +57,7 @@ class Acting:
     torque: float
     color: str
     dashed: bool
-    wrench: Wrench
+    where: str
 
     def value(self, units: Any) -> tuple[str, str]:
         """The amount with its unit, and the direction."""
@@ -90,48 +91,63 @@ def acting_on(free: FreeBody, pose: Pose) -> list[Acting]:
     number = 2 + [body.name for body in pose.mechanism.bodies].index(free.body)
     forces, torques = [], []
     for wrench in free:
-        x, y, torque = _placed(wrench, pose, free.body)
-        force = np.array([wrench.fx, wrench.fy])
-        name, twist = wrench_names(wrench, names, number, pose)
-        look = (COLORS[wrench.kind], wrench.kind == "inertia", wrench)
+        place, parts = np.array([wrench.x, wrench.y]), (wrench.fx, wrench.fy, wrench.torque)
+        own = wrench.kind in ("driver", "load")
+        element: Any = pose.mechanism[wrench.cause] if own else None
+        if wrench.kind == "load" and (field := element.sides().get(free.body)) is not None:
+            place = pose.place(element, field)
+            parts = about_place(place, pose.centre(free.body), parts)
+        force, torque = np.array(parts[:2]), float(parts[2])
+        name, twist = wrench_names(wrench.kind, wrench.cause, names, number, pose)
+        where = application_point(wrench.kind, wrench.cause, pose)
+        color, dashed = COLORS[wrench.kind], wrench.kind == "inertia"
         if wrench.force > max(floor, 0.0):
-            gid, text = name
-            forces.append(Acting(gid, text, wrench.cause, np.array([x, y]), force, 0.0, *look))
+            forces.append(Acting(*name, wrench.cause, place, force, 0.0, color, dashed, where))
         if abs(torque) > max(floor * pose.system.length, PRINTED_NONE * abs(wrench.torque)):
-            gid, text = twist
-            at = _pivot(wrench, pose, free.body, np.array([x, y]))
-            torques.append(Acting(gid, text, wrench.cause, at, None, torque, *look))
+            if own and not wrench.force > 0.0:
+                place = torque_pivot(element, free.body, pose)
+            torques.append(Acting(*twist, wrench.cause, place, None, torque, color, dashed, where))
     return [*forces, *torques]
 
 
-def _placed(wrench: Wrench, pose: Pose, body: str) -> tuple[float, float, float]:
-    """The place of a load on the body, where it has one, and the torque about it."""
-    if wrench.kind != "load":
-        return wrench.x, wrench.y, wrench.torque
-    load: Any = pose.mechanism[wrench.cause]
-    field = load.sides().get(body)
-    if field is None:
-        return wrench.x, wrench.y, wrench.torque
-    x, y = map(float, pose.place(load, field))
-    moment = (x - wrench.x) * wrench.fy - (y - wrench.y) * wrench.fx
-    left = wrench.torque - moment
-    return x, y, left if abs(left) > PRINTED_NONE * (abs(moment) + abs(wrench.torque)) else 0.0
+def about_place(place: Any, centre: Any, parts: Any) -> tuple[Any, Any, Any]:
+    """A force and its torque about a place, of those about the mass centre."""
+    fx, fy, torque = parts
+    moment = (place[0] - centre[0]) * fy - (place[1] - centre[1]) * fx
+    left = torque - moment
+    rounding = PRINTED_NONE * (np.abs(moment) + np.abs(torque))
+    return fx, fy, np.where(np.abs(left) > rounding, left, 0.0)
 
 
-def _pivot(wrench: Wrench, pose: Pose, body: str, place: Array) -> Array:
-    """Place of the symbol of a torque: about the pin on which the body turns, else at its place."""
-    if wrench.kind not in ("driver", "load") or wrench.force > 0.0:
-        return place
-    ends = [name for name in pose.mechanism[wrench.cause].bodies if name != body]  # type: ignore[attr-defined]  # of a driver or a load
+def torque_pivot(element: Any, body: str, pose: Pose) -> Array:
+    """Place of the symbol of a torque without a force: about the pin on which the body turns."""
+    ends = [name for name in element.bodies if name != body]
     return pose.pivot(ends[0] if ends else "", body)
 
 
+def application_point(kind: str, cause: str, pose: Pose) -> str:
+    """Place of action, in words; none of a load whose name says it."""
+    machine = pose.mechanism
+    if kind == "contact":
+        touching = (one for one in machine.contacts if isinstance(one, ShapeContact | Rope))
+        return (
+            f"at {cause}" if cause in {one.name for one in (*touching, *machine.groups)} else "at G"
+        )
+    if kind == "joint":
+        return f"at {cause}"
+    element: Any = None if kind == "inertia" else machine[cause]
+    if isinstance(element, loads.Force) and isinstance(element.at.point, str):
+        return f"at {element.at.point}"
+    if kind == "driver" and element in pose.system.independent_drivers:
+        return cause
+    return "" if kind == "load" and not isinstance(element, loads.Gravity) else "at G"
+
+
 def wrench_names(
-    wrench: Wrench, names: dict[str, str], number: int, pose: Pose
+    kind: str, cause: str, names: dict[str, str], number: int, pose: Pose
 ) -> tuple[tuple[str, str], tuple[str, str]]:
     """The plain name and that of books, of the force and of the torque."""
-    cause = wrench.cause
-    if wrench.kind == "inertia":
+    if kind == "inertia":
         force = f"$-m_{{{number}}}\\,a_{{G{number}}}$"
         return ("-ma", force), ("-Ialpha", f"$-I_{{{number}}}\\,\\alpha_{{{number}}}$")
     if cause in names:

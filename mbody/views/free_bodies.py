@@ -16,7 +16,6 @@ from mbody.analysis.driven.free_body import FreeBody, Member, free_body, member_
 from mbody.core.tolerances import PRINTED_NONE, TINY
 from mbody.errors import ModelError
 from mbody.model.element import listed
-from mbody.model.loads import Force, Gravity
 from mbody.quantities.evaluate import place_in_turn
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.views.acting import Acting, acting_on, clear_arc, free_radius, outward_from
@@ -489,7 +488,7 @@ def _table(
     rows = []
     for one in acting:
         size, torque = one.value(units)
-        where = _application_point(one, pose)
+        where = one.where
         if one.force is not None and float(np.hypot(*one.force)) < least:
             where += " (not drawn)"
         rows.append((one.text, size, torque, one.color, where))
@@ -512,20 +511,6 @@ def _table(
         axes.text(0.0, y, text, color=SOFT, size=0.88 * SIZE["text"], va="baseline")
         wide = max(wide, extent(text, 0.88 * SIZE["text"])[0])
     return axes, np.array([0.0, y - 4.0]), np.array([wide, 0.0]), 1.0
-
-
-def _application_point(one: Acting, pose: Pose) -> str:
-    """Place of action, in a word."""
-    if one.dashed or one.wrench.kind == "coupling":
-        return "at G"
-    if one.wrench.kind in ("joint", "contact"):
-        return f"at {one.cause}"
-    element: Any = pose.mechanism[one.cause]
-    if isinstance(element, Gravity):
-        return "at G"
-    if isinstance(element, Force) and isinstance(element.at.point, str):
-        return f"at {element.at.point}"
-    return one.cause if one.gid != one.cause else ""
 
 
 # -- the whole ---------------------------------------------------------------------------------

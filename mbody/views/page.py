@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 
 from mbody._version import __version__
-from mbody.analysis.driven.free_body import Wrench, acting_on_several, coupled, driven, rows_on
-from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_RETURNS, PRINTED_NONE
+from mbody.analysis.driven.free_body import acting_on_several, coupled, driven, rows_on
+from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_RETURNS
 from mbody.engineering.instant_centres import InstantCentre, InstantCentres, instant_centres
 from mbody.errors import ModelError, SolveError
 from mbody.files.model import to_toml
 from mbody.files.results import in_units_of_the_model
 from mbody.files.writing import writing
-from mbody.model.loads import Force, Gravity
+from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.solution.checks import each_load_of
 from mbody.solution.histories import Place, moved
@@ -32,7 +32,7 @@ from mbody.solution.measures import found_by
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import forces_on
 from mbody.system.system import System
-from mbody.views.acting import wrench_names
+from mbody.views.acting import about_place, application_point, torque_pivot, wrench_names
 from mbody.views.film_frames import FilmSet, film_svg
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data, text_runs
@@ -84,11 +84,11 @@ class _FreeBodies:
         """Everything that acts on a body at some instant."""
         run, machine = self.run, self.machine
         names, number = forces_on(machine, body), 2 + list(self.system.bodies).index(body)
+        centre = self._anchored_site((body, 0.0, 0.0))
 
-        def entry(cause: str, kind: str, where: str, place: Any, parts: Any) -> dict[str, Any]:
-            force = float(np.hypot(parts[0], parts[1]).max()) if kind != "joint" else 1.0
-            wrench = Wrench(cause, kind, 0.0, 0.0, force, 0.0, 0.0)
-            (gid, text), (_, twist) = wrench_names(wrench, names, number, self.pose)
+        def entry(cause: str, kind: str, place: Any, parts: Any) -> dict[str, Any]:
+            (gid, text), (_, twist) = wrench_names(kind, cause, names, number, self.pose)
+            where = application_point(kind, cause, self.pose)
             said = [self._said(cause, body, *one) for one in zip("xym", parts, strict=True)]
             return {
                 **{"n": gid, "t": plain_runs(text), "T": plain_runs(twist), "k": kind},
@@ -102,20 +102,16 @@ class _FreeBodies:
                 own = run.reaction(joint.name, on=body)
                 place = {"f": drawn.index((joint.name, None))}
                 parts = np.array([own.fx, own.fy, own.torque])
-                yield entry(joint.name, "joint", f"at {joint.name}", place, parts)
+                yield entry(joint.name, "joint", place, parts)
         for name, place, force in self._touches(body):
-            yield entry(name, "contact", f"at {name}", place, np.vstack([force, 0.0 * force[:1]]))
+            yield entry(name, "contact", place, np.vstack([force, 0.0 * force[:1]]))
         for name, *row in rows_on(run, body):
-            yield entry(
-                name, "contact", "at G", self._anchored_site((body, 0.0, 0.0)), np.array(row)
-            )
+            yield entry(name, "contact", centre, np.array(row))
         for one, bodies in acting_on_several(run):
             if body in bodies:
                 each = [coupled(run, one.name, k) for k in range(len(run))]
                 parts = np.array(each)[:, self.system.bodies[body]].T
-                yield entry(
-                    one.name, one.role, "at G", self._anchored_site((body, 0.0, 0.0)), parts
-                )
+                yield entry(one.name, one.role, centre, parts)
         for driver in self.system.independent_drivers:
             if body in driver.bodies:
                 sign = 1.0 if driver.bodies[1] == body else -1.0
@@ -125,16 +121,13 @@ class _FreeBodies:
                 if "j" in driver.places():
                     site, anchor = self.pose.site(driver, "j"), f"{driver.name}.j"
                 place = self._anchored_site(site, anchor) | self._pivot(driver, body, parts)
-                yield entry(driver.name, "driver", driver.name, place, parts)
+                yield entry(driver.name, "driver", place, parts)
         for n, load in enumerate(machine.loads):
             parts = self.loads[:, n, self.system.bodies[body]].T
             if np.any(parts):
-                where, place, parts = self._load(load, body, parts)
-                yield entry(load.name, "load", where, place, parts)
+                yield entry(load.name, "load", *self._load(load, body, parts))
         if any(self.system.mass[3 * self.system.bodies[body] :][:3, 0]) and not self.still:
-            found = entry(
-                "inertia", "inertia", "at G", self._anchored_site((body, 0.0, 0.0)), np.ones((3, 1))
-            )
+            found = entry("inertia", "inertia", centre, np.ones((3, 1)))
             found |= {
                 "fx": {"by": -1, "mass": body, "of": f"{body}.ax"},
                 "fy": {"by": -1, "mass": body, "of": f"{body}.ay"},
@@ -152,22 +145,14 @@ class _FreeBodies:
                     force = sign * np.array([one["own"]["x"], one["own"]["y"]], dtype=float)
                     yield one["of"], {"f": n}, force
 
-    def _load(self, load: Any, body: str, parts: Array) -> tuple[str, dict[str, Any], Array]:
+    def _load(self, load: Any, body: str, parts: Array) -> tuple[dict[str, Any], Any]:
         """A load at its place on the body, where it has one; the torque is about that place."""
         field = load.sides().get(body)
         if field is None:
-            at = self._anchored_site((body, 0.0, 0.0)) | self._pivot(load, body, parts)
-            return "at G" if isinstance(load, Gravity) else load.name, at, parts
-        site = self.pose.site(load, field)
-        place, own = moved(self.run, site), self.run[body]
-        fx, fy, torque = parts
-        moment = (place[:, 0] - own.x) * fy - (place[:, 1] - own.y) * fx
-        left = torque - moment
-        left = np.where(np.abs(left) > PRINTED_NONE * (np.abs(moment) + np.abs(torque)), left, 0.0)
-        named = isinstance(load, Force) and isinstance(load.at.point, str)
-        where = f"at {load.at.point}" if named else load.name
-        at = self._anchored_site(site, f"{load.name}.{field}")
-        return where, at | self._pivot(load, body, parts), np.array([fx, fy, left])
+            return self._anchored_site((body, 0.0, 0.0)) | self._pivot(load, body, parts), parts
+        site, own = self.pose.site(load, field), self.run[body]
+        at = self._anchored_site(site, f"{load.name}.{field}") | self._pivot(load, body, parts)
+        return at, about_place(moved(self.run, site).T, (own.x, own.y), parts)
 
     def _anchored_site(self, site: Place, anchor: str = "") -> dict[str, Any]:
         name, x, y = site
@@ -178,8 +163,7 @@ class _FreeBodies:
         """Place of the symbol of a pure torque: about the pin on which the body turns."""
         if np.any(parts[:2]):
             return {}
-        others = [name for name in element.bodies if name != body]
-        place = self.pose.pivot(others[0] if others else "", body)
+        place = torque_pivot(element, body, self.pose)
         return {"o": self._anchored_site(self.pose.fixed(body, place))["at"]}
 
     # -- histories by reference -------------------------------------------------------------------

@@ -172,7 +172,8 @@ def test_the_diagram_shows_what_mbody_freebody_draws(page, views, name):
         assert len(shown) == len(rows) == len(acting), body
         for one in acting:
             text = plain(one.text)
-            size, turn, _ = shown[text]
+            size, turn, where = shown[text]
+            assert where == one.where
             value = one.torque if one.force is None else float(np.hypot(*one.force))
             number = float(size.split()[0].replace("−", "-").replace("·10", "e"))
             assert number == pytest.approx(value, rel=2e-5, abs=1e-6 * abs(value)), text

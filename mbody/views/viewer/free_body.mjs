@@ -240,8 +240,8 @@ export class FreeBodyPanel {
   }
   #numbers(forces, torques, units) {
     const body = el("tbody"), row = (runs, ...cells) => body.append(el("tr", {}, el("th", { scope: "row" }, ...html(runs)), ...cells.map((one) => el("td", {}, one))));
-    for (const one of forces) row(one.t, `${shown(Math.hypot(one.fx, one.fy) / units.force[1], 6)} ${units.force[0]}`, `${(((Math.atan2(one.fy, one.fx) * 180 / Math.PI) % 360 + 360) % 360).toFixed(2)}°`, one.w === words(one.t) ? "" : one.w);
-    for (const one of torques) row(one.T, `${shown(one.torque / units.torque[1], 6)} ${units.torque[0]}`, "", one.w === words(one.T) ? "" : one.w);
+    for (const one of forces) row(one.t, `${shown(Math.hypot(one.fx, one.fy) / units.force[1], 6)} ${units.force[0]}`, `${(((Math.atan2(one.fy, one.fx) * 180 / Math.PI) % 360 + 360) % 360).toFixed(2)}°`, one.w);
+    for (const one of torques) row(one.T, `${shown(one.torque / units.torque[1], 6)} ${units.torque[0]}`, "", one.w);
     this.table.replaceChildren(el("thead", {}, el("tr", {}, ...["name", "size", "direction", "place"].map((name) => el("th", { scope: "col" }, name)))), body);
   }
 }
