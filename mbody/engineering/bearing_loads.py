@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mbody.core.presentation import Presented
-from mbody.errors import ModelError, brief
-from mbody.model.element import listed
+from mbody.errors import ModelError
+from mbody.model.argument_checks import unknown_name
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
@@ -231,10 +231,7 @@ def bearing_load(
     check_forces(run, "loads of bearings")
     revolutes = [one.name for one in run.mechanism.joints if isinstance(one, Revolute)]
     if joint not in revolutes:
-        raise ModelError(
-            f"there is no revolute joint {brief(joint)} (there are: {listed(revolutes)})",
-            str(joint),
-        )
+        raise unknown_name("revolute joint", joint, revolutes)
     exponent = EXPONENTS.get(kind, 0.0) if isinstance(kind, str) else float(kind)
     if not 1.0 <= exponent <= 20.0:
         raise ModelError(

@@ -13,7 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import takes_one_design
+from mbody.model.argument_checks import takes_one_design, unknown_name
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import Marker, as_marker, listed
@@ -497,11 +497,8 @@ def _wanted(system: System, on: Any) -> dict[Marker, float]:
     for place, given in on.items():
         marker = as_marker(place, "force_balance", "on")
         if marker.body not in names:
-            raise ModelError(
-                f"force_balance: there is no link '{marker.body}' for a counterweight (there are: "
-                f"{listed(names)})",
-                marker.body,
-            )
+            use = " for a counterweight"
+            raise unknown_name("force_balance: link", marker.body, names, use=use)
         radius = number_in(system.mechanism, given, "length", marker.body, "radius")
         if radius <= 0.0:
             raise ModelError(

@@ -13,7 +13,7 @@ from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
-from mbody.model.argument_checks import whole_number
+from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.body import Body, CrossSection, as_section
 from mbody.model.element import Marker, listed
 from mbody.model.joints import Revolute
@@ -151,7 +151,7 @@ def bar_of(run: Solution, body: str, along: Any = None) -> Bar:
     """
     known = [one.name for one in run.mechanism.bodies]
     if body not in known:
-        raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+        raise unknown_name("moving body", body, known)
     link: Any = run.mechanism[body]
     line = tuple(along or ()) if not isinstance(along, str) else tuple(along.split(","))
     if not line and link.section is not None:

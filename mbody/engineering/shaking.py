@@ -17,9 +17,9 @@ from mbody.core.presentation import Presented
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import Orders, complex_orders, driver_cycle
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import whole_number
+from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.driver import Driver
-from mbody.model.element import Marker, as_marker, listed
+from mbody.model.element import Marker, as_marker
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.checks import loaded
@@ -262,7 +262,7 @@ def rocking_couple(run: Solution, offsets: Mapping[str, Number]) -> RockingCoupl
     total = np.zeros((2, len(run)))
     for body, given in offsets.items():
         if body not in known:
-            raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+            raise unknown_name("moving body", body, known)
         z = number_in(run.mechanism, given, "length", body, "offset")
         fx, fy, _ = run.inertia(body)
         total += z * np.array([-fy, fx])

@@ -13,7 +13,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import takes_one_design
+from mbody.model.argument_checks import takes_one_design, unknown_name
 from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Spring, TorsionSpring
@@ -301,11 +301,7 @@ def _loads(system: System, springs: list[str], against: Sequence[str] | None) ->
     wanted = [against] if isinstance(against, str) else list(against)
     for name in wanted:
         if name not in there:
-            raise ModelError(
-                f"spring_balance: there is no load {brief(name)} to balance (there are: "
-                f"{listed(there)})",
-                str(name),
-            )
+            raise unknown_name("spring_balance: load", name, there, use=" to balance")
     return wanted
 
 

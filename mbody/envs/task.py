@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import whole_number
-from mbody.model.element import listed
+from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
@@ -127,12 +126,8 @@ def _bounds(machine: Mechanism, name: str, given: Any, dimension: Any) -> tuple[
 def _action(machine: Mechanism, name: str, given: Any) -> Variable:
     own = next((one for one in machine.inputs if one.name == name), None)
     if own is None:
-        known = listed(one.name for one in machine.inputs) or "none"
-        raise ModelError(
-            f"envs.make: there is no input {brief(name)} to act by (there are: {known}); declare "
-            "it, such as Input('u', '0 N*m')",
-            str(name),
-        )
+        more = "; declare it, such as Input('u', '0 N*m')"
+        raise unknown_name("envs.make: input", name, machine.inputs, use=" to act by", more=more)
     dimension = own.dimension or DIMENSIONS["number"]
     return Variable(name, name, *_bounds(machine, name, given, dimension))
 

@@ -12,6 +12,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
+from mbody.model.argument_checks import unknown_name
 from mbody.model.element import Element, is_plain_field, listed, plain_field
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
@@ -69,8 +70,8 @@ def resolve_number(mechanism: Mechanism, name: str) -> tuple[str, Dimension | No
             return whole, dimension_named(mechanism, whole)
     if is_plain_field(element, key):
         raise ModelError(plain_field(element, key), name)
-    known = listed([*numbers, *(f"{owner}.{k}" for k in motion)])
-    raise ModelError(f"there is no number {brief(name)} to find (there are: {known})", name)
+    names = [*numbers, *(f"{owner}.{k}" for k in motion)]
+    raise unknown_name("number", name, names, use=" to find")
 
 
 def _common_unknowns(mechanism: Mechanism) -> list[str]:

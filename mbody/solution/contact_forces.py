@@ -13,8 +13,8 @@ from mbody.errors import ModelError
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, rates_of_pairs
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.model.argument_checks import unknown_name
 from mbody.model.contact import OneSided
-from mbody.model.element import listed
 from mbody.model.joint_limits import JointContact
 from mbody.model.stop import Stop
 from mbody.solution.histories import Reaction, Result, Unique, motion_at, motion_rows
@@ -43,8 +43,8 @@ def with_reaction(solution: Result, name: Any) -> Any:
             name,
         )
     if element is None or element.role not in ("joint", "contact"):
-        known = listed(one.name for one in (*machine.joints, *machine.contacts, *machine.groups))
-        raise ModelError(f"there is no joint {name!r} (there are: {known})", str(name))
+        known = (*machine.joints, *machine.contacts, *machine.groups)
+        raise unknown_name("joint", name, known)
     if not solution.has_forces:
         raise ModelError(
             f"{solution.analysis} finds no forces, as of '{name}': use kinetostatics", name

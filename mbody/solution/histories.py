@@ -12,7 +12,8 @@ import numpy as np
 from mbody.core.other_words import Attributes
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.model.element import Element, Marker, Numbers, listed
+from mbody.model.argument_checks import unknown_name
+from mbody.model.element import Element, Marker, Numbers
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.read_only import Locked
@@ -530,9 +531,7 @@ class EventRecord:
             For a name that is no contact, stop or rope.
         """
         if contact not in (names := [one.name for one in self.state.system.mechanism.contacts]):
-            raise ModelError(
-                f"there is no contact {str(contact)!r} (there are: {listed(names)})", str(contact)
-            )
+            raise unknown_name("contact", contact, names)
         return self.impulses.get(contact, (0.0, 0.0))
 
 

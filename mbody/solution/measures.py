@@ -11,6 +11,7 @@ import numpy as np
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.laws import MeasuredFormula
+from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import DRIVEN
 from mbody.model.element import Marker, Numbers, as_marker, listed, owned
 from mbody.model.joints import Joint
@@ -104,7 +105,7 @@ def load_history(solution: Result, name: str, on: str | None = None) -> LoadHist
     """The histories of a load; see `Solution.load`."""
     loads = {load.name: load for load in solution.mechanism.loads}
     if not isinstance(name, str) or name not in loads:
-        raise ModelError(f"there is no load {name!r} (there are: {listed(loads)})", str(name))
+        raise unknown_name("load", name, loads)
     load = loads[name]
     sides = load.sides()
     if not sides:
@@ -256,7 +257,7 @@ def driven(solution: Result, driver: str) -> tuple[Array, Array, Array]:
 
     names = [d.name for d in solution.mechanism.drivers]
     if driver not in names:
-        raise ModelError(f"there is no driver {driver!r} (there are: {listed(names)})", str(driver))
+        raise unknown_name("driver", driver, names)
     states = solution.drive_states
     if states is None:
         element = solution.mechanism.drivers[names.index(driver)]

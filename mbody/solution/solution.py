@@ -14,6 +14,7 @@ from mbody.core.other_words import Attributes
 from mbody.core.presentation import Presented, present
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.model.argument_checks import unknown_name
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
@@ -502,8 +503,7 @@ class Solution(Attributes, Presented):
         machine = self.mechanism
         drivers = [element.name for element in (*machine.drivers, *machine.couplings)]
         if driver not in drivers:
-            known = listed(drivers)
-            raise ModelError(f"there is no driver {driver!r} (there are: {known})", str(driver))
+            raise unknown_name("driver", driver, drivers)
         if not self.has_forces:
             raise ModelError(
                 f"{self.analysis} finds no forces, as of '{driver}': use kinetostatics", driver

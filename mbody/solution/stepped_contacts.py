@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.errors import ModelError
-from mbody.model.element import listed
+from mbody.model.argument_checks import unknown_name
 from mbody.system.read_only import Locked
 
 Array = np.ndarray
@@ -109,9 +108,7 @@ class SteppedContacts(Locked):
 
     def _number(self, name: str) -> int:
         if name not in self.laws:
-            raise ModelError(
-                f"there is no contact {name!r} (there are: {listed(self.laws)})", str(name)
-            )
+            raise unknown_name("contact", name, self.laws)
         return self.laws.index(name)
 
     def _sums(self, parts: Array) -> Array:

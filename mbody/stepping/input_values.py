@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.element import listed
+from mbody.model.argument_checks import unknown_name
 
 
 def jumping(name: str, driver: str) -> ModelError:
@@ -122,8 +122,7 @@ class Inputs(MutableMapping[str, float]):
         return row
 
     def _unknown(self, name: Any) -> ModelError:
-        known = listed(self) or "none"
-        return ModelError(f"there is no input {brief(name)} (there are: {known})", str(name))
+        return unknown_name("input", name, self)
 
     def __repr__(self) -> str:
         return f"Inputs({dict(self)})"

@@ -31,7 +31,8 @@ from mbody.kernels.runge_kutta_lanes import (
 )
 from mbody.kernels.step_state import NEXT, TIME, Tolerances
 from mbody.laws.kernels import OPERATIONS
-from mbody.model.element import as_marker, listed
+from mbody.model.argument_checks import unknown_name
+from mbody.model.element import as_marker
 from mbody.model.study import Measure, measure_named
 from mbody.solution.histories import Record, Unique
 from mbody.solution.measures import check_measure, evaluate_measure, measured
@@ -313,8 +314,7 @@ class LaneInputs(MutableMapping[str, Array]):
             return self.names.index(name)
         if name in self._others:
             raise ModelError(f"the input '{name}' {self._others[name]}", name)
-        known = listed(self) or "none"
-        raise ModelError(f"there is no input {brief(name)} (there are: {known})", str(name))
+        raise unknown_name("input", name, self)
 
     def _values(self, name: str, value: Any) -> Array:
         """A number for every state."""
@@ -494,8 +494,7 @@ class LaneReadings:
         if isinstance(name, str) and name in bodies and name != "ground":
             return LaneBody(name, 3 * bodies[name], self._coordinate)
         if not isinstance(name, str) or name.partition(".")[0] not in bodies:
-            known = listed(body.name for body in self.system.mechanism.bodies)
-            raise ModelError(f"there is no body {brief(name)} (there are: {known})", str(name))
+            raise unknown_name("body", name, self.system.mechanism.bodies)
         as_marker(name, "point", "place")
         check_measure(self.system.mechanism, Measure(f"{name}.x"))
         return LanePoint(name, self.measure)

@@ -21,6 +21,7 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
+from mbody.model.argument_checks import unknown_name
 from mbody.model.element import as_marker, listed
 from mbody.model.loads import Gravity
 from mbody.model.states import ORIGIN
@@ -242,8 +243,7 @@ class Readings:
         if isinstance(name, str) and name in self.system.bodies and name != "ground":
             return BodyNow(name, self._present)
         if not isinstance(name, str) or name.partition(".")[0] not in self.system.bodies:
-            known = listed(body.name for body in self.system.mechanism.bodies)
-            raise ModelError(f"there is no body {brief(name)} (there are: {known})", str(name))
+            raise unknown_name("body", name, self.system.mechanism.bodies)
         body, _, own = name.partition(".")
         element: Any = self.system.mechanism[body] if body != "ground" else None
         at_origin = own == ORIGIN and (element is None or own not in element.points)

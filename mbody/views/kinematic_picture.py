@@ -17,9 +17,8 @@ import numpy as np
 from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, PRINTED_NONE, TINY
 from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
 from mbody.engineering.path_curvature import inflection_circle, path_curvature
-from mbody.errors import ModelError, brief
+from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import Driver
-from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
 from mbody.views import friction_symbols
@@ -79,10 +78,7 @@ class ElementSelection:
         known = [body.name for body in self.mechanism.bodies]
         for name in self.only:
             if name not in known:
-                raise ModelError(
-                    f"there is no moving body {brief(name)} to draw (there are: {listed(known)})",
-                    str(name),
-                )
+                raise unknown_name("moving body", name, known, use=" to draw")
 
     @property
     def bodies(self) -> list[str]:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
+from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import AngleDriver
-from mbody.model.element import listed
 from mbody.solution.histories import check_forces, one_design
 from mbody.summaries.text_table import cut, force_names
 from mbody.views.acting import notation
@@ -113,7 +113,7 @@ def _checked(run: Solution, joints: Sequence[str]) -> list[str]:
     known = [joint.name for joint in run.mechanism.joints]
     for name in joints:
         if name not in known:
-            raise ModelError(f"there is no joint {name!r} (there are: {listed(known)})", str(name))
+            raise unknown_name("joint", name, known)
     names = list(joints) or known
     if not names:
         raise ModelError(f"'{run.mechanism.name}' has no joint whose force could be plotted")

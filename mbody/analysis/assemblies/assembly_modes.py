@@ -27,7 +27,7 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
-from mbody.model.argument_checks import takes_one_design, whole_number
+from mbody.model.argument_checks import takes_one_design, unknown_name, whole_number
 from mbody.model.driver import Driver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
@@ -155,8 +155,7 @@ class AssemblyModes(Inherited, Presented):
             for mode in self.modes:
                 if mode.name == which:
                     return mode
-            known = listed(mode.name for mode in self.modes) or "none"
-            raise ModelError(f"there is no mode {brief(which)} (there are: {known})", which)
+            raise unknown_name("mode", which, self.modes)
         return self.modes[which]
 
     @property
@@ -398,8 +397,7 @@ def driver_named(system: System, name: str) -> Driver:
     for driver in system.independent_drivers:
         if name in (driver.name, getattr(driver, "body", None)):
             return driver
-    known = listed(d.name for d in system.independent_drivers) or "none"
-    raise ModelError(f"there is no driver {brief(name)} (there are: {known})", str(name))
+    raise unknown_name("driver", name, system.independent_drivers)
 
 
 def checked_driver_values(system: System, drive: Mapping[str, Number] | None) -> dict[str, float]:

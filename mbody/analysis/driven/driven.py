@@ -20,6 +20,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.laws import Law, times_of
+from mbody.model.argument_checks import unknown_name
 from mbody.model.body import Guesses
 from mbody.model.driver import Driver
 from mbody.model.element import listed
@@ -498,10 +499,7 @@ def _driver(mechanism: Mechanism, name: str) -> Driver:
     """The driver of that name, or the one that drives the body of that name."""
     found = [d for d in mechanism.drivers if name in (d.name, getattr(d, "body", None))]
     if not found:
-        known = listed(d.name for d in mechanism.drivers)
-        raise ModelError(
-            f"there is no driver {brief(name)} (there are: {known}), and t is time", name
-        )
+        raise unknown_name("driver", name, mechanism.drivers, more=", and t is time")
     return found[0]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from mbody.analysis.driven.driven import kinetostatics
 from mbody.core.tolerances import LAW_VALUES_SAME, WORK_AGREES, WORK_NONE
 from mbody.errors import ModelError
-from mbody.model.element import listed
+from mbody.model.argument_checks import unknown_name
 from mbody.solution.checks import each_load_of
 from mbody.solution.doubts import inherited
 from mbody.solution.friction_results import Efficiency
@@ -37,10 +37,11 @@ def efficiency(found: Solution, output: str) -> Efficiency:
         raise ModelError(f"{found.analysis} finds no forces, and no work: use kinetostatics")
     one_design(found, "an efficiency is of one design")
     if output not in (*drivers, *loads):
-        raise ModelError(
-            f"there is no load or driver {output!r} (there are: {listed([*loads, *drivers])}): "
-            "name what the mechanism works against",
-            str(output),
+        raise unknown_name(
+            "load or driver",
+            output,
+            [*loads, *drivers],
+            more=": name what the mechanism works against",
         )
     if len(found) < 2:
         raise ModelError(

@@ -12,8 +12,8 @@ import numpy as np
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.core.presentation import present
 from mbody.core.tolerances import FORCE_NONE, LINES_PARALLEL, TINY
-from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
+from mbody.model.argument_checks import unknown_name
 from mbody.model.constraint import Constraint
 from mbody.model.contact import Contact, Rope
 from mbody.model.element import listed
@@ -258,7 +258,7 @@ def _checked(solution: Solution, body: str | None, instant: Any) -> int:
     check_forces(solution, "free bodies")
     known = [one.name for one in solution.mechanism.bodies]
     if body is not None and body not in known:
-        raise ModelError(f"there is no moving body {body!r} (there are: {listed(known)})", body)
+        raise unknown_name("moving body", body, known)
     return whole_instant(solution, instant)
 
 

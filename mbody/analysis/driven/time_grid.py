@@ -16,7 +16,7 @@ import numpy as np
 from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
-from mbody.model.argument_checks import whole_number
+from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed
 from mbody.model.mechanism import Mechanism
@@ -258,7 +258,7 @@ def _grid_of_values(system: System, t: PlainNumbers, driver_values: DriverValues
     parts: dict[str, list[np.ndarray]] = {}
     for name, value in driver_values.items():
         if name not in known:
-            raise ModelError(f"there is no driver {name!r} (there are: {listed(known)})", str(name))
+            raise unknown_name("driver", name, known)
         _check_independent(system, drivers[known[name]])
         values = value if isinstance(value, tuple) else (value,)
         if not 1 <= len(values) <= 3:

@@ -27,6 +27,7 @@ from mbody.analysis.driven.driven import kinematics
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import CHANGE_POINT_LENGTHS, LEAST_SQUARES_RANK, RATE_NONE_COORDINATE
 from mbody.errors import ModelError, SolveError, brief
+from mbody.model.argument_checks import unknown_name
 from mbody.model.contact import Contact, joined
 from mbody.model.driver import Driver
 from mbody.model.element import listed
@@ -614,10 +615,7 @@ def transmission(
     output_body, _, point = output.partition(".")
     names = [body.name for body in run.mechanism.bodies]
     if output_body not in names:
-        raise ModelError(
-            f"there is no body {brief(output)} to be the output (there are: {listed(names)})",
-            output,
-        )
+        raise unknown_name("body", output, names, use=" to be the output")
     if point and not run.system.numbers.has_point(output):
         raise ModelError(f"'{output_body}' has no point {brief(point)}", output)
     path = ForcePath(run, input_driver, output_body, point, joint)

@@ -14,9 +14,9 @@ from mbody.analysis.initial.initial_state import check_release, checked_events
 from mbody.core.tolerances import RTOL_DEFAULT, RTOL_LEAST, TIMES_COUNT_ROUNDING, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, brief, remedy
 from mbody.laws import Table
-from mbody.model.argument_checks import whole_number
+from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.closed_mechanism import with_element
-from mbody.model.element import listed, resolved
+from mbody.model.element import resolved
 from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
@@ -187,9 +187,7 @@ def with_inputs(system: System, inputs: Any, first: float, until: float) -> Syst
     known = {one.name: one for one in machine.inputs}
     for name, given in inputs.items():
         if name not in known:
-            raise ModelError(
-                f"there is no input {brief(name)} (there are: {listed(known)})", str(name)
-            )
+            raise unknown_name("input", name, known)
         setters = [one.name for one in machine.controllers if name in one.sets]
         if setters:
             raise ModelError(
