@@ -147,6 +147,14 @@ def dashed_arrow(
     sketch.shape(corners, force.color, force.color, 0.4, z + 0.1, name=f"{name}.head", weight=2.0)
 
 
+#: The sums that must vanish, and the moments where none has an arm.
+CLOSING = {
+    "force": "ΣF = {} of the greatest force",
+    "moment": "ΣM about G = {} of the greatest moment",
+    "through": "ΣM about G = 0: all forces pass through G",
+}
+
+
 def closing_words(free: FreeBody, gap: float) -> list[str]:
     """The sums that must vanish, as parts of the greatest force and of its moment."""
     greatest = max((one.force for one in free), default=0.0)
@@ -156,11 +164,13 @@ def closing_words(free: FreeBody, gap: float) -> list[str]:
     moments = [one.torque + (one.x - x0) * one.fy - (one.y - y0) * one.fx for one in free]
     # a force through G has no moment: its distance says how large rounding may be
     parts = [abs(one.torque) + math.hypot(one.x - x0, one.y - y0) * one.force for one in free]
-    force = f"ΣF = {rounded_number(float(f'{gap / greatest:.1e}'))} of the greatest force"
-    moment_share = f"{abs(math.fsum(moments)) / max(max(parts), TINY):.1e}"
-    said = f"ΣM about G = {rounded_number(float(moment_share))} of the greatest moment"
+    moment_share = abs(math.fsum(moments)) / max(max(parts), TINY)
+    force, moment = (rounded_number(float(f"{x:.1e}")) for x in (gap / greatest, moment_share))
     through = max(parts) <= PRINTED_NONE * greatest * free.solution.system.length
-    return [force, "ΣM about G = 0: all forces pass through G" if through else said]
+    return [
+        CLOSING["force"].format(force),
+        CLOSING["through" if through else "moment"].format(moment),
+    ]
 
 
 def arrow_scale(forces: Sequence[Acting], longest: float = SIZE["arrow"]) -> float:

@@ -17,8 +17,20 @@ from typing import Any
 import numpy as np
 
 from mbody._version import __version__
-from mbody.analysis.driven.free_body import acting_on_several, coupled, driven, rows_on
-from mbody.core.tolerances import DRAWN_HISTORY_SAME, DRAWN_RETURNS
+from mbody.analysis.driven.free_body import (
+    MEMBER_WORDS,
+    acting_on_several,
+    coupled,
+    driven,
+    rows_on,
+)
+from mbody.core.tolerances import (
+    DRAWN_HISTORY_SAME,
+    DRAWN_RETURNS,
+    FORCE_NONE,
+    LINES_PARALLEL,
+    PRINTED_NONE,
+)
 from mbody.engineering.instant_centres import InstantCentre, InstantCentres, instant_centres
 from mbody.errors import ModelError, SolveError
 from mbody.files.model import to_toml
@@ -34,6 +46,7 @@ from mbody.summaries.text_table import forces_on
 from mbody.system.system import System
 from mbody.views.acting import about_place, application_point, torque_pivot, wrench_names
 from mbody.views.film_frames import FilmSet, film_svg
+from mbody.views.free_bodies import CLOSING
 from mbody.views.motions import motion
 from mbody.views.page_data import numbers, scene_data, text_runs
 from mbody.views.polygon_content import PolygonContent, Side, polygon_contents
@@ -76,7 +89,9 @@ class _FreeBodies:
         for name, b in self.system.bodies.items():
             mass = self.system.mass[3 * b : 3 * b + 3, 0]
             masses[name] = [float(mass[0]), float(mass[2])]
-        return {"masses": masses, "histories": self.histories, "bodies": bodies}
+        words = {"member": MEMBER_WORDS, "closing": CLOSING, "length": self.system.length}
+        words |= {"none": {"force": FORCE_NONE, "sine": LINES_PARALLEL, "moment": PRINTED_NONE}}
+        return {"masses": masses, "histories": self.histories, "bodies": bodies, **words}
 
     # -- wrenches on a body --------------------------------------------------------------------
 

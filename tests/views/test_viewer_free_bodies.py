@@ -7,8 +7,9 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.analysis.driven.free_body import free_body
+from mbody.analysis.driven.free_body import free_body, member_forces
 from mbody.views.acting import acting_on
+from mbody.views.free_bodies import NUMBER
 from mbody.views.motions import motion
 from mbody.views.page import LINKS
 from mbody.views.pose import Pose
@@ -181,6 +182,13 @@ def test_the_diagram_shows_what_mbody_freebody_draws(page, views, name):
                 assert float(turn.rstrip("°")) == pytest.approx(
                     np.degrees(np.arctan2(one.force[1], one.force[0])) % 360.0, abs=0.011
                 )
+        (member,) = [one for one in member_forces(run, k) if one.body == body]
+        said = browser.read("mbody.viewer.free.kind.textContent")
+        if member.kind == "general":
+            assert said == ""
+        else:
+            words = NUMBER.split(member.words.replace(f"'{body}' ", ""))
+            assert NUMBER.split(said.replace("−", "-")) == words
         dashes = browser.read(
             "mbody.viewer.free.diagram.querySelectorAll('[stroke-dasharray=\"6 4\"]').length"
         )

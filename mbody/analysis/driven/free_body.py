@@ -38,6 +38,18 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
+#: What is said of a link by the forces on it.
+MEMBER_WORDS = {
+    "unloaded": "carries nothing",
+    "pulled": "is a two-force member, pulled with {size}: {forces} act along one line",
+    "pressed": "is a two-force member, pressed with {size}: {forces} act along one line",
+    "one place": "is a two-force member: {forces} act at one place",
+    "meet": "is a three-force member: the lines of {forces} meet in M = ({x}, {y})",
+    "parallel": "is a three-force member: the lines of {forces} are parallel",
+    "couple": "carries two forces and a couple: {forces}",
+    "general": "carries {forces}",
+}
+
 
 def acting_on_several(solution: Solution) -> list[tuple[Constraint, tuple[str, ...]]]:
     """The couplings, the drivers that follow positions and the stops that act, with all bodies that
@@ -334,32 +346,26 @@ def _member(
         if one.force <= FORCE_NONE * greatest and abs(one.torque) > FORCE_NONE * greatest * length
     ]
     listing = listed(one.cause for one in (*forces, *couples))
-    kind, meeting, tension = "general", None, None
+    kind, said, meeting, tension = "general", "general", None, None
+    numbers: dict[str, str] = {}
     if not forces and not couples:
-        kind, words = "unloaded", f"'{body}' carries nothing"
+        kind = said = "unloaded"
     elif len(forces) == 2 and not couples:
         kind = "two-force"
         tension = _tension(*forces)
-        what = "pulled" if tension > 0.0 else "pressed"
-        words = (
-            f"'{body}' is a two-force member, {what} with "
-            f"{units.converted(forces[0].force, 'force'):.6g} {units.of('force')}: "
-            f"{listing} act along one line"
-        )
-        if not tension:
-            words = f"'{body}' is a two-force member: {listing} act at one place"
+        said = "pulled" if tension > 0.0 else "pressed" if tension else "one place"
+        size = units.converted(forces[0].force, "force")
+        numbers["size"] = f"{size:.6g} {units.of('force')}"
     elif len(forces) == 3 and not couples:
         kind, meeting = "three-force", _meeting(forces, length)
-        where = "are parallel"
+        said = "parallel"
         if meeting is not None:
+            said = "meet"
             at = (f"{units.converted(one, 'length'):.6g} {units.of('length')}" for one in meeting)
-            where = f"meet in M = ({', '.join(at)})"
-        words = f"'{body}' is a three-force member: the lines of {listing} {where}"
+            numbers.update(zip("xy", at, strict=True))
     elif len(forces) == 2:
-        kind = "two forces and a couple"
-        words = f"'{body}' carries two forces and a couple: {listing}"
-    else:
-        words = f"'{body}' carries {listing}"
+        kind, said = "two forces and a couple", "couple"
+    words = f"'{body}' {MEMBER_WORDS[said].format(forces=listing, **numbers)}"
     return Member(body, kind, tuple((*forces, *couples)), meeting, tension, words)
 
 

@@ -51,17 +51,29 @@ function ordered(forces) {
   const after = (one) => (Math.round(1e9 * ((turn(one) - first + 2 * round) % round)) % Math.round(1e9 * round));
   return [...forces].sort((a, b) => after(a) - after(b));
 }
-/** The kind of a member, by the forces on it; a force with its torque is one on another line. */
-function member(forces, torques, shown, unit) {
-  if (torques.some((one) => !forces.includes(one)) || forces.length < 2 || forces.length > 3) return "";
-  const [a, b] = forces, size = (one) => Math.hypot(one.fx, one.fy), list = forces.map((one) => words(one.t)).join(", ");
+const sizeOf = (one) => Math.hypot(one.fx, one.fy);
+/** A text with what stands in its brackets. */
+const inWords = (text, values) => text.replace(/\{(\w*)\}/g, (_, key) => values[key]);
+/** A point of the line on which a force alone has its torque. */
+const lineOf = ({ x, y, fx, fy, torque }) => [x + torque * fy / (fx * fx + fy * fy), y - torque * fx / (fx * fx + fy * fy)];
+/** The kind of a member by the forces on it, those below `least` being none: the rules and words of `member_forces`. */
+function member(acting, least, { free, units }) {
+  const forces = acting.filter((one) => sizeOf(one) > least), couples = acting.filter((one) => sizeOf(one) <= least && Math.abs(one.torque) > least * free.length);
+  const all = [...forces, ...couples], [a, b] = forces, say = (kind, more = {}) => inWords(free.member[kind], { forces: all.map((one) => `'${one.c}'`).join(", "), ...more });
+  const print = (value, [unit, one]) => `${shown(value / one)} ${unit}`;
+  if (!all.length) return say("unloaded");
+  if (forces.length === 2 && couples.length) return say("couple");
+  if (couples.length || forces.length < 2 || forces.length > 3) return "";
   if (forces.length === 2) {
-    const along = b.fx * (b.x - a.x) + b.fy * (b.y - a.y), how = a.k === "joint" && b.k === "joint" && Math.abs(along) > 1e-9 * size(b) * Math.hypot(b.x - a.x, b.y - a.y) ? `, ${along > 0 ? "pulled" : "pressed"} with ${shown(size(b) / unit[1], 4)} ${unit[0]}` : "";
-    return `A two-force member${how}: ${list} act along one line.`;
+    const pins = a.k === "joint" && b.k === "joint", [[ax, ay], [bx, by]] = forces.map((one) => (pins ? [one.x, one.y] : lineOf(one)));
+    const along = b.fx * (bx - ax) + b.fy * (by - ay);
+    return say(along > 0 ? "pulled" : along < 0 ? "pressed" : "one place", { size: print(sizeOf(a), units.force) });
   }
-  const sine = (p, q) => Math.abs(p.fx * q.fy - p.fy * q.fx) / (size(p) * size(q)), c = forces[2];
-  const parallel = Math.max(sine(a, b), sine(b, c), sine(a, c)) < 1e-6;
-  return `A three-force member: the lines of ${list} ${parallel ? "are parallel" : "meet in one point"}.`;
+  const sine = ([p, q]) => (p.fx * q.fy - p.fy * q.fx) / (sizeOf(p) * sizeOf(q));
+  const [p, q] = [[1, 0], [2, 0], [2, 1]].map((pair) => pair.map((n) => forces[n])).reduce((best, pair) => (Math.abs(sine(pair)) > Math.abs(sine(best)) ? pair : best));
+  if (Math.abs(sine([p, q])) < free.none.sine) return say("parallel");
+  const [px, py] = lineOf(p), [qx, qy] = lineOf(q), s = ((qx - px) * q.fy - (qy - py) * q.fx) / (p.fx * q.fy - p.fy * q.fx);
+  return say("meet", { x: print(px + s * p.fx, units.length), y: print(py + s * p.fy, units.length) });
 }
 const words = (runs) => runs.map(([part]) => part).join("");
 const html = (runs) => runs.map(([part, how]) => (how ? el("sub", {}, part) : el("i", {}, part)));
@@ -140,13 +152,15 @@ export class FreeBodyPanel {
     if (hidden) return;
     const floor = floors.force ?? 0, turns = (one) => Math.abs(one.torque) > Math.max(floors.torque ?? 0, 0);
     const forces = acting.filter((one) => Math.hypot(one.fx, one.fy) > floor), torques = acting.filter(turns);
-    this.kind.textContent = member(forces, torques, shown, units.force);
+    const { free } = scene, most = Math.max(...Object.keys(free.bodies).map((body) => this.forces(body).force));
+    this.kind.textContent = member(acting, free.none.force * most, scene);
     const peak = this.scale.value === SCALES[0] ? Math.max(this.most, force) : force;
     this.#diagram(motion, forces, torques, peak > 0 ? ARROW / peak : 0);
     this.#polygon(forces, peak > 0 ? LONG_SIDE / peak : 0, units.force);
     this.#numbers(forces, torques, units);
     const part = (a, b) => (b ? shown(a / b, 2) : "0");
-    this.closes.textContent = forces.length + torques.length ? `ΣF = ${part(gap, force)} of the greatest force, ΣM about G = ${part(moment, greatest)} of the greatest moment: rounding of the numbers of this page.` : "Nothing acts on this link.";
+    const through = greatest <= free.none.moment * force * free.length;
+    this.closes.textContent = force ? `Rounding of the numbers of this page: ${inWords(free.closing.force, { "": part(gap, force) })}; ${inWords(free.closing[through ? "through" : "moment"], { "": part(moment, greatest) })}.` : acting.some(turns) ? "" : "Nothing acts on this link.";
     const said = forces.map((one) => `${words(one.t)} ${shown(Math.hypot(one.fx, one.fy) / units.force[1], 4)} ${units.force[0]}`).join(", ");
     this.diagram.setAttribute("aria-label", `${this.body} alone with its forces: ${said || "none"}`);
     this.polygon.setAttribute("aria-label", `Force polygon of ${this.body}: ${forces.length} forces, tip to tail`);
