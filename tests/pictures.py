@@ -27,7 +27,7 @@ SHOWN = {
     "geneva_drive": {"after": 0.1},
     "hoekens": {"paths": ["coupler.P"]},
     "mud_pump": {"at": {"crank": "60 deg"}},
-    "mud_pump_motor": {"after": 12.25},
+    "mud_pump_motor": {"after": 9.75},
     "norton_fourbar": {"forces": True},
     "peaucellier": {"at": {"crank": "60 deg"}, "paths": ["QA.Q"]},
     "planetary_train": {"at": {"sun": "90 deg"}},

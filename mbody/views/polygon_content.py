@@ -74,7 +74,7 @@ def polygon_contents(run: Solution) -> list[PolygonContent]:
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=2.0), [0.0])
     >>> [image.text for image in polygon_contents(run)[1].images]
-    ['$o_{a}$', '$a$', '$b$', '$p$']
+    ['$o_{a}$', '$a$', '$b$']
     """
     velocity, acceleration = velocity_polygon(run), acceleration_polygon(run)
     return [_content(run, velocity), _content(run, acceleration, velocity)]

@@ -27,7 +27,6 @@ OTHERWISE = {
     "bars are ": "of a note",
     " wide: the model does not say how wide": "of a note",
     "holes without a pin_radius have a diameter of ": "of a note",
-    "the cognates have no masses and no loads": "a note",
     " linkages are written": "the status of a data set",
     " bytes, with binaries for ": "what the command has written",
     "singular start": "the mark of one",
