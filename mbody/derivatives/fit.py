@@ -26,8 +26,7 @@ from mbody.derivatives.identifiable import (
 )
 from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.types import Number

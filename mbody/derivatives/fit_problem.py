@@ -27,8 +27,7 @@ from mbody.derivatives.reduced_measures import (
 )
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.tables import measured_data
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.numbers import number_in
 from mbody.model.study import Measure
 from mbody.solution.measures import check_measure, measured

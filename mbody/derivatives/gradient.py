@@ -30,8 +30,7 @@ from mbody.derivatives.named_numbers import (
 )
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure

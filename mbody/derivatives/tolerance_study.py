@@ -16,8 +16,7 @@ from mbody.core.presentation import Presented
 from mbody.derivatives.gradient import Gradient, gradient
 from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure
 from mbody.quantities import (

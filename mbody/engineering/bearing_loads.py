@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
-from mbody.model.argument_checks import unknown_name
+from mbody.model.element import unknown_name
 from mbody.model.joints import Revolute
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number

@@ -13,10 +13,9 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import takes_one_design, unknown_name
 from mbody.model.body import Body, SecondMoments, SlenderRod
 from mbody.model.closed_mechanism import with_changed
-from mbody.model.element import Marker, as_marker, listed
+from mbody.model.element import Marker, as_marker, listed, takes_one_design, unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.solution.declared_result import ItemTable, Sentence, Value, data_only

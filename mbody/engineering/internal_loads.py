@@ -13,9 +13,8 @@ from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
-from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.body import Body, CrossSection, as_section
-from mbody.model.element import Marker, listed
+from mbody.model.element import Marker, listed, unknown_name, whole_number
 from mbody.model.joints import Revolute
 from mbody.model.loads import Gravity
 from mbody.solution.declared_result import Heading, Sentence, Value, data_only

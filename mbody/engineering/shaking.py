@@ -17,9 +17,8 @@ from mbody.core.presentation import Presented
 from mbody.engineering.fluctuation import angle_driver, check_repeats, cycle_revolutions
 from mbody.engineering.harmonics import Orders, complex_orders, driver_cycle
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.driver import Driver
-from mbody.model.element import Marker, as_marker
+from mbody.model.element import Marker, as_marker, unknown_name, whole_number
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number
 from mbody.solution.checks import loaded

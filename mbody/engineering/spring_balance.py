@@ -13,9 +13,8 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import takes_one_design, unknown_name
 from mbody.model.closed_mechanism import with_changed
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design, unknown_name
 from mbody.model.loads import Spring, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import Heading, Sentence, Value

@@ -21,8 +21,7 @@ from mbody.core.presentation import Presented
 from mbody.engines import load_forces
 from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.stop import Stop
 from mbody.model.study import Instants
 from mbody.quantities.output_units import OutputUnits

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import unknown_name, whole_number
+from mbody.model.element import unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE

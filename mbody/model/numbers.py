@@ -12,8 +12,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.laws.base import dimension_by
-from mbody.model.argument_checks import unknown_name
-from mbody.model.element import Element, is_plain_field, listed, plain_field
+from mbody.model.element import Element, is_plain_field, listed, plain_field, unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import evaluated, number

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import whole_number
+from mbody.model.element import whole_number
 from mbody.quantities import Formula, FormulaError, parse_unit, read
 from mbody.quantities.formula import NotANumber, NotFinite, float_or_formula
 from mbody.quantities.types import (

@@ -16,8 +16,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, brief
 from mbody.files.model.other_numbers import file_unit
 from mbody.files.model.study_tables import optimization_tasks
-from mbody.model.argument_checks import takes_one_design, whole_number
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import OptimizationTask
 from mbody.optimization.aims_and_limits import Aim, AimRows, Limit, aim_of, limit_of

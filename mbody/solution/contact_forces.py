@@ -13,8 +13,8 @@ from mbody.errors import ModelError
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, rates_of_pairs
 from mbody.kernels.friction import FRICTION_KINDS, LASTING
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.model.argument_checks import unknown_name
 from mbody.model.contact import OneSided
+from mbody.model.element import unknown_name
 from mbody.model.joint_limits import JointContact
 from mbody.model.stop import Stop
 from mbody.solution.histories import Reaction, Result, Unique, motion_at, motion_rows

@@ -12,8 +12,7 @@ import numpy as np
 from mbody.core.other_words import Attributes
 from mbody.core.presentation import present
 from mbody.errors import ModelError
-from mbody.model.argument_checks import unknown_name
-from mbody.model.element import Element, Marker, Numbers
+from mbody.model.element import Element, Marker, Numbers, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.system.read_only import Locked

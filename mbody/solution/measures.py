@@ -11,9 +11,8 @@ import numpy as np
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.laws import MeasuredFormula
-from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import DRIVEN
-from mbody.model.element import Marker, Numbers, as_marker, listed, owned
+from mbody.model.element import Marker, Numbers, as_marker, listed, owned, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
 from mbody.model.study import Measure, reduce_history

@@ -14,8 +14,7 @@ from mbody.core.other_words import Attributes
 from mbody.core.presentation import Presented, present
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.model.argument_checks import unknown_name
-from mbody.model.element import Marker, listed
+from mbody.model.element import Marker, listed, unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
 from mbody.solution.histories import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbody.model.argument_checks import unknown_name
+from mbody.model.element import unknown_name
 from mbody.system.read_only import Locked
 
 Array = np.ndarray

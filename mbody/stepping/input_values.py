@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import unknown_name
+from mbody.model.element import unknown_name
 
 
 def jumping(name: str, driver: str) -> ModelError:

@@ -31,8 +31,7 @@ from mbody.kernels.runge_kutta_lanes import (
 )
 from mbody.kernels.step_state import NEXT, TIME, Tolerances
 from mbody.laws.kernels import OPERATIONS
-from mbody.model.argument_checks import unknown_name
-from mbody.model.element import as_marker
+from mbody.model.element import as_marker, unknown_name
 from mbody.model.study import Measure, measure_named
 from mbody.solution.histories import Record, Unique
 from mbody.solution.measures import check_measure, evaluate_measure, measured

@@ -42,9 +42,8 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE

@@ -37,8 +37,8 @@ from mbody.kernels.step_state import (
     STIFF_COUNT,
     TIME,
 )
-from mbody.model.argument_checks import whole_number
 from mbody.model.body import Guesses
+from mbody.model.element import whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import METHODS

@@ -15,7 +15,7 @@ from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.lanes import LANES
 from mbody.errors import ModelError, SolveError
-from mbody.model.argument_checks import whole_number
+from mbody.model.element import whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.sweeps.job import (
     BLOCK,

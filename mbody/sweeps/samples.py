@@ -10,7 +10,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from mbody.errors import ModelError, brief
-from mbody.model.argument_checks import whole_number
+from mbody.model.element import whole_number
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import float_or_formula

@@ -27,10 +27,9 @@ from mbody.core.presentation import Presented
 from mbody.core.tolerances import SYNTHESIS_POINT_MET
 from mbody.errors import ModelError
 from mbody.files.model import save
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Body
 from mbody.model.driver import AngleDriver
-from mbody.model.element import Marker, listed
+from mbody.model.element import Marker, listed, takes_one_design
 from mbody.model.joints import Joint, PinSlot, Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import ItemTable, Sentence, Value

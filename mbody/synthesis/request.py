@@ -15,8 +15,7 @@ import numpy as np
 
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, ModelWarning, brief
-from mbody.model.argument_checks import whole_number
-from mbody.model.element import listed
+from mbody.model.element import listed, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, Scope, read
 from mbody.quantities.formula import evaluated, number

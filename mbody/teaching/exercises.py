@@ -17,7 +17,7 @@ from mbody.analysis.driven.driven import analyse_at, kinematics
 from mbody.core.tolerances import ROUND_NUMBER_SLACK
 from mbody.errors import ModelError, SolveError
 from mbody.files.writing import writing
-from mbody.model.argument_checks import whole_number
+from mbody.model.element import whole_number
 from mbody.model.study import Instants
 from mbody.reports.blocks import Block, Chapter, Grid, Items, Picture, ReportDocument, Text
 from mbody.reports.described import inputs

@@ -22,8 +22,7 @@ import numpy as np
 from mbody.analysis.driven.time_grid import memory
 from mbody.errors import ModelError
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
-from mbody.model.argument_checks import whole_number
-from mbody.model.element import listed
+from mbody.model.element import listed, whole_number
 from mbody.sweeps.run import connected, results
 from mbody.sweeps.store import remove_abandoned, write_whole
 from mbody.topologies.arrays import canonical_order, linkage_arrays

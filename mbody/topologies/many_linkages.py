@@ -27,7 +27,7 @@ from mbody.kernels.continuation_lanes import (
     linkage_rows,
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.model.argument_checks import whole_number
+from mbody.model.element import whole_number
 from mbody.quantities.types import PlainNumbers
 from mbody.system.pivoting import lane_workspace
 from mbody.system.system import System

@@ -17,8 +17,8 @@ import numpy as np
 from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, PRINTED_NONE, TINY
 from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
 from mbody.engineering.path_curvature import inflection_circle, path_curvature
-from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import Driver
+from mbody.model.element import unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
 from mbody.views import friction_symbols

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.model.argument_checks import unknown_name
 from mbody.model.driver import AngleDriver
+from mbody.model.element import unknown_name
 from mbody.solution.histories import check_forces, one_design
 from mbody.summaries.text_table import cut, force_names
 from mbody.views.acting import notation

@@ -27,9 +27,8 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, angle_text, brief
 from mbody.kernels.loop_closure import close
-from mbody.model.argument_checks import takes_one_design, unknown_name, whole_number
 from mbody.model.driver import Driver
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number

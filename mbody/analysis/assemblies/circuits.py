@@ -25,8 +25,8 @@ from mbody.analysis.assemblies.assembly_modes import (
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.driver import Driver
+from mbody.model.element import takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
 from mbody.solution.declared_result import IncludedResult, ItemTable, Value

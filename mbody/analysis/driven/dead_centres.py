@@ -20,9 +20,8 @@ from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels import continuation
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited
 from mbody.system.rank import dense, jacobian

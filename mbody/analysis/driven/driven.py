@@ -20,10 +20,9 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text, brief
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.laws import Law, times_of
-from mbody.model.argument_checks import unknown_name
 from mbody.model.body import Guesses
 from mbody.model.driver import Driver
-from mbody.model.element import listed
+from mbody.model.element import listed, unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers

@@ -10,7 +10,7 @@ import numpy as np
 from mbody.analysis.driven.driven import kinetostatics
 from mbody.core.tolerances import LAW_VALUES_SAME, WORK_AGREES, WORK_NONE
 from mbody.errors import ModelError
-from mbody.model.argument_checks import unknown_name
+from mbody.model.element import unknown_name
 from mbody.solution.checks import each_load_of
 from mbody.solution.doubts import inherited
 from mbody.solution.friction_results import Efficiency

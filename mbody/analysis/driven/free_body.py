@@ -13,10 +13,9 @@ from mbody.analysis.contact.unilateral import Unilateral
 from mbody.core.presentation import present
 from mbody.core.tolerances import FORCE_NONE, LINES_PARALLEL, TINY
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.model.argument_checks import unknown_name
 from mbody.model.constraint import Constraint
 from mbody.model.contact import Contact, Rope
-from mbody.model.element import listed
+from mbody.model.element import listed, unknown_name
 from mbody.model.stop import Stop
 from mbody.solution.checks import each_load_of, loaded
 from mbody.solution.contact_forces import acting_contacts

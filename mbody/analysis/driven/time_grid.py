@@ -16,9 +16,8 @@ import numpy as np
 from mbody.errors import ModelError, SolveError, angle_text, brief, remedy
 from mbody.kernels.continuation import BY_DRIVER, BY_INSTANT, BY_TIME
 from mbody.laws import Expression, Table, times_of
-from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.driver import Driver
-from mbody.model.element import Element, listed
+from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
 from mbody.system.formula_rows import driver_states, recorded_driver

@@ -27,10 +27,9 @@ from mbody.analysis.driven.driven import kinematics
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import CHANGE_POINT_LENGTHS, LEAST_SQUARES_RANK, RATE_NONE_COORDINATE
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.argument_checks import unknown_name
 from mbody.model.contact import Contact, joined
 from mbody.model.driver import Driver
-from mbody.model.element import listed
+from mbody.model.element import listed, unknown_name
 from mbody.model.joints import CamFollower
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import ColumnTable, Sentence, Value, in_units

@@ -14,9 +14,8 @@ from mbody.analysis.initial.initial_state import check_release, checked_events
 from mbody.core.tolerances import RTOL_DEFAULT, RTOL_LEAST, TIMES_COUNT_ROUNDING, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, brief, remedy
 from mbody.laws import Table
-from mbody.model.argument_checks import unknown_name, whole_number
 from mbody.model.closed_mechanism import with_element
-from mbody.model.element import resolved
+from mbody.model.element import resolved, unknown_name, whole_number
 from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in

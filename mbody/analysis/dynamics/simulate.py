@@ -41,8 +41,8 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS, TIME
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
+from mbody.model.element import takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.simulation import EVEN, WITH_MODES, Event
 from mbody.model.study import Measure, measure_named

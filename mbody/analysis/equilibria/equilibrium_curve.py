@@ -20,8 +20,8 @@ from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
-from mbody.model.argument_checks import whole_number
 from mbody.model.body import Guesses
+from mbody.model.element import whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import ItemTable, Value
 from mbody.solution.doubts import Doubt, Inherited, doubted

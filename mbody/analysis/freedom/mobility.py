@@ -25,10 +25,9 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError
 from mbody.kernels.layout import Work
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
 from mbody.model.contact import Contact, Rope
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.joint_limits import JointLimit, contacts_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import left_out

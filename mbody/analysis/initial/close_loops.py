@@ -39,9 +39,8 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.body import Guesses
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.types import Number

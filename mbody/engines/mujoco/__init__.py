@@ -13,8 +13,8 @@ from mbody.engines.mujoco.contact_steps import contact_crosscheck
 from mbody.engines.mujoco.forces import force_rows
 from mbody.engines.mujoco.motion import Replay, motion_rows
 from mbody.errors import ModelError, SolveError
-from mbody.model.argument_checks import takes_one_design
 from mbody.model.coupling import Coupling
+from mbody.model.element import takes_one_design
 from mbody.model.joints import Joint
 from mbody.solution.solution import Solution
 from mbody.system.system import System

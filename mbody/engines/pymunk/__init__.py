@@ -17,8 +17,7 @@ from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
 from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
 from mbody.engines.pymunk.space import Space, inexpressible
 from mbody.errors import ModelError, SolveError
-from mbody.model.argument_checks import takes_one_design
-from mbody.model.element import listed
+from mbody.model.element import listed, takes_one_design
 from mbody.model.joints import Fixed, Prismatic, Rolling
 from mbody.solution.solution import Solution, as_solution
 from mbody.system.system import System
