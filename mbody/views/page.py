@@ -346,8 +346,8 @@ STILL = 48
 MODULE = "mbody-viewer.mjs"
 #: The files of the web component, each after those that it imports.
 PARTS = (
-    "elements", "motion", "drawing", "names", "poles", "picture", "plot", "modes", "free_body",
-    "viewer",
+    "elements", "motion", "drawing", "names", "sheet", "poles", "picture", "plot", "modes",
+    "free_body", "viewer",
 )  # fmt: skip
 #: What a page shows in the beginning beside what it always shows.
 VISIBLE_NAMES = ("names", "forces", "velocities", "accelerations", "paths", "centres", "ghosts")
@@ -464,7 +464,7 @@ def module_text() -> str:
     folder = resources.files(__package__) / "viewer"
     parts = [(folder / f"{name}.mjs").read_text("utf-8") for name in PARTS]
     module = "\n".join(re.sub(r"^import .*?;\n", "", part, flags=re.M) for part in parts)
-    style = (folder / "viewer.css").read_text("utf-8")
+    style = "".join((folder / f"{name}.css").read_text("utf-8") for name in ("palette", "viewer"))
     return module.replace('/*css*/""', json.dumps(style, ensure_ascii=False), 1)
 
 

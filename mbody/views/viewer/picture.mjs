@@ -4,7 +4,8 @@
 import { clamp, el, nice, shown, sv } from "./elements.mjs";
 import { Drawing, arrow } from "./drawing.mjs";
 import { Poles } from "./poles.mjs";
-import { ARROW_WEIGHT, FreePlaces, alongside, around, atArrow, within, write } from "./names.mjs";
+import { Sheet } from "./sheet.mjs";
+import { ARROW_WEIGHT, alongside, around, atArrow, within, write } from "./names.mjs";
 
 /** Pixels of the longest arrow, less in low pictures, where the slider for arrows is in the middle. */
 const LONGEST = 90;
@@ -27,14 +28,12 @@ export function longest(motions) {
   return most;
 }
 
-export class Picture {
+export class Picture extends Sheet {
   /** Of motion n of a viewer; the first shows the others as ghosts too. */
   constructor(viewer, n) {
+    super(["ghosts", "paths", "world", "arrows", "names", "key"], { role: "img", tabindex: "0" });
     Object.assign(this, { viewer, n, motion: viewer.motions[n], hovered: null });
     const { scene, data } = this.motion, name = scene.design || data.model;
-    this.svg = sv("svg", { role: "img", tabindex: "0" });
-    this.layers = {};
-    for (const layer of ["ghosts", "paths", "world", "arrows", "names", "key"]) this.svg.append(this.layers[layer] = sv("g", { class: layer }));
     this.caption = el("div", { class: "caption", hidden: "" }, el("i", { style: `border-color: var(--c${n % 6})` }), name);
     this.root = el("div", { class: "cell" }, this.caption, this.svg);
     const unit = viewer.main.scene.unit;
@@ -43,8 +42,12 @@ export class Picture {
     this.centres = this.layers.world.querySelectorAll('[data-name^="cg:"], [data-name^="centre:"], [data-name^="tie:"]');
     this.#overlay();
     this.poles = this.motion.scene.poles ? new Poles(this) : null;
-    this.#listen();
+    this.#follow();
   }
+  get camera() { return this.viewer.camera; }
+  get unit() { return this.viewer.main.scene.unit; }
+  get wide() { return this.viewer.wide; }
+  get tall() { return this.viewer.tall; }
   /** What the picture is called by who cannot see it. */
   describe(several) {
     const { data } = this.motion;
@@ -122,7 +125,7 @@ export class Picture {
       const px = clamp(c.s, 0.55, 1.9);
       for (const drawing of [this.drawing, ...this.ghosts]) drawing.width(px);
     }
-    const matrix = `matrix(${c.s} 0 0 ${-c.s} ${c.x} ${c.y})`;
+    const { matrix } = this;
     for (const name of ["world", "ghosts", "paths"]) layers[name].setAttribute("transform", matrix);
     this.drawing.move(on.forces);
     layers.ghosts.style.display = ghosts ? "" : "none";
@@ -144,32 +147,17 @@ export class Picture {
   #by(kind) { return Math.min(LONGEST, 0.3 * this.viewer.tall) * 2 ** +this.viewer.size.value / this.viewer.most[kind]; }
   #arrows() {
     const m = this.motion, at = (q) => m.value2(q);
-    this.places = new FreePlaces(this.viewer.wide, this.viewer.tall);
+    this.clear();
     for (const one of this.arrows) {
       const visible = this.viewer.on[one.kind] && this.viewer.most[one.kind] > 0 && one.x;
       const by = visible ? one.sign * this.#by(one.kind) : 0, dx = visible ? by * at(one.x) : 0, dy = visible ? -by * at(one.y) : 0;
-      const long = Math.hypot(dx, dy);
-      if (!(long > 2.5)) {
-        if (one.seen !== false) { one.path.style.display = "none"; if (one.text) one.text.style.display = "none"; one.seen = false; }
-        continue;
-      }
-      const [x, y] = this.screen(one.places ? [at(one.places.x), at(one.places.y)] : m.place(one.at));
-      one.path.setAttribute("d", arrow(x, y, dx, dy));
-      if (one.text) {
-        if (!one.text.firstChild) write(one.text, one.label);
-        Object.assign(one, { x0: x, y0: y, dx, dy, long });
-      }
-      this.places.stroke(x, y, x + dx, y + dy, 1.5, ARROW_WEIGHT);
-      if (one.seen !== true) { one.path.style.display = ""; if (one.text) one.text.style.display = ""; one.seen = true; }
+      this.putArrow(one, visible ? this.screen(one.places ? [at(one.places.x), at(one.places.y)] : m.place(one.at)) : [0, 0], dx, dy);
     }
   }
   #names() {
     const on = this.viewer.on.names;
     this.layers.names.style.display = on ? "" : "none";
-    const m = this.motion, px = this.viewer.camera.s / this.viewer.main.scene.unit, put = (label, spots) => {
-      if (!label.wide) { const box = label.text.getBBox?.(); label.wide = box?.width || 8 * (label.t ?? label.label).length; }
-      this.places.put(label, spots(0.5 * label.wide + 2, 7));
-    };
+    const m = this.motion, px = this.camera.s / this.unit;
     for (const label of on ? this.labels : []) {
       const [x, y] = this.screen(m.carried(label.c, label.a, 0));
       let [ux, uy] = label.u;
@@ -183,9 +171,9 @@ export class Picture {
     this.#outlined();
     for (const label of on ? this.labels : []) {
       const { x, y, ux, uy } = label, gap = label.g * px + 2;
-      put(label, (w, h) => (!ux && !uy ? within(x, y, w, h) : label.turns ? alongside(x, y, ux, -uy, gap, w, h) : around(x, y, ux, -uy, gap, w, h)));
+      this.putName(label, (w, h) => (!ux && !uy ? within(x, y, w, h) : label.turns ? alongside(x, y, ux, -uy, gap, w, h) : around(x, y, ux, -uy, gap, w, h)));
     }
-    for (const one of this.arrows) if (one.text && one.seen) put(one, (w, h) => atArrow(one, w, h));
+    for (const one of this.arrows) if (one.text && one.seen) this.putName(one, (w, h) => atArrow(one, w, h));
   }
   /** Pins, mass centres and outlines of links, which names had better not cover. */
   #outlined() {
@@ -249,59 +237,15 @@ export class Picture {
     }
   }
 
-  // -- pixels and places ------------------------------------------------------------------------
-
-  screen([x, y]) {
-    const c = this.viewer.camera, u = this.viewer.main.scene.unit;
-    return [c.x + c.s * x / u, c.y - c.s * y / u];
-  }
-  #world([x, y]) {
-    const c = this.viewer.camera, u = this.viewer.main.scene.unit;
-    return [(x - c.x) * u / c.s, (c.y - y) * u / c.s];
-  }
-  #here(event) {
-    const box = this.svg.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  }
-
   // -- the pointer ------------------------------------------------------------------------------
 
-  #listen() {
-    const { svg, viewer } = this, fingers = new Map(), live = () => (this.n ? null : viewer.live);
-    svg.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      viewer.zoom(Math.exp(-0.0016 * event.deltaY), this.#here(event));
-    }, { passive: false });
-    svg.addEventListener("pointerdown", (event) => {
-      svg.setPointerCapture(event.pointerId);
-      this.moved = 0;
-      if (!fingers.size && live()?.grab(event, this.#world(this.#here(event)))) return;
-      fingers.set(event.pointerId, this.#here(event));
+  #follow() {
+    const { viewer } = this, live = () => (this.n ? null : viewer.live), at = (event) => this.world(this.here(event));
+    this.listen({
+      grab: (event) => live()?.grab(event, at(event)), drag: (event) => live()?.drag(at(event)), drop: () => live()?.drop(),
+      zoom: (factor, pixel) => viewer.zoom(factor, pixel), moved: () => viewer.draw(), clicked: (pixel) => this.#clicked(pixel),
+      hover: (event) => this.#hover(event), left: () => { viewer.tip.hidden = true; this.hovered = null; },
     });
-    svg.addEventListener("pointermove", (event) => {
-      const here = this.#here(event), before = fingers.get(event.pointerId);
-      if (live()?.drag(this.#world(here))) { this.moved += 4; return; }
-      if (!before) return this.#hover(event);
-      const others = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
-      if (others.length) {
-        const [o] = others, old = Math.hypot(before[0] - o[0], before[1] - o[1]), now = Math.hypot(here[0] - o[0], here[1] - o[1]);
-        if (old > 0) viewer.zoom(now / old, o);
-      } else {
-        viewer.camera.x += here[0] - before[0];
-        viewer.camera.y += here[1] - before[1];
-        this.moved += Math.abs(here[0] - before[0]) + Math.abs(here[1] - before[1]);
-        viewer.draw();
-      }
-      fingers.set(event.pointerId, here);
-    });
-    const up = (event) => {
-      live()?.drop();
-      fingers.delete(event.pointerId);
-      if (this.moved < 4 && event.type === "pointerup") this.#clicked(this.#here(event));
-    };
-    svg.addEventListener("pointerup", up);
-    svg.addEventListener("pointercancel", up);
-    svg.addEventListener("pointerleave", () => { viewer.tip.hidden = true; this.hovered = null; });
   }
   #clicked([x, y]) {
     let best = 14, name = null;

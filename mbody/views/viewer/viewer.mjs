@@ -41,7 +41,7 @@ export class Viewer extends HTMLElement {
     if (this.shadowRoot) return;
     this.attachShadow({ mode: "open" });
     if (CSS) this.shadowRoot.append(el("style", {}, CSS));
-    else this.shadowRoot.append(el("link", { rel: "stylesheet", href: new URL("viewer.css", import.meta.url) }));
+    else for (const name of ["palette", "viewer"]) this.shadowRoot.append(el("link", { rel: "stylesheet", href: new URL(`${name}.css`, import.meta.url) }));
     this.root = el("div", { class: "mbody", tabindex: "-1" });
     this.shadowRoot.append(this.root);
     try {
