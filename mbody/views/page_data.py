@@ -27,7 +27,8 @@ from mbody.views.friction_symbols import contact_arrows, line_of_action, sign_hi
 from mbody.views.labels import symbolic
 from mbody.views.motions import one_way
 from mbody.views.pose import Carrier, Pose
-from mbody.views.scene import Scene
+from mbody.views.scene import Scene, sketched
+from mbody.views.sketch import KeptShape
 from mbody.views.style import DRIVER, FORCE, GROUND, INK, LINK, LOAD, PAPER, PLATE, SOFT, WHEEL
 
 Array = np.ndarray
@@ -130,18 +131,16 @@ def scene_data(
     machine, units = run.mechanism, run.mechanism.shown
     bodies = ["ground", *(body.name for body in machine.bodies)]
     carriers = {carrier: n for n, carrier in enumerate(scene.carriers)}
-    digits = max(0, 3 - math.floor(math.log10(scene.unit)))
     movers = _movers(run, bodies, paths or ())
     return {
         "bodies": bodies,
         "unit": scene.unit,
         "second": SECONDS.get(machine.units.time, 1.0),
         "box": {"low": scene.low.tolist(), "high": scene.high.tolist()},
-        "carriers": [_carrier(one, bodies) for one in carriers],
-        "shapes": [_shape(one, carriers, digits) for one in scene.shapes],
+        **_drawn(scene.shapes, carriers, bodies, scene.unit),
         "labels": [_label(one, carriers) for one in scene.labels],
         "axis": axis(run),
-        "forces": _forces(run, bodies, scene.enlarged),
+        "forces": force_arrows(run, bodies, scene.enlarged),
         "movers": movers,
         "rates": run.analysis != "close_loops",
         "paths": list(_known_paths(run, paths)),
@@ -162,6 +161,35 @@ def scene_data(
         "modes": _modes(run),
         "notes": scene.notes,
         **({"on": list(on)} if on is not None else {}),
+    }
+
+
+def position_data(run: Solution, unit: float, instant: int = 0) -> dict[str, Any]:
+    """The shapes of one position for a given length of a point, with the keys of `scene_data`, and
+    half the width of a link.
+
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5))
+    >>> found = position_data(run, 0.01)
+    >>> found["bodies"], found["shapes"][0]["k"]
+    (['ground', 'crank', 'coupler', 'rocker'], 'p')
+    """
+    sketch = sketched(Pose(run, instant), unit, 1.0)
+    shapes = sorted(sketch.record.shapes, key=lambda shape: shape.look.z)
+    bodies = ["ground", *(body.name for body in run.mechanism.bodies)]
+    carriers = {one: n for n, one in enumerate(dict.fromkeys(part.carrier for part in shapes))}
+    head = {"bodies": bodies, "unit": unit, "half": sketch.size("link")}
+    return head | _drawn(shapes, carriers, bodies, unit)
+
+
+def _drawn(
+    shapes: Sequence[KeptShape], carriers: dict[Carrier, int], bodies: Sequence[str], unit: float
+) -> dict[str, Any]:
+    """Carriers and shapes, rounded to what a point of the length `unit` shows."""
+    digits = max(0, 3 - math.floor(math.log10(unit)))
+    return {
+        "carriers": [_carrier(one, bodies) for one in carriers],
+        "shapes": [_shape(one, carriers, digits) for one in shapes],
     }
 
 
@@ -274,7 +302,9 @@ def _modes(run: Solution) -> list[dict[str, Any]]:
     return found
 
 
-def _forces(run: Solution, bodies: Sequence[str], enlarged: float) -> list[dict[str, Any]]:
+def force_arrows(
+    run: Solution, bodies: Sequence[str], enlarged: float = 1.0
+) -> list[dict[str, Any]]:
     """Forces that can be shown as arrows: of joints by the names of the books, and applied ones."""
     pose, found = Pose(run, 0), []
     for load in run.mechanism.loads:
