@@ -51,6 +51,7 @@ LAYERS = (
     ("live", "reports", "stepping", "exchange"),
     ("optimization", "synthesis", "teaching", "topologies"),
     ("envs", "inverse"),
+    ("edit",),
     ("cli",),
     ("__main__", "__init__"),
 )

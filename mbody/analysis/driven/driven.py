@@ -91,17 +91,19 @@ def documented(analysis: Analysis) -> Analysis:
 def driven(
     model: Mechanism | System,
     analysis: str,
-    t: PlainNumbers | None,
-    drive: DriverValues | None,
-    turn: str | bool | None,
-    instants: int | None,
-    turns: int | None,
-    guess: Guesses | None,
+    t: PlainNumbers | None = None,
+    drive: DriverValues | None = None,
+    turn: str | bool | None = None,
+    instants: int | None = None,
+    turns: int | None = None,
+    guess: Guesses | None = None,
     assembly: str | int | None = None,
     before: int = 0,
+    pose: np.ndarray | None = None,
 ) -> Solution:
     """Run a driven analysis: on lanes where there are many instants, else step by step. The first
-    so many instants, `before` those requested, lead there and are left out.
+    so many instants, `before` those requested, lead there and are left out. `pose`
+    (3·bodies + 3,), instead of guesses: where the loops are nearly closed, the ground last.
     """
     system = as_system(model)
     check_timed(system)
@@ -121,8 +123,12 @@ def driven(
         chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
         system, guess, notes, remedy = chosen
     runner = Runner(system, analysis)
-    intended = None if guess else functools.partial(_as_from_start, runner, grid)
-    start = closed(system, float(grid.t[0]), grid.first(system), guess, intended=intended)
+    intended = (
+        None if guess or pose is not None else functools.partial(_as_from_start, runner, grid)
+    )
+    start = closed(
+        system, float(grid.t[0]), grid.first(system), guess, pose=pose, intended=intended
+    )
     found = _follow(runner, start, grid, remedy)
     if before:
         found = found.take(np.arange(before, len(found)))

@@ -1,0 +1,1 @@
+"""The drawing board: a model file as a document that is drawn, dragged and computed."""

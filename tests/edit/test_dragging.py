@@ -1,0 +1,134 @@
+"""What is dragged is where a position analysis has it, and no link changes while it moves."""
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.edit.dragging import Dragging
+from mbody.views.drawing import first_position
+
+
+def dragging(model):
+    system = mbody.assemble(model)
+    return Dragging(system, first_position(system), mbody.mobility(system))
+
+
+def gaps(drag):
+    """Distances of the two places of each pin, by the poses alone."""
+    pins = [one for one in drag.machine.joints if isinstance(one, mbody.Revolute)]
+    return [float(np.hypot(*(drag.place(str(p.i)) - drag.place(str(p.j))))) for p in pins]
+
+
+@pytest.mark.parametrize("name", ["norton_fourbar", "stephenson_sixbar", "hoekens"])
+def test_a_crank_follows_the_pointer_and_all_forces_are_those_of_its_angle(name):
+    drag = dragging(gallery.load(name))
+    crank = drag.machine.bodies[0]
+    pivot, pin = (f"{crank.name}.{point}" for point in list(crank.points)[:2])
+    centre, first = drag.place(pivot), drag.place(pin)
+    radius = np.hypot(*(first - centre))
+    angle = np.arctan2(*(first - centre)[::-1])
+    for n in range(1, 14):  # once round in steps of half a radian
+        to = centre + radius * np.array([np.cos(angle + 0.5 * n), np.sin(angle + 0.5 * n)])
+        for _ in range(4):
+            drag.move(crank.name, drag.arm(pin), to)
+        assert np.hypot(*(drag.place(pin) - to)) < 1e-3 * radius
+    assert drag.away and max(gaps(drag)) < 1e-9 * drag.system.length
+    (driver,) = drag.values
+    home = float(mbody.kinetostatics(drag.machine).driven(driver)[0][0])
+    path = np.linspace(home, drag.values[driver], 200)
+    rate, acceleration = (float(one[0]) for one in drag.at.driven(driver)[1:])
+    direct = mbody.kinetostatics(drag.machine, drive={driver: (path, rate, acceleration)})
+    effort = float(drag.at.effort(driver)[0])
+    assert effort == pytest.approx(float(direct.effort(driver)[-1]), rel=1e-8, abs=1e-9)
+    assert not drag.home().away
+
+
+def test_beyond_reach_the_nearest_place_is_taken():
+    drag = dragging(gallery.load("norton_fourbar"))
+    centre, pin = drag.place("crank.O2"), "crank.A"
+    radius = np.hypot(*(drag.place(pin) - centre))
+    to = centre + 7.0 * radius * np.array([np.cos(1.2), np.sin(1.2)])
+    for _ in range(12):
+        drag.move("crank", drag.arm(pin), to)
+    assert np.allclose(drag.place(pin), centre + (to - centre) / 7.0, atol=1e-3 * radius)
+
+
+def loose_chain():
+    machine = mbody.Mechanism("chain", ground={"O": (0.0, 0.0)})
+    machine.add(mbody.Body("one", points={"O": (0.0, 0.0), "A": (2.0, 0.0)}))
+    machine.add(mbody.Body("two", points={"A": (0.0, 0.0), "B": (1.5, 0.0)}, guess=1.0))
+    machine.add(mbody.Revolute("O", "ground.O", "one.O"), mbody.Revolute("A", "one.A", "two.A"))
+    return machine
+
+
+def test_a_chain_without_a_motor_is_dragged_by_its_free_motions():
+    drag = dragging(loose_chain())
+    assert len(drag.hands) == 2
+    for n in range(1, 30):
+        to = [(1.5 + 0.5 * np.sin(n)) * np.cos(0.3 * n), 2.0 * np.sin(0.3 * n)]
+        for _ in range(6):
+            drag.move("two", drag.arm("two.B"), to)
+        assert np.allclose(drag.place("two.B"), to, atol=2e-3)
+        assert max(gaps(drag)) < 1e-12
+
+
+def test_what_is_held_everywhere_says_so():
+    machine = loose_chain()
+    machine.add(mbody.Revolute("B", mbody.Marker("ground", (3.0, 1.0)), "two.B"))
+    drag = dragging(machine)
+    drag.move("two", (0.0, 0.0), (9.0, 9.0))
+    assert drag.stopped == "nothing moves 'two': it is held everywhere"
+
+
+@pytest.mark.parametrize(
+    ("name", "places"),
+    [
+        ("norton_fourbar", ["coupler.B", "rocker.B"]),
+        ("stephenson_sixbar", ["coupler.P", "link.P"]),  # one of them in polar coordinates
+        ("stephenson_sixbar", ["ground.O4", "rocker.O4"]),
+    ],
+)
+def test_a_point_goes_where_it_is_dragged_and_its_links_get_these_numbers(name, places):
+    drag = dragging(gallery.load(name))
+    to = drag.place(places[0]) + 0.03 * drag.system.length
+    drag.point(places, to, [])
+    assert not drag.stopped and max(gaps(drag)) < 1e-9 * drag.system.length
+    # a second route: a system with these numbers alone
+    direct = mbody.kinetostatics(drag.system.with_values(drag.changed))
+    for place in places:
+        here = to
+        if not place.startswith("ground."):
+            history = direct.point(place)
+            here = [float(history.x[0]), float(history.y[0])]
+        assert np.allclose(here, to, atol=1e-9 * drag.system.length), place
+    driver = next(iter(drag.values))
+    assert float(drag.turn.effort(driver)[0]) == pytest.approx(float(direct.effort(driver)[0]))
+
+
+def test_a_point_given_by_a_parameter_is_brought_nearest():
+    drag = dragging(gallery.load("mud_pump_sixbar"))
+    name = next(iter(drag.machine.parameters))
+    first = float(drag.system.values[name])
+    drag.number(name, 1.1 * first)
+    body, point = next(
+        (b.name, p)
+        for b in drag.machine.bodies
+        for p in b.points
+        if not np.allclose(
+            drag.place(f"{b.name}.{p}"), dragging(drag.machine).place(f"{b.name}.{p}")
+        )
+    )
+    goal = drag.place(f"{body}.{point}")
+    again = dragging(drag.machine)
+    for _ in range(6):
+        again.point([f"{body}.{point}"], goal, [name])
+    assert again.changed[name] == pytest.approx(1.1 * first, rel=1e-6)
+
+
+def test_numbers_with_which_the_loops_do_not_close_are_refused_and_nothing_changes():
+    drag = dragging(gallery.load("norton_fourbar"))
+    before = drag.place("coupler.B")
+    drag.number("ground.O4.x", 900.0)
+    assert drag.stopped and not drag.changed
+    assert np.array_equal(drag.place("coupler.B"), before)
