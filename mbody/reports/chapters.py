@@ -33,6 +33,7 @@ from mbody.reports.blocks import (
 from mbody.reports.described import inputs, method, mobility, sketch
 from mbody.reports.subject import Subject, book
 from mbody.solution.measures import shown_values
+from mbody.summaries.declared_text import UnitsOfText, value_rows
 from mbody.summaries.text_table import (
     Column,
     acceleration_scale,
@@ -477,20 +478,11 @@ def energy(subject: Subject) -> list[Block]:
         except ModelError:  # of part of a revolution, or of a cycle that does not close
             continue
         curves.append(_curve(subject, f"fed by {driver.name} less its mean", found.energy))
-        # a mean of equal instants is no closer than that where the torque has corners
-        works = abs(found.mean) > float(np.max(np.abs(found.torque))) / len(run) ** 2
-        rows_of = [
-            ("work of the cycle", found.work * works, "torque"),
-            ("mean torque", found.mean * works, "torque"),
-            ("greatest fluctuation of energy ΔE", found.fluctuation, "torque"),
-        ]
-        if works:
-            part = found.energy_coefficient
-            rows_of.append(("coefficient of fluctuation of energy", part, "number"))
+        rows_of = value_rows(found, UnitsOfText(subject.units))
+        titles = ("quantity", "value", "unit")
         columns = [
-            Column("quantity", [row[0] for row in rows_of], text=True),
-            Column("value", [number(subject.shown(*row[1:])) for row in rows_of]),
-            Column("unit", [subject.unit(row[2]) for row in rows_of], text=True),
+            Column(title, [row[n] for row in rows_of], text=n != 1)
+            for n, title in enumerate(titles)
         ]
         blocks.append(Grid(f"Turning moment of {driver.name}", columns))
     if not any(np.ptp(curve.values) > 0.0 for curve in curves):

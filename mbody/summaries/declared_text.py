@@ -148,6 +148,16 @@ def labelled(heading: Heading, group: Sequence[tuple[Value, Any]], units: UnitsO
     return table(columns) if rows else []
 
 
+def value_rows(result: Any, units: UnitsOfText) -> list[tuple[str, str, str]]:
+    """Words, value and unit of each single quantity of a result, for a table elsewhere."""
+    rows = []
+    for one, owner in expanded(result):
+        if isinstance(one, Value) and one.words:
+            for words, entry, value, dimension, floor in rows_of(one, owner):
+                rows.append((words, *text_of(value, dimension, units, entry, floor)))
+    return rows
+
+
 def rows_of(one: Value, owner: Any) -> Iterator[tuple[str, Value, Any, str, float]]:
     """Words, value, dimension and rounding of the rows of a quantity, of a mapping one a key."""
     value, dimension, floor = (
