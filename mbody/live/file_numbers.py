@@ -15,9 +15,9 @@ from typing import Any
 from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_NUMBERS
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
-from mbody.files.model.kept_text import places_in
 from mbody.files.model.read import built
 from mbody.files.model.write import as_it_was
+from mbody.files.toml_spans import Spans
 from mbody.model.mechanism import Mechanism
 from mbody.system.assembler import assemble
 
@@ -174,11 +174,9 @@ def _allowed(tree: Any, places: list[Path], variants: list[dict[Path, float]]) -
 
 def _cut(text: str, tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     """The text, cut at the numbers that were found."""
-    places, cut = places_in(text), CutFile()
-    if places is None:
-        return cut
+    spans, cut = Spans(text), CutFile()
     start = 0
-    for (begin, _), path in sorted((places.values[path], path) for path in found):
+    for begin, path in sorted((spans.entries[path].start, path) for path in found):
         number, unit = _parsed(_value_at(tree, path))  # type: ignore[misc]
         place = NUMBER.match(text, begin + isinstance(_value_at(tree, path), str))
         if place is None or float(place[1]) != number:  # with signs that only TOML has

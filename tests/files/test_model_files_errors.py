@@ -31,7 +31,7 @@ def problems(text, is_json=False):
         ("[bodies.'a b']\nmass = 1\n\"foo\" = 2\n", [(3, "bodies.a b.foo")]),
         ('[bodies."ü\\"]"]\nmass = "]"\nfoo = 2', [(2, 'bodies.ü"].mass'), (3, 'bodies.ü"].foo')]),
         ("[bodies.c.points]\nA = [\n  0, # ]\n  0,\n]\nB = [1]\n", [(6, "bodies.c.points.B")]),
-        ("[bodies.crank.points]\nA = [\n  0,\n  'x y',\n]\n", [(2, "bodies.crank.points.A.1")]),
+        ("[bodies.crank.points]\nA = [\n  0,\n  'x y',\n]\n", [(4, "bodies.crank.points.A.1")]),
         ('note = """\n[bodies]\nfoo = "1"\n"""\n[ground]\nfoo = 1\n', [(6, "ground.foo")]),
         ("note = '''\n[ground]\n'''\nfoo = 1\n", [(4, "foo")]),
         ('note = "[\\"{ # "   # a [ bracket\nfoo = 1\n', [(2, "foo")]),

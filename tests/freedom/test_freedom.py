@@ -418,3 +418,23 @@ def test_what_cannot_be_analysed():
         mobility(build(), guess={"rod": 1.0})
     with says(SolveError, "loops do not close", "smallest gap"):
         mobility(mbody.makers.four_bar(1, 1, 1, 4))
+
+
+@pytest.mark.parametrize(("second", "law"), [("angle", 0.5), ("angle", 0.7), ("none", 0.0)])
+def test_drivers_without_a_joint(second, law):
+    """A drawing that has a motor before its first pin: x, y stay free, a second motor repeats."""
+    machine = Mechanism("a link and motors")
+    machine.add(Body("link", points={"A": (0.0, 0.0), "B": (1.0, 0.0)}))
+    machine.add(AngleDriver("m", "link", 0.5))
+    if second == "none":
+        report = mobility(machine)
+        assert (report.freedom, report.of_joints.freedom) == (2, 3)
+        return
+    machine.add(AngleDriver("n", "link", law))
+    if law == 0.5:
+        report = mobility(machine)
+        assert (report.freedom, report.driven.redundant, report.of_joints.freedom) == (2, 1, 3)
+        assert "remove 1 of them" in seen(report)
+    else:
+        with says(SolveError, "driver 'n'", "0.7 rad"):
+            mobility(machine)

@@ -444,7 +444,7 @@ class _Report:
         rows = self.joint_rows
         for _ in range(SETTLE):
             phi, G = dense(self.system, self.work)
-            if np.abs(phi[:rows]).max() < tol.LOOP_CLOSURE_CORRECTION:
+            if np.abs(phi[:rows]).max(initial=0.0) < tol.LOOP_CLOSURE_CORRECTION:
                 return True
             # what is nearly dependent is left alone
             step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=tol.LEAST_SQUARES_RANK_NEARBY)[0]

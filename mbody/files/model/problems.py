@@ -9,7 +9,6 @@ import json
 import math
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
@@ -141,7 +140,6 @@ TEXTS = (
     r"|'{3}(?:[^']++|'{1,2}(?!'))*+(?:'{3,5}|\Z)"
     r"|#[^\n]*+"
 )
-_TOML = re.compile(TEXTS + r"""|"(?:[^"\\\n]++|\\.)*+"|'[^'\n]*+'|[\[\]{}\n]""", re.DOTALL)
 _JSON = re.compile(r'"(?:[^"\\]++|\\.)*+"|[{}\[\]:,\n]', re.DOTALL)
 
 
@@ -153,64 +151,20 @@ def lines_of(text: str, is_json: bool, paths: Sequence[KeyPath]) -> list[int | N
     >>> lines_of('{"a": 1,\n"b": {"c": 2}}', True, [("b",)])
     [2]
     """
-    text = text.replace("\r\n", "\n")
+    if not is_json:
+        from mbody.files.toml_spans import Spans
+
+        spans = Spans(text)
+        return [spans.line(path) for path in paths]
     holders = {path[:n] for path in paths for n in range(1, len(path) + 1)}
     found: dict[KeyPath, int] = {}
-    for place, line in _json_places(text) if is_json else _toml_places(text, holders):
+    for place, line in _json_places(text):
         if place in holders:
             found.setdefault(place, line)
     return [
         next((found[path[:n]] for n in range(len(path), 0, -1) if path[:n] in found), None)
         for path in paths
     ]
-
-
-def _toml_places(text: str, holders: set[KeyPath]) -> Iterator[tuple[KeyPath, int]]:
-    """Paths of headers, and of keys as far as they lead to what is looked for."""
-    section: KeyPath = ()
-    for statement, line in _statements(text):
-        try:
-            read = tomllib.loads(statement)
-        except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-            continue
-        header = statement.lstrip().startswith("[")
-        if header:
-            section = ()
-            while isinstance(read, dict) and read:
-                key = next(iter(read))
-                section, read = (*section, key), read[key]
-                read = read[0] if isinstance(read, list) else read
-                yield section, line
-        else:
-            yield from ((place, line) for place in _within(read, section, holders))
-
-
-def _within(table: Any, above: KeyPath, holders: set[KeyPath]) -> Iterator[KeyPath]:
-    """The paths of keys in a table, and in tables in it that contain what is searched."""
-    for key, value in table.items():
-        if (place := (*above, key)) in holders:
-            yield place
-            if isinstance(value, dict):
-                yield from _within(value, place, holders)
-
-
-def _statements(text: str) -> Iterator[tuple[str, int]]:
-    """Every header or pair of key and value, with the line where it begins."""
-    start, depth, line, first = 0, 0, 1, 1
-    for match in _TOML.finditer(text):
-        token = match.group()
-        if token in "[{":
-            depth += 1
-        elif token in "]}":
-            depth -= 1
-        elif token == "\n" and depth <= 0:
-            if text[start : match.start()].strip():
-                yield text[start : match.start()], first
-            start, depth = match.end(), 0
-            first = line + 1
-        line += token.count("\n")
-    if text[start:].strip():
-        yield text[start:], first
 
 
 def _json_places(text: str) -> Iterator[tuple[KeyPath, int]]:

@@ -48,16 +48,16 @@ def _section(name: str, table: dict[str, Any]) -> Iterator[list[str]]:
     if own or not table:
         yield [f"[{name}]", *_pairs(own)]
     for key in nested:
-        yield [f"[{name}.{_key(key)}]", *_pairs(table[key])]
+        yield [f"[{name}.{key_text(key)}]", *_pairs(table[key])]
 
 
 def _pairs(table: dict[str, Any]) -> Iterator[str]:
     """Lines of keys and values, the signs of equality in one column."""
-    wide = max((len(_key(key)) for key in table), default=0)
+    wide = max((len(key_text(key)) for key in table), default=0)
     for key, value in table.items():
-        line = f"{_key(key):{wide}} = {toml_value(value)}"
+        line = f"{key_text(key):{wide}} = {toml_value(value)}"
         if len(line) > WIDTH and isinstance(value, list):
-            line = f"{_key(key):{wide}} = [\n{_rows(value)}\n]"
+            line = f"{key_text(key):{wide}} = [\n{_rows(value)}\n]"
         yield line
 
 
@@ -73,7 +73,9 @@ def _rows(values: list[Any]) -> str:
     return "\n".join(f"    {line}" for line in [*lines, line])
 
 
-def _key(key: str) -> str:
+def key_text(key: Any) -> str:
+    """A key, with quotes where it needs them."""
+    key = str(key)
     return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
 
 
@@ -91,6 +93,6 @@ def toml_value(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(toml_value(part) for part in value)}]"
     if isinstance(value, dict):
-        inside = ", ".join(f"{_key(key)} = {toml_value(part)}" for key, part in value.items())
+        inside = ", ".join(f"{key_text(key)} = {toml_value(part)}" for key, part in value.items())
         return f"{{ {inside} }}" if inside else "{}"
     return repr(value)
