@@ -7,7 +7,6 @@ from __future__ import annotations
 import itertools
 import math
 import random
-import re
 import tomllib
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 from mbody.core.tolerances import DIFFERENCE_RATIOS_SAME, DIFFERENCE_STEP_NUMBERS
 from mbody.errors import ModelError
 from mbody.files.model import to_toml
+from mbody.files.model.kept_text import NUMBER_TEXT
 from mbody.files.model.read import built
 from mbody.files.model.write import as_it_was
 from mbody.files.toml_spans import Spans
@@ -25,8 +25,6 @@ from mbody.system.assembler import assemble
 DESCRIBING = (
     "parameters", "inputs", "ground", "bodies", "joints", "couplings", "drivers", "states", "loads",
 )  # fmt: skip
-#: A number with its unit, or without one; formulas have further signs.
-NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)")
 
 Path = tuple[str | int, ...]
 
@@ -120,7 +118,7 @@ def _parsed(value: Any) -> tuple[float, str] | None:
     """
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return (float(value), "") if math.isfinite(value) else None
-    parts = NUMBER.fullmatch(value) if isinstance(value, str) else None
+    parts = NUMBER_TEXT.fullmatch(value) if isinstance(value, str) else None
     if parts is None or " - " in value or not math.isfinite(float(parts[1])):
         return None
     return float(parts[1]), parts[2].strip()
@@ -178,7 +176,7 @@ def _cut(text: str, tree: Any, found: dict[Path, dict[str, float]]) -> CutFile:
     start = 0
     for begin, path in sorted((spans.entries[path].start, path) for path in found):
         number, unit = _parsed(_value_at(tree, path))  # type: ignore[misc]
-        place = NUMBER.match(text, begin + isinstance(_value_at(tree, path), str))
+        place = NUMBER_TEXT.match(text, begin + isinstance(_value_at(tree, path), str))
         if place is None or float(place[1]) != number:  # with signs that only TOML has
             return CutFile()
         cut.parts.append(text[start : place.start(1)])

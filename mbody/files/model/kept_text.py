@@ -21,7 +21,10 @@ from mbody.quantities.units import DIMENSIONS, UnitSystem
 #: Parts by which two numbers may differ that are one: a change of units and back, each rounded.
 CONVERTED = 4.0 * 2.0**-52
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([A-Za-zµ°%][^+()]*)")
+#: A number with its unit, or without one; formulas have further signs.
+NUMBER_TEXT = re.compile(
+    r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?:[A-Za-zµ°%][^+()]*)?)"
+)
 
 
 def kept_text(mechanism: Mechanism) -> str | None:
@@ -134,8 +137,8 @@ def unit_of_text(written: Any, units: UnitSystem) -> tuple[str, float] | None:
     >>> unit_of_text("3 in", unit_system("mm-N-s"))
     ('in', 25.4)
     """
-    number = _NUMBER.fullmatch(written) if isinstance(written, str) else None
-    if number is None:
+    number = NUMBER_TEXT.fullmatch(written) if isinstance(written, str) else None
+    if number is None or not number[2]:
         return None
     try:
         unit = evaluate(parse_unit(number[2]), Scope(units), with_units=True)
