@@ -54,10 +54,11 @@ class Browser:
         message, _, self._rest = self._rest.partition(b"\0")
         return json.loads(message)
 
-    def open(self, file: Path):
-        """Load a file and wait until it is there."""
+    def open(self, file):
+        """Load a file, or an address, and wait until it is there."""
         self.events.clear()
-        self.call("Page.navigate", page=True, url=file.resolve().as_uri())
+        url = file.resolve().as_uri() if isinstance(file, Path) else file
+        self.call("Page.navigate", page=True, url=url)
         while not any(one.get("method") == "Page.loadEventFired" for one in self.events):
             self.events.append(self._next())
 

@@ -60,10 +60,11 @@ export class Sheet {
   // -- the pointer ------------------------------------------------------------------------------
 
   /** Wheel and two fingers zoom, one pointer moves the view where `grab` does not want it.
-      `on`: grab(event) → whether it does, drag(event) → whether it did, drop(event), second(event),
-      zoom(factor, pixel), moved(), hover(event), clicked(pixel), left(). */
+      `on`: grab(event) → whether it does, drag(event) → whether it did, drop(event), second(event) →
+      whether a second finger ends what was grabbed; zoom(factor, pixel), moved(), hover(event), clicked(pixel), left(). */
   listen(on) {
     const { svg } = this, fingers = new Map();
+    let held = null;
     svg.addEventListener("wheel", (event) => {
       event.preventDefault();
       on.zoom(Math.exp(-0.0016 * event.deltaY), this.here(event));
@@ -71,11 +72,14 @@ export class Sheet {
     svg.addEventListener("pointerdown", (event) => {
       svg.setPointerCapture(event.pointerId);
       this.moved = 0;
-      if (!fingers.size && on.grab(event)) return;
+      if (held && on.second?.(event)) fingers.set(...held);
+      else if (!fingers.size && on.grab(event)) { held = [event.pointerId, this.here(event)]; return; }
+      held = null;
       fingers.set(event.pointerId, this.here(event));
     });
     svg.addEventListener("pointermove", (event) => {
       const here = this.here(event), before = fingers.get(event.pointerId);
+      if (held?.[0] === event.pointerId) held[1] = here;
       if (on.drag(event)) { this.moved += 4; return; }
       if (!before) return on.hover(event);
       const others = [...fingers].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
@@ -91,6 +95,7 @@ export class Sheet {
       fingers.set(event.pointerId, here);
     });
     const up = (event) => {
+      if (held?.[0] === event.pointerId) held = null;
       on.drop(event);
       fingers.delete(event.pointerId);
       if (this.moved < 4 && event.type === "pointerup") on.clicked(this.here(event));
