@@ -1,6 +1,7 @@
 """The drawing board in headless Chromium: pointer, fingers and keys at places of the drawing."""
 
 import base64
+from itertools import pairwise
 
 CODES = {
     "Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "Home": 36, "ArrowLeft": 37, "ArrowUp": 38,
@@ -117,7 +118,7 @@ class BoardPage:
         left = {"button": "left", "clickCount": 1}
         self._mouse("mouseMoved", places[0], held)
         self._mouse("mousePressed", places[0], held, **left)
-        for before, place in zip(places, places[1:], strict=False):
+        for before, place in pairwise(places):
             for part in (0.5, 1.0):
                 there = [a + part * (b - a) for a, b in zip(before, place, strict=True)]
                 self._mouse("mouseMoved", there, held, buttons=1)

@@ -2,7 +2,7 @@
 // that is computed are in Python; the page has one request under way at a time, edits in their order
 // and of what is dragged only the newest.
 
-import { clamp, el, shown, sv } from "./viewer/elements.mjs";
+import { DEG, clamp, el, shown, sv } from "./viewer/elements.mjs";
 import { Paper } from "./paper.mjs";
 import { Panels, button } from "./panels.mjs";
 import { Menu } from "./menu.mjs";
@@ -18,7 +18,8 @@ const ARROWS = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, 1], arrowd
 
 class Board {
   constructor(root) {
-    Object.assign(this, { root, state: null, chosen: [], tool: "select", fault: null, waiting: Promise.resolve(), newest: null, dragging: false, away: false, reached: null, singleKeys: true, copied: [] });
+    Object.assign(this, { root, state: null, chosen: [], tool: "select", fault: null, waiting: Promise.resolve(), newest: null, dragging: false, away: false,
+      reached: null, singleKeys: true, copied: [] });
     this.paper = new Paper(WORDS.paper);
     this.panels = new Panels(this);
     this.menu = new Menu(this);
@@ -32,26 +33,31 @@ class Board {
     dark.addEventListener("change", (event) => this.theme(event.matches));
   }
   #build() {
-    const keyed = (name, keys, act, more = {}) => (this[`${name}Button`] = button(WORDS[name], WORDS[`${name}Tip`], act, { "aria-keyshortcuts": keys, ...more }));
+    const keyed = (name, keys, act, more = {}) =>
+      (this[`${name}Button`] = button(WORDS[name], WORDS[`${name}Tip`], act, { "aria-keyshortcuts": keys, ...more }));
     this.title = el("h1", {}, WORDS.title);
     this.savedText = el("span", { class: "saved" });
     const top = el("header", { class: "top" }, this.title, this.savedText,
       keyed("undo", "Control+Z", () => this.go("undo")), keyed("redo", "Control+Y", () => this.go("redo")), keyed("home", "Home", () => this.goHome()),
       keyed("fit", "0", () => this.fit()), keyed("play", "Space", () => this.play()), keyed("modes", "", () => this.menu.run("modes")),
-      keyed("save", "Control+S", () => this.save()), keyed("menu", "/", () => this.menu.open()), button("◐", WORDS.theme, () => this.theme(), { "aria-label": WORDS.theme }));
+      keyed("save", "Control+S", () => this.save()), keyed("menu", "/", () => this.menu.open()),
+        button("◐", WORDS.theme, () => this.theme(), { "aria-label": WORDS.theme }));
     const bar = el("div", { class: "tools", role: "toolbar", "aria-label": WORDS.tools });
     this.toolButtons = Object.entries(TOOLS).map(([name, tool]) => {
-      const key = tool.key.toUpperCase(), made = button("", `${tool.name} (${key}): ${tool.hint}`, () => this.take(name), { "aria-pressed": "false", "aria-keyshortcuts": key, "data-tool": name, "aria-label": tool.name });
+      const key = tool.key.toUpperCase(), made = button("", `${tool.name} (${key}): ${tool.hint}`, () => this.take(name),
+        { "aria-pressed": "false", "aria-keyshortcuts": key, "data-tool": name, "aria-label": tool.name });
       made.append(sv("svg", { viewBox: "0 0 24 24", "aria-hidden": "true" }, sv("path", { d: tool.icon })), el("span", {}, tool.name), el("kbd", {}, key));
       bar.append(made);
       return made;
     });
-    this.typed = ["length", "angle"].map((name) => el("input", { "aria-label": WORDS[name], placeholder: WORDS[name], autocomplete: "off", spellcheck: "false" }));
+    this.typed = ["length", "angle"].map((name) =>
+      el("input", { "aria-label": WORDS[name], placeholder: WORDS[name], autocomplete: "off", spellcheck: "false" }));
     this.typedBox = el("div", { class: "typed", hidden: "" }, ...this.typed);
     this.sheet = el("div", { class: "sheet" }, this.paper.svg, this.typedBox);
     [this.freeText, this.howText] = ["can", "how"].map((name) => el("span", { class: name }));
     this.badText = el("span", { class: "bad", role: "alert" });
-    const words = el("div", { class: "words", tabindex: "0", role: "group", "aria-label": WORDS.status }, el("span", { role: "status" }, this.freeText, " ", this.howText), this.badText);
+    const words = el("div", { class: "words", tabindex: "0", role: "group", "aria-label": WORDS.status },
+      el("span", { role: "status" }, this.freeText, " ", this.howText), this.badText);
     this.said = el("div", { class: "said", "aria-live": "polite" });
     this.root.append(top, bar, this.sheet, words, this.panels.root, this.said, this.menu.dialog);
   }
@@ -60,18 +66,21 @@ class Board {
     this.root.classList.toggle("light", !dark);
   }
   async begin() {
-    this.show(await this.ask({ act: "look" }));
+    const first = await this.ask({ act: "look" });
+    if (!first.scene) return this.say(first.fault?.sentence ?? WORDS.lost, true);
+    this.show(first);
     await this.look();
     if (this.state.pins.length) this.take("select");
     if (this.state.journal) this.say(WORDS.journal);
     this.#door();
-    this.#watch();
+    return this.#watch();
   }
   /** What scripts on the page use. */
   #door() {
     const inWindow = ([x, y]) => { const box = this.paper.svg.getBoundingClientRect(); return [x + box.left, y + box.top]; };
     window.mbody = { board: {
-      text: () => this.state.text, run: () => this.state.run, undo: () => this.go("undo"), redo: () => this.go("redo"), idle: () => this.idle(), messages: () => this.messages(),
+      text: () => this.state.text, run: () => this.state.run, undo: () => this.go("undo"), redo: () => this.go("redo"), idle: () => this.idle(),
+        messages: () => this.messages(),
       screen: (x, y) => inWindow(this.paper.screen([x, y])), world: (px, py) => { const [x, y] = inWindow([0, 0]); return this.paper.world([px - x, py - y]); },
     } };
   }
@@ -90,9 +99,11 @@ class Board {
   async ask(what) {
     let answer;
     try {
-      answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ unit: this.paper.point, rev: this.state?.rev ?? 0, ...what }) });
+      answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" },
+        body: JSON.stringify({ unit: this.paper.point, rev: this.state?.rev ?? 0, ...what }) });
     } catch { this.say(WORDS.lost, true); throw new Error(WORDS.lost); }
     if (answer.status === 409) return { ...await answer.json(), newer: true };
+    if (answer.status === 400) { const made = await answer.json().catch(() => ({})); if (made.fault) return made; }
     if (!answer.ok) { const why = `${WORDS.lost} (${answer.status})`; this.say(why, true); throw new Error(why); }
     return answer.json();
   }
@@ -172,10 +183,12 @@ class Board {
   async #watch() {
     for (;;) {
       try {
-        const answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ act: "wait", rev: this.state.rev }) });
+        const answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" },
+          body: JSON.stringify({ act: "wait", rev: this.state.rev }) });
         if (!answer.ok) return;
         const { rev, changed } = await answer.json();
-        if (changed && rev !== this.state.rev) await this.#queue(async () => { const state = await this.ask({ act: "look" }); const other = state.rev !== this.state.rev; this.show(state); if (other) this.say(WORDS.changed); });
+        if (changed && rev !== this.state.rev) await this.#queue(async () => { const state = await this.ask({ act: "look" });
+        const other = state.rev !== this.state.rev; this.show(state); if (other) this.say(WORDS.changed); });
       } catch { return this.say(WORDS.lost, true); }
     }
   }
@@ -211,19 +224,24 @@ class Board {
     if (this.badText.textContent !== text) this.badText.textContent = text;
     this.badText.classList.toggle("bad", bad);
   }
+  /** What the page itself cannot send on. */
+  refuse(sentence, element = "", path = []) { this.fault = { sentence, element, path }; this.tell(); return false; }
   /** The state in words, and rings about what is chosen or at fault. */
   tell() {
     const { free, messages = [] } = this.state, motions = free.count ? free.motions : [], more = motions.length - 3;
     this.freeText.textContent = free.say;
-    this.howText.textContent = [...motions.slice(0, 3), more > 0 ? `+ ${more}` : "", ...messages.filter((one) => one.kind !== "fault").map((one) => one.text)].filter(Boolean).join(" · ");
+    this.howText.textContent = [...motions.slice(0, 3), more > 0 ? `+ ${more}` : "", ...messages.filter((one) => one.kind !== "fault").map((one) =>
+      one.text)].filter(Boolean).join(" · ");
     this.say(this.fault?.sentence ?? "", Boolean(this.fault));
+    this.panels.fault(this.fault);
     this.mark();
   }
   /** Rings: chosen, at fault, redundant, and where a drop would join. */
   mark(onto = null) {
     const { paper, state } = this, rings = [], picked = new Map();
     const about = (name, kind) => {
-      for (const pin of state.pins) if (pin.joints.includes(name) || pin.places.some((one) => one === name || (name && bodyOf(one) === name && kind === "fault"))) rings.push([paper.where(pin), kind]);
+      for (const pin of state.pins) if (pin.joints.includes(name) || pin.places.some((one) => one === name ||
+        (name && bodyOf(one) === name && kind === "fault"))) rings.push([paper.where(pin), kind]);
       const site = state.loads[name] && paper.sites[name];
       if (site) rings.push([paper.site(site), kind]);
       const body = state.bodies[name] ? name : state.drivers[name]?.body;
@@ -253,7 +271,8 @@ class Board {
   pin(name) { return this.state.pins.find((one) => one.places.includes(name)); }
   pinAt(xy) { return nearest(this.paper.points(), xy, NEAR / this.paper.camera.s); }
   /** The last point of the link that was drawn last. */
-  get lastPin() { const body = Object.keys(this.state.bodies).at(-1), point = body && Object.keys(this.state.bodies[body].points).at(-1); return point && this.pin(`${body}.${point}`); }
+  get lastPin() { const body = Object.keys(this.state.bodies).at(-1), point = body && Object.keys(this.state.bodies[body].points).at(-1);
+  return point && this.pin(`${body}.${point}`); }
   #exists([section, name]) { return section === "points" ? Boolean(this.pin(name)) : section === "parameters" || name in (this.state[section] ?? {}); }
   get many() { return this.chosen.length > 1; }
   arm(body, xy) { return this.paper.arm(body, xy); }
@@ -266,7 +285,8 @@ class Board {
   }
   chooseWithin([x0, y0], [x1, y1]) {
     const inside = ([x, y]) => (x - x0) * (x - x1) <= 0 && (y - y0) * (y - y1) <= 0, { state, paper } = this;
-    const bodies = Object.entries(state.bodies).filter(([body, { points }]) => Object.values(points).length && Object.keys(points).every((one) => inside(paper.placeOf(`${body}.${one}`))));
+    const bodies = Object.entries(state.bodies).filter(([body, { points }]) => Object.values(points).length &&
+      Object.keys(points).every((one) => inside(paper.placeOf(`${body}.${one}`))));
     const points = state.pins.filter((pin) => inside(paper.where(pin)) && !pin.places.some((one) => bodies.some(([body]) => body === bodyOf(one))));
     this.chosen = [...bodies.map(([body]) => ["bodies", body]), ...points.map((pin) => ["points", place(pin)])];
     this.panels.show();
@@ -274,7 +294,8 @@ class Board {
   }
   /** Move all chosen points, and those of chosen links. */
   moveChosen([dx, dy]) {
-    const names = this.chosen.flatMap(([section, name]) => (section === "points" ? [name] : section === "bodies" ? Object.keys(this.state.bodies[name].points).map((one) => `${name}.${one}`) : []));
+    const names = this.chosen.flatMap(([section, name]) =>
+      (section === "points" ? [name] : section === "bodies" ? Object.keys(this.state.bodies[name].points).map((one) => `${name}.${one}`) : []));
     const pins = new Set(names.map((name) => this.pin(name)).filter(Boolean));
     const steps = [...pins].map((pin) => ({ do: "move", place: place(pin), xy: [pin.xy[0] + dx, pin.xy[1] + dy], grain: this.grain }));
     return steps.length ? this.edit({ do: "all", steps, what: WORDS.did.move(WORDS.chosen(steps.length)) }) : null;
@@ -284,8 +305,19 @@ class Board {
     const on = hit.pin?.joints ?? (hit.element?.[0] === "joints" ? [hit.element[1]] : []);
     return on.find((name) => /prismatic|slot/i.test(this.state.joints[name]?.kind ?? "") && this.state.joints[name].bodies.includes(body)) ?? null;
   }
-  /** A joint or load of any kind. */
-  add(section, kind, fields, what) { return this.edit({ do: section, kind, fields, what }); }
+  /** An element of any kind. */
+  add(section, kind, fields, what) { return this.edit({ do: section, kind, fields, grain: this.grain, what }); }
+  /** A link slides as a block along a line of the ground. */
+  block(body, xy, angle) {
+    const [u, v] = this.arm(body, xy), { pose, cg } = this.state.bodies[body], own = (value) => +value.toPrecision(9);
+    const on = { body, point: [own(u + cg[0]), own(v + cg[1])], angle: own(angle - pose[2] / DEG) };
+    return this.add("joint", "prismatic", { prismatic: [{ body: "ground", point: xy, angle }, on] }, WORDS.did.slider(body));
+  }
+  /** The direction of a link's first two points, in degrees. */
+  lineAngle(body) {
+    const [a, b] = Object.keys(this.state.bodies[body].points).map((one) => this.paper.placeOf(`${body}.${one}`));
+    return b ? Math.atan2(b[1] - a[1], b[0] - a[0]) / DEG : 0;
+  }
   cam(centre, follower, a, b) { return this.menu.cam(centre, follower, away(a, b)); }
   mass(body) {
     const text = `1 ${this.state.units.mass}`;
@@ -315,7 +347,8 @@ class Board {
       if (!this.playing) return;
       const part = (now - began) / 1000 / TURN;
       // through its range to and fro, or round and round
-      const value = range ? range[0] + (range[1] - range[0]) * 0.5 * (1 - Math.cos(Math.acos(clamp(1 - 2 * (driver.value - range[0]) / (range[1] - range[0] || 1), -1, 1)) + Math.PI * part)) : driver.value + 360 * part;
+      const value = range ? range[0] + (range[1] - range[0]) * 0.5 * (1 - Math.cos(Math.acos(clamp(1 - 2 * (driver.value - range[0]) / (range[1] - range[0] ||
+        1), -1, 1)) + Math.PI * part)) : driver.value + 360 * part;
       this.drag({ act: "drive", values: { [name]: value } });
       requestAnimationFrame(frame);
     };
@@ -328,17 +361,23 @@ class Board {
 
   /** What lies at a place of the window, and where it snaps. */
   hit(event) {
-    const { paper } = this, tool = TOOLS[this.tool], raw = paper.world(paper.here(event)), near = (event.pointerType === "touch" ? NEAR_FINGER : NEAR) / paper.camera.s;
-    const names = document.elementsFromPoint(event.clientX, event.clientY).map((one) => one.dataset?.name ?? (one.dataset?.force ? `force:${one.dataset.force}` : "")).filter(Boolean);
-    const link = names.find((one) => one.startsWith("link:"))?.slice(5), first = this.press && Math.hypot(event.clientX - this.press[0], event.clientY - this.press[1]) > STILL * (event.pointerType === "touch" ? 2 : 1);
+    const { paper } = this, tool = TOOLS[this.tool], raw = paper.world(paper.here(event)), near = (event.pointerType === "touch" ? NEAR_FINGER
+      : NEAR) / paper.camera.s;
+    const names = document.elementsFromPoint(event.clientX, event.clientY).map((one) => one.dataset?.name ?? (one.dataset?.force
+      ? `force:${one.dataset.force}` : "")).filter(Boolean);
+    const link = names.find((one) => one.startsWith("link:"))?.slice(5), first = this.press &&
+      Math.hypot(event.clientX - this.press[0], event.clientY - this.press[1]) > STILL * (event.pointerType === "touch" ? 2 : 1);
     this.moved ||= Boolean(first);
     return this.#hit({ raw, near, link, names, tool, shift: event.shiftKey, alt: event.altKey });
   }
   #hit({ raw, near, link = null, names = [], tool, shift = false, alt = false }) {
-    const { paper, state } = this, points = paper.points(tool.held?.pin ?? null).filter(([pin]) => !tool.held?.pin || !pin.places.some((one) => tool.held.pin.places.includes(one)));
+    const { paper, state } = this, points = paper.points(tool.held?.pin ?? null).filter(([pin]) => !tool.held?.pin ||
+      !pin.places.some((one) => tool.held.pin.places.includes(one)));
     const from = tool.from ? tool.from.pin?.xy ?? tool.from.xy : tool.held?.pin?.xy ?? null;
-    const found = snapped(raw, { points, lines: tool.draws ? paper.lines() : [], from, near, grid: paper.grid, angles: shift && Boolean(from), free: alt && !tool.held });
-    const owner = names.filter((one) => !/^(link|pin|cg|ground):/.test(one)).map((one) => one.slice(one.indexOf(":") + 1)).map((name) => ["loads", "drivers", "joints"].map((section) => [section, name]).find(([section]) => name in state[section])).find(Boolean);
+    const found = snapped(raw, { points, lines: tool.draws ? paper.lines() : [], from, near, grid: paper.grid, angles: shift && Boolean(from),
+      free: alt && !tool.held });
+    const owner = names.filter((one) => !/^(link|pin|cg|ground):/.test(one)).map((one) => one.slice(one.indexOf(":") + 1)).map((name) =>
+      ["loads", "drivers", "joints"].map((section) => [section, name]).find(([section]) => name in state[section])).find(Boolean);
     const body = found.pin ? null : found.line ?? (link && state.bodies[link] ? link : null);
     return { ...found, raw, body, element: found.pin ? null : owner ?? null, moved: this.moved, shift, alt };
   }
@@ -434,7 +473,8 @@ class Board {
   #controlled(key, shift, typing) {
     if (key === "s") return () => this.save();
     if (typing) return null;
-    return { z: () => this.go(shift ? "redo" : "undo"), y: () => this.go("redo"), c: () => this.copy(), v: () => this.paste(), d: () => this.paste(this.chosen.filter(([section]) => section !== "points")) }[key] ?? null;
+    return { z: () => this.go(shift ? "redo" : "undo"), y: () => this.go("redo"), c: () => this.copy(), v: () => this.paste(),
+      d: () => this.paste(this.chosen.filter(([section]) => section !== "points")) }[key] ?? null;
   }
   #plain(key, event) {
     const onPaper = event.target === this.paper.svg, onButton = /BUTTON|SUMMARY|A/.test(event.target.tagName), tool = TOOLS[this.tool];
@@ -444,8 +484,10 @@ class Board {
     if (key === "enter" && onPaper) return () => this.#enter(event.shiftKey);
     const found = this.singleKeys && Object.keys(TOOLS).find((name) => TOOLS[name].key === key);
     if (found) return () => this.take(found);
-    const acts = { escape: () => this.escape(), delete: () => this.remove(), backspace: () => this.remove(), home: () => this.goHome(), 0: () => this.fit(), "/": () => this.menu.open(),
-      f2: () => this.menu.run("rename"), "+": () => this.#zoomed(1.3), "=": () => this.#zoomed(1.3), "-": () => this.#zoomed(1 / 1.3), " ": onButton ? null : () => this.play() };
+    const acts = { escape: () => this.escape(), delete: () => this.remove(), backspace: () => this.remove(), home: () => this.goHome(), 0: () => this.fit(),
+      "/": () => this.menu.open(),
+      f2: () => this.menu.run("rename"), "+": () => this.#zoomed(1.3), "=": () => this.#zoomed(1.3), "-": () => this.#zoomed(1 / 1.3),
+        " ": onButton ? null : () => this.play() };
     return acts[key] ?? null;
   }
   #zoomed(by) { this.paper.zoom(by); this.paper.draw(); this.#later(); }
@@ -467,7 +509,8 @@ class Board {
   }
   #crossed(shift = false) {
     const { paper } = this, at = paper.cross, near = 3 / paper.camera.s;
-    const [x, y] = paper.screen(at), box = paper.svg.getBoundingClientRect(), names = document.elementsFromPoint(x + box.left, y + box.top).map((one) => one.dataset?.name ?? "").filter(Boolean);
+    const [x, y] = paper.screen(at), box = paper.svg.getBoundingClientRect(), names = document.elementsFromPoint(x + box.left,
+      y + box.top).map((one) => one.dataset?.name ?? "").filter(Boolean);
     this.moved = false;
     return { ...this.#hit({ raw: at, near, link: names.find((one) => one.startsWith("link:"))?.slice(5), names, tool: TOOLS[this.tool], alt: false }), shift };
   }
@@ -475,7 +518,8 @@ class Board {
   /** Tab on the paper: to the next point, and out of it after the last. */
   #next(back) {
     const { pins } = this.state, { paper } = this, tool = this.tool !== "select";
-    const now = tool ? pins.findIndex((pin) => paper.cross && away(paper.where(pin), paper.cross) < 1e-9 * (1 + Math.abs(pin.xy[0]))) : pins.findIndex((pin) => this.chosen[0]?.[0] === "points" && pin.places.includes(this.chosen[0][1]));
+    const now = tool ? pins.findIndex((pin) => paper.cross && away(paper.where(pin), paper.cross) < 1e-9 * (1 + Math.abs(pin.xy[0])))
+      : pins.findIndex((pin) => this.chosen[0]?.[0] === "points" && pin.places.includes(this.chosen[0][1]));
     const next = pins[now < 0 ? (back ? -1 : 0) : now + (back ? -1 : 1)];
     if (!next) return null;
     return () => { if (tool) this.#crossAt(paper.where(next)); else { this.choose(["points", place(next)]); this.said.textContent = this.#pointSaid(next); } };
@@ -506,8 +550,10 @@ class Board {
     if (event.key !== "Enter") return;
     event.preventDefault();
     event.stopPropagation();
-    const tool = TOOLS[this.tool], { from, more = [] } = tool, start = more.at(-1) ?? from, a = start.pin?.xy ?? start.xy, band = this.paper.band ?? [a, [a[0] + 1, a[1]]], b = band.at(-1);
-    const [long, angle] = this.typed.map((field) => field.value.trim()), polar = [long || String(away(a, b)), angle || `${Math.atan2(b[1] - a[1], b[0] - a[0]) * 180 / Math.PI} deg`];
+    const tool = TOOLS[this.tool], { from, more = [] } = tool, start = more.at(-1) ?? from, a = start.pin?.xy ?? start.xy,
+      band = this.paper.band ?? [a, [a[0] + 1, a[1]]], b = band.at(-1);
+    const [long, angle] = this.typed.map((field) => field.value.trim()), polar = [long || String(away(a, b)),
+      angle || `${Math.atan2(b[1] - a[1], b[0] - a[0]) * 180 / Math.PI} deg`];
     const [length, turn] = [parseFloat(polar[0]) || 1, parseFloat(polar[1]) * Math.PI / 180 || 0];
     this.#closeTyped();
     tool.fresh = false;

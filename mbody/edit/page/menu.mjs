@@ -21,12 +21,14 @@ export class Menu {
     this.dialog.addEventListener("click", (event) => { if (event.target === this.dialog) this.dialog.close(); });
   }
   #show(title, ...parts) {
-    this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" }, button(WORDS.cancel, "Esc", () => this.dialog.close())));
+    this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" },
+      button(WORDS.cancel, "Esc", () => this.dialog.close())));
     if (!this.dialog.open) this.dialog.showModal();
   }
   /** Choose one of entries [{name, note, act}], by name. */
   pick(title, entries) {
-    const field = el("input", { type: "search", "aria-label": WORDS.search, placeholder: WORDS.search, autocomplete: "off" }), list = el("div", { class: "list" }), none = el("p", { class: "hint", role: "status" });
+    const field = el("input", { type: "search", "aria-label": WORDS.search, placeholder: WORDS.search, autocomplete: "off" }),
+      list = el("div", { class: "list" }), none = el("p", { class: "hint", role: "status" });
     const made = entries.map(({ name, note = "", act }) => [`${name} ${note}`.toLowerCase(), button("", note, () => { this.dialog.close(); act(); })]);
     made.forEach(([, one], n) => one.append(el("span", {}, entries[n].name), ...(entries[n].note ? [el("small", {}, entries[n].note)] : [])));
     list.append(...made.map(([, one]) => one));
@@ -56,7 +58,8 @@ export class Menu {
         made.value = value ?? "";
         return [key, label, made];
       });
-      const form = el("form", { method: "dialog", class: "rows" }, ...inputs.flatMap(([key, label, made]) => [el("label", { for: `form-${key}` }, label), made]), el("div", { class: "bar end" }, el("button", { class: "play" }, WORDS.ok)));
+      const form = el("form", { method: "dialog", class: "rows" }, ...inputs.flatMap(([key, label, made]) =>
+        [el("label", { for: `form-${key}` }, label), made]), el("div", { class: "bar end" }, el("button", { class: "play" }, WORDS.ok)));
       let values = null;
       form.addEventListener("submit", () => { values = Object.fromEntries(inputs.map(([key, , made]) => [key, made.value.trim()])); });
       this.dialog.addEventListener("close", () => done(values), { once: true });
@@ -69,24 +72,30 @@ export class Menu {
   // -- commands ---------------------------------------------------------------------------------
 
   open() {
-    const tools = Object.entries(TOOLS).map(([name, tool]) => ({ name: tool.name, note: `${tool.key.toUpperCase()} – ${tool.hint}`, act: () => this.board.take(name) }));
+    const tools = Object.entries(TOOLS).map(([name, tool]) =>
+      ({ name: tool.name, note: `${tool.key.toUpperCase()} – ${tool.hint}`, act: () => this.board.take(name) }));
     this.pick(WORDS.menu, [...Object.entries(commands).map(([key, name]) => ({ name, act: () => this.run(key) })), ...tools]);
   }
   /** A command by its key. */
   run(key) {
     const { board } = this;
     if (JOBS.includes(key)) return this.#job(key);
-    return { new: () => this.#new(), gallery: () => this.#files("gallery"), open: () => this.#files("open"), import: () => this.#files("import"), saveAs: () => this.#saveAs(),
+    return { new: () => this.#new(), gallery: () => this.#files("gallery"), open: () => this.#files("open"), import: () => this.#files("import"),
+      saveAs: () => this.#saveAs(),
       underlay: () => this.#underlay(), noUnderlay: () => board.go("underlay", { set: null }), units: () => this.#units(), element: () => this.#element(),
-      rename: () => this.#rename(), remove: () => board.remove(), copy: () => board.copy(), paste: () => board.paste(), duplicate: () => board.paste(board.chosen.filter(([section]) => section !== "points")),
-      mirror: () => this.#mirror(), mass: () => this.#mass(), nameNumber: () => this.#nameNumber(), modes: () => this.#modes(), play: () => board.play(), theme: () => board.theme(),
+      rename: () => this.#rename(), remove: () => board.remove(), copy: () => board.copy(), paste: () => board.paste(),
+        duplicate: () => board.paste(board.chosen.filter(([section]) => section !== "points")),
+      mirror: () => this.#mirror(), mass: () => this.#mass(), nameNumber: () => this.#nameNumber(), modes: () => this.#modes(), play: () => board.play(),
+        theme: () => board.theme(),
       keys: () => { board.singleKeys = !board.singleKeys; board.say(WORDS[board.singleKeys ? "keysOn" : "keysOff"]); } }[key]();
   }
   /** What can be done with what is chosen: [[words, act]]. */
   actionsOf(chosen) {
     const { board } = this, [[section, name]] = chosen, pin = section === "points" && chosen.length === 1 && board.pin(name), acts = [];
-    if (pin) acts.push([WORDS[pin.ground ? "unpin" : "pinIt"], () => board.edit(pin.ground ? { do: "unground", place: place(pin), what: did.unground(pin.name) } : { do: "ground", place: place(pin), grain: board.grain, what: did.ground(pin.name) })]);
-    if (section === "bodies" && chosen.length === 1 && !board.state.rows.some((row) => row.path[0] === "bodies" && row.path[1] === name && row.path[2] === "mass")) acts.push([WORDS.mass, () => board.mass(name)]);
+    if (pin) acts.push([WORDS[pin.ground ? "unpin" : "pinIt"], () => board.edit(pin.ground ? { do: "unground", place: place(pin), what: did.unground(pin.name) }
+      : { do: "ground", place: place(pin), grain: board.grain, what: did.ground(pin.name) })]);
+    if (section === "bodies" && chosen.length === 1 && !board.state.rows.some((row) => row.path[0] === "bodies" && row.path[1] === name &&
+      row.path[2] === "mass")) acts.push([WORDS.mass, () => board.mass(name)]);
     if (chosen.length === 1) acts.push([WORDS.rename, () => this.#rename()]);
     if (chosen.some(([one]) => one !== "points")) acts.push([WORDS.copy, () => { board.copy(); board.paste(); }], [WORDS.mirror, () => this.#mirror()]);
     return [...acts, [WORDS.remove, () => board.remove()]];
@@ -107,19 +116,23 @@ export class Menu {
     const good = await board.go("open", what);
     if (!good && !what.force && board.fault) {
       board.paper.state ??= board.state;
-      return this.pick(WORDS.unsavedEdits, [{ name: WORDS.discard, act: () => this.#open({ ...what, force: true }) }, { name: WORDS.save, act: () => board.save().then((saved) => saved && this.#open(what)) }]);
+      return this.pick(WORDS.unsavedEdits, [{ name: WORDS.discard, act: () => this.#open({ ...what, force: true }) },
+        { name: WORDS.save, act: () => board.save().then((saved) => saved && this.#open(what)) }]);
     }
     if (good) { board.choose(null); board.take(board.state.pins.length ? "select" : "link"); await board.look(); }
     return good;
   }
   async #files(kind) {
-    const { gallery, models, imports } = await this.board.ask({ act: "files" }), plain = (list, key) => (list ?? []).map((one) => ({ name: one, act: () => this.#open({ [key]: one }) }));
-    if (kind === "gallery") return this.pick(commands.gallery, gallery.map(({ name, title }) => ({ name: title || name, note: name, act: () => this.#open({ gallery: name }) })));
+    const { gallery, models, imports } = await this.board.ask({ act: "files" }), plain = (list, key) =>
+      (list ?? []).map((one) => ({ name: one, act: () => this.#open({ [key]: one }) }));
+    if (kind === "gallery") return this.pick(commands.gallery, gallery.map(({ name, title }) =>
+      ({ name: title || name, note: name, act: () => this.#open({ gallery: name }) })));
     return this.pick(commands[kind], kind === "open" ? plain(models, "file") : plain(imports, "import"));
   }
   async #new() {
     const kinds = (await this.board.ask({ act: "files" })).new ?? [];
-    return this.pick(commands.new, [{ name: WORDS.title, act: () => this.#open({ new: "" }) }, ...kinds.map((one) => ({ name: one.name ?? one, note: one.title, act: () => this.#open({ new: one.name ?? one }) }))]);
+    return this.pick(commands.new, [{ name: WORDS.title, act: () => this.#open({ new: "" }) },
+      ...kinds.map((one) => ({ name: one.name ?? one, note: one.title, act: () => this.#open({ new: one.name ?? one }) }))]);
   }
   async #saveAs() {
     const made = await this.form(commands.saveAs, [["file", WORDS.file, this.board.state.file || "model.toml"]]);
@@ -128,7 +141,8 @@ export class Menu {
   /** The file has changed on disk since it was read. */
   conflict(more) {
     const { board } = this;
-    this.pick(WORDS.conflict, [{ name: WORDS.overwrite, act: () => board.save({ ...more, force: true }) }, { name: WORDS.reload, act: () => this.#open({ file: board.state.file, force: true }) }, { name: commands.saveAs, act: () => this.#saveAs() }]);
+    this.pick(WORDS.conflict, [{ name: WORDS.overwrite, act: () => board.save({ ...more, force: true }) },
+      { name: WORDS.reload, act: () => this.#open({ file: board.state.file, force: true }) }, { name: commands.saveAs, act: () => this.#saveAs() }]);
   }
   /** An export: begun, followed, and its file or fault said. */
   async #job(kind) {
@@ -152,9 +166,11 @@ export class Menu {
   async #rename() {
     const { board } = this, [one] = board.chosen;
     if (!one) return board.say(WORDS.chooseFirst);
-    const [section, name] = one, cut = name.indexOf("."), old = section === "points" ? name.slice(cut + 1) : name, made = await this.form(WORDS.rename, [["to", WORDS.name, old]]);
+    const [section, name] = one, cut = name.indexOf("."), old = section === "points" ? name.slice(cut + 1) : name,
+      made = await this.form(WORDS.rename, [["to", WORDS.name, old]]);
     if (!made?.to || made.to === old) return null;
-    const body = name.slice(0, cut), path = section !== "points" ? [section, name] : body === "ground" ? ["ground", "points", old] : ["bodies", body, "points", old];
+    const body = name.slice(0, cut), path = section !== "points" ? [section, name] : body === "ground" ? ["ground", "points", old]
+      : ["bodies", body, "points", old];
     return board.edit({ do: "rename", path, to: made.to, what: did.rename(old, made.to) });
   }
   async #mirror() {
@@ -169,29 +185,37 @@ export class Menu {
   }
   async #nameNumber() {
     const { board } = this, rows = board.state.rows.filter((row) => !row.formula && Number.isFinite(row.value) && row.path[0] !== "parameters");
-    const made = await this.form(commands.nameNumber, [["row", WORDS.value, rows[0]?.path.join("."), rows.map((row) => row.path.join("."))], ["name", WORDS.name, ""]]);
+    const made = await this.form(commands.nameNumber, [["row", WORDS.value, rows[0]?.path.join("."), rows.map((row) => row.path.join("."))],
+      ["name", WORDS.name, ""]]);
     const row = made && rows.find((one) => one.path.join(".") === made.row);
     return row && made.name ? board.edit({ do: "parameter", path: row.path, name: made.name, what: did.parameter(made.name) }) : null;
   }
   async #underlay() {
     const own = this.board.state.views?.underlay ?? {}, first = { file: "", x: 0, y: 0, width: 100, angle: 0, opacity: 0.5, ...own };
     const made = await this.form(commands.underlay, Object.entries(WORDS.underlay).map(([key, label]) => [key, label, first[key]]));
-    return made && this.board.go("underlay", { set: Object.fromEntries(Object.entries(made).map(([key, text]) => [key, key === "file" ? text : Number(text)])) });
+    return made && this.board.go("underlay",
+      { set: Object.fromEntries(Object.entries(made).map(([key, text]) => [key, key === "file" ? text : Number(text)])) });
   }
   /** Any element: its table, kind and fields as they stand in a file. */
   async #element() {
-    const { board } = this, first = await this.form(commands.element, [["table", WORDS.kind, "joints", Object.keys(TABLES)], ["name", WORDS.name, ""], ["text", WORDS.value, ""]], WORDS.elementFields);
+    const { board } = this, first = await this.form(commands.element, [["table", WORDS.kind, "joints", Object.keys(TABLES)], ["name", WORDS.name, ""],
+      ["text", WORDS.value, ""]], WORDS.elementFields);
     return first?.name ? board.edit({ do: "add", path: [first.table], key: first.name, text: first.text, what: did.add(first.name) }) : null;
   }
   /** A cam between two centres: its rise, dwell and return. */
   async cam(centre, follower, long) {
-    const { board } = this, f = (value) => board.figure(value), given = { base_radius: f(0.75 * long), roller: f(0.25 * long), lift: f(0.4 * long), rise: "120 deg", dwell: "60 deg", back: "120 deg", shape: SHAPES[0] };
-    const made = await this.form(TOOL_WORDS.cam[0], Object.entries(WORDS.camFields).map(([key, label]) => [key, label, given[key], key === "shape" ? SHAPES : undefined]));
+    const { board } = this, f = (value) => board.figure(value), given = { base_radius: f(0.75 * long), roller: f(0.25 * long), lift: f(0.4 * long),
+      rise: "120 deg", dwell: "60 deg", back: "120 deg", shape: SHAPES[0] };
+    const made = await this.form(TOOL_WORDS.cam[0], Object.entries(WORDS.camFields).map(([key, label]) =>
+      [key, label, given[key], key === "shape" ? SHAPES : undefined]));
     if (!made) return null;
-    const number = (text) => (text !== "" && Number.isFinite(+text) ? +text : text), { shape } = made, rise = (height, duration) => ({ rise: { shape, height, start: 0, duration } });
-    const lift = number(made.lift), back = typeof lift === "number" ? -lift : `-(${lift})`, rest = `360 deg - (${made.rise}) - (${made.dwell}) - (${made.back})`;
+    const number = (text) => (text !== "" && Number.isFinite(+text) ? +text : text), { shape } = made,
+      rise = (height, duration) => ({ rise: { shape, height, start: 0, duration } });
+    const lift = number(made.lift), back = typeof lift === "number" ? -lift : `-(${lift})`,
+      rest = `360 deg - (${made.rise}) - (${made.dwell}) - (${made.back})`;
     const segments = [rise(lift, made.rise), { dwell: made.dwell }, rise(back, made.back), { dwell: rest }];
-    return board.add("joint", "cam_follower", { cam_follower: [centre, follower], base_radius: number(made.base_radius), roller: number(made.roller), profile: { cam: { period: "360 deg", segments } } }, did.cam);
+    return board.add("joint", "cam_follower", { cam_follower: [centre, follower], base_radius: number(made.base_radius), roller: number(made.roller),
+      profile: { cam: { period: "360 deg", segments } } }, did.cam);
   }
   async #modes() {
     const { board } = this, { modes, complete, fault } = await board.ask({ act: "modes" });

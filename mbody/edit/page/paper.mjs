@@ -19,7 +19,8 @@ const text = (attributes, content) => { const made = sv("text", attributes); mad
 export class Paper extends Sheet {
   constructor(label) {
     super(LAYERS, { id: "paper", tabindex: "0", role: "application", "aria-label": label });
-    Object.assign(this, { camera: { s: 6, x: 200, y: 300 }, unit: 1, wide: 600, tall: 400, poses: {}, arms: {}, run: null, rings: [], cross: null, band: null });
+    Object.assign(this, { camera: { s: 6, x: 200, y: 300 }, unit: 1, wide: 600, tall: 400, poses: {}, arms: {}, run: null, rings: [], cross: null,
+      band: null });
     this.arrows = new Map();
     this.placeText = this.layers.scale.appendChild(sv("text", { class: "place" }));
   }
@@ -35,6 +36,7 @@ export class Paper extends Sheet {
     const first = !this.state;
     this.state = state;
     this.ghosts = [];
+    this.by = 0; // of arrows
     this.layers.ghosts.replaceChildren();
     this.#build(state.scene);
     this.home();
@@ -50,7 +52,8 @@ export class Paper extends Sheet {
     this.shapes = scene.shapes.map((shape) => ({ ...shape }));
   }
   #motion(poses) {
-    const { scene, state: { run } } = this, data = { t: [0], units: { angle: "rad" }, measures: {}, efforts: run?.efforts ?? {}, reactions: run?.reactions, loads: run?.loads, contacts: run?.contacts };
+    const { scene, state: { run } } = this, data = { t: [0], units: { angle: "rad" }, measures: {}, efforts: run?.efforts ?? {}, reactions: run?.reactions,
+      loads: run?.loads, contacts: run?.contacts };
     data.bodies = Object.fromEntries(Object.entries(poses).map(([name, [x, y, angle]]) => [name, { x: [x], y: [y], angle: [angle] }]));
     const motion = new Motion(data, { ...scene, floors: {}, turns: {}, plots: [], driven: {}, axis: { values: null } });
     motion.set(0);
@@ -128,7 +131,8 @@ export class Paper extends Sheet {
   #picture() {
     const own = this.state.views?.underlay, layer = this.layers.picture;
     if (!own) return layer.replaceChildren();
-    const image = layer.firstChild ?? layer.appendChild(sv("image", { preserveAspectRatio: "xMinYMax meet" })), name = `underlay?${encodeURIComponent(own.file)}`;
+    const image = layer.firstChild ?? layer.appendChild(sv("image", { preserveAspectRatio: "xMinYMax meet" })),
+      name = `underlay?${encodeURIComponent(own.file)}`;
     if (image.getAttribute("href") !== name) image.setAttribute("href", name);
     const tall = own.height ?? 10 * own.width;
     Object.entries({ x: 0, y: -tall, width: own.width, height: tall, opacity: own.opacity ?? 0.5 }).forEach(([key, value]) => image.setAttribute(key, value));
@@ -207,8 +211,10 @@ export class Paper extends Sheet {
       paths[n % every ? "minor" : "major"] += `M0 ${y.toFixed(1)}H${this.wide}`;
       if (n % every === 0 && y > 16 && y < this.tall - 20) texts.push([4, y - 3, shown(n * minor)]);
     }
-    this.layers.grid.replaceChildren(...["minor", "major"].map((name) => sv("path", { d: paths[name], class: name })), sv("path", { d: `M${c.x} 0V${this.tall}M0 ${c.y}H${this.wide}`, class: "axis" }));
-    this.layers.scale.replaceChildren(...texts.map(([x, y, t]) => text({ x, y }, t)), text({ x: this.wide - 8, y: this.tall - 5, "text-anchor": "end" }, this.state.units.length), this.placeText);
+    this.layers.grid.replaceChildren(...["minor", "major"].map((name) => sv("path", { d: paths[name], class: name })),
+      sv("path", { d: `M${c.x} 0V${this.tall}M0 ${c.y}H${this.wide}`, class: "axis" }));
+    this.layers.scale.replaceChildren(...texts.map(([x, y, t]) => text({ x, y }, t)), text({ x: this.wide - 8, y: this.tall - 5, "text-anchor": "end" },
+      this.state.units.length), this.placeText);
   }
   /** Reactions on the second body of each joint and loads, at the shown position. */
   #forces() {
@@ -251,18 +257,22 @@ export class Paper extends Sheet {
       if (one.pin) { const [x, y] = this.screen(this.where(one.pin)); this.putName(one, (w, h) => around(x, y, -0.7, -0.7, 9, w, h)); continue; }
       const ends = Object.values(this.arms[one.body]).map((arm) => this.screen(this.carried(one.body, arm)));
       if (!ends.length) ends.push(this.screen(this.carried(one.body, [0, 0])));
-      const [x, y] = [0, 1].map((i) => ends.reduce((sum, p) => sum + p[i], 0) / ends.length), [a, b] = ends.length > 1 ? [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]] : [1, 0], long = Math.hypot(a, b) || 1;
+      const [x, y] = [0, 1].map((i) => ends.reduce((sum, p) => sum + p[i], 0) / ends.length),
+        [a, b] = ends.length > 1 ? [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]] : [1, 0], long = Math.hypot(a, b) || 1;
       this.putName(one, (w, h) => around(x, y, b / long, -a / long, 11, w, h));
     }
     for (const one of this.arrows.values()) if (one.seen) this.putName(one, (w, h) => atArrow(one, w, h));
   }
   /** What is chosen, focused, at fault or about to join: `rings` [[place, class]], `picked` links, cross, band and guides. */
   mark() {
-    const made = [], line = (points, kind) => made.push(sv("polyline", { points: points.map((p) => this.screen(p).map((v) => v.toFixed(1)).join()).join(" "), class: kind }));
-    for (const [at, kind] of this.rings) { const [cx, cy] = this.screen(at); made.push(sv("circle", { cx, cy, r: kind.includes("join") ? 14 : 11, class: `ring ${kind}` })); }
+    const made = [], line = (points, kind) =>
+      made.push(sv("polyline", { points: points.map((p) => this.screen(p).map((v) => v.toFixed(1)).join()).join(" "), class: kind }));
+    for (const [at, kind] of this.rings) { const [cx, cy] = this.screen(at);
+    made.push(sv("circle", { cx, cy, r: kind.includes("join") ? 14 : 11, class: `ring ${kind}` })); }
     for (const guide of this.guides ?? []) line(guide, "guide");
     if (this.band) line(this.band, "rubber");
-    if (this.cross) { const [x, y] = this.screen(this.cross); made.push(sv("path", { d: `M${x - 14} ${y}H${x + 14}M${x} ${y - 14}V${y + 14}`, class: "cross" })); }
+    if (this.cross) { const [x, y] = this.screen(this.cross);
+    made.push(sv("path", { d: `M${x - 14} ${y}H${x + 14}M${x} ${y - 14}V${y + 14}`, class: "cross" })); }
     for (const drawn of this.layers.world.querySelectorAll(".picked, .faulty")) drawn.classList.remove("picked", "faulty");
     for (const [body, kind] of this.picked ?? []) for (const drawn of this.layers.world.querySelectorAll(`[data-name="link:${CSS.escape(body)}"]`)) drawn.classList.add(kind);
     this.layers.marks.replaceChildren(...made);

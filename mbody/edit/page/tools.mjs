@@ -12,6 +12,7 @@ const { did } = WORDS;
 export const place = (pin) => pin.places.find((one) => !one.startsWith("ground.")) ?? pin.places[0];
 export const bodyOf = (name) => name.slice(0, name.indexOf("."));
 const linkOf = (hit) => hit.body ?? (hit.pin && bodyOf(place(hit.pin)) !== "ground" ? bodyOf(place(hit.pin)) : null);
+const owner = (hit) => (hit.pin ? bodyOf(place(hit.pin)) : hit.body ?? "ground");
 const where = (hit) => (hit.pin ? hit.pin.xy : hit.xy);
 
 /** The name of a new point: a letter that no point has. */
@@ -22,17 +23,14 @@ export function letter(state, used = []) {
     if (!names.has(name)) { used.push(name); return name; }
   }
 }
-/** A place as an end of an element; a new point of the link or the ground is a further step. */
-function anchored(board, hit, steps, used) {
+/** A place as an end of an element: of a point, or a new point of the link or the ground. */
+const end = (hit) => (hit.pin ? place(hit.pin) : { body: hit.body ?? "ground", xy: hit.xy });
+/** A place of the name of a point; a new point of a link is a step before. */
+function anchored(board, hit, steps, used = []) {
   if (hit.pin) return place(hit.pin);
-  const body = hit.body ?? "ground", name = letter(board.state, used);
-  steps.push({ do: "point", body, xy: hit.xy, name, grain: board.grain });
-  return `${body}.${name}`;
-}
-/** The places of two hits, with the steps that make them. */
-function ends(board, ...hits) {
-  const steps = [], used = [];
-  return [hits.map((hit) => anchored(board, hit, steps, used)), steps];
+  const name = letter(board.state, used);
+  steps.push({ do: "point", body: hit.body, xy: hit.xy, name, grain: board.grain });
+  return `${hit.body}.${name}`;
 }
 const together = (board, steps, what) => board.edit(steps.length > 1 ? { do: "all", steps, what } : { ...steps[0], what });
 
@@ -91,7 +89,8 @@ const select = {
     const { pin, name: [, own] } = held, what = did.move(pin.name);
     if (board.many) return board.moveChosen([hit.xy[0] - pin.xy[0], hit.xy[1] - pin.xy[1]]);
     if (hit.pin) return board.edit({ do: "join", place: own, to: place(hit.pin), what: did.join });
-    return board.edit(() => (board.reached ? { do: "move", place: own, xy: board.reached, grain: board.grain, ...(hit.alt ? { along: true } : {}), what } : null));
+    return board.edit(() => (board.reached ? { do: "move", place: own, xy: board.reached, grain: board.grain, ...(hit.alt ? { along: true } : {}), what }
+      : null));
   },
   stop(board) { const was = this.held; this.held = null; board.rubber(null); if (was?.on) board.drop(); return Boolean(was?.on) || move.stop(board); },
 };
@@ -114,7 +113,8 @@ const link = {
     if (!from || (this.fresh && !hit.moved) || away(where(last), where(hit)) < board.grain) return;
     if (hit.shift && !hit.polar && !hit.moved) { more.push(hit); return; } // a further point
     const steps = [], used = [];
-    const at = [from, ...more, hit].map((hit) => (hit.pin || hit.body ? { on: anchored(board, hit, steps, used) } : { xy: hit.xy, ...(hit.polar ? { polar: hit.polar } : {}) }));
+    const at = [from, ...more, hit].map((hit) => (hit.pin || hit.body ? { on: anchored(board, hit, steps, used) }
+      : { xy: hit.xy, ...(hit.polar ? { polar: hit.polar } : {}) }));
     const goes = !hit.pin && !hit.body;
     this.more = [];
     together(board, [...steps, { do: "link", at, grain: board.grain }], did.link).then((good) => {
@@ -131,7 +131,8 @@ const ground = one("g", "M12 4 6 14h12zM4 14h16M6 18l2-4M11 18l2-4M16 18l2-4", (
   if (pin) return board.edit({ do: "ground", place: place(pin), grain: board.grain, what: did.ground(pin.name) });
   if (!body) return board.edit({ do: "point", body: "ground", xy, grain: board.grain, what: did.pivot });
   const name = letter(board.state);
-  return together(board, [{ do: "point", body, xy, name, grain: board.grain }, { do: "ground", place: `${body}.${name}`, grain: board.grain }], did.ground(name));
+  return together(board, [{ do: "point", body, xy, name, grain: board.grain }, { do: "ground", place: `${body}.${name}`, grain: board.grain }],
+    did.ground(name));
 });
 const slider = {
   ...two("s", "M3 17h18M3 7h18M8 9h8v6H8z"),
@@ -141,14 +142,15 @@ const slider = {
     this.stop(board);
     if (!from.pin && !from.body) return board.say(WORDS.notAPoint(TOOL_WORDS.slider[1]));
     const angle = away(where(from), where(hit)) > board.grain ? direction(where(from), where(hit)) : 0, other = linkOf(hit);
-    if (!from.pin) return board.edit({ do: "slider", body: from.body, xy: from.xy, angle, grain: board.grain, what: did.slider(from.body) });
-    const onto = other && !from.pin.places.some((one) => bodyOf(one) === other) ? { body: other } : { angle };
-    return board.edit({ do: "slider", place: place(from.pin), ...onto, grain: board.grain, what: did.slider(from.pin.name) });
+    if (!from.pin) return board.block(from.body, from.xy, angle);
+    const slot = other && !from.pin.places.some((one) => bodyOf(one) === other) ? { body: other, angle: board.lineAngle(other) } : { angle };
+    return board.edit({ do: "slider", place: place(from.pin), ...slot, grain: board.grain, what: did.slider(from.pin.name) });
   },
 };
 const centre = (hit) => (hit.pin ? "" : WORDS.noCentre);
 const gear = {
-  ...two("w", "M12 12m-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0M12 3v3M12 18v3M3 12h3M18 12h3M5.6 5.6l2.1 2.1M16.3 16.3l2.1 2.1M18.4 5.6l-2.1 2.1M7.7 16.3l-2.1 2.1", null, centre), radius: 0,
+  ...two("w", "M12 12m-6 0a6 6 0 1 0 12 0a6 6 0 1 0-12 0M12 3v3M12 18v3M3 12h3M18 12h3M5.6 5.6l2.1 2.1M16.3 16.3l2.1 2.1M18.4 5.6l-2.1 2.1M7.7 16.3l-2.1 2.1",
+    null, centre), radius: 0,
   up(board, hit) {
     const { from } = this, far = from && away(where(from), where(hit));
     if (!from || (this.fresh && !hit.moved)) return;
@@ -166,9 +168,8 @@ const cam = two("c", "M12 4c5 0 7 4 6 8s-3 7-6 7-6-3-6-7 1-8 6-8zM12 12m-1.5 0a1
 /** Between two points, or about a link. */
 const between = (key, icon, kind, fields, turning) => {
   const made = two(key, icon, (board, from, hit) => {
-    const [at, steps] = ends(board, from, hit), [a, b] = at.map(bodyOf);
-    if (a === b) return board.say(WORDS.sameLink, true);
-    return together(board, [...steps, { do: "load", kind, fields: { [kind]: at, ...fields(board, away(where(from), where(hit))) } }], did[kind]);
+    if (owner(from) === owner(hit)) return board.say(WORDS.sameLink, true);
+    return board.add("load", kind, { [kind]: [end(from), end(hit)], ...fields(board, away(where(from), where(hit))) }, did[kind]);
   });
   const up = made.up;
   made.up = function (board, hit) {
@@ -181,23 +182,24 @@ const between = (key, icon, kind, fields, turning) => {
 };
 const units = (board, text) => text.replace(/\b(force|length|torque|time)\b/g, (name) => board.state.units[name]);
 const spring = between("k", "M4 20l3-3 1-4 6 3-5-6 6 3-4-6 5 1 4-4", "spring",
-  (board, long) => ({ stiffness: units(board, "1 force/length"), free_length: board.figure(long) }), ["torsion_spring", (board) => ({ stiffness: units(board, "1 torque/rad"), free_angle: 0 })]);
+  (board, long) => ({ stiffness: units(board, "1 force/length"), free_length: board.figure(long) }),
+    ["torsion_spring", (board) => ({ stiffness: units(board, "1 torque/rad"), free_angle: 0 })]);
 const damper = between("d", "M3 12h6M9 7v10h8M9 7h8M13 9v6M13 12h8", "damper",
   (board) => ({ coefficient: units(board, "0.1 force*time/length") }), ["torsion_damper", (board) => ({ coefficient: units(board, "0.1 torque*time/rad") })]);
 const cylinder = two("y", "M4 20l4-4M8 16l8-8 3 3-8 8zM16 8l4-4", (board, from, hit) => {
-  const [at, steps] = ends(board, from, hit);
-  if (bodyOf(at[0]) === bodyOf(at[1])) return board.say(WORDS.sameLink, true);
-  return together(board, [...steps, { do: "driver", kind: "distance", fields: { distance: at, law: board.figure(away(where(from), where(hit))) } }], did.cylinder);
+  if (owner(from) === owner(hit)) return board.say(WORDS.sameLink, true);
+  return board.add("driver", "distance", { distance: [end(from), end(hit)], law: away(where(from), where(hit)) }, did.cylinder);
 });
 const force = two("f", "M4 20 18 6M18 6h-7M18 6v7", (board, from, hit) => {
-  const steps = [], at = anchored(board, from, steps, []);
+  const steps = [], at = anchored(board, from, steps);
   return together(board, [...steps, { do: "force", place: at, force: units(board, "100 force"), angle: direction(where(from), hit.raw) }], did.force(at));
 }, (hit) => (hit.pin || hit.body ? "" : WORDS.notAPoint(TOOL_WORDS.force[1])));
 const onLink = (key, icon, name, act) => one(key, icon, (board, hit) => {
   const body = linkOf(hit);
   return body ? act(board, body, hit) : board.say(WORDS.notALink(TOOL_WORDS[name][1]));
 });
-const torque = onLink("t", "M18 8a7 7 0 1 0 1 6M18 8V3M18 8h-5", "torque", (board, body) => board.edit({ do: "torque", body, torque: units(board, "1 torque"), what: did.torque(body) }));
+const torque = onLink("t", "M18 8a7 7 0 1 0 1 6M18 8V3M18 8h-5", "torque", (board, body) =>
+  board.edit({ do: "torque", body, torque: units(board, "1 torque"), what: did.torque(body) }));
 const motor = onLink("m", "M12 12m-8 0a8 8 0 1 1 8 8M12 20l3-3M12 20l3 2.5M12 12m-1.5 0a1.5 1.5 0 1 0 3 0a1.5 1.5 0 1 0-3 0", "motor", (board, body, hit) => {
   const joint = board.slides(hit, body);
   return board.edit({ do: "motor", ...(joint ? { joint } : { body }), what: did.motor(joint ?? body) });
