@@ -195,7 +195,7 @@ class Anchors:
         ends = []
         for sketch in (self.sketch, self.base, self.other):
             world = np.array(travel(sketch, joint))
-            ends.append(on(body).kept(world, sketch.pose.run, sketch.pose.k))
+            ends.append(on(body).kept(world, sketch.pose))
         low, high = (
             self._add(body, None, [one[n] for one in ends], f"{joint.name}:{n}") for n in (0, 1)
         )
@@ -546,8 +546,7 @@ class _Follower(Anchors):
         sketch = self.sketch
         half = sketch.size("link")
         nodes = link_places(sketch, body)
-        run, k = sketch.pose.run, sketch.pose.k
-        kept = on(body).kept(np.array(nodes), run, k) if nodes else np.zeros((0, 2))
+        kept = on(body).kept(np.array(nodes), sketch.pose) if nodes else np.zeros((0, 2))
         own = [n for n in self._anchors_on(body) if self.anchors[n].key != body]
         if len(nodes) < 2:
             if len(nodes) == 0 or np.hypot(*kept[0]) > half:

@@ -48,9 +48,9 @@ class Carrier:
     stretches: bool = False
     lead: float = 0.0
 
-    def kept(self, points: Array, run: Any, k: int) -> Array:
+    def kept(self, points: Array, pose: Pose) -> Array:
         """World points (n, 2) of an instant in these axes: (n, 2), or (n, 3) of what stretches."""
-        origin, u, length = (part[k] for part in self.axes(run))
+        origin, u, length = (part[pose.k] for part in pose.axes(self))
         away = points - origin
         along, across = away @ u, away @ np.array([-u[1], u[0]])
         if not self.stretches:
@@ -103,6 +103,7 @@ class Pose:
         self.run, self.k = run, whole_instant(run, instant)
         self.mechanism, self.system = run.mechanism, run.system
         self._bodies: dict[str, BodyHistory] = {}
+        self._axes: dict[Carrier, tuple[Array, Array, Array]] = {}
         self.t = float(run.t[self.k])
 
     @functools.cached_property
@@ -145,6 +146,12 @@ class Pose:
             self._bodies[name] = self.run[name]
         return self._bodies[name]
 
+    def axes(self, carrier: Carrier) -> tuple[Array, Array, Array]:
+        """The axes of a carrier over the run, read once."""
+        if carrier not in self._axes:
+            self._axes[carrier] = carrier.axes(self.run)
+        return self._axes[carrier]
+
     def track(self, element: Element, field: str) -> Array:
         """Places (instants, 2) of an element's marker over the whole run."""
         body = self.body(element.places()[field].body)
@@ -172,7 +179,7 @@ class Pose:
 
     def fixed(self, body: str, place: Any) -> Place:
         """A place of this instant on a body."""
-        x, y = on(body).kept(np.array([place]), self.run, self.k)[0]
+        x, y = on(body).kept(np.array([place]), self)[0]
         return body, float(x), float(y)
 
     def direction(self, element: Element, field: str) -> float:

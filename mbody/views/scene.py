@@ -56,7 +56,7 @@ def _pins(sketch: SceneSketch) -> list[KeptLabel]:
     found = []
     for place, names, carrier in sketch.pinned:
         if names:
-            anchor = carrier.kept(place[None], sketch.pose.run, sketch.pose.k)
+            anchor = carrier.kept(place[None], sketch.pose)
             outward = direction(0.5 * math.pi)
             gap = sketch.size("pin") + 1.5 * sketch.unit
             label = f"pin:{names[0]}"
@@ -166,13 +166,13 @@ def _of_link(
     half = _extent(sketch, body)
     if len(nodes) < 2:
         place = np.array([nodes[0] if nodes else pose.centre(body)])
-        anchor = carrier.kept(place, pose.run, pose.k)
+        anchor = carrier.kept(place, pose)
         gap = 0.9 * sketch.size("block")
         outward = direction(-0.5 * math.pi)
         label = KeptLabel(body, carrier, anchor, outward, gap, "link", f"link:{body}", INK)
         _rotate_label(label, sketch, lines, occupied, instants)
         return label
-    corners = carrier.kept(hull(nodes, tol.DRAWN_OUTLINE * sketch.size("link")), pose.run, pose.k)
+    corners = carrier.kept(hull(nodes, tol.DRAWN_OUTLINE * sketch.size("link")), pose)
     axes = carrier.axes(pose.run)
     gap = sketch.size("link") + 1.5 * sketch.unit
     options = []

@@ -526,7 +526,7 @@ class ShapeRecord:
         """Texts are kept by the sketch, with what they name."""
 
     def _keep(self, kind: str, points: Array, look: Look, radius: float = 0.0) -> None:
-        kept = self.carrier.kept(points, self.pose.run, self.pose.k)
+        kept = self.carrier.kept(points, self.pose)
         self.shapes.append(KeptShape(kind, self.carrier, kept, look, radius, self.sign_condition))
 
 
@@ -564,7 +564,7 @@ class SceneSketch(Sketch):
         carrier, place = self.record.carrier, np.asarray(anchor, dtype=float)
         name = text.partition(" = ")[0]
         outward = np.array([np.cos(wanted), np.sin(wanted)])
-        kept = carrier.kept(place[None], self.pose.run, self.pose.k)
+        kept = carrier.kept(place[None], self.pose)
         color, italic = str(look.get("color", "")), bool(look.get("italic", False))
         owner = str(look.get("name", "")) or name
         self.names.append(
