@@ -64,12 +64,12 @@ class Spans:
 
     Raises what `tomllib` raises of a text that is no TOML.
 
-    >>> text = "[bodies.crank]\\nmass = '2 kg'  # weighed"
+    >>> text = "[bodies.crank]\nmass = '2 kg'  # weighed"
     >>> spans = Spans(text)
     >>> spans.tree, spans.raw(("bodies", "crank", "mass"))
     ({'bodies': {'crank': {'mass': '2 kg'}}}, "'2 kg'")
     >>> spliced(text, [spans.replaced(("bodies", "crank", "mass"), "3")])
-    '[bodies.crank]\\nmass = 3  # weighed'
+    '[bodies.crank]\nmass = 3  # weighed'
     """
 
     def __init__(self, text: str) -> None:
@@ -79,6 +79,8 @@ class Spans:
         self.tables: dict[Path, OpenTable] = {(): OpenTable(None, 0)}
         #: Where each path is named first, those of tables that only dotted names have as well.
         self.first: dict[Path, int] = {}
+        #: Where the last key of each path is written, in headers and dotted names too.
+        self.keys: dict[Path, list[tuple[int, int]]] = {}
         self._lists: dict[Path, int] = {}
         section: Path = ()
         at = 0
@@ -95,12 +97,16 @@ class Spans:
         found = pattern.match(self.text, at)
         return found.end() if found else at
 
-    def _keys(self, at: int) -> tuple[list[str], int]:
+    def _keys(self, at: int, above: Path) -> tuple[list[str], int]:
+        """Names with dots between them, from the path of their table, and where they end."""
         keys: list[str] = []
         while found := _KEY.match(self.text, at):
             word = found[0]
             quoted = word[0] in "\"'"
             keys.append(next(iter(tomllib.loads(f"{word} = 0"))) if quoted else word)
+            above = (*above, keys[-1])
+            self.keys.setdefault(above, []).append(found.span())
+            above = (*above, self._lists[above]) if above in self._lists else above
             at = self._skip(_SPACE, found.end())
             if not self.text.startswith(".", at):
                 break
@@ -110,7 +116,7 @@ class Spans:
     def _header(self, begin: int) -> tuple[Path, int]:
         """A section, entries of a list of tables with their numbers, and where its line ends."""
         double = self.text.startswith("[[", begin)
-        keys, at = self._keys(self._skip(_SPACE, begin + 1 + double))
+        keys, at = self._keys(self._skip(_SPACE, begin + 1 + double), ())
         section: Path = ()
         for n, key in enumerate(keys):
             section = (*section, key)
@@ -125,7 +131,7 @@ class Spans:
         return section, at
 
     def _pair(self, at: int, above: Path, inline: bool) -> int:
-        keys, start = self._keys(at)
+        keys, start = self._keys(at, above)
         start = self._skip(_SPACE, start + 1)  # behind the sign of equality
         path = (*above, *keys)
         for n in range(len(above) + 1, len(path) + 1):
@@ -162,7 +168,7 @@ class Spans:
     def line(self, path: Path) -> int | None:
         r"""The line, from 1, of a path or of the nearest that contains it.
 
-        >>> Spans("a = 1\\n[b]\\nc = 2").line(("b", "d"))
+        >>> Spans("a = 1\n[b]\nc = 2").line(("b", "d"))
         2
         """
         place = self.place(path)
@@ -299,3 +305,17 @@ def spliced(text: str, splices: list[Splice]) -> str:
     for start, end, new in sorted(splices, reverse=True):
         text = text[:start] + new + text[end:]
     return text
+
+
+def value_at(tree: Any, path: Path) -> Any:
+    """The value at a path of tables, None where there is none.
+
+    >>> value_at({"a": [1, {"b": 2}]}, ("a", 1, "b"))
+    2
+    """
+    for key in path:
+        try:
+            tree = tree[key]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return tree

@@ -13,7 +13,7 @@ from typing import Any
 from mbody.files.model.fields import plain
 from mbody.files.model.problems import SECTIONS, TEXT_ATTRIBUTE, KeyPath, kind_in
 from mbody.files.model.toml_text import toml, toml_value
-from mbody.files.toml_spans import Spans, spliced
+from mbody.files.toml_spans import Spans, spliced, value_at
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import FormulaError, Scope, evaluate, parse_unit
 from mbody.quantities.units import DIMENSIONS, UnitSystem
@@ -63,19 +63,9 @@ def _changes(before: Any, after: Any, path: KeyPath = ()) -> Iterator[KeyPath]:
         yield path
 
 
-def _at(data: Any, path: KeyPath) -> Any:
-    """The value at a path, None where there is none."""
-    for key in path:
-        try:
-            data = data[key]
-        except (KeyError, IndexError, TypeError):
-            return None
-    return data
-
-
 def _own_path(path: KeyPath, written: Any) -> KeyPath:
     """A path by the word that the file has for the kind of an element."""
-    entry = _at(written, path[:2])
+    entry = value_at(written, path[:2])
     if len(path) > 2 and path[0] in SECTIONS and path[2] in SECTIONS[path[0]]:
         return (*path[:2], kind_in(path[0], entry) or path[2], *path[3:])
     return path
@@ -95,15 +85,15 @@ def changed_text(
     edits: dict[tuple[int, int], str] = {}
     anew: set[KeyPath] = set()
     for path in _changes(before, after):
-        own, value = _own_path(path, made), _at(after, path)
-        above = _at(made, own[:-1])
+        own, value = _own_path(path, made), value_at(after, path)
+        above = value_at(made, own[:-1])
         if value is None and own in spans.entries and not spans.entries[own].inline:
             start, end, _ = spans.statement(own)
             edits[start, end] = ""
         elif value is not None and own in spans.entries:
             above[own[-1]] = kept = in_unit_of(above[own[-1]], value, units)
             if kept != value:
-                _at(wanted, path[:-1])[path[-1]] = kept
+                value_at(wanted, path[:-1])[path[-1]] = kept
             anew.add(own)
         elif own[:-1] in spans.entries and isinstance(above, dict):
             above |= {own[-1]: value}
@@ -120,11 +110,11 @@ def changed_text(
             if not inside:
                 return None
             nearest = inside[0]
-            _at(made, nearest[:-1])[nearest[-1]] = _at(after, path[: len(nearest)])
+            value_at(made, nearest[:-1])[nearest[-1]] = value_at(after, path[: len(nearest)])
             anew.add(nearest)
     whole = [path for path in anew if not any(path[:n] in anew for n in range(len(path)))]
     splices = [(start, end, new) for (start, end), new in edits.items()]
-    splices += [spans.replaced(path, toml_value(_at(made, path))) for path in whole]
+    splices += [spans.replaced(path, toml_value(value_at(made, path))) for path in whole]
     text = spliced(text, splices)
     return text + ("\n" + toml(sections) if sections else ""), wanted
 

@@ -1,0 +1,584 @@
+"""Edits of a drawing: each changes the text of a model file in place, or says why it cannot."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+
+from mbody.edit.dragging import Dragging
+from mbody.edit.places import (
+    EditError,
+    Pair,
+    State,
+    evaluate,
+    fixed,
+    handles,
+    pin_groups,
+    place_name,
+    plain,
+    point_path,
+)
+from mbody.edit.references import SILENT, other_name, without
+from mbody.errors import ModelError, SolveError
+from mbody.files.model.kept_text import unit_of_text
+from mbody.files.model.other_units import in_units
+from mbody.files.model.problems import SECTIONS, TEXT_ATTRIBUTE, kind_in
+from mbody.files.model.toml_text import toml_value
+from mbody.files.model.write import as_it_was, to_toml
+from mbody.files.toml_spans import Path, Spans, Splice, spliced, value_at
+from mbody.model.numbers import dimension_named
+from mbody.quantities.units import DIMENSIONS
+
+#: Letters of points, without those that are taken for digits.
+LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
+#: Digits behind those of the length of a mechanism, where no grain is given.
+DIGITS = 9
+#: Rounds in which parameters bring a point to a place.
+ROUNDS = 12
+
+
+class Editor:
+    """The text of a model file while one edit changes it, and what it gives so far.
+
+    `remark`: What came otherwise than it was asked for.
+    """
+
+    def __init__(self, text: str, state: State, name: str, folder: FilePath | None) -> None:
+        self.text, self.state, self.name, self.folder = text, state, name, folder
+        self.remark = ""
+        self._spans: Spans | None = None
+
+    @property
+    def spans(self) -> Spans:
+        """Where everything of the present text stands."""
+        if self._spans is None or self._spans.text is not self.text:
+            self._spans = Spans(self.text)
+        return self._spans
+
+    @property
+    def tree(self) -> dict[str, Any]:
+        """The tables of the present text."""
+        return self.spans.tree
+
+    def do(self, edit: Mapping[str, Any]) -> None:
+        """Change the text by one edit: its name under "do", its arguments by theirs."""
+        rest = {key: value for key, value in edit.items() if key not in ("do", "what", "grain")}
+        act = getattr(self, f"do_{edit.get('do')}", None)
+        if act is None:
+            raise EditError(f"there is no edit '{edit.get('do')}'")
+        self.grain = edit.get("grain")
+        act(**rest)
+
+    def do_all(self, steps: Sequence[Mapping[str, Any]]) -> None:
+        """Several edits as one."""
+        for n, step in enumerate(steps):
+            if n:
+                self._look()
+            self.do(step)
+
+    # -- the text ----------------------------------------------------------------------------------
+
+    def _look(self) -> None:
+        self.state = evaluate(self.text, self.name, self.folder, whole=False)
+
+    def _splice(self, *splices: Splice) -> None:
+        self.text = spliced(self.text, list(splices))
+
+    def _put(self, path: Path, value: Any, raw: str = "") -> None:
+        """Set a key, new or not; `raw`: as it is to be written."""
+        if path not in self.spans.entries:
+            if isinstance(value_at(self.tree, path), dict):
+                self.text = self.spans.without(path)
+            self._splice(self.spans.inserted(path[:-1], path[-1], value))
+        if path in self.spans.entries:
+            self._splice(self.spans.replaced(path, raw or toml_value(value)))
+
+    def do_text(self, text: str) -> None:
+        """The whole file."""
+        self.text = str(text)
+
+    def do_set(self, path: Sequence[Any], text: Any) -> None:
+        """An entry of the file as it is typed: a number, one with its unit, a formula, a word."""
+        own, typed = self._path(path), str(text).strip()
+        if not typed:
+            raise EditError(
+                f"'{own[-1]}' is empty: give a value, or remove the entry", self._element(own), own
+            )
+        if len(own) < 2 and isinstance(value_at(self.tree, own), dict):
+            raise EditError(f"'{own[-1]}' is a table of the file: set an entry of it", "", own)
+        value, raw = typed, ""
+        if own[-1] not in SILENT:
+            value, raw = _typed(typed)
+        self._put(own, value, raw)
+
+    def do_unset(self, path: Sequence[Any]) -> None:
+        """Remove an entry of the file, so that its default counts."""
+        own = self._path(path)
+        if value_at(self.tree, own) is None:
+            raise EditError(f"there is no '{'.'.join(map(str, own))}' in the file", "", own)
+        self.text = self.spans.without(own)
+
+    def do_add(self, path: Sequence[Any], key: str, text: Any) -> None:
+        """A further entry of a table."""
+        own = (*self._path(path), str(key))
+        if value_at(self.tree, own) is not None:
+            raise EditError(f"'{'.'.join(map(str, own))}' is in the file already", str(key), own)
+        self.do_set(own, text)
+
+    def _path(self, path: Sequence[Any]) -> Path:
+        """A path of a request, numbers of entries as numbers."""
+        own: list[Any] = []
+        for key in path:
+            holder = value_at(self.tree, tuple(own))
+            own.append(int(key) if isinstance(holder, list) else str(key))
+        if not own:
+            raise EditError("the path of an entry is empty: name its table and key")
+        return tuple(own)
+
+    @staticmethod
+    def _element(path: Path) -> str:
+        return str(path[1]) if len(path) > 1 else ""
+
+    # -- names and numbers -------------------------------------------------------------------------
+
+    def _names(self) -> set[str]:
+        tables = ("parameters", "inputs", "curves", "bodies", "states", "measures", *SECTIONS)
+        used = {"ground", *(name for table in tables for name in self.tree.get(table, {}))}
+        points = [self.tree.get("ground", {}), *self.tree.get("bodies", {}).values()]
+        return used.union(*(one.get("points", {}) for one in points))
+
+    def _letter(self, more: Mapping[str, Any] | None = None) -> str:
+        """A letter for a point, with a number where all are in use."""
+        used = self._names().union(more or {})
+        every = (f"{sign}{k or ''}" for k in (0, *range(2, 9999)) for sign in LETTERS)
+        return next(name for name in every if name not in used)
+
+    def _new(self, kind: str, first: int = 1) -> str:
+        used = self._names()
+        every = (f"{kind}{n or ''}" for n in range(first, 99999))
+        return next(name for name in every if name not in used)
+
+    @property
+    def _digits(self) -> int:
+        """Digits behind the point of lengths: those of a tenth of a pixel."""
+        if isinstance(self.grain, (int, float)) and 0.0 < self.grain < math.inf:
+            return max(0, math.ceil(-math.log10(self.grain) - 1e-9))
+        return self._exact
+
+    @property
+    def _exact(self) -> int:
+        size = float(self.state.system.length) if self.state.system else 1.0
+        return DIGITS - math.floor(math.log10(size or 1.0))
+
+    def _pair(self, values: Sequence[float], digits: int | None = None) -> list[float]:
+        x, y = values
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise EditError("a place must have two finite numbers")
+        return [plain(v, self._digits if digits is None else digits) for v in (x, y)]
+
+    def _angle(self, degrees: float) -> float:
+        """A direction as the file has plain angles."""
+        radians = self.tree.get("angle") == "rad"
+        return plain(math.radians(degrees), 9) if radians else plain(degrees, 6)
+
+    def _body(self, name: str, what: str) -> dict[str, Any]:
+        """The table of a moving link."""
+        if name == "ground":
+            raise EditError(f"the ground does not move: {what} a link", "ground")
+        table = self.tree.get("bodies", {}).get(name)
+        if table is None:
+            raise EditError(f"there is no link '{name}'", name)
+        return dict(table)
+
+    def _group(self, place: str) -> list[str]:
+        """The point of the drawing that a place is of."""
+        for group in pin_groups(self.tree):
+            if place in group:
+                return group
+        raise EditError(f"there is no point '{place}'", str(place).partition(".")[0])
+
+    def _given(self, value: Any) -> Any:
+        """Values of an element as the file has them: {"on": place} is a place, {"xy": [x, y]} a new
+        point of the ground or of its "body"; typed text is a number where it is one.
+        """
+        if isinstance(value, dict) and "on" in value:
+            return str(value["on"])
+        if isinstance(value, dict) and "xy" in value:
+            body, name = str(value.get("body", "ground")), self._letter()
+            self.do_point(body, value["xy"], name)
+            return f"{body}.{name}"
+        if isinstance(value, dict):
+            return {str(key): self._given(one) for key, one in value.items()}
+        if isinstance(value, (list, tuple)):
+            return [self._given(one) for one in value]
+        return _typed(value.strip())[0] if isinstance(value, str) and value.strip() else value
+
+    # -- points and links --------------------------------------------------------------------------
+
+    def do_point(self, body: str, xy: Sequence[float], name: str = "") -> None:
+        """A point of a link, or a pivot of the ground."""
+        if body != "ground":
+            self._body(body, "put the point on")
+        name = name or self._letter()
+        path = point_path(f"{body}.{name}")
+        if value_at(self.tree, path) is not None:
+            raise EditError(f"'{body}' has a point '{name}' already", body, path)
+        self._put(path, self._pair(self.state.in_link(body, xy)))
+
+    def do_link(self, at: Sequence[Mapping[str, Any]], name: str = "") -> None:
+        """A link through places, each new, {"xy": [x, y]}, or pinned to one, {"on": "crank.A"}."""
+        if name and name in self._names():
+            raise EditError(f"there is a '{name}' already: choose another name", name)
+        body, points, pins = name or self._new("link"), dict[str, list[float]](), []
+        for one in at:
+            on = str(one.get("on", ""))
+            letter = on.partition(".")[2]
+            if on:
+                self._group(on)
+            if not letter or letter in points:
+                letter = self._letter(points)
+            digits = self._exact if on else None
+            points[letter] = self._pair(self.state.place(on) if on else one["xy"], digits)
+            pins += [(on, f"{body}.{letter}")] if on else []
+        if len({tuple(xy) for xy in points.values()}) < max(len(points), 2):
+            raise EditError(
+                "a link needs points at two places or more: draw it from one place to another"
+            )
+        self._splice(self.spans.section(("bodies", body), {"points": points}))
+        for on, own in pins:
+            self._pin(on, own)
+
+    def _pin(self, on: str, own: str) -> None:
+        """A pin of the name of its point."""
+        point, joints = own.partition(".")[2], self.tree.get("joints", {})
+        elements = {name for table in ("bodies", *SECTIONS) for name in self.tree.get(table, {})}
+        every = [point, *(f"{point}_{n}" for n in range(2, 9999))]
+        name = next(one for one in every if one not in joints and one not in elements)
+        self._put(("joints", name), {"revolute": [on, own]})
+
+    def do_join(self, place: str, to: str) -> None:
+        """Bring a point onto another and pin it there."""
+        group, other = self._group(place), self._group(to)
+        if group == other:
+            raise EditError(f"'{place}' and '{to}' are pinned to each other already", place)
+        both = {p.partition(".")[0] for p in group} & {p.partition(".")[0] for p in other}
+        if both and both != {"ground"}:
+            raise EditError(
+                f"'{place}' and '{to}' are points of '{min(both)}': join points of two links",
+                min(both),
+            )
+        goal = self.state.place(to)
+        if max(abs(np.subtract(self.state.place(place), goal))) > 0.5 * 10.0**-self._exact:
+            self.grain = None
+            self.do_move(place, goal)
+        if place.startswith("ground."):
+            place, to = to, place
+        self._pin(to, place)
+
+    def do_ground(self, place: str) -> None:
+        """Pin a point to the ground."""
+        if any(one.startswith("ground.") for one in self._group(place)):
+            raise EditError(f"'{place}' is pinned to the ground already", place.partition(".")[0])
+        self._pin(self._pivot(place), place)
+
+    def _pivot(self, place: str) -> str:
+        """A new point of the ground where a point is."""
+        point, used = place.partition(".")[2], self.tree.get("ground", {}).get("points", {})
+        name = point if point not in used else self._letter()
+        self._put(("ground", "points", name), self._pair(self.state.place(place), self._exact))
+        return f"ground.{name}"
+
+    def do_unground(self, place: str) -> None:
+        """Take a point off the ground."""
+        pivots = [one for one in self._group(place) if one.startswith("ground.")]
+        if not pivots:
+            raise EditError(f"'{place}' is not pinned to the ground", place.partition(".")[0])
+        self.text = without(self.text, [("points", one) for one in pivots])
+
+    def do_delete(self, names: Sequence[Sequence[str]]) -> None:
+        """Without elements and points, and without what refers to them."""
+        self.text = without(self.text, [(str(section), str(name)) for section, name in names])
+
+    def do_rename(self, path: Sequence[Any], to: str) -> None:
+        """Another name, in every reference and formula."""
+        own = self._path(path)
+        if own[0] == "points":
+            own = point_path(str(own[1]))
+        if not re.fullmatch(r"[^\W\d]\w*", to):
+            raise EditError(
+                f"'{to}' is no name: begin with a letter, go on with letters, digits and _",
+                str(own[-1]),
+                own,
+            )
+        used = value_at(self.tree, own[:-1]) if own[-2:-1] == ("points",) else self._names()
+        if to in (used or {}):
+            raise EditError(f"there is a '{to}' already: names are unique", str(own[-1]), own)
+        if len(own) < 2 or value_at(self.tree, own) is None:
+            raise EditError(f"there is no '{own[-1]}' in the file", "", own)
+        self._splice(*other_name(self.spans, own, to))
+
+    # -- moving ------------------------------------------------------------------------------------
+
+    def do_move(self, place: str, xy: Sequence[float], along: bool = False) -> None:
+        """Move a point with all that is pinned there to a place of the world; what is given by
+        formulas moves by their parameters.
+        """
+        group = self._group(place)
+        goal = self._along(place, xy) if along else (float(xy[0]), float(xy[1]))
+        self._pair(goal)
+        if reason := fixed(self.state, self.tree, group):
+            raise EditError(reason, place.partition(".")[0], point_path(place))
+        names = handles(self.state, self.tree, group)
+        if names:
+            self._by_parameters(group, place, goal, names)
+        else:
+            for one in group:
+                self._write_point(one, goal)
+        self._settle(place, goal, bool(names))
+
+    def _along(self, place: str, xy: Sequence[float]) -> Pair:
+        """The nearest place on the line through a point and another of its link."""
+        body = place.partition(".")[0]
+        others = [one for one in self._body(body, "choose").get("points", {})]
+        at, own = np.array(self.state.place(place)), place.partition(".")[2]
+        bases = [np.array(self.state.place(f"{body}.{one}")) for one in others if one != own]
+        arms = [at - base for base in bases if np.linalg.norm(at - base) > 0.0]
+        if not arms:
+            raise EditError(f"'{body}' has no other point to keep a direction from", body)
+        arm = arms[0] / np.linalg.norm(arms[0])
+        x, y = at + arm * float(np.dot(np.subtract(xy, at), arm))
+        return float(x), float(y)
+
+    def _write_point(self, place: str, goal: Pair) -> None:
+        """The coordinates of a point in the form in which they are written."""
+        body, _, point = place.partition(".")
+        if not point:
+            return  # an origin goes where its joints bring it
+        path, step = point_path(place), 10.0**-self._digits
+        old, new = np.array(self.state.own(place)), np.array(self.state.in_link(body, goal))
+        if isinstance(value_at(self.tree, path), dict):
+            radius, before = float(np.linalg.norm(new)), math.atan2(old[1], old[0])
+            angle = before + math.remainder(math.atan2(new[1], new[0]) - before, math.tau)
+            self._write_number((*path, "r"), float(np.linalg.norm(old)), radius, step)
+            self._write_number((*path, "angle"), before, angle, step / max(radius, step), True)
+            return
+        for n in (0, 1):
+            self._write_number((*path, n), float(old[n]), float(new[n]), step)
+
+    def _write_number(
+        self, path: Path, old: float, new: float, step: float, angle: bool = False
+    ) -> None:
+        """A number of another value [rad of angles] in the unit in which it is written, in steps
+        that are seen; one that does not change keeps its text.
+        """
+        if abs(new - old) <= 0.5 * step:
+            return
+        written = value_at(self.tree, path)
+        unit = unit_of_text(written, self.state.mechanism.units)
+        size = unit[1] if unit else 1.0
+        if angle and (unit or self.tree.get("angle") != "rad"):
+            size = math.radians(size)
+        digits = math.ceil(-math.log10(step / size) - 1e-9)
+        number = plain(new / size, digits)
+        text = f"{number!r} {unit[0]}" if unit else repr(number) if isinstance(written, str) else ""
+        self._splice(self.spans.replaced(path, toml_value(text or number)))
+
+    def _by_parameters(self, group: list[str], place: str, goal: Pair, names: list[str]) -> None:
+        """Parameters that bring a point nearest to a place."""
+        system, run, mobility = self.state.system, self.state.run, self.state.mobility
+        if system is None or run is None:
+            raise EditError(f"'{place}' is given by {', '.join(names)}: change these", place)
+        if mobility is None:
+            whole = evaluate(self.text, self.name, self.folder)
+            assert whole.mobility is not None
+            mobility = whole.mobility
+        drag, before = Dragging(system, run, mobility), np.array(self.state.place(place))
+        for _ in range(ROUNDS):
+            drag.point(group, goal, names)
+            at = np.array(drag.place(place), float)
+            if drag.stopped or float(np.abs(at - before).max()) < 0.1 * 10.0**-self._digits:
+                break
+            before = at
+        if drag.stopped and not drag.changed:
+            raise EditError(drag.stopped, place.partition(".")[0], point_path(place))
+        moved = math.dist(drag.place(place), self.state.place(place))
+        for name in names:
+            old = float(system.values[name])
+            new = float(drag.changed.get(name, old))
+            angle = dimension_named(self.state.mechanism, name) == DIMENSIONS["angle"]
+            step = 10.0**-self._digits * abs(new - old) / max(moved, 10.0**-self._digits)
+            self._write_number(("parameters", name), old, new, step, angle)
+
+    def _settle(self, place: str, goal: Pair, by_parameters: bool) -> None:
+        """See where a point came; keep the assembly mode in which it was drawn."""
+        before, text = self.state, self.text
+        if before.system is None:
+            return
+        length = float(before.system.length)
+        near = max(20.0 * 10.0**-self._digits, 1e-3 * length)
+        self._look()
+        if math.dist(self.state.place(place), goal) > near and not by_parameters:
+            for body in self.tree["bodies"]:
+                angle = round(math.degrees(before.pose(body)[2]), 3)
+                self._put(("bodies", body, "guess"), self._angle(angle))
+            with contextlib.suppress(ModelError, SolveError):
+                self._look()
+            if math.dist(self.state.place(place), goal) > near:
+                self.text = text
+                self._look()
+        x, y = self.state.place(place)
+        if math.dist((x, y), goal) > near:
+            unit = self.state.mechanism.units.length
+            self.remark = (
+                f"'{place}' came to {x:.4g}, {y:.4g} {unit}, not to {goal[0]:.4g}, {goal[1]:.4g}: "
+                "its joints and parameters let it no nearer"
+            )
+
+    # -- elements ----------------------------------------------------------------------------------
+
+    def _element_of(
+        self, section: str, kind: str, fields: Mapping[str, Any], name: str, like: str
+    ) -> None:
+        """An element of any kind of a section, with the fields of the file."""
+        table = {str(key): self._given(value) for key, value in fields.items()}
+        if "places" in table:
+            table = {kind: table.pop("places"), **table}
+        if kind_in(section, {kind: None}) is None:
+            kinds = ", ".join(SECTIONS[section])
+            raise EditError(f"there is no kind of {section} '{kind}' (there are: {kinds})")
+        if kind not in table:
+            raise EditError(f"'{kind}' is missing: give the places or the number of that name")
+        name = name or self._new(like)
+        if name in self.tree.get(section, {}):
+            raise EditError(f"there is a '{name}' already: choose another name", name)
+        self._put((section, name), {kind: table.pop(kind), **table})
+
+    def do_joint(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
+        """A joint of any kind."""
+        self._element_of("joints", kind, fields, name, "J")
+
+    def do_load(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
+        """A load of any kind."""
+        like = {"force": "F", "torque": "T"}.get(kind, kind)
+        self._element_of("loads", kind, fields, name, like)
+
+    def do_driver(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
+        """A driver of any kind."""
+        self._element_of("drivers", kind, fields, name, "motor")
+
+    def do_contact(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
+        """A contact, a rope, a stop or a freewheel."""
+        self._element_of("contacts", kind, fields, name, kind)
+
+    def do_coupling(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
+        """A coupling of angles or lengths."""
+        self._element_of("couplings", kind, fields, name, "coupling")
+
+    def do_slider(
+        self, place: str, angle: float = 0.0, body: str = "ground", name: str = ""
+    ) -> None:
+        """A point slides along a line of the ground or of a link: a pin in a slot."""
+        group = self._group(place)
+        if any(one.partition(".")[0] == body for one in group):
+            raise EditError(
+                f"'{place}' is pinned to '{body}', where it is to slide: free it first", body
+            )
+        if body == "ground":
+            line: dict[str, Any] = {"body": body, "point": self._pivot(place).partition(".")[2]}
+        else:
+            self._body(body, "choose")
+            xy = self.state.in_link(body, self.state.place(place))
+            line = {"body": body, "point": self._pair(xy, self._exact)}
+        line["angle"] = self._angle(angle - math.degrees(self.state.pose(body)[2]))
+        self._put(("joints", name or self._new("slot")), {"pin_slot": [line, place]})
+
+    do_slot = do_slider
+
+    def do_motor(self, body: str = "", joint: str = "", rate: str = "", name: str = "") -> None:
+        """A motor turns a link, or one link from another at a pin, or pushes a slide; from where it
+        stands.
+        """
+        table: dict[str, Any] = {"angle": body}
+        if joint:
+            own = next((one for one in self.state.mechanism.joints if one.name == joint), None)
+            if own is None:
+                raise EditError(f"there is no joint '{joint}'", joint)
+            word = kind_in("joints", self.tree["joints"][joint]) or ""
+            if type(own).__name__ in ("Prismatic", "PinSlot"):
+                return self._pusher(own, self.tree["joints"][joint][word], rate, name)
+            ends = [own.i.body, own.j.body]
+            body = ends[0] if ends[1] == "ground" else ends[1]
+            table = {"angle": body}
+            if "ground" not in ends:
+                table["relative_to"] = ends[0]
+        self._body(body, "put the motor on")
+        other = str(table.get("relative_to", "ground"))
+        value = math.degrees(self.state.pose(body)[2] - self.state.pose(other)[2])
+        law = {"value": self._angle(value), "speed": rate or "60 rpm"}
+        table["law"] = {"constant_speed": law}
+        self._put(("drivers", name or self._new("motor", 0)), table)
+
+    def _pusher(self, joint: Any, places: Any, rate: str, name: str) -> None:
+        """A cylinder along a slide."""
+        system = self.state.system
+        assert system is not None  # it has a joint
+        pairs = zip(places, (joint.i, joint.j), strict=True)
+        ends = [place_name(place) or str(marker.body) for place, marker in pairs]
+        arm = np.subtract(self.state.place(ends[1]), self.state.place(ends[0]))
+        angle = self.state.pose(joint.i.body)[2] + float(system.numbers.angle(joint, "i"))
+        value = float(arm @ (math.cos(angle), math.sin(angle)))
+        law = {"value": plain(value, self._exact), "speed": rate or "100 mm/s"}
+        table = {"coordinate": list(places), "law": {"constant_speed": law}}
+        self._put(("drivers", name or self._new("motor", 0)), table)
+
+    def do_force(self, place: str, force: Any, angle: float = 0.0, name: str = "") -> None:
+        """A force at a point, in a direction of the world [deg]."""
+        self._group(place)
+        table = {"force": self._given(force), "at": place, "angle": self._angle(angle)}
+        self._put(("loads", name or self._new("F")), table)
+
+    def do_torque(self, body: str, torque: Any, name: str = "") -> None:
+        """A torque on a link."""
+        self._body(body, "put the torque on")
+        self._put(("loads", name or self._new("T")), {"torque": self._given(torque), "body": body})
+
+    def do_mass(self, body: str, mass: Any) -> None:
+        """A mass; its centre amid the points where the file says none."""
+        table = self._body(body, "give the mass to")
+        if "cg" not in table and table.get("points"):
+            own = [self.state.own(f"{body}.{point}") for point in table["points"]]
+            centre = [float(value) for value in np.mean(own, axis=0)]
+            self._put(("bodies", body, "cg"), self._pair(centre))
+        self._put(("bodies", body, "mass"), self._given(mass))
+
+    # -- the whole file ----------------------------------------------------------------------------
+
+    def do_units(self, units: str, convert: bool = False) -> None:
+        """Other units of plain numbers: these are converted, or kept as they are."""
+        if not convert:
+            self._put(("units",), units)
+            return
+        made = in_units(self.state.mechanism, units)
+        vars(made)[TEXT_ATTRIBUTE] = self.text
+        kept = as_it_was(made, self.folder)
+        if kept is None:
+            self.remark = "the file was written anew in the other units: comments are gone"
+        self.text = kept or to_toml(made)
+
+
+def _typed(text: str) -> tuple[Any, str]:
+    """The value of a typed text, and how it is written in TOML; "" of one that is text."""
+    try:
+        value = tomllib.loads(f"x = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text, ""
+    if len(value) != 1 or not isinstance(value["x"], (bool, int, float, list, dict)):
+        return text, ""
+    return value["x"], text if "\n" not in text and "#" not in text else ""

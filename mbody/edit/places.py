@@ -1,0 +1,234 @@
+"""Where everything of a drawing is: a text's mechanism at the position of its file, points of the
+world and of links, points that are one.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any
+
+from mbody.analysis.driven.driven import kinetostatics
+from mbody.analysis.freedom.mobility import Mobility, mobility
+from mbody.core.other_words import KINDS
+from mbody.errors import ModelError, ModelWarning, SolveError, at_the_command
+from mbody.files.model.kept_text import unit_of_text
+from mbody.files.model.problems import kind_in
+from mbody.files.model.read import from_toml
+from mbody.files.toml_spans import Path, value_at
+from mbody.model.element import Numbers, point_numbers
+from mbody.model.mechanism import Mechanism
+from mbody.quantities import FormulaError, parse
+from mbody.solution.solution import Solution
+from mbody.system.assembler import assemble
+from mbody.system.system import System
+from mbody.views.drawing import first_position
+
+Pair = tuple[float, float]
+#: Kinds of joints whose two places are at one point.
+COINCIDENT = ("revolute", "fixed")
+
+
+class EditError(ModelError):
+    """Why an edit is refused: a sentence, the element, and the key in the file."""
+
+    def __init__(self, sentence: str, element: str = "", path: Path = ()) -> None:
+        super().__init__(sentence, element)
+        self.path = path
+
+
+@dataclass
+class State:
+    """What a text gives at the position of its file.
+
+    `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close; `turn`:
+      Forces over a revolution or the range of the only driver.
+    `troubles`: (element, sentence) of analyses that are not possible, and of what is read otherwise
+      than it may be meant.
+    """
+
+    mechanism: Mechanism
+    system: System | None = None
+    run: Solution | None = None
+    mobility: Mobility | None = None
+    turn: Solution | None = None
+    troubles: list[tuple[str, str]] = field(default_factory=list)
+
+    def pose(self, body: str) -> tuple[float, float, float]:
+        """x, y of the mass centre and the angle of a body."""
+        if body == "ground" or self.run is None:
+            return 0.0, 0.0, 0.0
+        own = self.run[body]
+        return float(own.x[0]), float(own.y[0]), float(own.angle[0])
+
+    def arm(self, body: str, point: str) -> Pair:
+        """A point, or the origin, from the mass centre in link axes."""
+        x, y = self.own(f"{body}.{point}" if point else body)
+        cx, cy = self.own(f"{body}.cg") if body != "ground" else (0.0, 0.0)
+        return x - cx, y - cy
+
+    def own(self, place: str) -> Pair:
+        """A point, or the origin, in link axes."""
+        point = place.partition(".")[2]
+        if not point:
+            return 0.0, 0.0
+        if self.system is None:
+            values = point_numbers(self.mechanism.ground.points[point], place)
+            polar = frozenset({place} if f"{place}.r" in values else ())
+            x, y = Numbers(values, polar).point(place)
+        else:
+            x, y = self.system.numbers.point(place)
+        return float(x), float(y)
+
+    def place(self, place: str) -> Pair:
+        """A point, or the origin of a link, in the world."""
+        body, _, point = place.partition(".")
+        x, y, angle = self.pose(body)
+        u, v = self.arm(body, point)
+        c, s = math.cos(angle), math.sin(angle)
+        return x + c * u - s * v, y + s * u + c * v
+
+    def in_link(self, body: str, xy: Iterable[float]) -> Pair:
+        """A place of the world in the axes of a link."""
+        x, y, angle = self.pose(body)
+        cx, cy = self.own(f"{body}.cg") if body != "ground" and self.run else (0.0, 0.0)
+        dx, dy = (float(a) - b for a, b in zip(xy, (x, y), strict=True))
+        c, s = math.cos(angle), math.sin(angle)
+        return cx + c * dx + s * dy, cy - s * dx + c * dy
+
+
+def evaluate(
+    text: str, name: str = "model", folder: FilePath | None = None, *, whole: bool = True
+) -> State:
+    r"""The state of a text. `whole`: With its freedom, and with forces over a revolution.
+
+    Raises ModelError of what is no mechanism, SolveError of loops that do not close.
+
+    >>> evaluate("[bodies.link]\npoints = { A = [1, 2] }").place("link.A")
+    (1.0, 2.0)
+    """
+    with at_the_command(), warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelWarning)
+        state = State(from_toml(text, name=name, folder=folder))
+        if state.mechanism.bodies:
+            _analyse(state, whole)
+    said = [str(one.message) for one in caught if issubclass(one.category, ModelWarning)]
+    state.troubles += [("", sentence) for sentence in dict.fromkeys(said)]
+    return state
+
+
+def _analyse(state: State, whole: bool) -> None:
+    system = assemble(state.mechanism)
+    state.run, state.system = first_position(system), system
+    if not whole:
+        return
+    state.mobility = mobility(system)
+    if len(state.mechanism.drivers) == 1 and not state.mobility.freedom:
+        try:
+            state.turn = kinetostatics(system, turn=True)
+        except (ModelError, SolveError) as error:
+            state.troubles.append((error.element or "", str(error)))
+
+
+def pin_groups(tree: Mapping[str, Any]) -> list[list[str]]:
+    """Places that are one point of the drawing: joined by pins, or alone.
+
+    >>> pin_groups({"ground": {"points": {"A": [0, 0]}}, "bodies": {"b": {"points": {"A": [0, 0]}}},
+    ...             "joints": {"A": {"pin": ["ground.A", "b.A"]}}})
+    [['ground.A', 'b.A']]
+    """
+    above: dict[str, str] = {}
+
+    def root(name: str) -> str:
+        while above.setdefault(name, name) != name:
+            name = above[name]
+        return name
+
+    for body, table in (("ground", tree.get("ground", {})), *tree.get("bodies", {}).items()):
+        for point in table.get("points", {}):
+            root(f"{body}.{point}")
+    for joint in tree.get("joints", {}).values():
+        word = kind_in("joints", joint) or ""
+        places = [place_name(one) for one in joint.get(word, [])]
+        if KINDS.get(word, word) in COINCIDENT and all(places):
+            above[root(places[0])] = root(places[1])
+    groups: dict[str, list[str]] = {}
+    for name in above:
+        groups.setdefault(root(name), []).append(name)
+    return list(groups.values())
+
+
+def place_name(value: Any) -> str:
+    """The text of a place in a file; empty where it has numbers of its own."""
+    if isinstance(value, dict):
+        point = value.get("point", "")
+        body = str(value.get("body", ""))
+        return (f"{body}.{point}" if point else body) if isinstance(point, str) else ""
+    return value if isinstance(value, str) else ""
+
+
+def point_path(place: str) -> Path:
+    """Where a point stands in the file."""
+    body, _, point = place.partition(".")
+    return ("ground", "points", point) if body == "ground" else ("bodies", body, "points", point)
+
+
+def formula_names(value: Any) -> set[str]:
+    """Names in a formula; none of a number, or of a number with its unit."""
+    try:
+        return set(parse(value, curves=True).names) if isinstance(value, str) else set()
+    except FormulaError:
+        return set()
+
+
+def handles(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> list[str]:
+    """Parameters by which a point is moved: those in its formulas that are plain numbers, and those
+    of which the others are made.
+    """
+    parameters, found = tree.get("parameters", {}), dict[str, None]()
+    waiting: list[Any] = []
+    for place in group:
+        value = value_at(tree, point_path(place))
+        waiting += value.values() if isinstance(value, dict) else value or []
+    while waiting:
+        for name in sorted(formula_names(waiting.pop(0)) & parameters.keys()):
+            if is_number(parameters[name], state):
+                found[name] = None
+            elif len(found) < 99:
+                waiting.append(parameters[name])
+    return list(found)
+
+
+def fixed(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> str:
+    """Why a point cannot be moved; empty where it can."""
+    for place in group:
+        value = value_at(tree, point_path(place))
+        if value is None and "." not in place:
+            continue
+        for one in value.values() if isinstance(value, dict) else value or []:
+            if not is_number(one, state) and not handles(state, tree, group):
+                return (
+                    f"'{place}' is given by the formula {one!r}, which has no parameter: give it "
+                    "numbers first"
+                )
+    return ""
+
+
+def is_number(written: Any, state: State) -> bool:
+    """Whether an entry of a file is a number, plain or with a unit, and no formula."""
+    if isinstance(written, str):
+        try:
+            float(written)
+        except ValueError:
+            return unit_of_text(written, state.mechanism.units) is not None
+        return True
+    return isinstance(written, (int, float)) and not isinstance(written, bool)
+
+
+def plain(value: float, digits: int) -> float | int:
+    """A number as one writes it."""
+    rounded = round(float(value), digits) + 0.0
+    return int(rounded) if rounded.is_integer() and abs(rounded) < 1e15 else rounded

@@ -1,0 +1,185 @@
+"""The document of the drawing board: its history, its file, its journal."""
+
+import json
+import os
+
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.edit.document import Document
+from tests.support.cases import first_fast
+
+LINK = {"do": "link", "at": [{"xy": [0, 0]}, {"xy": [20, 35]}], "what": "link drawn"}
+START = '# mine\r\nunits = "mm-N-s"  # kept\r\n'
+
+
+@pytest.fixture
+def board(tmp_path):
+    """A document of a file with three edits that are not saved."""
+    file = tmp_path / "drawing.toml"
+    file.write_bytes(START.encode())
+    document = Document.open(file)
+    for edit in (LINK, {"do": "ground", "place": "link1.A"}, {"do": "motor", "body": "link1"}):
+        assert document.apply(edit) is None
+    return document
+
+
+def numbers(table, path=()):
+    """Paths of plain numbers."""
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from numbers(value, (*path, key))
+        elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield (*path, key), value
+
+
+@first_fast("name", gallery.names(), 12)
+def test_one_number_of_a_model_changed_and_taken_back(name):
+    path = gallery.path(name)
+    text = path.read_bytes().decode()
+    document = Document(text, path.name, path.parent)
+    assert document.fault is None
+    place, value = next(((p, v) for p, v in numbers(document.tree) if p[0] != "ask"), (("g",), 9.8))
+    fault = document.apply({"do": "set", "path": place, "text": repr(value * 1.001)})
+    assert fault is None, fault
+    changed = [
+        a for a, b in zip(text.split("\n"), document.text.split("\n"), strict=False) if a != b
+    ]
+    assert 0 < len(changed) <= 1 + text.count("\n") * (place == ("g",))
+    assert document.undo() == "set" and document.text == text
+    assert document.redo() == "set" and document.text != text
+
+
+def test_half_drawn_is_an_ordinary_state():
+    board = Document()
+    assert board.fault is None and board.state.system is None and board.groups() == []
+    assert board.apply({"do": "point", "body": "ground", "xy": [1, 2]}) is None
+    assert board.state.place("ground.A") == (1, 2) and board.groups() == [["ground.A"]]
+    assert board.apply({"do": "move", "place": "ground.A", "xy": [3, 4]}) is None
+    assert board.state.place("ground.A") == (3, 4)
+    assert board.apply(LINK) is None and board.state.mobility.freedom == 3
+    assert board.apply({"do": "motor", "body": "link1"}) is None  # without a joint
+    assert board.state.mobility.freedom == 2 and board.state.turn is None
+    assert board.apply({"do": "motor", "body": "link1", "name": "second"}) is None
+    assert board.state.mobility.driven.redundant == 1
+
+
+def test_refused_is_unchanged(board):
+    text, revision, state = board.text, board.revision, board.state
+    fault = board.apply({"do": "set", "path": ["drivers", "motor", "law"], "text": "90 rmp"})
+    assert fault.element == "motor" and fault.path[-1] == "law" and "rpm" in fault.sentence
+    for edit in ({"do": "fly"}, {}, {"do": "link"}, {"do": "link", "at": 3}, {"do": "_look"},
+                 {"do": "move", "place": "link1.A", "xy": [float("nan"), 0]},
+                 {"do": "set", "path": [], "text": "1"}, {"do": "text", "other": 1},
+                 {"do": "delete", "names": [["bodies"]]}, {"do": ["link"]}):  # fmt: skip
+        assert board.apply(edit).sentence
+    assert (board.text, board.revision) == (text, revision) and board.state is state
+    assert not board.undone and len(board.done) == 3
+
+
+def test_a_text_with_mistakes_is_a_state_with_its_fault(board):
+    typed = board.text.replace("60 rpm", "60 rmp")
+    good = board.state
+    assert board.apply({"do": "text", "text": typed}) is None
+    assert board.fault.problems and board.text == typed and board.state is good
+    assert board.apply({"do": "motor", "body": "link1"}).sentence and board.text == typed
+    assert board.undo() == "text" and board.fault is None
+
+
+def test_saved_and_opened_again(board, tmp_path):
+    file = tmp_path / "drawing.toml"
+    assert not board.saved and file.read_bytes() == START.encode()
+    assert board.save() is None and board.saved
+    assert file.read_bytes() == board.text.encode() and board.text.count(
+        "\r\n"
+    ) == board.text.count("\n")
+    assert not (tmp_path / "drawing.toml.journal").exists()
+    assert mbody.load(file)["link1"].points["B"] == (20.0, 35.0)
+    os.chmod(file, 0o640)
+    file.write_bytes(b"\xef\xbb\xbf" + board.text.encode())  # with the mark of an editor
+    again = Document.open(file)
+    assert again.apply({"do": "units", "units": "SI"}) is None and again.undo() and again.saved
+    again.apply({"do": "torque", "body": "link1", "torque": "1 N*m"})
+    assert again.save() is None
+    assert file.read_bytes() == b"\xef\xbb\xbf" + again.text.encode()
+    assert file.stat().st_mode & 0o777 == 0o640 and len([*tmp_path.iterdir()]) == 1
+
+
+def test_a_file_that_is_edited_elsewhere(board, tmp_path):
+    file = tmp_path / "drawing.toml"
+    assert not board.changed_on_disk() and not board.follow()
+    file.write_text("# elsewhere\n")
+    assert board.changed_on_disk() and not board.follow()  # unsaved edits are not lost
+    fault = board.save()
+    assert fault.conflict and file.read_text() == "# elsewhere\n"
+    assert board.save(tmp_path / "other.toml") is None and file.read_text() == "# elsewhere\n"
+    (tmp_path / "other.toml").write_text(board.text + "# more\n")
+    assert board.follow() and board.text.endswith("# more\n") and board.saved
+    assert board.undo() == "changed elsewhere" and not board.saved
+    (tmp_path / "other.toml").write_text("# theirs\n")
+    assert board.save().conflict and board.save(force=True) is None and board.saved
+
+
+def test_the_journal_of_a_crash_is_taken_up(board, tmp_path):
+    board.undo()
+    board.apply({"do": "torque", "body": "link1", "torque": "1 N*m", "what": "torque"})
+    again = Document.open(tmp_path / "drawing.toml")  # of the next start
+    assert again.journal and again.text == START
+    with (tmp_path / "drawing.toml.journal").open("a") as stream:
+        stream.write('{"step": {"what": "cut by the cra')
+    assert again.recover() is None and again.text == board.text and not again.journal
+    assert again.state.mobility.freedom == 1
+    assert again.undo() == "torque" and again.undo() == "ground"
+    assert again.redo() == "ground" and again.undo() and again.undo() and again.text == START
+    third = Document.open(tmp_path / "drawing.toml")  # its own entries were appended to the journal
+    assert third.recover() is None and third.text == START and len(third.undone) == 3
+
+
+def test_a_journal_that_nobody_asked_for_is_kept(board, tmp_path):
+    again = Document.open(tmp_path / "drawing.toml")
+    assert again.apply(LINK) is None
+    assert (tmp_path / "drawing.toml.journal.old").exists() and not again.journal
+    assert Document.open(tmp_path / "drawing.toml").recover() is None
+    last = Document.open(tmp_path / "drawing.toml")
+    last.forget()
+    assert not last.journal and not (tmp_path / "drawing.toml.journal").exists()
+
+
+@pytest.mark.parametrize(
+    "spoil", ["stale", "text", "step", "kind", "undo", "binary", "start", "empty"]
+)
+def test_a_journal_that_does_not_fit_is_refused(board, tmp_path, spoil):
+    file, journal = tmp_path / "drawing.toml", tmp_path / "drawing.toml.journal"
+    lines = journal.read_text().split("\n")
+    if spoil == "stale":
+        file.write_bytes(START.encode() + b"# other\r\n")
+    elif spoil == "binary":
+        journal.write_bytes(b"\xff\xfe\x00\n")
+    elif spoil == "empty":
+        journal.write_text("")
+    else:
+        entry = {
+            "text": '{"step": 3',
+            "step": json.dumps({"step": {"what": "x", "at": 10**9, "old": "a", "new": "b"}}),
+            "kind": "[1, 2]",
+            "undo": '{"redo": true}',
+            "start": json.dumps(json.loads(lines[0]) | {"start": "# mine"}),
+        }[spoil]
+        lines[0 if spoil == "start" else 2] = entry
+        journal.write_text("\n".join(lines))
+    again = Document.open(file)
+    text = again.text
+    fault = again.recover()
+    assert "journal" in fault.sentence and again.text == text and again.journal
+    assert again.done == [] and journal.exists()
+
+
+def test_a_drawing_without_a_file_yet(tmp_path):
+    board = Document.open(tmp_path / "new.toml", 'units = "mm-N-s"\n')
+    assert board.apply(LINK) is None and not board.saved
+    again = Document.open(tmp_path / "new.toml")
+    assert again.recover() is None and again.text == board.text
+    assert again.save() is None and mbody.load(tmp_path / "new.toml")["link1"]
+    assert Document().save().sentence and Document().recover().sentence
+    assert "cannot" in again.save(tmp_path / "none" / "x.toml").sentence
