@@ -339,6 +339,13 @@ linkages synthesize.linkages topologies.dataset.write_linkages topologies.datase
     --part K/N: the K-th of N parts, each a process of its own (1/1)
     not gravity progress: it is that of the earth; a terminal shows how far it is
 = show
+edit board.edit: a board to draw and drag on
+    $ edit mine.toml
+    MODEL ?: a model file (TOML) in or below this folder, one that is to be, or the name of a
+        gallery model; an empty page without it
+    --port N: a port of this machine, by default one that is free
+    --no-open: print the address of the page and open no browser
+    --keep: go on without the page, until Ctrl-C; without it the end is a minute after the page
 draw pictures.draw views.drawing.draw: a picture with its forces
     $ draw mine.toml --forces -o mine.svg
     @driven

@@ -67,6 +67,14 @@ class FileReading:
         self.problems: list[Problem] = []
         #: How many there are, with those that are not reported.
         self.count = 0
+        #: By path what read a number or a word of choice, and what it is; None where nobody asks.
+        self.entries: dict[KeyPath, tuple[Codec, Any]] | None = None
+
+    def note(self, path: KeyPath, codec: Codec, value: Any) -> Any:
+        """A number or a word that has been read."""
+        if self.entries is not None:
+            self.entries[path] = codec, value
+        return value
 
     def refuse(self, path: KeyPath, sentence: str | Callable[[], str]) -> Any:
         """Note what is wrong; a sentence that takes time is made only where it is reported."""
@@ -179,7 +187,7 @@ class PlainCodec(Codec):
                 return float(given)
             except OverflowError:
                 right = False
-        return given if right else at.wrong(path, self.must, given)
+        return at.note(path, self, given) if right else at.wrong(path, self.must, given)
 
     def schema(self, defs: dict[str, Any]) -> dict[str, Any]:
         return {"type": self.json}
@@ -204,7 +212,7 @@ class WordCodec(Codec):
 
     def read(self, given: Any, path: KeyPath, at: FileReading) -> Any:
         if isinstance(given, str) and given in self.words:
-            return given
+            return at.note(path, self, given)
         if self.must:
             return at.wrong(path, self.must, given)
         *first, last = map(repr, self.words)
@@ -266,14 +274,14 @@ class NumberCodec(Codec):
         if len(at.problems) >= ENOUGH:  # too much else is wrong: this is not reported
             return at.refuse(path, "unread")
         if self.word and given == self.word:
-            return given
+            return at.note(path, self, given)
         try:
             found = entered_in(given, self.dimension, at.angle, curves=self.varies)
         except ModelError as error:
             return at.refuse(path, str(error))
         if isinstance(found, Formula) and found.variable and not self.varies:
             return at.refuse(path, f"is {brief(found.text)}, but only a law may change with time")
-        return found
+        return at.note(path, self, found)
 
     def write(self, to: NumberWriter, name: str, value: Any) -> Any:
         dimension = self.dimension or NUMBER

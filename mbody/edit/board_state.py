@@ -1,0 +1,443 @@
+"""What the page gets of a document: shapes, points, joints, words, numbers, results. No state of a
+document is an error here: empty, loose, free, driven, a structure, with mistakes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbody.analysis.assemblies.assembly_modes import assembly_modes
+from mbody.analysis.driven.dead_centres import driver_range
+from mbody.analysis.driven.driven import kinetostatics
+from mbody.analysis.freedom.free_motions import components
+from mbody.errors import ModelError, SolveError
+from mbody.files.model.fields import BODY, TEXT, FileReading, NumberCodec
+from mbody.files.model.problems import SECTIONS, kind_in, kind_of
+from mbody.files.model.schema import described, file_table
+from mbody.files.results import forces_data
+from mbody.model.body import Body
+from mbody.model.numbers import number_in
+from mbody.quantities.formula import Formula
+from mbody.quantities.units import DIMENSIONS, name_of
+from mbody.solution.result_table import shown_table
+from mbody.solution.solution import Solution
+from mbody.summaries.text_table import floor_of
+from mbody.views.page_data import axis, force_arrows, numbers, position_data
+
+if TYPE_CHECKING:
+    from mbody.edit.document import Document, State
+    from mbody.edit.dragging import Dragging
+    from mbody.model.mechanism import Mechanism
+    from mbody.system.system import System
+
+Data = dict[str, Any]
+
+#: Instants of a diagram, free motions in words, boxes that are searched for assembly modes.
+INSTANTS, MOTIONS, BOXES = 181, 6, 6000
+#: Quantities whose units the page shows.
+UNITS = ("length", "force", "torque", "mass", "time", "angle", "velocity", "angular velocity")
+
+
+def board_state(document: Document, unit: float) -> Data:
+    """All that the page shows of a document; `unit`: length of a point of the screen.
+
+    >>> from mbody.edit.document import Document
+    >>> board_state(Document("[ground]\\npoints = { A = [0, 0] }"), 0.3)["ground"]
+    {'A': [0.0, 0.0]}
+    """
+    state = document.state
+    machine, system, run = state.mechanism, state.system, state.run
+    home = forces_at_home(state)
+    return {
+        "name": machine.name,
+        "text": document.text,
+        "saved": document.saved,
+        "undo": document.undo_words,
+        "redo": document.redo_words,
+        "fault": document.fault.data() if document.fault else None,
+        "units": {kind: machine.units.of(kind) for kind in UNITS} | {"system": machine.units.name},
+        "scene": scene_of(run, unit),
+        "bodies": bodies_of(run, system),
+        "ground": {name: list(state.place(f"ground.{name}")) for name in machine.ground.points},
+        "pins": pins_of(document),
+        "joints": {one.name: _joint(one) for one in machine.joints},
+        "drivers": drivers_of(machine, system, run),
+        "loads": {one.name: {"kind": kind_of(one), "body": _body(one)} for one in machine.loads},
+        "free": freedom_of(state),
+        "messages": messages_of(document, home),
+        "rows": list(rows_of(document)),
+        "run": home.data() if home is not None else None,
+        "sites": sites_of(home if home is not None else run),
+        "modes": None,
+        **curves_of(state.turn),
+    }
+
+
+def forces_at_home(state: State) -> Solution | None:
+    """The analysis at the position of the file, where one is possible."""
+    if state.system is None or state.mobility is None or state.mobility.freedom:
+        return None
+    if not state.mechanism.drivers and state.mobility.of_joints.freedom:
+        return None
+    with contextlib.suppress(ModelError, SolveError):
+        return kinetostatics(state.system)
+    return None
+
+
+def scene_of(run: Solution | None, unit: float) -> Data:
+    """Shapes at one position; none where there is none."""
+    if run is None:
+        return {"bodies": ["ground"], "unit": unit, "half": 0.0, "carriers": [], "shapes": []}
+    return position_data(run, unit)
+
+
+def poses_of(run: Solution) -> dict[str, list[float]]:
+    """x, y of the mass centre and the angle of each body, at the last instant."""
+    histories = {body.name: run[body.name] for body in run.mechanism.bodies}
+    return {
+        name: [float(one.x[-1]), float(one.y[-1]), float(one.angle[-1])]
+        for name, one in histories.items()
+    }
+
+
+def bodies_of(run: Solution | None, system: System | None) -> Data:
+    """Pose, mass centre and points of each body."""
+    if run is None or system is None:
+        return {}
+    points = points_of(system)
+    return {
+        name: {
+            "pose": pose,
+            "cg": _pair(system.numbers.point(f"{name}.cg")),
+            "points": points[name],
+        }
+        for name, pose in poses_of(run).items()
+    }
+
+
+def points_of(system: System) -> dict[str, dict[str, list[float]]]:
+    """Named points of each body from its mass centre, in its axes."""
+    at = system.numbers.point
+    return {
+        body.name: {
+            name: _pair(np.subtract(_pair(at(f"{body.name}.{name}")), _pair(at(f"{body.name}.cg"))))
+            for name in body.points
+        }
+        for body in system.mechanism.bodies
+    }
+
+
+def _pair(values: Any) -> list[float]:
+    return [float(value) for value in values]
+
+
+def pins_of(document: Document) -> list[Data]:
+    """Points of the drawing, with all places that are one there."""
+    joints: dict[str, set[str]] = {}
+    machine = document.state.mechanism
+    for joint in document.state.mechanism.joints:
+        joints[joint.name] = {place for one in (joint.i, joint.j) if (place := _named(one))}
+    found = []
+    known = {"ground": machine.ground.points} | {one.name: one.points for one in machine.bodies}
+    for group in document.groups():
+        if any(
+            point not in known.get(body, ()) for body, _, point in (p.partition(".") for p in group)
+        ):
+            continue  # of a text with mistakes, which is not what is shown
+        moving = next((place for place in group if not place.startswith("ground.")), group[0])
+        handles = document.handles(group)
+        found.append(
+            {
+                "xy": _pair(document.state.place(group[0])),
+                "places": group,
+                "name": moving.partition(".")[2],
+                "joints": [name for name, places in joints.items() if places & set(group)],
+                "ground": any(place.startswith("ground.") for place in group),
+                "handles": handles,
+                "fixed": document.fixed(group),
+            }
+        )
+    return found
+
+
+def _named(marker: Any) -> str:
+    return f"{marker.body}.{marker.point}" if isinstance(marker.point, str) else ""
+
+
+def _joint(joint: Any) -> Data:
+    return {
+        "kind": kind_of(joint),
+        "bodies": [joint.i.body, joint.j.body],
+        "at": _named(joint.j) or _named(joint.i),
+    }
+
+
+def _body(element: Any) -> str | None:
+    """The body on which an element acts first."""
+    places = [*element.places().values()]
+    return places[-1].body if places else getattr(element, "body", None)
+
+
+def drivers_of(machine: Mechanism, system: System | None, run: Solution | None) -> Data:
+    """Where each driver stands in the file, and how far it can go; angles in degrees."""
+    found: Data = {}
+    for driver in machine.drivers:
+        factor = math.degrees(1.0) if driver.angular else 1.0
+        value, ends = None, None
+        if system is not None and run is not None:
+            with contextlib.suppress(ModelError, SolveError):
+                value = float(run.driven(driver.name)[0][0]) * factor
+                low, high = map(float, driver_range(system, driver.name))
+                ends = [low * factor, high * factor] if math.isfinite(high - low) else None
+        unit = "deg" if driver.angular else machine.units.length
+        own = {"body": driver.bodies[1], "turns": driver.angular, "unit": unit}
+        found[driver.name] = own | {"value": value, "range": ends}
+    return found
+
+
+# -- words -----------------------------------------------------------------------------------------
+
+
+def freedom_of(state: State) -> Data:
+    """What is free, held twice and not joined, in words."""
+    found = state.mobility
+    parts = [part for part in components(state.mechanism)[1:]] if state.mechanism.bodies else []
+    loose = [name for part in parts for name in part]
+    if found is None:
+        say = (
+            "Empty page: draw a link from one place to another (L), then pin it to the ground (G)."
+        )
+        return {**_counts(0, 0), "say": say, "motions": [], "redundant": {}, "loose": loose}
+    free, alone, count = found.freedom, found.of_joints.freedom, len(state.mechanism.drivers)
+    if loose and free:
+        say = f"Not joined to the ground: {', '.join(loose)}. Press G and click a point to pin it."
+    elif free:
+        need = "a motor" if free == 1 else "motors"
+        say = f"{free} motion{'s' * (free > 1)} still free: drag it, or add {need} or pins."
+    elif alone == 0:
+        say = "Nothing can move: it is a structure."
+    else:
+        say = f"Driven: {'the motor decides' if count == 1 else f'{count} motors decide'} every position."
+    if found.redundant:
+        say += f" Held twice: {', '.join(found.redundant)}."
+    motions = [motion.words for motion in list(found.driven_motions)[:MOTIONS]]
+    redundant = {name: f"{rows} of its rows" for name, rows in found.redundant.items()}
+    more = {"motions": motions, "redundant": redundant, "loose": loose}
+    return {**_counts(free, alone), "say": say, **more}
+
+
+def _counts(free: int, alone: int) -> Data:
+    return {"count": free, "driven": alone}
+
+
+def messages_of(document: Document, home: Solution | None) -> list[Data]:
+    """Sentences beside their elements: the fault, troubles, doubts and notes."""
+    state, found = document.state, list[Data]()
+
+    def add(text: str, kind: str, element: str = "", key: str = "") -> None:
+        one = {"element": element, "key": key, "text": text, "kind": kind}
+        if not any(known["text"] == text for known in found):
+            found.append(one)
+
+    if document.fault is not None:
+        fault = document.fault.data()
+        key = str(fault["path"][-1]) if fault["path"] else ""
+        add(fault["sentence"], "fault", fault["element"], key)
+    for element, sentence in state.troubles:
+        add(sentence, "trouble", element)
+    for run in (home, state.turn):
+        for doubt in run.doubts if run is not None else ():
+            add(doubt.message, "doubt", next(iter(doubt.elements), ""))
+    for notes in (home, state.mobility):
+        for note in notes.notes if notes is not None else ():
+            add(note, "note")
+    return found
+
+
+# -- numbers of the file ---------------------------------------------------------------------------
+
+
+def rows_of(document: Document) -> Iterator[Data]:
+    """Every number and every word of choice of the file, as it is written there."""
+    tree, machine = document.tree, document.state.mechanism
+    angle = "rad" if tree.get("angle") == "rad" else "deg"
+    reading = FileReading(angle, document.folder)
+    entries = reading.entries = {}
+    file_table().read(tree, (), reading)
+    for path, (codec, value) in entries.items():
+        if codec in (TEXT, BODY):
+            continue
+        raw = document.spans.raw(path)
+        text = raw[1:-1] if raw[:1] in ("'", '"') else raw
+        row: Data = {
+            "path": list(path),
+            "text": text,
+            "label": ".".join(map(str, path[1:] or path)),
+        }
+        row |= {"unit": "", "value": None, "formula": False, "field": field_words(tree, path)}
+        if isinstance(codec, NumberCodec):
+            row |= _number(machine, codec, value, angle)
+        elif isinstance(value, bool):
+            row["choices"] = ["true", "false"]
+        elif isinstance(value, str):
+            row["choices"] = list(getattr(codec, "words", ()))
+        else:
+            row["value"] = value
+        yield row
+
+
+def _number(machine: Mechanism, codec: NumberCodec, value: Any, angle: str) -> Data:
+    """Unit, value in that unit, and whether it is a formula of others."""
+    dimension, formula = codec.dimension, isinstance(value, Formula)
+    is_angle = dimension == DIMENSIONS["angle"]
+    unit = angle if is_angle else machine.units.of(dimension) if dimension else ""
+    found = None
+    with contextlib.suppress(ModelError, ArithmeticError, TypeError):
+        if dimension is None or (formula and value.variable):
+            found = float(value) if isinstance(value, (int, float)) else None
+        else:
+            found = number_in(machine, value, dimension, "", "")
+    if found is not None and not math.isfinite(found):
+        found = None
+    if found is not None and is_angle and angle == "deg":
+        found = float(f"{math.degrees(found):.15g}")
+    of_others = formula and bool(value.names or value.variable)
+    return {"unit": unit, "value": found, "formula": of_others}
+
+
+def field_words(tree: Mapping[str, Any], path: tuple[Any, ...]) -> str:
+    """What a field is, in the words of its description."""
+    section, keys = path[0], path[2:]
+    if section == "bodies" and keys:
+        return described(Body).get(str(keys[0]), "")
+    if section in SECTIONS and keys:
+        kind = kind_in(section, tree[section][path[1]])
+        cls = SECTIONS[section].get(kind or "")
+        if cls is not None:
+            name = cls.main[0] if keys[0] == kind and len(cls.main) == 1 else str(keys[0])
+            return described(cls).get(name, "")
+    entry = file_table().keys.get(str(section))
+    return entry.about if entry else ""
+
+
+def number_of(document: Document, path: list[Any], value: float) -> tuple[str, float]:
+    """The dotted name of a number of the file that stands at a path, and a value in its unit as one
+    in the units of the mechanism, angles in rad.
+    """
+    tree, section, keys = document.tree, path[0], [str(key) for key in path[1:]]
+    if section in ("bodies", "ground"):
+        keys = [section, *keys] if section == "ground" else keys
+        keys = [{"0": "x", "1": "y"}.get(key, key) for key in keys if key != "points"]
+    elif section in SECTIONS and len(keys) > 1:
+        kind = kind_in(section, tree[section][keys[0]])
+        cls = SECTIONS[section].get(kind or "")
+        if cls is not None and keys[1] == kind:
+            keys = [keys[0], cls.main[int(keys[2]) if len(keys) > 2 else 0]]
+        elif keys[1] == "law" and len(keys) > 3:
+            keys = [keys[0], "law", *keys[3:]]
+    name = ".".join(keys)
+    system = document.state.system
+    if system is None or name not in system.values:
+        raise ModelError(
+            f"'{name}' is changed by typing: it is none of the numbers that are solved"
+        )
+    row = next((one for one in rows_of(document) if one["path"] == list(path)), None)
+    return name, math.radians(value) if row and row["unit"] == "deg" else value
+
+
+# -- results ---------------------------------------------------------------------------------------
+
+
+def sites_of(run: Solution | None) -> Data:
+    """Where the arrow of each joint and load stands on its body, as on pages; of one that is no
+    place of a body where it is in the world.
+    """
+    found: Data = {}
+    if run is None:
+        return found
+    bodies = ["ground", *(body.name for body in run.mechanism.bodies)]
+    for one in force_arrows(run, bodies):
+        if "places" in one:
+            x, y = one["places"]["x"], one["places"]["y"]
+            found[one["of"]] = {"body": "ground", "arm": [x[0], y[0]]}
+        else:
+            body, u, v = one["at"]
+            found[one["of"]] = {"body": bodies[body], "arm": [u, v]}
+    return found
+
+
+def curves_of(turn: Solution | None) -> Data:
+    """Diagrams of efforts and measures over the motion, and the peaks of all forces."""
+    plots: list[Data] = []
+    peaks: list[list[Any]] = []
+    if turn is None:
+        return {"plots": plots, "peaks": peaks}
+    across, machine = axis(turn), turn.mechanism
+    x = np.asarray(turn.t if across["values"] is None else across["values"], dtype=float)
+    step = max(1, len(x) // INSTANTS)
+    unit = machine.shown.of("angle") if across["unit"] == "" else across["unit"]
+    for column in shown_table(turn):
+        shown = (column.role, column.key) == ("driver", "effort") or column.role == "measure"
+        if not (shown or (column.role, column.key) == ("joint", "force")):
+            continue
+        values = np.where(np.isfinite(column.values), column.values, np.nan)
+        if values.shape != x.shape or not np.isfinite(values).any():
+            continue
+        at = int(np.nanargmax(np.abs(values)))
+        if name_of(column.dimension) in ("force", "torque"):
+            floor = floor_of(turn, column.dimension) / machine.shown.size(column.dimension)
+            values = values * float(abs(values[at]) > floor)
+        peak = float(values[at])
+        peaks.append([column.name, peak, column.unit, float(x[at])])
+        if shown:
+            history = [None if v != v else float(v) for v in values[::step]]
+            own = {"name": column.name, "unit": column.unit, "peak": peak}
+            own |= {"x": x[::step].tolist(), "xname": across["label"], "xunit": unit}
+            plots.append(numbers({**own, "y": history}))
+    return {"plots": plots, "peaks": peaks}
+
+
+def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
+    """What the page gets while something is dragged: poses, forces, and of the shapes those that
+    differ from those `before`, where these are given.
+    """
+    run = drag.at
+    angular = {driver.name: driver.angular for driver in drag.machine.drivers}
+    values = {name: value for name, value in drag.values.items() if name in angular}
+    found = {
+        "poses": poses_of(run),
+        "drivers": {n: math.degrees(v) if angular[n] else v for n, v in values.items()},
+        "run": forces_data(run) if run.has_forces and not drag.hands else None,
+        "words": drag.words,
+        "stopped": drag.stopped,
+        "home": not drag.away,
+    }
+    if drag.changed:
+        found |= {"points": points_of(drag.now), **curves_of(drag.turn)}
+    if drag.changed and before is not None:
+        now = scene_of(run, unit)
+        pairs = enumerate(zip(before["shapes"], now["shapes"], strict=False))
+        same = len(before["shapes"]) == len(now["shapes"])
+        shapes = {str(n): new for n, (old, new) in pairs if old != new}
+        found |= {"shapes": shapes} if same else {"scene": now}
+    return found
+
+
+def modes_of(state: State) -> Data:
+    """The assembly modes at the position of the file, as poses."""
+    found: list[Data] = []
+    if state.system is None or state.mobility is None or state.mobility.freedom:
+        return {"modes": found, "complete": True}
+    modes = assembly_modes(state.system, most=BOXES)
+    for mode in modes.modes:
+        pose = mode.pose.reshape(-1, 3)
+        poses = {
+            name: pose[n].tolist() for name, n in state.system.bodies.items() if name != "ground"
+        }
+        found.append({"name": mode.name, "current": mode.used, "poses": poses})
+    return {"modes": found, "complete": modes.complete}
