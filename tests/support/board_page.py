@@ -1,6 +1,9 @@
 """The drawing board in headless Chromium: pointer, fingers and keys at places of the drawing."""
 
 import base64
+import subprocess
+import sys
+from contextlib import contextmanager
 from itertools import pairwise
 
 CODES = {
@@ -137,3 +140,16 @@ class BoardPage:
         self.touch("touchStart", self.at(place))
         self.touch("touchEnd")
         self.idle()
+
+
+@contextmanager
+def served(folder, *arguments):
+    """The address of a board that `mbody edit` serves from a folder, for the block."""
+    command = [sys.executable, "-m", "mbody", "edit", *arguments, "--no-open"]
+    made = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
+    try:
+        yield made.stdout.readline().strip()
+    finally:
+        made.terminate()
+        made.wait(30)
+        made.stdout.close()

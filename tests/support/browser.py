@@ -35,16 +35,22 @@ class Browser:
 
     def call(self, method, page=False, **parameters):
         """One command of the protocol, of the page or of the browser; what it answers."""
+        number = self._send(method, page, parameters)
+        while True:
+            found = self._next()
+            if found.get("id") == number:
+                assert "error" not in found, found["error"]
+                return found["result"]
+            self.events.append(found)
+            if found.get("method") == "Page.javascriptDialogOpening":  # leave an unsaved page
+                self._send("Page.handleJavaScriptDialog", True, {"accept": True})
+
+    def _send(self, method, page, parameters):
         message = {"id": next(self._numbers), "method": method, "params": parameters}
         if page:
             message["sessionId"] = self._session
         os.write(self._to, json.dumps(message).encode() + b"\0")
-        while True:
-            found = self._next()
-            if found.get("id") == message["id"]:
-                assert "error" not in found, found["error"]
-                return found["result"]
-            self.events.append(found)
+        return message["id"]
 
     def _next(self):
         while b"\0" not in self._rest:

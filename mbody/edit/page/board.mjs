@@ -311,7 +311,7 @@ class Board {
   block(body, xy, angle) {
     const [u, v] = this.arm(body, xy), { pose, cg } = this.state.bodies[body], own = (value) => +value.toPrecision(9);
     const on = { body, point: [own(u + cg[0]), own(v + cg[1])], angle: own(angle - pose[2] / DEG) };
-    return this.add("joint", "prismatic", { prismatic: [{ body: "ground", point: xy, angle }, on] }, WORDS.did.slider(body));
+    return this.add("joint", "prismatic", { prismatic: [{ body: "ground", point: xy.map((value) => this.figure(value)), angle }, on] }, WORDS.did.slider(body));
   }
   /** The direction of a link's first two points, in degrees. */
   lineAngle(body) {
@@ -368,9 +368,9 @@ class Board {
     const link = names.find((one) => one.startsWith("link:"))?.slice(5), first = this.press &&
       Math.hypot(event.clientX - this.press[0], event.clientY - this.press[1]) > STILL * (event.pointerType === "touch" ? 2 : 1);
     this.moved ||= Boolean(first);
-    return this.#hit({ raw, near, link, names, tool, shift: event.shiftKey, alt: event.altKey });
+    return this.#hit({ raw, near, link, names, tool, shift: event.shiftKey, alt: event.altKey, more: event.ctrlKey || event.metaKey });
   }
-  #hit({ raw, near, link = null, names = [], tool, shift = false, alt = false }) {
+  #hit({ raw, near, link = null, names = [], tool, shift = false, alt = false, more = false }) {
     const { paper, state } = this, points = paper.points(tool.held?.pin ?? null).filter(([pin]) => !tool.held?.pin ||
       !pin.places.some((one) => tool.held.pin.places.includes(one)));
     const from = tool.from ? tool.from.pin?.xy ?? tool.from.xy : tool.held?.pin?.xy ?? null;
@@ -379,7 +379,7 @@ class Board {
     const owner = names.filter((one) => !/^(link|pin|cg|ground):/.test(one)).map((one) => one.slice(one.indexOf(":") + 1)).map((name) =>
       ["loads", "drivers", "joints"].map((section) => [section, name]).find(([section]) => name in state[section])).find(Boolean);
     const body = found.pin ? null : found.line ?? (link && state.bodies[link] ? link : null);
-    return { ...found, raw, body, element: found.pin ? null : owner ?? null, moved: this.moved, shift, alt };
+    return { ...found, raw, body, element: found.pin ? null : owner ?? null, moved: this.moved, shift, alt, more };
   }
   #listen() {
     const { paper } = this;
@@ -512,7 +512,7 @@ class Board {
     const [x, y] = paper.screen(at), box = paper.svg.getBoundingClientRect(), names = document.elementsFromPoint(x + box.left,
       y + box.top).map((one) => one.dataset?.name ?? "").filter(Boolean);
     this.moved = false;
-    return { ...this.#hit({ raw: at, near, link: names.find((one) => one.startsWith("link:"))?.slice(5), names, tool: TOOLS[this.tool], alt: false }), shift };
+    return { ...this.#hit({ raw: at, near, link: names.find((one) => one.startsWith("link:"))?.slice(5), names, tool: TOOLS[this.tool] }), shift, more: shift };
   }
   #pointSaid(pin) { return WORDS.pointSaid(pin, pin.xy.map((v) => shown(v, 5)), this.state.units.length); }
   /** Tab on the paper: to the next point, and out of it after the last. */
@@ -554,7 +554,7 @@ class Board {
       band = this.paper.band ?? [a, [a[0] + 1, a[1]]], b = band.at(-1);
     const [long, angle] = this.typed.map((field) => field.value.trim()), polar = [long || String(away(a, b)),
       angle || `${Math.atan2(b[1] - a[1], b[0] - a[0]) * 180 / Math.PI} deg`];
-    const [length, turn] = [parseFloat(polar[0]) || 1, parseFloat(polar[1]) * Math.PI / 180 || 0];
+    const [length, turn] = [parseFloat(polar[0]) || 1, parseFloat(polar[1]) * DEG || 0];
     this.#closeTyped();
     tool.fresh = false;
     tool.up(this, { pin: null, body: null, element: null, xy: [a[0] + length * Math.cos(turn), a[1] + length * Math.sin(turn)], raw: b, polar, moved: true });

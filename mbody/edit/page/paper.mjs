@@ -107,7 +107,10 @@ export class Paper extends Sheet {
   /** Where a point is now. */
   where(pin) { return this.placeOf(pin.places.find((one) => !one.startsWith("ground.")) ?? pin.places[0]) ?? pin.xy; }
   /** The points with their places; but for one that is dragged. */
-  points(but = null) { return (this.state?.pins ?? []).filter((pin) => pin.places[0] !== but?.places[0]).map((pin) => [pin, this.where(pin)]); }
+  points(but = null) {
+    const still = (pin) => pin.places.every((one) => one.startsWith("ground.")); // of two at one place the one of a link is meant
+    return (this.state?.pins ?? []).filter((pin) => pin.places[0] !== but?.places[0]).sort((a, b) => still(a) - still(b)).map((pin) => [pin, this.where(pin)]);
+  }
   /** The lines of links: [[body, [place, place]], …]. */
   lines(but = "") {
     return Object.keys(this.state?.bodies ?? {}).filter((body) => body !== but).flatMap((body) => {

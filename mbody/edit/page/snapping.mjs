@@ -28,11 +28,15 @@ export function snapped(raw, { points, lines, from, near, grid, angles, free }) 
     const xy = [from[0] + long * Math.cos(angle), from[1] + long * Math.sin(angle)];
     return { pin: null, xy: clean(xy), line: null, guides: [[from, xy]] };
   }
+  const onGrid = raw.map((v) => Math.round(v / grid) * grid);
   let line = null, least = 0.6 * near, onLine = null;
-  for (const [body, ends] of lines) { const [at, long] = onSegment(ends, raw); if (long < least) [line, least, onLine] = [body, long, at]; }
+  for (const [body, ends] of lines) {
+    const [, long] = onSegment(ends, raw); // on the line, beside the nearest place of the grid
+    if (long < least) [line, least, onLine] = [body, long, onSegment(ends, onGrid)[0]];
+  }
   if (line) return { pin: null, xy: clean(onLine), line, guides: [] };
   // level with a point that is off the grid, else on the grid
-  const xy = raw.map((v) => Math.round(v / grid) * grid), guides = [];
+  const xy = [...onGrid], guides = [];
   for (const i of [0, 1]) {
     let best = Math.min(0.35 * near, Math.abs(raw[i] - xy[i]));
     for (const [, at] of points) if (Math.abs(at[i] - raw[i]) < best) { best = Math.abs(at[i] - raw[i]); xy[i] = at[i]; guides[i] = at; }

@@ -2,7 +2,8 @@
 // world, with what lies there, and say which edit is meant; they know no pixels and no server.
 //
 // A hit is {pin, body, element, xy, raw, polar, moved, shift, alt}: the point or link there, the
-// place to which it snaps, typed numbers, and whether the pointer has gone since it was pressed.
+// place to which it snaps, typed numbers, and whether the pointer has gone since it was pressed; `more` where
+// a further point is wanted.
 
 import { TOOL_WORDS, WORDS } from "./words.mjs";
 import { away, direction } from "./snapping.mjs";
@@ -111,7 +112,7 @@ const link = {
   up(board, hit) {
     const { from, more } = this, last = more.at(-1) ?? from;
     if (!from || (this.fresh && !hit.moved) || away(where(last), where(hit)) < board.grain) return;
-    if (hit.shift && !hit.polar && !hit.moved) { more.push(hit); return; } // a further point
+    if (hit.more && !hit.polar) { more.push(hit); return; } // a further point
     const steps = [], used = [];
     const at = [from, ...more, hit].map((hit) => (hit.pin || hit.body ? { on: anchored(board, hit, steps, used) }
       : { xy: hit.xy, ...(hit.polar ? { polar: hit.polar } : {}) }));

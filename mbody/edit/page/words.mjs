@@ -3,7 +3,7 @@
 export const TOOL_WORDS = {
   select: ["Select", "Click to choose, with Shift several. Drag a point to change dimensions, a link to move the mechanism; drop a point on another to pin them."],
   move: ["Move", "Drag any link: the mechanism moves as its joints let it, with the forces there."],
-  link: ["Link", "Click where the link begins and ends, or drag; with Shift it gets a further point. On a point or a link it is pinned there. Esc ends the chain."],
+  link: ["Link", "Click where the link begins and ends, or drag; with Ctrl it gets a further point, with Shift steps of 15°. On a point or a link it is pinned there. Esc ends the chain."],
   ground: ["Pin", "Click a point to pin it to the ground, again to set it free; on paper: a pivot of the ground."],
   slider: ["Slider", "Press on a point and drag the direction in which it slides, or drag to a link: a slot in it. On a link: it slides as a block."],
   gear: ["Gear", "Click the centres of two wheels: they mesh. Drag from the first to give its pitch radius."],
