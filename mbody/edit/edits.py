@@ -6,7 +6,8 @@ import contextlib
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -20,6 +21,7 @@ from mbody.edit.places import (
     evaluate,
     fixed,
     handles,
+    is_number,
     pin_groups,
     place_name,
     plain,
@@ -40,6 +42,8 @@ from mbody.quantities.units import DIMENSIONS
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
 #: Digits behind those of the length of a mechanism, where no grain is given.
 DIGITS = 9
+#: Loads whose mirror images are theirs.
+SYMMETRIC = ("spring", "damper")
 #: Rounds in which parameters bring a point to a place.
 ROUNDS = 12
 
@@ -51,7 +55,9 @@ class Editor:
     """
 
     def __init__(self, text: str, state: State, name: str, folder: FilePath | None) -> None:
-        self.text, self.state, self.name, self.folder = text, state, name, folder
+        self.text = self.start = text
+        self.state, self.name, self.folder = state, name, folder
+        self.grain: Any = None
         self.remark = ""
         self._spans: Spans | None = None
 
@@ -111,6 +117,9 @@ class Editor:
             raise EditError(
                 f"'{own[-1]}' is empty: give a value, or remove the entry", self._element(own), own
             )
+        above = [value_at(self.tree, own[:n]) for n in range(1, len(own))]
+        if any(not isinstance(one, (dict, list)) for one in above if one is not None):
+            raise EditError(f"'{own[-2]}' is no table that could have an entry", "", own)
         if len(own) < 2 and isinstance(value_at(self.tree, own), dict):
             raise EditError(f"'{own[-1]}' is a table of the file: set an entry of it", "", own)
         value, raw = typed, ""
@@ -437,7 +446,7 @@ class Editor:
         if before.system is None:
             return
         length = float(before.system.length)
-        near = max(20.0 * 10.0**-self._digits, 1e-3 * length)
+        near = max(20.0 * 10.0**-self._digits, 1e-7 * length)
         self._look()
         if math.dist(self.state.place(place), goal) > near and not by_parameters:
             for body in self.tree["bodies"]:
@@ -449,6 +458,11 @@ class Editor:
                 self.text = text
                 self._look()
         x, y = self.state.place(place)
+        if self.text == self.start and math.dist((x, y), goal) > near:
+            raise EditError(
+                f"'{place}' cannot be moved there: it is where its joints and parameters have it",
+                place.partition(".")[0],
+            )
         if math.dist((x, y), goal) > near:
             unit = self.state.mechanism.units.length
             self.remark = (
@@ -573,7 +587,90 @@ class Editor:
             self._put(("bodies", body, "cg"), self._pair(centre))
         self._put(("bodies", body, "mass"), self._given(mass))
 
+    # -- copies ------------------------------------------------------------------------------------
+
+    def do_copy(self, names: Sequence[Sequence[str]], by: Sequence[float]) -> None:
+        """Links with the joints, loads and drivers that are theirs, elsewhere."""
+        dx, dy = by
+        self._copied(names, lambda x, y: (x + dx, y + dy), None)
+
+    def do_mirror(self, names: Sequence[Sequence[str]], line: Sequence[Sequence[float]]) -> None:
+        """Mirror images of links with their joints, springs and dampers."""
+        (ax, ay), (bx, by) = line
+        angle = 2.0 * math.atan2(by - ay, bx - ax)
+        c, s = math.cos(angle), math.sin(angle)
+        if (ax, ay) == (bx, by):
+            raise EditError("a line to mirror in needs two places")
+        self._copied(
+            names,
+            lambda x, y: (ax + c * (x - ax) + s * (y - ay), ay + s * (x - ax) - c * (y - ay)),
+            math.degrees(angle),
+        )
+
+    def _copied(
+        self,
+        names: Sequence[Sequence[str]],
+        goes: Callable[[float, float], Pair],
+        mirror: float | None,
+    ) -> None:
+        """`mirror`: Twice the direction of the line [deg]; None of a copy."""
+        bodies = {
+            str(name): self._body(str(name), "copy")
+            for section, name in names
+            if section == "bodies"
+        }
+        if not bodies or self.state.system is None:
+            raise EditError("nothing to copy: choose links")
+        copies = Copies(self, goes, mirror)
+        for name, table in bodies.items():
+            copies.names[name] = self._new(name, 2)
+            x, y, angle = self.state.system.numbers.link_axes(name, *self.state.pose(name))
+            angle = math.degrees(angle)
+            angle = mirror - angle if mirror is not None else angle
+            guess = [*self._pair(goes(x, y)), self._angle(angle)]
+            own = copies.of_link(table) | {"guess": guess}
+            self._splice(self.spans.section(("bodies", copies.names[name]), own))
+        sections = ("joints", "loads", "drivers") if mirror is None else ("joints", "loads")
+        for section in sections:
+            for name, table in list(self.tree.get(section, {}).items()):
+                if copies.has(table) and (
+                    section != "loads" or mirror is None or kind_in("loads", table) in SYMMETRIC
+                ):
+                    self._put((section, self._new(name, 2)), copies.of_element(table))
+
     # -- the whole file ----------------------------------------------------------------------------
+
+    def do_parameter(self, path: Sequence[Any], name: str) -> None:
+        """Give a number of the file a name: it becomes a parameter."""
+        own = self._path(path)
+        written = value_at(self.tree, own)
+        if not is_number(written, self.state):
+            raise EditError(
+                f"'{own[-1]}' is no number that could have a name", self._element(own), own
+            )
+        if not name.isidentifier() or name in self._names():
+            raise EditError(f"'{name}' is no new name: begin with a letter, choose another", name)
+        self._put(("parameters", name), written, self.spans.raw(own))
+        self._put(own, name)
+
+    def do_guess(self, body: str, angle: float | None = None) -> None:
+        """The rough first angle of a link [deg]; by default where it stands."""
+        self._body(body, "choose")
+        angle = math.degrees(self.state.pose(body)[2]) if angle is None else angle
+        self._put(("bodies", body, "guess"), self._angle(angle))
+
+    def do_mode(self, index: int) -> None:
+        """Another assembly mode, by its place in the list of them."""
+        from mbody.analysis.assemblies.assembly_modes import assembly_modes
+
+        if self.state.system is None or not self.tree.get("bodies"):
+            raise EditError("there are no assembly modes yet: draw a mechanism with a motor")
+        modes = assembly_modes(self.state.system).modes
+        if not 0 <= index < len(modes):
+            raise EditError(f"there is no assembly mode {index + 1}: there are {len(modes)}")
+        for body, (x, y, angle) in modes[index].items():
+            guess = [*self._pair((x, y), self._exact), self._angle(math.degrees(angle))]
+            self._put(("bodies", body, "guess"), guess)
 
     def do_units(self, units: str, convert: bool = False) -> None:
         """Other units of plain numbers: these are converted, or kept as they are."""
@@ -586,6 +683,102 @@ class Editor:
         if kept is None:
             self.remark = "the file was written anew in the other units: comments are gone"
         self.text = kept or to_toml(made)
+
+
+@dataclass
+class Copies:
+    """Tables of copied links and of what is between them.
+
+    `goes`: Where a place of the world goes; `mirror`: as of `_copied`; `names`: of the copies by
+      those of their links; `pivots`: likewise of points of the ground.
+    """
+
+    editor: Editor
+    goes: Callable[[float, float], Pair]
+    mirror: float | None
+    names: dict[str, str] = field(default_factory=dict)
+    pivots: dict[str, str] = field(default_factory=dict)
+
+    def has(self, table: Any) -> bool:
+        """Whether an element is between copied links and the ground alone."""
+        bodies = {text.partition(".")[0] for text in _texts(table)}
+        bodies &= self.editor.tree["bodies"].keys()
+        return bool(bodies) and bodies <= self.names.keys()
+
+    def of_link(self, table: Any) -> Any:
+        """The table of a link; of a mirrored one in mirrored axes."""
+        if self.mirror is None:
+            return dict(table)
+        own = {key: value for key, value in table.items() if key != "shapes"}
+        if "shapes" in table:
+            self.editor.remark = "shapes of contacts are not mirrored: draw them"
+        if "cg" in own:
+            own["cg"] = _mirrored(own["cg"])
+        return own | {"points": {key: _mirrored(one) for key, one in own.get("points", {}).items()}}
+
+    def of_element(self, value: Any) -> Any:
+        """An element, or a part of one, with the names of the copies."""
+        if isinstance(value, list):
+            return [self.of_element(one) for one in value]
+        if isinstance(value, str):
+            body, dot, rest = value.partition(".")
+            if body == "ground":
+                return f"ground.{self._pivot(rest)}" if rest else self.of_element({"body": body})
+            return f"{self.names[body]}{dot}{rest}" if body in self.names else value
+        if not isinstance(value, dict):
+            return value
+        if not isinstance(value.get("body"), str) or value["body"] not in ("ground", *self.names):
+            return {key: self.of_element(one) for key, one in value.items()}
+        return self._marker(dict(value))
+
+    def _marker(self, value: dict[str, Any]) -> dict[str, Any]:
+        """A place with a direction."""
+        body, point = value["body"], value.get("point", [0.0, 0.0])
+        on_ground = body == "ground"
+        value["body"] = self.names.get(body, body)
+        if on_ground and isinstance(point, str):
+            value["point"] = self._pivot(point)
+        elif on_ground:
+            whole = isinstance(point, list) and all(isinstance(one, (int, float)) for one in point)
+            if not whole:
+                raise EditError(f"the place {point!r} of the ground has a formula: name it a point")
+            value["point"] = self.editor._pair(self.goes(*point))
+        elif self.mirror is not None and not isinstance(point, str) and "point" in value:
+            value["point"] = _mirrored(point)
+        if self.mirror is not None and (on_ground or "angle" in value):
+            value["angle"] = _negated(value.get("angle", 0.0), self.mirror if on_ground else 0.0)
+        return value
+
+    def _pivot(self, point: str) -> str:
+        """The copy of a point of the ground."""
+        if point not in self.pivots:
+            name = self.pivots[point] = self.editor._letter()
+            xy = self.goes(*self.editor.state.place(f"ground.{point}"))
+            self.editor._put(("ground", "points", name), self.editor._pair(xy))
+        return self.pivots[point]
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """All texts in a value."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (dict, list)):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from _texts(one)
+
+
+def _negated(value: Any, of: float = 0.0) -> Any:
+    """A number or a formula less than another, in degrees where that is an angle of the world."""
+    if isinstance(value, str):
+        return f"{of!r} deg - ({value})" if of else f"-({value})"
+    return plain(of - value, 9)
+
+
+def _mirrored(point: Any) -> Any:
+    """A point in mirrored axes."""
+    if isinstance(point, dict):
+        return {**point, "angle": _negated(point["angle"])}
+    return [point[0], _negated(point[1])]
 
 
 def _typed(text: str) -> tuple[Any, str]:

@@ -6,89 +6,109 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from mbody.core.other_words import KINDS
 from mbody.edit.places import EditError, place_name, point_path
+from mbody.files.model.problems import SECTIONS, kind_in, written_fields
 from mbody.files.model.toml_text import key_text, toml_value
 from mbody.files.toml_spans import Path, Spans, Splice, value_at
 
 #: Tables of elements, whose entries go with what they refer to.
-ELEMENTS = ("joints", "contacts", "couplings", "drivers", "loads", "states", "inputs")
+ELEMENTS = (*SECTIONS, "states", "inputs")
 #: Tables of studies by name, and those of one study.
 STUDIES, TASKS = ("measures", "solve", "optimize"), ("ask", "simulate", "fit", "report")
-#: Tables of names that formulas have without a dot behind them.
-BARE = ("parameters", "inputs", "states", "curves", "measures")
+#: Tables whose names are words of formulas; the others have a dot and a quantity behind them.
+WORDS = ("parameters", "inputs", "states", "curves")
 #: Keys whose text names no element.
 SILENT = ("name", "source", "note", "title", "unit", "units", "file", "column", "$schema")
 
 
-def renamed(text: str, old: str, new: str, bare: bool = True) -> str:
-    """A reference or a formula with another name. `bare`: Also where it is a word of a formula.
+def is_reference(tree: Mapping[str, Any], path: Path) -> bool:
+    """Whether the text at a path of a file is the name of a body or a place, and no formula."""
+    kinds = SECTIONS.get(path[0])
+    word = kind_in(path[0], value_at(tree, path[:2])) if kinds is not None else None
+    if kinds is None or word is None or len(path) < 3:
+        return False
+    cls: Any = kinds[KINDS.get(word, word)]
+    name, rest = path[2], path[3:]
+    if name == word:
+        several = len(cls.main) > 1 and rest and isinstance(rest[0], int)
+        name = cls.main[min(rest[0], len(cls.main) - 1) if several else 0]
+        rest = rest[1:] if several else rest
+    own: Any = {one.name: one.metadata for one in written_fields(cls)}.get(name, {})
+    if "terms" in own:
+        return "factor" not in rest
+    if own.keys() & {"dimension", "law", "limits"}:
+        return False
+    return "place" not in own or not rest or rest[-1] == "body"
 
-    >>> renamed("2*crank.A.x + rcrank", "crank", "arm"), renamed("2 m", "m", "n", bare=False)
-    ('2*arm.A.x + rcrank', '2 m')
-    """
-    if text.strip() == old:
-        return new
-    end = r"(?!\w)" if bare else r"(?=\.[A-Za-z_])"
-    return re.sub(rf"(?<![\w.]){re.escape(old)}{end}", lambda _: new, text)
+
+def mention(tree: Mapping[str, Any], path: Path, section: str, name: str) -> re.Pattern[str]:
+    """What mentions an element of a section, or as "link.A" a point, in the text at a path."""
+    study, reference = path[0] in (*STUDIES, *TASKS), is_reference(tree, path)
+    tables = (*WORDS, "measures", "bodies", *SECTIONS)
+    alone = not any(name in tree.get(one, {}) for one in tables if one != section)
+    end = r"(?=\.[^\W\d])"
+    if section in WORDS:
+        end = r"(?!)" if reference else r"(?!\w|\.[^\W\d])"
+    elif section == "measures":
+        end = r"(?!\w)" if study and path[0] != section and alone else r"(?!)"
+    elif section == "points" or reference or ((study or path[0] in ELEMENTS[-3:]) and alone):
+        end = r"(?!\w)"
+    return re.compile(rf"(?<![\w.]){re.escape(name)}{end}")
 
 
-def is_bare(path: Path, section: str, name: str) -> bool:
-    """Whether a text at a path may have the name of an element of a section as a word."""
-    return section in BARE or "." in name or path[0] in (*STUDIES, *TASKS, "states", "contacts")
+def is_point(value: Any, section: str, name: str) -> bool:
+    """Whether a table is the place of a named point."""
+    return section == "points" and isinstance(value, dict) and place_name(value) == name
 
 
-def mentions(value: Any, path: Path, section: str, name: str) -> bool:
-    """Whether a value refers to an element or, as "link.A", a point."""
-    if isinstance(value, dict):
-        if place_name(value) == name:
-            return True
-        parts = [(key, one) for key, one in value.items() if key not in (*SILENT, "point")]
-        study = path[0] in (*STUDIES, *TASKS)
-        return any(
-            (study and renamed(str(key), name, "") != key)
-            or mentions(one, (*path, key), section, name)
-            for key, one in parts
-        )
-    if isinstance(value, list):
-        return any(mentions(one, path, section, name) for one in value)
-    bare = is_bare(path, section, name)
-    return isinstance(value, str) and renamed(value, name, "", bare) != value
+def mentions(tree: Mapping[str, Any], path: Path, section: str, name: str) -> bool:
+    """Whether what is at a path refers to an element or a point."""
+    value = value_at(tree, path)
+    if isinstance(value, str):
+        silent = path[-1] in (*SILENT, "point")
+        return not silent and bool(mention(tree, path, section, name).search(value))
+    if not isinstance(value, (dict, list)):
+        return False
+    study = isinstance(value, dict) and path[0] in (*STUDIES, *TASKS)
+    if is_point(value, section, name) or (
+        study and any(mention(tree, path, section, name).match(str(key)) for key in value)
+    ):
+        return True
+    keys = value if isinstance(value, dict) else range(len(value))
+    return any(mentions(tree, (*path, key), section, name) for key in keys)
 
 
 def referring(tree: Mapping[str, Any], section: str, name: str) -> Iterator[Path]:
     """Paths of the entries of a file that refer to an element or a point."""
     for table, entries in tree.items():
-        if not isinstance(entries, dict):
-            continue
-        for key, value in entries.items():
-            parts = {key: value} if table in TASKS else value
-            own = (table, key) == (section, name) or key in SILENT
-            if not own and mentions(parts, (table,), section, name):
-                yield table, key
+        for key in entries if isinstance(entries, dict) else ():
+            own = (table, key)
+            task = table in TASKS and mention(tree, own, section, name).match(key)
+            if own != (section, name) and (task or mentions(tree, own, section, name)):
+                yield own
 
 
 def other_name(spans: Spans, path: Path, new: str) -> list[Splice]:
     """Splices that give an element, a point or a parameter another name wherever it stands."""
-    point = path[-2] == "points"
+    point, tree = path[-2] == "points", spans.tree
     body = "ground" if path[0] == "ground" else path[1]
     section, old = ("points", f"{body}.{path[-1]}") if point else (path[0], path[-1])
     whole = f"{body}.{new}" if point else new
     splices = {(start, end, key_text(new)) for start, end in spans.keys.get(path, [])}
     for own, entry in spans.entries.items():
-        value = value_at(spans.tree, own)
+        value = value_at(tree, own)
         if not isinstance(value, str) or own[0] in SILENT or own[-1] in SILENT:
             continue
-        if own[-1] == "point":
-            holder = value_at(spans.tree, own[:-1])
-            changed = new if point and place_name(holder) == old else value
-        else:
-            changed = renamed(value, old, whole, is_bare(own, section, old))
+        changed = new if is_point(value_at(tree, own[:-1]), section, old) else value
+        if own[-1] != "point":
+            changed = mention(tree, own, section, old).sub(lambda _: whole, value)
         if changed != value:
             splices.add((entry.start, entry.end, toml_value(changed)))
     for own, places in spans.keys.items():
         if own[0] in (*STUDIES, *TASKS) and own != path and len(own) > 1:
-            key = renamed(str(own[-1]), old, whole)
-            if key != own[-1]:
+            key = mention(tree, own, section, old).sub(lambda _: whole, str(own[-1]), 1)
+            if key != own[-1] and (len(own) > 2 or own[0] in TASKS):
                 splices |= {(start, end, key_text(key)) for start, end in places}
     return sorted(splices)
 

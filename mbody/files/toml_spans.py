@@ -199,6 +199,8 @@ class Spans:
         """
         entry, text = self.entries.get(table), self.text
         if entry is not None:  # { … }
+            if text[entry.start] != "{":
+                raise ValueError(f"{key_text(table[-1])} is no table")
             inside = text[entry.start + 1 : entry.end - 1].rstrip()
             pair = f"{key_text(key)} = {toml_value(value)}"
             if not inside:
