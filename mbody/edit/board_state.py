@@ -23,7 +23,7 @@ from mbody.files.results import forces_data
 from mbody.model.body import Body
 from mbody.model.numbers import number_in
 from mbody.quantities.formula import Formula
-from mbody.quantities.units import DIMENSIONS, name_of
+from mbody.quantities.units import DIMENSIONS, Dimension, name_of
 from mbody.solution.result_table import shown_table
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import floor_of
@@ -266,6 +266,7 @@ def rows_of(document: Document) -> Iterator[Data]:
     """Every number and every word of choice of the file, as it is written there."""
     tree, machine = document.tree, document.state.mechanism
     angle = "rad" if tree.get("angle") == "rad" else "deg"
+    parameters = machine.parameters.scope().names
     reading = FileReading(angle, document.folder)
     entries = reading.entries = {}
     file_table().read(tree, (), reading)
@@ -281,7 +282,10 @@ def rows_of(document: Document) -> Iterator[Data]:
         }
         row |= {"unit": "", "value": None, "formula": False, "field": field_words(tree, path)}
         if isinstance(codec, NumberCodec):
-            row |= _number(machine, codec, value, angle)
+            dimension = codec.dimension
+            if path[0] == "parameters" and path[1] in parameters:
+                dimension = parameters[path[1]].dimension
+            row |= _number(machine, dimension, value, angle)
         elif isinstance(value, bool):
             row["choices"] = ["true", "false"]
         elif isinstance(value, str):
@@ -291,9 +295,9 @@ def rows_of(document: Document) -> Iterator[Data]:
         yield row
 
 
-def _number(machine: Mechanism, codec: NumberCodec, value: Any, angle: str) -> Data:
+def _number(machine: Mechanism, dimension: Dimension | None, value: Any, angle: str) -> Data:
     """Unit, value in that unit, and whether it is a formula of others."""
-    dimension, formula = codec.dimension, isinstance(value, Formula)
+    formula = isinstance(value, Formula)
     is_angle = dimension == DIMENSIONS["angle"]
     unit = angle if is_angle else machine.units.of(dimension) if dimension else ""
     found = None
@@ -325,29 +329,29 @@ def field_words(tree: Mapping[str, Any], path: tuple[Any, ...]) -> str:
     return entry.about if entry else ""
 
 
-def number_of(document: Document, path: list[Any], value: float) -> tuple[str, float]:
-    """The dotted name of a number of the file that stands at a path, and a value in its unit as one
-    in the units of the mechanism, angles in rad.
+def number_of(
+    document: Document, rows: list[Data], path: list[Any], value: float
+) -> tuple[str, float]:
+    """The dotted name of a number that stands at a path of the file, and a value in the unit of its
+    row as one in the units of the mechanism, angles in rad.
     """
     tree, section, keys = document.tree, path[0], [str(key) for key in path[1:]]
     if section in ("bodies", "ground"):
-        keys = [section, *keys] if section == "ground" else keys
+        keys = ["ground", *keys] if section == "ground" else keys
         keys = [{"0": "x", "1": "y"}.get(key, key) for key in keys if key != "points"]
     elif section in SECTIONS and len(keys) > 1:
         kind = kind_in(section, tree[section][keys[0]])
-        cls = SECTIONS[section].get(kind or "")
-        if cls is not None and keys[1] == kind:
-            keys = [keys[0], cls.main[int(keys[2]) if len(keys) > 2 else 0]]
-        elif keys[1] == "law" and len(keys) > 3:
-            keys = [keys[0], "law", *keys[3:]]
-    name = ".".join(keys)
+        if kind in SECTIONS[section] and keys[1] == kind:
+            side = int(keys.pop(2)) if keys[2:] and keys[2].isdigit() else 0
+            keys[1] = SECTIONS[section][kind].main[side]
     system = document.state.system
-    if system is None or name not in system.values:
-        raise ModelError(
-            f"'{name}' is changed by typing: it is none of the numbers that are solved"
-        )
-    row = next((one for one in rows_of(document) if one["path"] == list(path)), None)
-    return name, math.radians(value) if row and row["unit"] == "deg" else value
+    # in a law its kind is no part of the name
+    names = [".".join(keys), ".".join([*keys[:-2], *keys[-1:]])]
+    name = next((one for one in names if system is not None and one in system.values), None)
+    row = next((one for one in rows if one["path"] == list(path)), None)
+    if name is None or row is None:
+        raise ModelError(f"'{names[0]}' is no number that can be dragged: type another value")
+    return name, math.radians(value) if row["unit"] == "deg" else value
 
 
 # -- results ---------------------------------------------------------------------------------------
@@ -379,7 +383,7 @@ def curves_of(turn: Solution | None) -> Data:
         return {"plots": plots, "peaks": peaks}
     across, machine = axis(turn), turn.mechanism
     x = np.asarray(turn.t if across["values"] is None else across["values"], dtype=float)
-    step = max(1, len(x) // INSTANTS)
+    step = math.ceil(len(x) / INSTANTS)
     unit = machine.shown.of("angle") if across["unit"] == "" else across["unit"]
     for column in shown_table(turn):
         shown = (column.role, column.key) == ("driver", "effort") or column.role == "measure"

@@ -59,7 +59,7 @@ class BoardSession:
         self.document = Document(EMPTY, "model")
         self.file: Path | None = None
         self.dragging: Dragging | None = None
-        self.scene, self.due = dict[str, Any](), 0.0
+        self.scene, self.rows, self.due = dict[str, Any](), list[Answer](), 0.0
         self.views: dict[str, Any] = {}
         self.word, self.recovered = "", False
         if model is not None:
@@ -100,7 +100,7 @@ class BoardSession:
 
     def _state(self, **more: Any) -> Answer:
         state = board_state(self.document, self.unit)
-        self.scene = state["scene"]
+        self.scene, self.rows = state["scene"], state["rows"]
         state |= {
             "journal": self.recovered,
             "rev": self.revision,
@@ -235,7 +235,7 @@ class BoardSession:
         if one["do"] == "move":
             drag.move(str(one["body"]), _pair(one["at"]), _pair(one["to"]))
         elif one["do"] == "number":
-            drag.number(*number_of(self.document, one["path"], float(one["value"])))
+            drag.number(*number_of(self.document, self.rows, one["path"], float(one["value"])))
         else:
             group = next((g for g in self.document.groups() if one["place"] in g), None)
             if group is None:

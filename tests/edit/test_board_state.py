@@ -1,0 +1,186 @@
+"""What the page gets of a document: the numbers of mbody itself, in every state without an error."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.edit.board_state import board_state, modes_of, number_of
+from mbody.edit.document import Document
+from tests.edit.test_board_server import FOURBAR
+
+NAMES = pytest.mark.parametrize("name", gallery.names())
+#: Takes seconds, and differs from a smaller one by nothing.
+LARGE = "n_windows_40"
+
+
+def opened(name):
+    file = gallery.path(name)
+    return Document(file.read_text("utf-8"), name, file.parent)
+
+
+def state_of(document, unit=0.3):
+    state = board_state(document, unit)
+    return json.loads(json.dumps(state, allow_nan=False))
+
+
+@NAMES
+def test_numbers_are_those_of_mbody_itself(name):
+    document, machine = opened(name), gallery.load(name)
+    state = state_of(document)
+    report = mbody.mobility(machine)
+    assert state["free"]["count"] == report.freedom
+    assert list(state["free"]["redundant"]) == list(report.redundant)
+    assert state["fault"] is None and state["text"] == document.text
+    if state["run"] is not None:
+        own = mbody.kinetostatics(machine).data()
+        assert state["run"] == own
+        for joint, site in state["sites"].items():
+            if joint in own["reactions"] and site["body"] != "ground":
+                x, y, angle = state["bodies"][site["body"]]["pose"]
+                u, v = site["arm"]
+                place = x + u * math.cos(angle) - v * math.sin(angle)
+                run = mbody.kinetostatics(machine)
+                assert place == pytest.approx(float(run.reaction_point(joint)[0][0]), abs=1e-9)
+    run = document.state.run
+    for body, one in state["bodies"].items():
+        x, y, angle = one["pose"]
+        for point, (u, v) in one["points"].items():
+            there = run.point(f"{body}.{point}")
+            c, s = math.cos(angle), math.sin(angle)
+            assert (x + c * u - s * v, y + s * u + c * v) == pytest.approx(
+                (float(there.x[0]), float(there.y[0])), abs=1e-9 * run.system.length
+            )
+
+
+@NAMES
+def test_rows_have_the_values_of_the_mechanism(name):
+    """Of every number of the file that has a name in the mechanism, value and unit."""
+    document = opened(name)
+    state, system, count = state_of(document), mbody.assemble(gallery.load(name)), 0
+    for row in state["rows"]:
+        assert row["text"] in document.text and document.spans.raw(tuple(row["path"]))
+        if row["value"] is None:
+            continue
+        try:
+            key, value = number_of(document, state["rows"], row["path"], row["value"])
+        except mbody.ModelError:
+            continue
+        count += 1
+        assert value == pytest.approx(float(system.values[key]), rel=1e-9, abs=1e-12), row
+    assert count > 0.3 * len(state["rows"]) or name == LARGE
+
+
+def test_peaks_are_those_of_the_revolution():
+    state = state_of(opened("norton_fourbar"))
+    run = mbody.kinetostatics(gallery.load("norton_fourbar"), turn=True)
+    peaks = {name: (peak, unit, at) for name, peak, unit, at in state["peaks"]}
+    for joint in ("O2", "A", "B", "O4"):
+        size = np.hypot(*(np.array(getattr(run.reaction(joint), key)) for key in ("fx", "fy")))
+        peak, unit, at = peaks[f"{joint}.force"]
+        assert (peak, unit) == (pytest.approx(float(size.max()), rel=1e-12), "lbf")
+        assert at == pytest.approx(math.degrees(run.driven("motor")[0][int(size.argmax())]))
+    effort = np.array(run.effort("motor"))
+    (plot,) = (one for one in state["plots"] if one["name"] == "motor.effort")
+    assert plot["peak"] == pytest.approx(float(effort[np.abs(effort).argmax()]), rel=1e-7)
+    assert np.array(plot["y"]) == pytest.approx(effort[::2], rel=1e-6, abs=1e-4)
+    assert len(plot["x"]) == len(plot["y"]) <= 182
+
+
+HEAD = 'units = "mm-N-s"\n'
+LINK = "[bodies.link1]\npoints = { A = [0, 0], B = [30, 0] }\n"
+PINNED = "[ground]\npoints = { A = [0, 0] }\n[joints]\nA = { revolute = ['ground.A', 'link1.A'] }\n"
+MOTOR = (
+    '[drivers]\nmotor = { angle = "link1", law = { constant_speed = { value = 0, speed = 1 } } }\n'
+)
+STATES = {
+    "nothing": ("", "Empty page"),
+    "a unit": (HEAD, "Empty page"),
+    "ground alone": (
+        "[ground]\npoints = { A = [1, 2], B = { r = 3, angle = 90 } }\n",
+        "Empty page",
+    ),
+    "a loose link": (HEAD + LINK, "Not joined to the ground: link1"),
+    "a pendulum": (HEAD + LINK + PINNED, "1 motion still free"),
+    "a motor": (HEAD + LINK + PINNED + MOTOR, "Driven: the motor decides"),
+    "a motor of a loose link": (HEAD + LINK + MOTOR, "Not joined to the ground: link1"),
+    "a structure": (HEAD + LINK + PINNED.replace("revolute", "fixed"), "Nothing can move"),
+    "held twice": (
+        FOURBAR.split("[drivers]")[0] + 'A_2 = { revolute = ["ground.A", "crank.A"] }\n',
+        "Held twice",
+    ),
+    "dead centre": (FOURBAR.replace("[30, 0]", "[60, 0]"), "Driven"),
+}
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_every_half_drawn_state_is_one(name):
+    text, say = STATES[name]
+    document = Document(text)
+    state = state_of(document)
+    assert state["fault"] is None and say in state["free"]["say"]
+    assert all(len(pin["xy"]) == 2 for pin in state["pins"])
+    assert modes_of(document.state)["complete"] in (True, False)
+    kinds = {one["kind"] for one in state["messages"]}
+    assert ("trouble" in kinds) == (name == "dead centre"), state["messages"]
+
+
+def test_loose_links_and_ends_of_the_ground():
+    state = state_of(Document(STATES["a loose link"][0]))
+    assert state["free"]["loose"] == ["link1"] and state["run"] is None
+    state = state_of(Document(STATES["ground alone"][0]))
+    assert state["ground"]["B"] == pytest.approx([0.0, 3.0])
+
+
+def test_a_text_with_mistakes_shows_the_last_good_picture():
+    document = Document(FOURBAR)
+    before = state_of(document)
+    for text in (
+        FOURBAR.replace("100 N", "100 NN"),
+        "[bodies",
+        FOURBAR.replace("coupler", "rod", 1),
+    ):
+        assert document.apply({"do": "text", "text": text}) is None
+        state = state_of(document)
+        assert state["fault"]["sentence"] and state["scene"] == before["scene"]
+        (fault,) = (one for one in state["messages"] if one["kind"] == "fault")
+        assert fault["text"] == state["fault"]["sentence"]
+
+
+def test_names_and_words_of_strangers_stay_text():
+    title = "</script><img src=x onerror=alert(1)>"
+    long = "n" * 10_000
+    state = state_of(Document(f'name = "{title}"\nnote = "{long}"\n' + FOURBAR))
+    assert state["name"] == title and state["fault"] is None
+
+
+def test_deep_and_large_files_are_refused_in_a_sentence():
+    for text in ("a = " + "[" * 5000 + "]" * 5000, "[x" + ".x" * 5000 + "]", "a" * 7_000_000):
+        state = state_of(Document(text))
+        assert 10 < len(state["fault"]["sentence"]) < 1000
+        assert "Empty page" in state["free"]["say"]
+
+
+def test_where_a_driver_can_go():
+    state = state_of(
+        Document(FOURBAR.replace("[30, 0]", "[60, 0]").replace("value = 60", "value = 70"))
+    )
+    low, high = state["drivers"]["motor"]["range"]
+    # the triangle of the ground, the crank and the two others in line
+    reach = math.degrees(math.acos((60**2 + 100**2 - 150**2) / (2 * 60 * 100)))
+    assert high == pytest.approx(reach, abs=1e-6) and low < 70 < high
+    assert state_of(Document(FOURBAR))["drivers"]["motor"]["range"] is None
+
+
+def test_modes_are_those_of_the_analysis():
+    document = Document(FOURBAR)
+    found, own = modes_of(document.state), mbody.assembly_modes(mbody.from_toml(FOURBAR))
+    assert found["complete"] and len(found["modes"]) == len(own.modes) == 2
+    assert sum(one["current"] for one in found["modes"]) == 1
+    pose = next(one["poses"] for one in found["modes"] if one["current"])
+    assert {body: one["pose"] for body, one in state_of(document)["bodies"].items()} == {
+        body: pytest.approx(one, abs=1e-9) for body, one in pose.items()
+    }
