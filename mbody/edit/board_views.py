@@ -74,7 +74,7 @@ def dxf_picture(file: Path) -> bytes:
     with contextlib.suppress(OSError, ValueError, TypeError, ezdxf.lldxf.const.DXFError):
         for one in ezdxf.filemanagement.readfile(file).modelspace():
             if one.dxftype() in DRAWN and len(lines) < LINES:
-                lines.append([(v.x, -v.y) for v in make_path(one).flattening(0.1)])
+                lines.append([(v.x, 0.0 - v.y) for v in make_path(one).flattening(0.1)])
     if not lines:
         raise ModelError(f"{brief(file.name)} has no lines that could be drawn: save it as DXF R12")
     x, y = zip(*(place for line in lines for place in line), strict=True)

@@ -334,6 +334,10 @@ class Document:
             self._journal_file.unlink(missing_ok=True)
             self._journaled = False
 
+    def leave(self) -> None:
+        """Give up what is unsaved, with its journal."""
+        self._drop_journal()
+
     def forget(self) -> None:
         """Remove the journal of an earlier session."""
         if self.journal:

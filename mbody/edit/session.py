@@ -200,6 +200,9 @@ class BoardSession:
 
     def _take(self, document: Document, file: Path | None = None, word: str = "") -> None:
         self.past = self.revision + 1
+        self.document.leave()
+        if file is not None and file == self.file:
+            document.forget()
         self.document, self.file, self.notes = document, file, []
         self.word = word if file is None else self._name_of(file)
         self.past -= int(document.revision)

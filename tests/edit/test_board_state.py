@@ -1,4 +1,4 @@
-"""What the page gets of a document: the numbers of mbody itself, in every state without an error."""
+"""What the page gets of a document: numbers of mbody itself, in every state without an error."""
 
 import json
 import math

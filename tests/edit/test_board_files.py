@@ -1,0 +1,349 @@
+"""Files of a board: followed, in conflict, in journals; its doors, exports and pictures."""
+
+import json
+import shlex
+import struct
+import subprocess
+import sys
+import threading
+import time
+import zipfile
+import zlib
+
+import pytest
+
+import mbody
+from mbody import gallery
+from mbody.edit.document import Document
+from mbody.edit.jobs import EXPORTS
+from mbody.edit.session import BoardSession
+from tests.edit.test_board_server import FOURBAR, set_force
+from tests.edit.test_board_server import served as served
+from tests.exchange.test_exchange import FOUR_BAR
+
+
+def said(state):
+    return [one["text"] for one in state["messages"]]
+
+
+# -- the file from elsewhere ---------------------------------------------------------------------
+
+
+def test_a_change_elsewhere_is_followed(served):
+    rev, told = served.act("look")[1]["rev"], []
+    waiting = threading.Thread(target=lambda: told.append(served.act("wait", rev=rev)[1]))
+    waiting.start()
+    changed = FOURBAR.replace("100 N", "55 N")
+    (served.folder / "fourbar.toml").write_text(changed, "utf-8")
+    waiting.join(10)
+    assert told[0]["changed"] and told[0]["rev"] > rev
+    state = served.act("look")[1]
+    assert state["text"] == changed and state["saved"]
+    assert served.act("undo")[1]["text"] == FOURBAR
+
+
+def test_a_conflict_is_said_and_nothing_is_lost(served):
+    file = served.folder / "fourbar.toml"
+    mine = set_force(served, "120 N")[1]["text"]
+    theirs = FOURBAR.replace("100 N", "55 N")
+    file.write_text(theirs, "utf-8")
+    state = served.act("look")[1]
+    assert state["text"] == mine and any("changed on disk" in text for text in said(state))
+    answer = served.act("save")[1]
+    assert answer["conflict"] is True and "changed on disk" in answer["fault"]["sentence"]
+    assert file.read_text("utf-8") == theirs
+    other = served.act("save", file="mine.toml")[1]
+    assert other["saved"] and (served.folder / "mine.toml").read_text("utf-8") == mine
+    assert file.read_text("utf-8") == theirs
+
+
+def test_a_conflict_is_ended_by_force_or_by_reading_anew(served):
+    file = served.folder / "fourbar.toml"
+    mine = set_force(served, "120 N")[1]["text"]
+    file.write_text(FOURBAR.replace("100 N", "55 N"), "utf-8")
+    assert served.act("save", force=True)[1]["saved"] and file.read_text("utf-8") == mine
+    set_force(served, "130 N")
+    theirs = FOURBAR.replace("100 N", "60 N")
+    file.write_text(theirs, "utf-8")
+    state = served.act("open", file="fourbar.toml", force=True)[1]
+    assert state["text"] == theirs and not state["journal"] and state["saved"]
+
+
+def test_what_was_given_up_does_not_come_back(served):
+    set_force(served, "120 N")
+    state = served.act("open", file="fourbar.toml", force=True)[1]
+    assert state["text"] == FOURBAR and not state["journal"] and not said(state)
+    assert not list(served.folder.glob("*.journal*"))
+
+
+def test_a_journal_is_offered_by_the_next_start(served):
+    mine = set_force(served, "120 N")[1]["text"]
+    again = BoardSession(served.folder, "fourbar.toml")
+    state = again.answer({"act": "look"})[1]
+    assert state["journal"] and state["text"] == mine and not state["saved"]
+    assert again.answer({"act": "undo"})[1]["text"] == FOURBAR
+    assert (served.folder / "fourbar.toml").read_text("utf-8") == FOURBAR
+
+
+def test_a_journal_of_another_text_is_said(served):
+    set_force(served, "120 N")
+    (served.folder / "fourbar.toml").write_text(FOURBAR.replace("100 N", "55 N"), "utf-8")
+    state = BoardSession(served.folder, "fourbar.toml").answer({"act": "look"})[1]
+    assert not state["journal"] and any("journal" in text for text in said(state))
+    assert list(served.folder.glob("*.journal*"))
+
+
+# -- dragging ------------------------------------------------------------------------------------
+
+
+def test_drags_change_no_file_and_forces_are_those_of_mbody(served):
+    rev = served.act("look", unit=0.2)[1]["rev"]
+    drag = {"do": "number", "path": ["loads", "F", "force"], "value": 150.0}
+    found = served.act("drag", drag=drag)[1]["drag"]
+    own = mbody.kinetostatics(mbody.from_toml(FOURBAR.replace("100 N", "150 N"))).data()
+    for joint, force in found["run"]["reactions"].items():
+        assert force["fx"] == pytest.approx(own["reactions"][joint]["fx"], rel=1e-9)
+    drag = {"do": "point", "place": "crank.B", "to": [20.0, 30.0]}
+    found = served.act("drag", drag=drag)[1]["drag"]
+    assert found["reached"] == pytest.approx([20.0, 30.0], abs=1e-9)
+    for _ in range(100):  # shapes come now and then
+        found = served.act("drag", drag=drag)[1]["drag"]
+        if "shapes" in found:
+            break
+        time.sleep(0.05)
+    assert found["shapes"] and found["points"]["crank"]["B"] != [30.0, 0.0]
+    drag = {"do": "move", "body": "crank", "at": [30, 0], "to": [0.0, 99.0]}
+    found = served.act("drag", drag=drag)[1]["drag"]
+    assert found["drivers"]["motor"] != 60.0 and not found["home"]
+    home = served.act("home")[1]["drag"]
+    assert home["home"] and home["drivers"]["motor"] == pytest.approx(60.0)
+    driven = served.act("drive", values={"motor": 75.0})[1]["drag"]
+    assert driven["drivers"]["motor"] == pytest.approx(75.0)
+    assert served.act("drop")[1] == {"rev": rev}
+    state = served.act("look")[1]
+    assert state["rev"] == rev and state["text"] == FOURBAR
+
+
+def test_what_cannot_be_dragged_is_a_sentence(served):
+    for drag, word in (
+        ({"do": "number", "path": ["loads", "F", "at"], "value": 1}, "type another value"),
+        ({"do": "point", "place": "crank.X", "to": [1, 2]}, "no point"),
+    ):
+        assert word in served.act("drag", drag=drag)[1]["fault"]["sentence"]
+    for drag in ({}, {"do": "move", "body": "crank", "at": [0], "to": [1, 2]}, [1]):
+        assert served.act("drag", drag=drag)[0] == 400
+    served.act("open", new="")
+    assert "nothing to drag" in served.act("home")[1]["fault"]["sentence"]
+
+
+def test_modes_come_as_poses(served):
+    found = served.act("modes")[1]
+    assert found["complete"] and len(found["modes"]) == 2
+
+
+# -- exports -------------------------------------------------------------------------------------
+
+
+def export(served, **more):
+    begun = served.act("job", **more)[1]
+    if "fault" in begun:
+        return begun
+    for _ in range(600):
+        found = served.act("job", id=begun["job"])[1]
+        if found["done"] == 1.0:
+            return found
+        time.sleep(0.1)
+    raise AssertionError("no end")
+
+
+def same(a, b):
+    """Whether two files say the same, but for the times that their formats have."""
+    if a.suffix in (".xlsx", ".fmu"):
+        with zipfile.ZipFile(a) as one, zipfile.ZipFile(b) as two:
+            sheets = [n for n in one.namelist() if "core.xml" not in n and ".xml" in n]
+            return [(n, len(one.read(n))) for n in sheets] == [
+                (n, len(two.read(n))) for n in sheets
+            ]
+    if a.suffix == ".dxf":
+        a, b = (one.read_text().partition("ENTITIES")[2].partition("OBJECTS")[0] for one in (a, b))
+        return len(a) > 300 and a == b
+    return a.read_bytes() == b.read_bytes()
+
+
+EXPORTED = [
+    "csv",
+    *(pytest.param(do, marks=pytest.mark.slow) for do in EXPORTS if do not in ("csv", "fmu")),
+]
+
+
+@pytest.mark.parametrize("do", EXPORTED)
+def test_an_export_is_what_its_command_line_writes(served, do, tmp_path_factory):
+    found = export(served, do=do)
+    file = served.folder / found["file"]
+    words = shlex.split(found["command"])
+    assert words[0] == "mbody" and words[-1] == found["file"] and file.stat().st_size > 300
+    kept = file.with_name(f"kept{file.suffix}")
+    file.rename(kept)
+    done = subprocess.run([sys.executable, "-m", *words], cwd=served.folder, capture_output=True)
+    assert done.returncode == 0 and same(kept, file)
+
+
+def test_exports_write_over_nothing_but_their_own(served):
+    file = served.folder / "fourbar.csv"
+    file.write_text("mine")
+    refused = export(served, do="csv")
+    assert "already" in refused["fault"]["sentence"] and file.read_text() == "mine"
+    assert export(served, do="csv", force=True)["file"] == "fourbar.csv"
+    assert export(served, do="csv")["file"] == "fourbar.csv"
+    file.write_text("mine again")
+    assert "already" in export(served, do="csv")["fault"]["sentence"]
+
+
+def test_what_is_no_export_is_refused(served):
+    for more, word in (
+        ({"do": "rm"}, "exports no"),
+        ({"do": "csv", "file": "../out.csv"}, "is not below"),
+        ({"do": "csv", "file": "fourbar.toml"}, "must end in"),
+        ({"id": "x"}, "no such export"),
+    ):
+        assert word in served.act("job", **more)[1]["fault"]["sentence"]
+    set_force(served, "120 N")
+    assert "save" in served.act("job", do="csv")[1]["fault"]["sentence"]
+
+
+def test_why_a_command_has_failed_is_said(served):
+    assert "has mass" in export(served, do="fmu")["fault"]["sentence"]
+    served.act("edit", edit={"do": "text", "text": FOURBAR.replace("100 N", "100 NN")})
+    served.act("save")
+    found = export(served, do="film", file="film.gif")
+    assert found["done"] == 1.0 and "no unit 'NN'" in found["fault"]["sentence"]
+    assert not (served.folder / "film.gif").exists()
+
+
+def test_a_gallery_model_is_exported_by_its_name(served):
+    served.act("open", gallery="hoekens")
+    found = export(served, do="drawing")
+    assert found["file"] == "hoekens.svg" and " hoekens " in found["command"]
+
+
+# -- import and views ----------------------------------------------------------------------------
+
+
+def test_files_of_other_programs_are_imported(served):
+    (served.folder / "bars.pmks").write_text(FOUR_BAR)
+    assert served.act("files")[1]["imports"] == ["bars.pmks"]
+    state = served.act("open", **{"import": "bars.pmks"})[1]
+    assert {"input", "coupler", "output"} <= state["bodies"].keys() and state["file"] == ""
+    (served.folder / "bars.txt").write_text("no mechanism")
+    assert served.act("open", **{"import": "bars.txt"})[1]["fault"]["sentence"]
+
+
+def png():
+    def chunk(name, data):
+        body = name + data
+        return struct.pack(">I", len(data)) + body + struct.pack(">I", zlib.crc32(body))
+
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 0, 0, 0, 0))
+    return (
+        b"\x89PNG\r\n\x1a\n" + head + chunk(b"IDAT", zlib.compress(b"\0\0")) + chunk(b"IEND", b"")
+    )
+
+
+PLACE = {"x": 1, "y": 2, "width": 80, "angle": 0, "opacity": 0.4}
+
+
+def test_a_picture_is_kept_beside_the_model(served):
+    (served.folder / "scan.png").write_bytes(png())
+    state = served.act("underlay", set={"file": "scan.png", **PLACE})[1]
+    assert state["views"]["underlay"] == {"file": "scan.png", **PLACE}
+    served.act("camera", set={"x": 3, "y": 4, "unit": 0.2})
+    headers = {"Sec-Fetch-Site": "same-origin"}
+    status, content, said = served.ask("GET", f"{served.below}underlay?scan.png", None, headers)
+    assert (status, content, said["Content-Type"]) == (200, png(), "image/png")
+    again = BoardSession(served.folder, "fourbar.toml").answer({"act": "look"})[1]
+    assert again["views"] == {"camera": {"x": 3, "y": 4, "unit": 0.2}, **state["views"]}
+    assert again["text"] == FOURBAR and served.act("files")[1]["models"] == ["fourbar.toml"]
+    assert "underlay" not in served.act("underlay", set=None)[1]["views"]
+    assert served.ask("GET", f"{served.below}underlay", None, headers)[0] == 404
+
+
+def test_what_is_no_picture_of_the_folder_is_refused(served, tmp_path_factory):
+    secret = tmp_path_factory.mktemp("other") / "secret.png"
+    secret.write_bytes(png())
+    (served.folder / "link.png").symlink_to(secret)
+    (served.folder / "page.png").write_text("<svg onload='alert(1)'/>")
+    (served.folder / "page.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+    for name in ("link.png", "page.png", "page.svg", "none.png", str(secret), "fourbar.toml"):
+        assert served.act("underlay", set={"file": name, **PLACE})[1]["fault"]["sentence"], name
+    assert served.act("underlay", set={"file": "page.png"})[0] == 400
+    # also where a file that was checked is exchanged, or another program has written the views
+    views = "[underlay]\nfile = '../x.png'\nx = 0\ny = 0\nwidth = 1\nangle = 0\nopacity = 1\n"
+    (served.folder / "fourbar.board.toml").write_text(views)
+    served.act("open", file="fourbar.toml")
+    (served.folder.parent / "x.png").write_bytes(png())
+    headers = {"Sec-Fetch-Site": "same-origin"}
+    assert served.ask("GET", f"{served.below}underlay", None, headers)[0] == 404
+
+
+def test_a_dxf_is_drawn_as_lines(served):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new()
+    drawing.modelspace().add_line((0, 0), (40, 20))
+    drawing.modelspace().add_circle((10, 10), 5)
+    drawing.modelspace().add_text("<script>")
+    drawing.saveas(served.folder / "part.dxf")
+    served.act("underlay", set={"file": "part.dxf", **PLACE})
+    headers = {"Sec-Fetch-Site": "same-origin"}
+    status, content, said = served.ask("GET", f"{served.below}underlay", None, headers)
+    assert status == 200 and said["Content-Type"] == "image/svg+xml"
+    assert content.startswith(b"<svg") and b"script" not in content and b"M0 0L40 -20" in content
+    (served.folder / "bad.dxf").write_text("no drawing")
+    refused = served.act("underlay", set={"file": "bad.dxf", **PLACE})[1]
+    assert "no lines" in refused["fault"]["sentence"]
+
+
+# -- the command ---------------------------------------------------------------------------------
+
+
+def test_the_command_prints_the_address_and_ends_quietly(tmp_path):
+    import http.client
+    import signal
+
+    (tmp_path / "fourbar.toml").write_text(FOURBAR, "utf-8")
+    words = [sys.executable, "-m", "mbody", "edit", "fourbar.toml", "--no-open"]
+    process = subprocess.Popen(
+        words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    address = process.stdout.readline().strip()
+    host, token = address.removeprefix("http://").split("/")[:2]
+    assert host.startswith("127.0.0.1:") and len(token) >= 24 and address.endswith("/")
+    connection = http.client.HTTPConnection(host, timeout=30)
+    edit = {"do": "set", "path": ["loads", "F", "force"], "text": "7 N", "what": "F"}
+    headers = {"Content-Type": "application/json", "Sec-Fetch-Site": "same-origin"}
+    connection.request("POST", f"/{token}/act", json.dumps({"act": "edit", "edit": edit}), headers)
+    assert json.loads(connection.getresponse().read())["undo"] == "F"
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert (process.returncode, out, err) == (0, "", "")
+    assert (tmp_path / "fourbar.toml.journal").exists()
+    assert (tmp_path / "fourbar.toml").read_text("utf-8") == FOURBAR
+    connection.close()
+
+
+def test_a_model_elsewhere_is_refused(tmp_path, monkeypatch, capsys):
+    from mbody.cli import main
+
+    (tmp_path / "sub").mkdir()
+    monkeypatch.chdir(tmp_path / "sub")
+    for name in ("../x.toml", str(tmp_path / "x.toml"), "x.json", "nothing"):
+        assert main(["edit", name, "--no-open"]) == 2
+        assert capsys.readouterr().err.startswith("mbody: ")
+    assert main(["edit", "--no-open", "--port", "70000"]) == 2
+    assert "leave --port out" in capsys.readouterr().err
+
+
+def test_the_document_of_a_gallery_model_is_its_file():
+    name = "hoekens"
+    file = gallery.path(name)
+    state = BoardSession(file.parent.parent, name).answer({"act": "look"})[1]
+    assert state["text"] == file.read_text("utf-8") == Document.open(file).text
