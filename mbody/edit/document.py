@@ -157,10 +157,8 @@ class Document:
         return self.spans.tree
 
     def groups(self) -> list[list[str]]:
-        """Places that are one point of the drawing."""
-        with contextlib.suppress(*MISFITS):
-            return places.pin_groups(self.tree)
-        return []
+        """Places that are one point of the drawing; none of a text that is no mechanism."""
+        return [] if self.fault else places.pin_groups(self.tree)
 
     def handles(self, group: Sequence[str]) -> list[str]:
         """Parameters that move a point."""

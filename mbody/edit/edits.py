@@ -48,6 +48,16 @@ SYMMETRIC = ("spring", "damper")
 ROUNDS = 12
 
 
+#: Sections of elements that edits add, and how these are called.
+ADDED = {
+    "joint": ("joints", "J"),
+    "load": ("loads", ""),
+    "driver": ("drivers", "motor"),
+    "contact": ("contacts", ""),
+    "coupling": ("couplings", "coupling"),
+}
+
+
 class Editor:
     """The text of a model file while one edit changes it, and what it gives so far.
 
@@ -76,10 +86,13 @@ class Editor:
     def do(self, edit: Mapping[str, Any]) -> None:
         """Change the text by one edit: its name under "do", its arguments by theirs."""
         rest = {key: value for key, value in edit.items() if key not in ("do", "what", "grain")}
-        act = getattr(self, f"do_{edit.get('do')}", None)
-        if act is None:
-            raise EditError(f"there is no edit '{edit.get('do')}'")
+        word = str(edit.get("do"))
         self.grain = edit.get("grain")
+        if word in ADDED:
+            return self._element(*ADDED[word], **rest)
+        act = getattr(self, f"do_{word}", None)
+        if act is None:
+            raise EditError(f"there is no edit '{word}'")
         act(**rest)
 
     def do_all(self, steps: Sequence[Mapping[str, Any]]) -> None:
@@ -115,11 +128,11 @@ class Editor:
         own, typed = self._path(path), str(text).strip()
         if not typed:
             raise EditError(
-                f"'{own[-1]}' is empty: give a value, or remove the entry", self._element(own), own
+                f"'{_dotted(own)}' is empty: give a value, or remove the entry", "", own
             )
         above = [value_at(self.tree, own[:n]) for n in range(1, len(own))]
         if any(not isinstance(one, (dict, list)) for one in above if one is not None):
-            raise EditError(f"'{own[-2]}' is no table that could have an entry", "", own)
+            raise EditError(f"'{_dotted(own[:-1])}' is no table for an entry", "", own)
         if len(own) < 2 and isinstance(value_at(self.tree, own), dict):
             raise EditError(f"'{own[-1]}' is a table of the file: set an entry of it", "", own)
         value, raw = typed, ""
@@ -131,14 +144,14 @@ class Editor:
         """Remove an entry of the file, so that its default counts."""
         own = self._path(path)
         if value_at(self.tree, own) is None:
-            raise EditError(f"there is no '{'.'.join(map(str, own))}' in the file", "", own)
+            raise EditError(f"there is no '{_dotted(own)}' in the file", "", own)
         self.text = self.spans.without(own)
 
     def do_add(self, path: Sequence[Any], key: str, text: Any) -> None:
         """A further entry of a table."""
         own = (*self._path(path), str(key))
         if value_at(self.tree, own) is not None:
-            raise EditError(f"'{'.'.join(map(str, own))}' is in the file already", str(key), own)
+            raise EditError(f"'{_dotted(own)}' is in the file already", "", own)
         self.do_set(own, text)
 
     def _path(self, path: Sequence[Any]) -> Path:
@@ -150,10 +163,6 @@ class Editor:
         if not own:
             raise EditError("the path of an entry is empty: name its table and key")
         return tuple(own)
-
-    @staticmethod
-    def _element(path: Path) -> str:
-        return str(path[1]) if len(path) > 1 else ""
 
     # -- names and numbers -------------------------------------------------------------------------
 
@@ -171,20 +180,19 @@ class Editor:
 
     def _new(self, kind: str, first: int = 1) -> str:
         used = self._names()
-        every = (f"{kind}{n or ''}" for n in range(first, 99999))
-        return next(name for name in every if name not in used)
+        return next(n for k in range(first, 99999) if (n := f"{kind}{k or ''}") not in used)
+
+    @property
+    def _exact(self) -> int:
+        """Digits behind the point of lengths that are no finer than what closes."""
+        size = float(self.state.system.length) if self.state.system else 1.0
+        return DIGITS - math.floor(math.log10(size or 1.0))
 
     @property
     def _digits(self) -> int:
         """Digits behind the point of lengths: those of a tenth of a pixel."""
-        if isinstance(self.grain, (int, float)) and 0.0 < self.grain < math.inf:
-            return max(0, math.ceil(-math.log10(self.grain) - 1e-9))
-        return self._exact
-
-    @property
-    def _exact(self) -> int:
-        size = float(self.state.system.length) if self.state.system else 1.0
-        return DIGITS - math.floor(math.log10(size or 1.0))
+        whole = isinstance(self.grain, (int, float)) and 0.0 < self.grain < math.inf
+        return max(0, math.ceil(-math.log10(self.grain) - 1e-9)) if whole else self._exact
 
     def _pair(self, values: Sequence[float], digits: int | None = None) -> list[float]:
         x, y = values
@@ -211,7 +219,7 @@ class Editor:
         for group in pin_groups(self.tree):
             if place in group:
                 return group
-        raise EditError(f"there is no point '{place}'", str(place).partition(".")[0])
+        raise EditError(f"there is no point '{place}'", str(place))
 
     def _given(self, value: Any) -> Any:
         """Values of an element as the file has them: {"on": place} is a place, {"xy": [x, y]} a new
@@ -294,10 +302,7 @@ class Editor:
             raise EditError(f"'{place}' and '{to}' are pinned to each other already", place)
         both = {p.partition(".")[0] for p in group} & {p.partition(".")[0] for p in other}
         if both and both != {"ground"}:
-            raise EditError(
-                f"'{place}' and '{to}' are points of '{min(both)}': join points of two links",
-                min(both),
-            )
+            raise EditError(f"'{place}' and '{to}' are of '{min(both)}': join two links", place)
         goal = self.state.place(to)
         if max(abs(np.subtract(self.state.place(place), goal))) > 0.5 * 10.0**-self._exact:
             self.grain = None
@@ -309,7 +314,7 @@ class Editor:
     def do_ground(self, place: str) -> None:
         """Pin a point to the ground."""
         if any(one.startswith("ground.") for one in self._group(place)):
-            raise EditError(f"'{place}' is pinned to the ground already", place.partition(".")[0])
+            raise EditError(f"'{place}' is pinned to the ground already", place)
         self._pin(self._pivot(place), place)
 
     def _pivot(self, place: str) -> str:
@@ -323,7 +328,7 @@ class Editor:
         """Take a point off the ground."""
         pivots = [one for one in self._group(place) if one.startswith("ground.")]
         if not pivots:
-            raise EditError(f"'{place}' is not pinned to the ground", place.partition(".")[0])
+            raise EditError(f"'{place}' is not pinned to the ground", place)
         self.text = without(self.text, [("points", one) for one in pivots])
 
     def do_delete(self, names: Sequence[Sequence[str]]) -> None:
@@ -336,16 +341,12 @@ class Editor:
         if own[0] == "points":
             own = point_path(str(own[1]))
         if not re.fullmatch(r"[^\W\d]\w*", to):
-            raise EditError(
-                f"'{to}' is no name: begin with a letter, go on with letters, digits and _",
-                str(own[-1]),
-                own,
-            )
+            raise EditError(f"'{to}' is no name: use letters, digits and _")
         used = value_at(self.tree, own[:-1]) if own[-2:-1] == ("points",) else self._names()
         if to in (used or {}):
-            raise EditError(f"there is a '{to}' already: names are unique", str(own[-1]), own)
+            raise EditError(f"there is a '{to}' already: names are unique", to)
         if len(own) < 2 or value_at(self.tree, own) is None:
-            raise EditError(f"there is no '{own[-1]}' in the file", "", own)
+            raise EditError(f"there is no '{_dotted(own)}' in the file", "", own)
         self._splice(*other_name(self.spans, own, to))
 
     # -- moving ------------------------------------------------------------------------------------
@@ -358,7 +359,7 @@ class Editor:
         goal = self._along(place, xy) if along else (float(xy[0]), float(xy[1]))
         self._pair(goal)
         if reason := fixed(self.state, self.tree, group):
-            raise EditError(reason, place.partition(".")[0], point_path(place))
+            raise EditError(reason, place, point_path(place))
         names = handles(self.state, self.tree, group)
         if names:
             self._by_parameters(group, place, goal, names)
@@ -369,11 +370,10 @@ class Editor:
 
     def _along(self, place: str, xy: Sequence[float]) -> Pair:
         """The nearest place on the line through a point and another of its link."""
-        body = place.partition(".")[0]
-        others = [one for one in self._body(body, "choose").get("points", {})]
-        at, own = np.array(self.state.place(place)), place.partition(".")[2]
-        bases = [np.array(self.state.place(f"{body}.{one}")) for one in others if one != own]
-        arms = [at - base for base in bases if np.linalg.norm(at - base) > 0.0]
+        body, at = place.partition(".")[0], np.array(self.state.place(place))
+        others = [f"{body}.{one}" for one in self._body(body, "choose").get("points", {})]
+        arms = [at - self.state.place(one) for one in others]
+        arms = [arm for arm in arms if arm.any()]
         if not arms:
             raise EditError(f"'{body}' has no other point to keep a direction from", body)
         arm = arms[0] / np.linalg.norm(arms[0])
@@ -419,10 +419,8 @@ class Editor:
         system, run, mobility = self.state.system, self.state.run, self.state.mobility
         if system is None or run is None:
             raise EditError(f"'{place}' is given by {', '.join(names)}: change these", place)
-        if mobility is None:
-            whole = evaluate(self.text, self.name, self.folder)
-            assert whole.mobility is not None
-            mobility = whole.mobility
+        mobility = mobility or evaluate(self.text, self.name, self.folder).mobility
+        assert mobility is not None  # of what has bodies
         drag, before = Dragging(system, run, mobility), np.array(self.state.place(place))
         for _ in range(ROUNDS):
             drag.point(group, goal, names)
@@ -431,7 +429,7 @@ class Editor:
                 break
             before = at
         if drag.stopped and not drag.changed:
-            raise EditError(drag.stopped, place.partition(".")[0], point_path(place))
+            raise EditError(drag.stopped, place, point_path(place))
         moved = math.dist(drag.place(place), self.state.place(place))
         for name in names:
             old = float(system.values[name])
@@ -458,12 +456,9 @@ class Editor:
                 self.text = text
                 self._look()
         x, y = self.state.place(place)
-        if self.text == self.start and math.dist((x, y), goal) > near:
-            raise EditError(
-                f"'{place}' cannot be moved there: it is where its joints and parameters have it",
-                place.partition(".")[0],
-            )
         if math.dist((x, y), goal) > near:
+            if self.text == self.start:
+                raise EditError(f"'{place}' cannot be moved there: its joints hold it", place)
             unit = self.state.mechanism.units.length
             self.remark = (
                 f"'{place}' came to {x:.4g}, {y:.4g} {unit}, not to {goal[0]:.4g}, {goal[1]:.4g}: "
@@ -472,43 +467,25 @@ class Editor:
 
     # -- elements ----------------------------------------------------------------------------------
 
-    def _element_of(
-        self, section: str, kind: str, fields: Mapping[str, Any], name: str, like: str
+    def _add(self, section: str, table: Mapping[str, Any], name: str, like: str = "") -> None:
+        """A new element of a section."""
+        name = name or like
+        if name in self._names():
+            raise EditError(f"there is a '{name}' already: choose another name", name)
+        self._put((section, name), dict(table))
+
+    def _element(
+        self, section: str, like: str, kind: str, fields: Mapping[str, Any], name: str = ""
     ) -> None:
         """An element of any kind of a section, with the fields of the file."""
         table = {str(key): self._given(value) for key, value in fields.items()}
-        if "places" in table:
-            table = {kind: table.pop("places"), **table}
         if kind_in(section, {kind: None}) is None:
             kinds = ", ".join(SECTIONS[section])
             raise EditError(f"there is no kind of {section} '{kind}' (there are: {kinds})")
-        if kind not in table:
+        main = table.pop("places") if "places" in table else table.pop(kind, None)
+        if main is None:
             raise EditError(f"'{kind}' is missing: give the places or the number of that name")
-        name = name or self._new(like)
-        if name in self.tree.get(section, {}):
-            raise EditError(f"there is a '{name}' already: choose another name", name)
-        self._put((section, name), {kind: table.pop(kind), **table})
-
-    def do_joint(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
-        """A joint of any kind."""
-        self._element_of("joints", kind, fields, name, "J")
-
-    def do_load(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
-        """A load of any kind."""
-        like = {"force": "F", "torque": "T"}.get(kind, kind)
-        self._element_of("loads", kind, fields, name, like)
-
-    def do_driver(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
-        """A driver of any kind."""
-        self._element_of("drivers", kind, fields, name, "motor")
-
-    def do_contact(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
-        """A contact, a rope, a stop or a freewheel."""
-        self._element_of("contacts", kind, fields, name, kind)
-
-    def do_coupling(self, kind: str, fields: Mapping[str, Any], name: str = "") -> None:
-        """A coupling of angles or lengths."""
-        self._element_of("couplings", kind, fields, name, "coupling")
+        self._add(section, {kind: main, **table}, name, self._new(like or kind))
 
     def do_slider(
         self, place: str, angle: float = 0.0, body: str = "ground", name: str = ""
@@ -516,9 +493,7 @@ class Editor:
         """A point slides along a line of the ground or of a link: a pin in a slot."""
         group = self._group(place)
         if any(one.partition(".")[0] == body for one in group):
-            raise EditError(
-                f"'{place}' is pinned to '{body}', where it is to slide: free it first", body
-            )
+            raise EditError(f"'{place}' is pinned to '{body}': free it before it slides", place)
         if body == "ground":
             line: dict[str, Any] = {"body": body, "point": self._pivot(place).partition(".")[2]}
         else:
@@ -526,7 +501,7 @@ class Editor:
             xy = self.state.in_link(body, self.state.place(place))
             line = {"body": body, "point": self._pair(xy, self._exact)}
         line["angle"] = self._angle(angle - math.degrees(self.state.pose(body)[2]))
-        self._put(("joints", name or self._new("slot")), {"pin_slot": [line, place]})
+        self._add("joints", {"pin_slot": [line, place]}, name, self._new("slot"))
 
     do_slot = do_slider
 
@@ -534,49 +509,45 @@ class Editor:
         """A motor turns a link, or one link from another at a pin, or pushes a slide; from where it
         stands.
         """
-        table: dict[str, Any] = {"angle": body}
+        other = "ground"
         if joint:
             own = next((one for one in self.state.mechanism.joints if one.name == joint), None)
             if own is None:
                 raise EditError(f"there is no joint '{joint}'", joint)
-            word = kind_in("joints", self.tree["joints"][joint]) or ""
             if type(own).__name__ in ("Prismatic", "PinSlot"):
-                return self._pusher(own, self.tree["joints"][joint][word], rate, name)
+                return self._pusher(own, rate, name)
             ends = [own.i.body, own.j.body]
-            body = ends[0] if ends[1] == "ground" else ends[1]
-            table = {"angle": body}
-            if "ground" not in ends:
-                table["relative_to"] = ends[0]
+            other, body = reversed(ends) if ends[1] == "ground" else ends
         self._body(body, "put the motor on")
-        other = str(table.get("relative_to", "ground"))
         value = math.degrees(self.state.pose(body)[2] - self.state.pose(other)[2])
-        law = {"value": self._angle(value), "speed": rate or "60 rpm"}
-        table["law"] = {"constant_speed": law}
-        self._put(("drivers", name or self._new("motor", 0)), table)
+        law = {"constant_speed": {"value": self._angle(value), "speed": rate or "60 rpm"}}
+        relative = {} if other == "ground" else {"relative_to": other}
+        self._add("drivers", {"angle": body, **relative, "law": law}, name, self._new("motor", 0))
 
-    def _pusher(self, joint: Any, places: Any, rate: str, name: str) -> None:
+    def _pusher(self, joint: Any, rate: str, name: str) -> None:
         """A cylinder along a slide."""
-        system = self.state.system
+        system, table = self.state.system, self.tree["joints"][joint.name]
         assert system is not None  # it has a joint
+        places = table[kind_in("joints", table)]
         pairs = zip(places, (joint.i, joint.j), strict=True)
-        ends = [place_name(place) or str(marker.body) for place, marker in pairs]
-        arm = np.subtract(self.state.place(ends[1]), self.state.place(ends[0]))
+        i, j = (self.state.place(place_name(one) or str(marker.body)) for one, marker in pairs)
         angle = self.state.pose(joint.i.body)[2] + float(system.numbers.angle(joint, "i"))
-        value = float(arm @ (math.cos(angle), math.sin(angle)))
-        law = {"value": plain(value, self._exact), "speed": rate or "100 mm/s"}
-        table = {"coordinate": list(places), "law": {"constant_speed": law}}
-        self._put(("drivers", name or self._new("motor", 0)), table)
+        value = plain(
+            (j[0] - i[0]) * math.cos(angle) + (j[1] - i[1]) * math.sin(angle), self._exact
+        )
+        law = {"constant_speed": {"value": value, "speed": rate or "100 mm/s"}}
+        self._add("drivers", {"coordinate": places, "law": law}, name, self._new("motor", 0))
 
     def do_force(self, place: str, force: Any, angle: float = 0.0, name: str = "") -> None:
         """A force at a point, in a direction of the world [deg]."""
         self._group(place)
         table = {"force": self._given(force), "at": place, "angle": self._angle(angle)}
-        self._put(("loads", name or self._new("F")), table)
+        self._add("loads", table, name, self._new("F"))
 
     def do_torque(self, body: str, torque: Any, name: str = "") -> None:
         """A torque on a link."""
         self._body(body, "put the torque on")
-        self._put(("loads", name or self._new("T")), {"torque": self._given(torque), "body": body})
+        self._add("loads", {"torque": self._given(torque), "body": body}, name, self._new("T"))
 
     def do_mass(self, body: str, mass: Any) -> None:
         """A mass; its centre amid the points where the file says none."""
@@ -645,9 +616,7 @@ class Editor:
         own = self._path(path)
         written = value_at(self.tree, own)
         if not is_number(written, self.state):
-            raise EditError(
-                f"'{own[-1]}' is no number that could have a name", self._element(own), own
-            )
+            raise EditError(f"'{_dotted(own)}' is no number that could have a name", "", own)
         if not name.isidentifier() or name in self._names():
             raise EditError(f"'{name}' is no new name: begin with a letter, choose another", name)
         self._put(("parameters", name), written, self.spans.raw(own))
@@ -779,6 +748,10 @@ def _mirrored(point: Any) -> Any:
     if isinstance(point, dict):
         return {**point, "angle": _negated(point["angle"])}
     return [point[0], _negated(point[1])]
+
+
+def _dotted(path: Path) -> str:
+    return ".".join(map(str, path))
 
 
 def _typed(text: str) -> tuple[Any, str]:

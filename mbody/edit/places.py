@@ -36,7 +36,7 @@ class EditError(ModelError):
     """Why an edit is refused: a sentence, the element, and the key in the file."""
 
     def __init__(self, sentence: str, element: str = "", path: Path = ()) -> None:
-        super().__init__(sentence, element)
+        super().__init__(sentence, element.partition(".")[0] or "".join(map(str, path[1:2])))
         self.path = path
 
 

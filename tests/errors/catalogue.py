@@ -11,6 +11,7 @@ from pathlib import Path
 from unittest import mock
 
 from mbody.cli.streams import UsageError
+from mbody.edit.places import EditError
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.quantities import FormulaError
 from tests.errors import (
@@ -27,6 +28,7 @@ from tests.errors import (
     derivatives,
     describing,
     drives,
+    editing,
     engineering,
     engines,
     everyday,
@@ -91,6 +93,7 @@ SUBJECTS = (
         engines,
         bars,
         drives,
+        editing,
         cams,
         balancing,
         teaching,
@@ -160,7 +163,7 @@ def recorded():
         return init
 
     with contextlib.ExitStack() as stack:
-        for kind in (*KINDS, FormulaError):
+        for kind in (*KINDS, FormulaError, EditError):
             stack.enter_context(mock.patch.object(kind, "__init__", recording(kind.__init__)))
         yield found
 

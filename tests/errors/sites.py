@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from tests.errors.catalogue import PACKAGE
 
-CONSTRUCTORS = {"ModelError", "SolveError", "UsageError", "FormulaError", "NotANumber", "NotFinite"}
+CONSTRUCTORS = {"ModelError", "EditError", "SolveError", "UsageError", "FormulaError"}
+CONSTRUCTORS |= {"NotANumber", "NotFinite"}
 #: Checks that many functions share; what they are told is the name of an argument.
 CHECKS = {"whole_number", "takes_one_design", "unknown_name"}
 #: Functions that make sentences, or parts of them, without making the error.
