@@ -18,6 +18,7 @@ from tests.errors import (
     assembling,
     balancing,
     bars,
+    boards,
     bridges_pymunk,
     cams,
     closing,
@@ -116,6 +117,7 @@ SUBJECTS = (
         reporting,
         images,
         command,
+        boards,
         cores,
     ),
 )
