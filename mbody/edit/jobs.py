@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import mbody
 from mbody.errors import ModelError, brief
 
 if TYPE_CHECKING:
@@ -34,6 +35,15 @@ EXPORTS: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
 }
 #: Signs of what a command has said that are kept.
 LONGEST = 2_000
+
+
+def as_word(path: str) -> str:
+    """A path as a word of a command that is no option.
+
+    >>> as_word("-o.toml"), as_word("press.toml")
+    ('./-o.toml', 'press.toml')
+    """
+    return f"./{path}" if path.startswith("-") else path
 
 
 def command_of(document: Document, word: str) -> str:
@@ -97,16 +107,17 @@ class ExportJobs:
         head = [verb, word] if verb else analysis_words(document, word)
         if not verb and head[0] == "check":
             raise ModelError("there are no results yet to write: drive all that is free")
-        target = file.relative_to(self.folder).as_posix()
+        target = as_word(file.relative_to(self.folder).as_posix())
         job = ExportJob([*head, *option.split(), target], file)
+        # nothing is imported from the folder, whose files may be anybody's
         job.process = subprocess.Popen(
-            [sys.executable, "-m", "mbody", *job.words],
+            [sys.executable, "-P", "-m", "mbody", *job.words],
             cwd=self.folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+            env=os.environ | {"PYTHONPATH": str(Path(mbody.__file__).parents[1])},
         )
         number = secrets.token_hex(8)
         self.jobs[number] = job

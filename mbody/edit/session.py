@@ -20,7 +20,7 @@ from mbody.edit.board_state import board_state, drag_state, modes_of, number_of
 from mbody.edit.board_views import VIEWS, checked_view, picture_of, read_views, views_file
 from mbody.edit.document import Document
 from mbody.edit.dragging import Dragging
-from mbody.edit.jobs import ExportJobs, command_of
+from mbody.edit.jobs import ExportJobs, as_word, command_of
 from mbody.errors import ModelError, SolveError, at_the_command, brief
 from mbody.files.model.toml_text import toml
 from mbody.files.writing import writing
@@ -156,7 +156,7 @@ class BoardSession:
         fault = self.document.save(file, force=force)
         if fault is not None:
             return {"rev": self.revision, "fault": fault.data(), "conflict": fault.conflict}
-        self.file, self.word = file, self._name_of(file)
+        self.file, self.word = file, as_word(self._name_of(file))
         self._keep_views()
         return self._changed() | {"saved": True}
 
@@ -204,7 +204,7 @@ class BoardSession:
         if file is not None and file == self.file:
             document.forget()
         self.document, self.file, self.notes = document, file, []
-        self.word = word if file is None else self._name_of(file)
+        self.word = word if file is None else as_word(self._name_of(file))
         self.past -= int(document.revision)
         self.views = read_views(file)
         self.recovered = document.journal

@@ -220,6 +220,16 @@ def test_why_a_command_has_failed_is_said(served):
     assert not (served.folder / "film.gif").exists()
 
 
+def test_nothing_in_the_folder_is_run(served):
+    """Neither modules beside the model, nor names of files that look like options."""
+    for name in ("numpy", "mbody", "matplotlib", "sitecustomize"):
+        (served.folder / f"{name}.py").write_text(f"open('ran-{name}', 'w'); raise SystemExit(3)")
+    served.act("save", file="--help.toml")
+    assert export(served, do="csv")["file"] == "--help.csv"
+    assert (served.folder / "--help.csv").read_text().startswith("t [s]")
+    assert not list(served.folder.glob("ran-*"))
+
+
 def test_a_gallery_model_is_exported_by_its_name(served):
     served.act("open", gallery="hoekens")
     found = export(served, do="drawing")
