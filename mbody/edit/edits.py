@@ -242,7 +242,7 @@ class Editor:
     def do_point(self, body: str, xy: Sequence[float], name: str = "") -> None:
         """A point of a link, or a pivot of the ground."""
         if body != "ground":
-            self._body(body, "put the point on")
+            self._body(body, "choose")
         name = name or self._letter()
         path = point_path(f"{body}.{name}")
         if value_at(self.tree, path) is not None:
@@ -429,7 +429,7 @@ class Editor:
                 break
             before = at
         if drag.stopped and not drag.changed:
-            raise EditError(drag.stopped, place, point_path(place))
+            raise EditError(f"'{place}': {drag.stopped}", place, point_path(place))
         moved = math.dist(drag.place(place), self.state.place(place))
         for name in names:
             old = float(system.values[name])

@@ -24,6 +24,7 @@ hub = { revolute = ["ground", "wheel"] }
 [loads]
 F = { force = "3*a*(1 N/m)", at = "rod.B" }
 """
+HELD = TEXT.replace("wheel = {}", 'wheel = { guess = { x = "a" } }')
 ALONE = TEXT.partition("[bodies]")[0]
 
 
@@ -73,6 +74,7 @@ a name that there is | EditError | crank | there is a 'crank' already: names are
 another name of nothing | EditError | lever | there is no 'bodies.lever' in the file
 a point by a formula of numbers | EditError | crank | 'crank.M' is given by the formula '9*cos(45 deg)', which has no parameter: give it numbers first
 a direction from nothing | EditError | ram | 'ram' has no other point to keep a direction from
+a parameter that is held | EditError | ground | 'ground.Q': parameter 'a' is used in a table, a program, a guess …
 a parameter of a page without links | EditError | ground | 'ground.Q' is given by a: change these
 an origin that is held | EditError | wheel | 'wheel' cannot be moved there: its joints hold it
 a kind that there is not | EditError | - | there is no kind of joints 'glue' (there are: …
@@ -129,6 +131,7 @@ SCENARIOS = {
     "another name of nothing": edit("rename", path=["bodies", "lever"], to="arm"),
     "a point by a formula of numbers": edit("move", place="crank.M", xy=[1, 1]),
     "a direction from nothing": edit("move", place="ram.B", xy=[1, 1], along=True),
+    "a parameter that is held": edit("move", HELD, place="ground.Q", xy=[35, 5]),
     "a parameter of a page without links": edit("move", ALONE, place="ground.Q", xy=[1, 1]),
     "an origin that is held": edit("move", place="wheel", xy=[9, 9]),
     "a kind that there is not": edit("joint", kind="glue", fields={}),

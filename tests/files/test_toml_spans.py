@@ -108,21 +108,21 @@ def test_every_entry_can_be_taken_away_and_added_again(text):
         above, value = value_at(tree, path[:-1]), value_at(tree, path)
         del above[path[-1]]
         left = spans.without(path)
-        assert _pruned(tomllib.loads(left)) == _pruned(tree)
+        assert pruned(tomllib.loads(left)) == pruned(tree)
         if isinstance(path[-1], str) and not isinstance(value, dict) and value != "😀":
             again = spliced(left, [Spans(left).inserted(path[:-1], path[-1], 7)])
             if not any(isinstance(key, int) for key in path):
                 above[path[-1]] = 7
-                assert _pruned(tomllib.loads(again)) == _pruned(tree)
+                assert pruned(tomllib.loads(again)) == pruned(tree)
 
 
-def _pruned(tree):
+def pruned(tree):
     """Without empty tables: of a section nothing may be left but its header, or not that."""
     if isinstance(tree, list):
-        return [_pruned(one) for one in tree]
+        return [pruned(one) for one in tree]
     if not isinstance(tree, dict):
         return tree
-    inside = {key: _pruned(value) for key, value in tree.items()}
+    inside = {key: pruned(value) for key, value in tree.items()}
     return {key: value for key, value in inside.items() if value != {}}
 
 
