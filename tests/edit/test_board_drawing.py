@@ -19,6 +19,9 @@ pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(chromium() is None, reason="there is no chromium"),
 ]
+#: An empty page, whatever was drawn before.
+NEW = """fetch('act', { method: 'POST', headers: { 'Content-Type': 'application/json' },
+  body: JSON.stringify({ act: 'open', new: '', force: true }) }).then(() => 0)"""
 EMPTY = 'units = "mm-N-s"\n'
 
 
@@ -43,8 +46,7 @@ def pictures(tmp_path_factory):
 @pytest.fixture
 def page(chrome, address):
     made = BoardPage(chrome, address)
-    made.read("fetch('act', { method: 'POST', headers: { 'Content-Type': 'application/json' }, "
-              "body: JSON.stringify({ act: 'open', new: '', force: true }) }).then(() => 0)")  # fmt: skip
+    made.read(NEW)
     made.browser.open(address)
     made.wait("!!window.mbody?.board")
     made.idle()

@@ -18,8 +18,9 @@ export const button = (text, title, act, more = {}) => {
   return made;
 };
 const headed = (names) => el("thead", {}, el("tr", {}, ...names.map((name) => el("th", { scope: "col" }, name))));
-const nameOf = (path) => (path.length > 1 ? path.slice(1) : path).map((key) => ({ 0: "x", 1: "y" }[key] ?? key)).filter((key) =>
-  !["points", "law"].includes(key)).join(".");
+/** Keys of a path, those of a pair as x and y. */
+const keysOf = (path) => path.map((key, n) => (n === path.length - 1 ? { 0: "x", 1: "y" }[key] ?? key : key));
+const nameOf = (path) => keysOf(path.length > 1 ? path.slice(1) : path).filter((key) => !["points", "law"].includes(key)).join(".");
 /** A number written as the text of a field is: with its unit. */
 function written(row, value) {
   const parts = /^\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(.*)$/i.exec(row.text), by = parts && row.value ? Number(parts[1]) / row.value : 1;
@@ -152,7 +153,7 @@ export class Panels {
     for (const row of this.board.state.rows) {
       const [, input, , why] = this.#field(row);
       input.setAttribute("aria-label", row.path.join("."));
-      body.append(el("tr", {}, el("th", { scope: "row" }, row.path.map((key) => ({ 0: "x", 1: "y" }[key] ?? key)).join(".")), el("td", {}, input, why),
+      body.append(el("tr", {}, el("th", { scope: "row" }, keysOf(row.path).join(".")), el("td", {}, input, why),
         el("td", {}, row.unit ?? ""), el("td", {}, Number.isFinite(row.value) ? shown(row.value, 5) : ""), el("td", {}, row.field ?? row.label ?? "")));
     }
     return [this.#table(el("table", { class: "all" }, headed(WORDS.columns), body))];
