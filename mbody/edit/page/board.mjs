@@ -400,6 +400,8 @@ class Board {
     paper.listen({
       grab: (event) => {
         if (event.button !== 0 || !this.state) return false;
+        const ghost = document.elementsFromPoint(event.clientX, event.clientY).map((one) => one.closest?.("[data-mode]")).find(Boolean);
+        if (ghost) { this.menu.takeMode(+ghost.dataset.mode); return true; }
         paper.svg.focus({ preventScroll: true });
         paper.cross = null;
         this.#closeTyped();

@@ -15,15 +15,18 @@ const POLL = 250; // ms between two looks at an export
 
 export class Menu {
   constructor(board) {
-    this.board = board;
+    Object.assign(this, { board, corner: false });
     this.dialog = el("dialog", { class: "menu", "aria-labelledby": "menu-title" });
-    this.dialog.addEventListener("close", () => board.paper.svg.focus({ preventScroll: true }));
+    this.dialog.addEventListener("keydown", (event) => { if (event.key === "Escape") this.dialog.close(); });
+    this.dialog.addEventListener("close", () => { if (board.paper.state) board.paper.showGhosts([]); board.paper.svg.focus({ preventScroll: true }); });
     this.dialog.addEventListener("click", (event) => { if (event.target === this.dialog) this.dialog.close(); });
   }
+  /** A dialog, or a list in the corner of the paper that leaves the paper to the pointer. */
   #show(title, ...parts) {
     this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" },
       button(WORDS.cancel, "Esc", () => this.dialog.close())));
-    if (!this.dialog.open) this.dialog.showModal();
+    this.dialog.classList.toggle("corner", this.corner);
+    if (!this.dialog.open) this.dialog[this.corner ? "show" : "showModal"]();
   }
   /** Choose one of entries [{name, note, act}], by name. */
   pick(title, entries) {
@@ -217,6 +220,7 @@ export class Menu {
     return board.add("joint", "cam_follower", { cam_follower: [centre, follower], base_radius: number(made.base_radius), roller: number(made.roller),
       profile: { cam: { period: "360 deg", segments } } }, did.cam);
   }
+  takeMode(index) { this.dialog.close(); return this.board.edit({ do: "mode", index, what: did.mode }); }
   async #modes() {
     const { board } = this, { modes, complete, fault } = await board.ask({ act: "modes" });
     if (fault) { board.fault = fault; return board.tell(); }
@@ -224,7 +228,9 @@ export class Menu {
     if (!others.length) return board.say(WORDS.oneMode);
     board.say(complete === false ? `${WORDS.ghostsHere} …` : WORDS.ghostsHere);
     board.paper.showGhosts(others);
-    const take = (index) => board.edit({ do: "mode", index, what: did.mode });
-    return this.pick(WORDS.modes, others.map((mode) => ({ name: mode.name || WORDS.mode(mode.index + 1), act: () => take(mode.index) })));
+    this.corner = true;
+    this.pick(WORDS.modes, others.map((mode) => ({ name: mode.name || WORDS.mode(mode.index + 1), act: () => this.takeMode(mode.index) })));
+    this.corner = false;
+    return null;
   }
 }

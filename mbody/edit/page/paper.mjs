@@ -36,7 +36,6 @@ export class Paper extends Sheet {
     const first = !this.state;
     this.state = state;
     this.ghosts = [];
-    this.by = 0; // of arrows
     this.layers.ghosts.replaceChildren();
     this.#build(state.scene);
     this.home();
@@ -62,6 +61,7 @@ export class Paper extends Sheet {
   /** Everything where the file has it. */
   home() {
     const { state } = this;
+    this.by = 0; // pixels a force
     if (this.scene !== state.scene) this.#build(state.scene);
     this.poses = Object.fromEntries(Object.entries(state.bodies).map(([name, one]) => [name, one.pose]));
     this.arms = Object.fromEntries(Object.entries(state.bodies).map(([name, one]) => [name, one.points]));
