@@ -3,56 +3,19 @@ hand in other axes, their forces to 1e-9, and undo comes back to the first byte.
 """
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import mbody
 from mbody.files.model import from_toml
-from tests.support.board_page import BoardPage, served
-from tests.support.browser import browser as started
+from tests.support.board_page import EMPTY
 from tests.support.browser import chromium
 
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(chromium() is None, reason="there is no chromium"),
 ]
-#: An empty page, whatever was drawn before.
-NEW = """fetch('act', { method: 'POST', headers: { 'Content-Type': 'application/json' },
-  body: JSON.stringify({ act: 'open', new: '', force: true }) }).then(() => 0)"""
-EMPTY = 'units = "mm-N-s"\n'
-
-
-@pytest.fixture(scope="module")
-def chrome():
-    with started("--hide-scrollbars") as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def address(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("board")) as found:
-        yield found
-
-
-@pytest.fixture(scope="session")
-def pictures(tmp_path_factory):
-    """Where pictures of what was drawn are kept, to be looked at."""
-    return Path(os.environ.get("MBODY_PICTURES") or tmp_path_factory.mktemp("pictures"))
-
-
-@pytest.fixture
-def page(chrome, address):
-    made = BoardPage(chrome, address)
-    made.read(NEW)
-    made.browser.open(address)
-    made.wait("!!window.mbody?.board")
-    made.idle()
-    assert made.text == EMPTY
-    yield made
-    assert made.problems == []
 
 
 def polar(a, b):
@@ -87,9 +50,7 @@ def field(page, path, text):
     """Type into a field of the table."""
     page.read("document.querySelector('[data-tab=table]').click()")
     page.idle()
-    page.read(f"(() => {{ const f = document.querySelector('[data-path=\"{path}\"]'); "
-              "f.focus(); f.select(); return 0; })()")  # fmt: skip
-    page.write(text)
+    page.fill(f'[data-path="{path}"]', text)
     page.key("Enter")
 
 

@@ -1,11 +1,14 @@
 """The drawing board in headless Chromium: pointer, fingers and keys at places of the drawing."""
 
 import base64
+import json
 import subprocess
 import sys
 from contextlib import contextmanager
 from itertools import pairwise
 
+#: The file of an empty page.
+EMPTY = 'units = "mm-N-s"\n'
 CODES = {
     "Tab": 9, "Enter": 13, "Escape": 27, " ": 32, "Home": 36, "ArrowLeft": 37, "ArrowUp": 38,
     "ArrowRight": 39, "ArrowDown": 40, "Delete": 46, "F2": 113,
@@ -95,6 +98,12 @@ class BoardPage:
     def write(self, text):
         """Type a text into the field that has the focus."""
         self.call("Input.insertText", text=text)
+
+    def fill(self, css, text):
+        """Type over what stands in a field."""
+        found = f"document.querySelector({json.dumps(css)})"
+        self.read(f"((f) => {{ f.focus(); f.select(); return 0; }})({found})")
+        self.write(text)
 
     # -- pointer ----------------------------------------------------------------------------------
 

@@ -211,6 +211,7 @@ class Board {
       made.replaceChildren(WORDS[name], ...(what ? [el("small", {}, ` ${what}`)] : []));
       made.title = what ? WORDS.undoTip(what, made.getAttribute("aria-keyshortcuts")) : WORDS.nothing(name);
     }
+    this.root.classList.toggle("stale", Boolean(state.fault)); // the picture is of the last text without mistakes
     this.homeButton.disabled = true;
     this.playButton.disabled = !Object.keys(state.drivers).length;
     this.modesButton.hidden = state.modes !== null && state.modes !== undefined && state.modes < 2;
@@ -459,9 +460,8 @@ class Board {
   }
   escape() {
     this.#closeTyped();
-    if (!TOOLS[this.tool].stop(this)) { this.choose(null); this.take("select"); }
+    if (!TOOLS[this.tool].stop(this)) { this.choose(null); this.take("select"); this.paper.cross = null; }
     this.press = null;
-    this.paper.cross = null;
     this.paper.showGhosts([]);
     this.fault = this.state.fault;
     this.tell();

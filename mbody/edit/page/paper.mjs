@@ -148,27 +148,28 @@ export class Paper extends Sheet {
     Object.assign(this, { wide: wide || 600, tall: tall || 400 });
     this.svg.setAttribute("viewBox", `0 0 ${this.wide} ${this.tall}`);
   }
-  /** A first view: everything, or some lengths of empty paper. */
+  /** The first view: as it was kept, or everything. */
   look() {
     const own = this.state.views?.camera;
     if (own) { this.camera = { s: 1 / own.unit, x: 0.5 * this.wide - own.x / own.unit, y: 0.5 * this.tall + own.y / own.unit }; return; }
-    if (this.fit()) return;
-    const s = Math.min(this.wide, 1.6 * this.tall) / (ACROSS[this.state.units.length] ?? 100);
-    this.camera = { s, x: 0.2 * this.wide, y: 0.62 * this.tall };
+    this.fit();
   }
-  /** The view that shows everything; false where there is nothing. */
+  /** The view that shows everything, or some lengths of empty paper. */
   fit() {
     const all = this.points().map(([, at]) => at), { scene } = this;
     for (const { c, p, r = 0 } of scene.shapes) { // wheels and cams too
       const n = scene.carriers[c].x ? 3 : 2;
       for (let k = 0; k < p.length; k += n) if (p[k] !== null) { const [x, y] = this.motion.carried(c, p, k, n); all.push([x - r, y - r], [x + r, y + r]); }
     }
-    if (!all.length) return false;
+    if (!all.length) {
+      const s = Math.min(this.wide, 1.6 * this.tall) / (ACROSS[this.state.units.length] ?? 100);
+      this.camera = { s, x: 0.2 * this.wide, y: 0.62 * this.tall };
+      return;
+    }
     const low = [0, 1].map((i) => Math.min(...all.map((p) => p[i]))), high = [0, 1].map((i) => Math.max(...all.map((p) => p[i])));
     const [w, h] = [0, 1].map((i) => high[i] - low[i]), least = (ACROSS[this.state.units.length] ?? 100) * 1e-3;
     const s = Math.min(Math.max(60, this.wide - 150) / Math.max(w, least), Math.max(60, this.tall - 150) / Math.max(h, least), 1e9);
     this.camera = { s, x: 0.5 * this.wide - 0.5 * s * (low[0] + high[0]), y: 0.5 * this.tall + 0.5 * s * (low[1] + high[1]) };
-    return true;
   }
   /** The view as it is kept beside the model: its middle, and the length of a pixel. */
   get view() { const [x, y] = this.world([0.5 * this.wide, 0.5 * this.tall]); return { x, y, unit: 1 / this.camera.s }; }

@@ -1,0 +1,262 @@
+"""The page of the board: by pointer, keys and fingers, in all sizes, with mistakes."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.board_page import EMPTY
+from tests.support.browser import chromium
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(chromium() is None, reason="there is no chromium"),
+]
+RULES = (Path(__file__).parents[1] / "views" / "accessibility_rules.js").read_text("utf-8")
+#: Texts with less contrast than 4.5, of what can be used: [text, ratio].
+CONTRAST = """(() => {
+const rgb = (text) => (text.match(/[\\d.]+/g) ?? [0, 0, 0, 0]).map(Number);
+const light = ([r, g, b]) => [r, g, b].map((v) => v / 255)
+  .map((v) => (v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+  .reduce((sum, v, n) => sum + v * [0.2126, 0.7152, 0.0722][n], 0);
+const behind = (e) => { for (; e; e = e.parentElement) {
+  const c = rgb(getComputedStyle(e).backgroundColor);
+  if (c.length < 4 || c[3] > 0.99) return c; } return [255, 255, 255]; };
+return [...document.querySelectorAll('main *')].filter((e) => e.getClientRects().length
+  && !e.closest('svg, :disabled')
+  && [...e.childNodes].some((n) => n.nodeType === 3 && n.data.trim()))
+  .map((e) => { const [a, b] = [rgb(getComputedStyle(e).color), behind(e)].map(light);
+    return [e.textContent.slice(0, 30), (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05)]; })
+  .filter(([, ratio]) => ratio < 4.5); })()"""
+SMALL = """[...document.querySelectorAll('button, input, select')].filter((e) => e.offsetParent
+  && (e.offsetHeight < 44 || e.offsetWidth < 44)).map((e) => e.outerHTML.slice(0, 90))"""
+
+
+def two_links(page):
+    page.key("l")
+    for place in ((0, 0), (10, 20), (56, 40)):
+        page.click(*place)
+    page.keys("Escape", "Escape")
+
+
+def walk(page, here, there):
+    """Arrow keys from a place to another on a grid of 2 mm."""
+    for n, (less, more) in enumerate((("ArrowLeft", "ArrowRight"), ("ArrowDown", "ArrowUp"))):
+        steps = round((there[n] - here[n]) / 2)
+        for _ in range(abs(steps) // 10):
+            page.key(more if steps > 0 else less, "shift")
+        for _ in range(abs(steps) % 10):
+            page.key(more if steps > 0 else less)
+    return there
+
+
+def tab(page, name):
+    page.read(f"document.querySelector('[data-tab={name}]').click()")
+    page.idle()
+
+
+def test_keys_alone_draw_what_the_pointer_draws(page):
+    two_links(page)
+    page.key("g")
+    page.click(0, 0)
+    page.key("m")
+    page.click(5, 10)
+    page.key("f")
+    page.drag((56, 40), (56, 20))
+    drawn = page.text
+    while page.text != EMPTY:
+        page.key("z", "ctrl")
+    page.keys("Escape", "Escape", "l", "ArrowUp")
+    here = page.read(
+        "document.querySelector('.said').textContent.replaceAll('−', '-').split(', ').map(Number)"
+    )
+    for place in ((0, 0), (10, 20), (56, 40)):
+        here = walk(page, here, place)
+        page.key("Enter")
+    page.keys("Escape", "g")
+    here = walk(page, here, (0, 0))
+    page.keys("Enter", "m")
+    here = walk(page, here, (4, 8))
+    page.keys("Enter", "f")
+    here = walk(page, here, (56, 40))
+    page.key("Enter")
+    walk(page, here, (56, 20))
+    page.key("Enter")
+    assert page.text == drawn
+
+
+def test_numbers_are_typed_while_drawing(page):
+    two_links(page)
+    page.key("l")
+    page.click(56, 40)
+    page.hover(70, 50)
+    page.key("3")
+    page.write(" cm")
+    page.key("Tab")
+    page.write("-60")
+    page.key("Enter")
+    link = page.text.split("[bodies.link3]")[1].split("\n")[1]
+    assert "C = [56, 40]" in link
+    assert "D = [71, 14.0192378" in link  # 40 - 30 sin 60
+    page.hover(80, 10)
+    page.key("5")
+    page.write(" parsec2")
+    page.key("Enter")
+    assert "parsec2" in page.messages[0]["text"] and "link4" not in page.text
+    page.keys("Escape")
+
+
+def test_a_mistake_is_a_sentence_beside_its_field_and_changes_nothing(page):
+    two_links(page)
+    page.key("g")
+    page.click(0, 0)
+    page.key("m")
+    page.click(5, 10)
+    page.keys("Escape", "Escape")
+    before = page.text
+    page.fill('[data-path="drivers.motor.law.constant_speed.speed"]', "90 rmp")
+    page.key("Enter")
+    assert page.text == before
+    field = "document.querySelector('[data-path=\"drivers.motor.law.constant_speed.speed\"]')"
+    assert page.read(f"{field}.getAttribute('aria-invalid')") == "true"
+    assert page.read(f"{field}.value") == "90 rmp"
+    said = page.read(
+        f"document.getElementById({field}.getAttribute('aria-describedby')).textContent"
+    )
+    assert "rmp" in said and said == page.messages[0]["text"]
+    assert page.messages[0]["element"] == "motor"
+    assert page.read("document.querySelectorAll('.faulty').length") == 1
+    page.key("Escape")
+    assert page.read(f"{field}.value") == "60 rpm"
+    assert page.read("document.querySelectorAll('.faulty').length") == 0
+    tab(page, "text")
+    page.fill("textarea", before.replace("[joints]", "[jointz]"))
+    page.key("Enter", "ctrl")
+    line = page.text.split("\n").index("[jointz]") + 1
+    problems = page.read("document.querySelector('.problems').textContent")
+    assert problems.startswith(f"line {line}: ") and "did you mean 'joints'" in problems
+    assert page.read("document.querySelector('main').classList.contains('stale')")
+    page.read("(document.querySelector('.problems button').click(), 0)")
+    marked = "(({ value, selectionStart: a, selectionEnd: b }) => value.slice(a, b))"
+    assert page.read(f"{marked}(document.querySelector('textarea'))") == "[jointz]"
+    page.key("Escape")
+    page.key("z", "ctrl")
+    assert page.text == before and page.messages == []
+
+
+def test_several_are_chosen_moved_copied_renamed_and_deleted(page):
+    two_links(page)
+    page.click(0, 0)
+    page.click(56, 40, held=("shift",))
+    page.key("ArrowUp")
+    assert "A = [0, 2]" in page.text and "C = [56, 42]" in page.text
+    page.key("z", "ctrl")
+    page.key("Escape")
+    page.drag((-8, -8), (64, 48), held=("shift",))  # a band about both links
+    page.key("d", "ctrl")
+    assert page.text.count("[bodies.") == 4
+    page.key("z", "ctrl")
+    page.click(4, 8)
+    page.key("F2")
+    page.fill("dialog input", "crank")
+    page.key("Enter")
+    page.idle()
+    assert "[bodies.crank]" in page.text and '"crank.B"' in page.text
+    page.click(4, 8)
+    page.key("Delete")
+    assert "crank" not in page.text and "[bodies.link2]" in page.text
+
+
+def test_dragging_a_link_moves_it_and_a_point_changes_it(page):
+    two_links(page)
+    page.key("g")
+    page.click(0, 0)
+    page.key("Escape")
+    before = page.text
+    middle = "document.querySelector('[data-name=\"link:link1\"]').getBoundingClientRect().x"
+    here = page.read(middle)
+    page.drag((4, 8), (-4, 8), (-8, 4))
+    assert page.text == before
+    assert page.read(middle) < here - 20
+    page.key("Home")
+    assert page.read(middle) == pytest.approx(here, abs=0.5)
+    page.drag((56, 40), (60, 44))
+    assert "C = [60, 44]" in page.text
+    page.drag((60, 44), (0, 0))  # onto the pivot: pinned there
+    assert page.text.count("revolute") == 3 and "C = [0, 0]" in page.text
+
+
+def test_fingers_draw_zoom_and_open_the_menu(page):
+    page.size(390, 844, touch=True)
+    page.key("0")
+    page.key("l")
+    page.tap(0, 0)
+    page.tap(20, 10)
+    assert page.text.count("[bodies.") == 1
+    page.keys("Escape", "Escape")
+    scale = "mbody.board.screen(1, 0)[0] - mbody.board.screen(0, 0)[0]"
+    before, (x, y) = page.read(scale), page.at((10, 20))
+    page.touch("touchStart", (x - 30, y), (x + 30, y))
+    for n in range(1, 5):
+        page.touch("touchMove", (x - 30 - 10 * n, y), (x + 30 + 10 * n, y))
+    page.touch("touchEnd")
+    page.idle()
+    assert page.read(scale) > 1.5 * before
+    page.touch("touchStart", page.at((0, 0)))
+    page.wait("document.querySelector('dialog').open")
+    page.touch("touchEnd")
+    assert "Pin to the ground" in page.read("document.querySelector('dialog').innerText")
+    page.key("Escape")
+    page.size(1280, 800)
+
+
+@pytest.mark.parametrize("size", ((390, 844), (800, 1100), (1600, 900)))
+@pytest.mark.parametrize("dark", (False, True))
+def test_all_sizes_light_and_dark_are_for_everyone(page, size, dark, pictures):
+    two_links(page)
+    page.key("g")
+    page.click(0, 0)
+    page.key("m")
+    page.click(5, 10)
+    page.keys("Escape", "Escape")
+    touch = size[0] < 1000
+    page.size(*size, touch=touch)
+    page.dark(dark)
+    page.read("new Promise((done) => setTimeout(done, 250))")
+    page.key("0")
+    for name in ("numbers", "table", "parts", "results", "text"):
+        tab(page, name)
+        page.picture(pictures / f"{size[0]}_{'dark' if dark else 'light'}_{name}.png")
+        found = page.read(RULES)
+        assert found == {rule: [] for rule in found}
+        assert page.read("document.documentElement.scrollWidth <= innerWidth")
+        assert page.read(CONTRAST) == []
+        assert not touch or page.read(SMALL) == []
+    tab(page, "numbers")
+    page.dark(False)
+    page.size(1280, 800)
+
+
+def test_texts_of_a_model_are_texts(page):
+    tab(page, "text")
+    name = "<img src=x onerror='document.title=1'>"
+    text = f'name = "{name}"\n' + EMPTY + "[parameters]\nhalf = 1\n"
+    page.fill("textarea", text)
+    page.key("Enter", "ctrl")
+    assert page.text == text
+    assert page.read("document.querySelector('h1').textContent") == name
+    assert page.read("document.images.length") == 0
+    tab(page, "numbers")
+
+
+def test_saving_writes_the_text_and_the_next_start_shows_it(page, folder):
+    two_links(page)
+    page.key("s", "ctrl")
+    page.fill("dialog input", "drawn.toml")
+    page.key("Enter")
+    page.idle()
+    assert (folder / "drawn.toml").read_bytes() == page.text.encode()
+    page.key("z", "ctrl")
+    (folder / "drawn.toml").write_text("# by another program\n" + EMPTY)
+    page.key("s", "ctrl")
+    page.wait("document.querySelector('dialog').open || mbody.board.text().startsWith('#')")
+    page.key("Escape")
