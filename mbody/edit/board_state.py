@@ -5,8 +5,9 @@ document is an error here: empty, loose, free, driven, a structure, with mistake
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -314,17 +315,21 @@ def _number(machine: Mechanism, dimension: Dimension | None, value: Any, angle: 
     return {"unit": unit, "value": found, "formula": of_others}
 
 
+#: Descriptions of the fields of a class.
+fields_of: Callable[[Any], dict[str, str]] = functools.cache(described)
+
+
 def field_words(tree: Mapping[str, Any], path: tuple[Any, ...]) -> str:
     """What a field is, in the words of its description."""
     section, keys = path[0], path[2:]
     if section == "bodies" and keys:
-        return described(Body).get(str(keys[0]), "")
+        return fields_of(Body).get(str(keys[0]), "")
     if section in SECTIONS and keys:
         kind = kind_in(section, tree[section][path[1]])
         cls = SECTIONS[section].get(kind or "")
         if cls is not None:
             name = cls.main[0] if keys[0] == kind and len(cls.main) == 1 else str(keys[0])
-            return described(cls).get(name, "")
+            return fields_of(cls).get(name, "")
     entry = file_table().keys.get(str(section))
     return entry.about if entry else ""
 

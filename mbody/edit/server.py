@@ -100,7 +100,7 @@ class BoardHandler(BaseHTTPRequestHandler):
         with self.server.in_use():
             status, answer = self.server.session.answer(asked)
         text = json.dumps(answer, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-        self._send(status, text.encode("utf-8"), "application/json")
+        self._send(status, text.encode("utf-8", "replace"), "application/json")
 
     def _allowed(self) -> bool:
         """Whether a request has the token and comes from the page; sets the name below the token.

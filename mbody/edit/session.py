@@ -89,9 +89,9 @@ class BoardSession:
                 return 200, self._refused(str(error), error.element or "")
             except OSError as error:
                 return 200, self._refused(f"this file cannot be used: {error.strerror}")
-            except (KeyError, TypeError, ValueError, AttributeError) as error:
+            except Exception as error:  # a request may have any keys, of any kinds
                 why = f"{type(error).__name__}: {error}"
-                print(f"mbody: the board could not do '{brief(act)}' ({why})", file=sys.stderr)
+                print(f"mbody: the board could not do {brief(act)} ({why})", file=sys.stderr)
                 return 400, self._refused(f"this request is not understood ({why})")
 
     def _acts(self) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 import gzip
 import http.client
 import json
+import random
 import socket
 import threading
 
@@ -315,3 +316,24 @@ def test_every_door_opens(served):
         "gallery has no model"
         in served.act("open", gallery="x", force=True)[1]["fault"]["sentence"]
     )
+
+
+def test_any_request_has_an_answer(served):
+    """Requests with keys and values of any kinds: each is answered as JSON, the board goes on."""
+    chance = random.Random(46)
+    values = [None, True, -1, 1e308, "", "crank.B", "F", "<b>", "x" * 300, [], [1, 2], {}, "../x"]
+    values += [["loads", "F", "force"], {"do": "move"}, [[1]], {"motor": 1e9}, {"motor": "x"}]
+    acts = "edit undo redo drag drop home drive modes files job underlay camera open save"
+    kinds = "move point number all link join slider motor load mass set delete copy mode text"
+    keys = "set body at to place path value values file gallery new import id do xy name text index"
+    seen = set()
+    for _ in range(200):
+        act = chance.choice(acts.split())
+        given = {key: chance.choice(values) for key in chance.sample(keys.split(), 5)}
+        inner = given | {"do": chance.choice(kinds.split())}
+        more = {act: inner} if act in ("edit", "drag") else given
+        status, answer = served.act(act, **{"do": "none", **more} if act == "job" else more)
+        seen.add((act, status))
+        assert status in (200, 400) and answer["rev"] >= 0, (act, more)
+    assert len(seen) > len(acts.split())
+    assert served.act("open", file="fourbar.toml", force=True)[1]["text"]
