@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import mbody
 from mbody.errors import ModelError, brief
 
 if TYPE_CHECKING:
@@ -117,7 +116,7 @@ class ExportJobs:
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
             text=True,
-            env=os.environ | {"PYTHONPATH": str(Path(mbody.__file__).parents[1])},
+            env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
         )
         number = secrets.token_hex(8)
         self.jobs[number] = job
