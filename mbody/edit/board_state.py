@@ -206,16 +206,15 @@ def drivers_of(machine: Mechanism, system: System | None, run: Solution | None) 
 
 def freedom_of(state: State) -> Data:
     """What is free, held twice and not joined, in words."""
-    found = state.mobility
-    parts = [part for part in components(state.mechanism)[1:]] if state.mechanism.bodies else []
-    loose = [name for part in parts for name in part]
+    found, machine = state.mobility, state.mechanism
+    loose = [name for part in components(machine)[1:] for name in part] if machine.bodies else []
+    empty = "Empty page: draw a link from one place to another (L), then pin it to the ground (G)."
+    words: Data = {"count": 0, "driven": 0, "say": empty, "motions": [], "redundant": {}}
+    words["loose"] = loose
     if found is None:
-        say = (
-            "Empty page: draw a link from one place to another (L), then pin it to the ground (G)."
-        )
-        return {**_counts(0, 0), "say": say, "motions": [], "redundant": {}, "loose": loose}
-    free, alone, count = found.freedom, found.of_joints.freedom, len(state.mechanism.drivers)
-    if loose and free:
+        return words | ({"say": "It does not close as it is drawn."} if machine.bodies else {})
+    free, alone, count = found.freedom, found.of_joints.freedom, len(machine.drivers)
+    if loose and free and not machine.contacts:
         say = f"Not joined to the ground: {', '.join(loose)}. Press G and click a point to pin it."
     elif free:
         need = "a motor" if free == 1 else "motors"
@@ -223,17 +222,17 @@ def freedom_of(state: State) -> Data:
     elif alone == 0:
         say = "Nothing can move: it is a structure."
     else:
-        say = f"Driven: {'the motor decides' if count == 1 else f'{count} motors decide'} every position."
+        who = "the motor decides" if count == 1 else f"{count} motors decide"
+        say = f"Driven: {who} every position."
     if found.redundant:
         say += f" Held twice: {', '.join(found.redundant)}."
-    motions = [motion.words for motion in list(found.driven_motions)[:MOTIONS]]
-    redundant = {name: f"{rows} of its rows" for name, rows in found.redundant.items()}
-    more = {"motions": motions, "redundant": redundant, "loose": loose}
-    return {**_counts(free, alone), "say": say, **more}
-
-
-def _counts(free: int, alone: int) -> Data:
-    return {"count": free, "driven": alone}
+    return words | {
+        "count": free,
+        "driven": alone,
+        "say": say,
+        "motions": [motion.words for motion in list(found.driven_motions)[:MOTIONS]],
+        "redundant": {n: f"{rows} of its rows too many" for n, rows in found.redundant.items()},
+    }
 
 
 def messages_of(document: Document, home: Solution | None) -> list[Data]:

@@ -337,3 +337,17 @@ def test_any_request_has_an_answer(served):
         assert status in (200, 400) and answer["rev"] >= 0, (act, more)
     assert len(seen) > len(acts.split())
     assert served.act("open", file="fourbar.toml", force=True)[1]["text"]
+
+
+def test_the_server_ends_when_its_page_has_gone(tmp_path, monkeypatch):
+    monkeypatch.setattr("mbody.edit.server.ALONE", 0.6)
+    server = BoardServer(BoardSession(tmp_path))
+    thread = threading.Thread(target=server.serve, args=(lambda: None,))
+    thread.start()
+    thread.join(1.2)
+    assert thread.is_alive()  # no page has come yet
+    client = Client(server)
+    assert client.act("look")[1]["free"]["say"].startswith("Empty page")
+    assert client.ask("POST", "/other/act", b"{}", PAGE)[0] == 403
+    thread.join(10)
+    assert not thread.is_alive()

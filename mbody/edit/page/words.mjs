@@ -70,7 +70,7 @@ export const WORDS = {
       mass: "Mass of a link", nameNumber: "Name a number",
     modes: "Assembly modes", play: "Play (Space)", theme: "Dark or light", keys: "Single keys on or off",
   },
-  file: "file", underlay: { file: "picture (PNG, JPEG, SVG)", x: "x of its left edge", y: "y of its lower edge", width: "width", angle: "angle [deg]",
+  file: "file", underlay: { file: "picture (PNG, JPEG, DXF)", x: "x of its left edge", y: "y of its lower edge", width: "width", angle: "angle [deg]",
     opacity: "opacity" },
   mirrorLine: { x1: "x of a place on the line", y1: "y of it", x2: "x of another", y2: "y of it" },
   elementFields: "Fields as in the model file; places as link.point, several with commas.", kind: "kind", name: "name", value: "value",
