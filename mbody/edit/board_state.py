@@ -53,7 +53,7 @@ def board_state(document: Document, unit: float) -> Data:
     """
     state = document.state
     machine, system, run = state.mechanism, state.system, state.run
-    home = forces_at_home(state)
+    home, drivers = forces_at_home(state), drivers_of(machine, system, run)
     return {
         "name": machine.name,
         "text": document.text,
@@ -67,7 +67,7 @@ def board_state(document: Document, unit: float) -> Data:
         "ground": {name: list(state.place(f"ground.{name}")) for name in machine.ground.points},
         "pins": pins_of(document),
         "joints": {one.name: _joint(one) for one in machine.joints},
-        "drivers": drivers_of(machine, system, run),
+        "drivers": drivers,
         "loads": {one.name: {"kind": kind_of(one), "body": _body(one)} for one in machine.loads},
         "free": freedom_of(state),
         "messages": messages_of(document, home),
@@ -75,8 +75,24 @@ def board_state(document: Document, unit: float) -> Data:
         "run": home.data() if home is not None else None,
         "sites": sites_of(home if home is not None else run),
         "modes": None,
-        **curves_of(state.turn),
+        **curves_of(state.turn if state.turn is not None else over_range(state, drivers)),
     }
+
+
+def over_range(state: State, drivers: Data) -> Solution | None:
+    """Forces over the range of the only driver, at the rate of its law, a hundredth before the ends,
+    where they grow without bounds.
+    """
+    ends = [(name, one["range"]) for name, one in drivers.items() if one["range"]]
+    if len(drivers) != 1 or not ends or state.system is None or state.run is None:
+        return None
+    ((name, (low, high)),) = ends
+    factor = math.radians(1.0) if drivers[name]["turns"] else 1.0
+    values = factor * np.linspace(low + 0.01 * (high - low), high - 0.01 * (high - low), INSTANTS)
+    rate = np.full(INSTANTS, float(state.run.driven(name)[1][0]))
+    with contextlib.suppress(ModelError, SolveError):
+        return kinetostatics(state.system, drive={name: (values, rate, 0.0 * rate)})
+    return None
 
 
 def forces_at_home(state: State) -> Solution | None:
@@ -426,7 +442,8 @@ def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
         "home": not drag.away,
     }
     if drag.changed:
-        found |= {"points": points_of(drag.now), **curves_of(drag.turn)}
+        found["points"] = points_of(drag.now)
+        found |= curves_of(drag.turn) if drag.turn is not None else {}
     if drag.changed and before is not None:
         now = scene_of(run, unit)
         pairs = enumerate(zip(before["shapes"], now["shapes"], strict=False))

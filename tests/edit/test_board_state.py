@@ -184,3 +184,17 @@ def test_modes_are_those_of_the_analysis():
     assert {body: one["pose"] for body, one in state_of(document)["bodies"].items()} == {
         body: pytest.approx(one, abs=1e-9) for body, one in pose.items()
     }
+
+
+def test_a_driver_that_does_not_go_round_has_curves_over_its_range():
+    text = FOURBAR.replace("[30, 0]", "[60, 0]").replace("value = 60", "value = 70")
+    state = state_of(Document(text))
+    (plot,) = state["plots"]
+    low, high = state["drivers"]["motor"]["range"]
+    assert plot["xunit"] in ("deg", "°")
+    assert (plot["x"][0], plot["x"][-1]) == pytest.approx(
+        (low + 0.01 * (high - low), high - 0.01 * (high - low)), abs=1e-3
+    )
+    k = 120
+    one = mbody.kinetostatics(mbody.from_toml(text), drive={"motor": [math.radians(plot["x"][k])]})
+    assert plot["y"][k] == pytest.approx(float(one.effort("motor")[0]), rel=1e-4)
