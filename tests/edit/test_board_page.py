@@ -1,5 +1,6 @@
 """The page of the board: by pointer, keys and fingers, in all sizes, with mistakes."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -246,6 +247,47 @@ def test_texts_of_a_model_are_texts(page):
     assert page.read("document.querySelector('h1').textContent") == name
     assert page.read("document.images.length") == 0
     tab(page, "numbers")
+
+
+def command(page, words):
+    """A command by its name."""
+    page.key("/")
+    page.write(words)
+    page.key("Enter")
+
+
+def test_a_picture_lies_below_the_drawing_at_scale(page, folder):
+    page.picture(folder / "scan.png")
+    command(page, "Picture to draw over")
+    page.wait("!!document.querySelector('dialog [name=width]')")
+    page.fill("dialog [name=width]", "40")
+    page.fill("dialog [name=x]", "-10")
+    page.key("Enter")
+    page.wait("!!document.querySelector('#paper image')")
+    page.idle()
+    edges = "(({ left, right }) => [left, right])(document.querySelector('#paper image')"
+    left, right = page.read(f"{edges}.getBoundingClientRect())")
+    assert left == pytest.approx(page.at((-10, 0))[0], abs=0.5)
+    assert right == pytest.approx(page.at((30, 0))[0], abs=0.5)
+    assert page.text == EMPTY  # it is kept beside the model
+
+
+def test_the_gallery_is_a_beginning_and_another_assembly_mode_is_taken_on_the_paper(page):
+    command(page, "Begin from the gallery")
+    page.wait("document.querySelector('#menu-title').textContent.startsWith('Begin')")
+    page.write("watt")
+    page.key("Enter")
+    page.wait("mbody.board.text().includes('Watt')")
+    page.idle()
+    before = page.text
+    page.read("([...document.querySelectorAll('.top button')].find((one) => "
+              "one.textContent.endsWith('Modes')).click(), 0)")  # fmt: skip
+    page.wait("document.querySelectorAll('#paper [data-mode]').length")
+    page.read("(document.querySelector('dialog .list button').click(), 0)")
+    page.wait(f"mbody.board.text() !== {json.dumps(before)}")
+    assert page.messages == []
+    page.key("z", "ctrl")
+    assert page.text == before
 
 
 def test_saving_writes_the_text_and_the_next_start_shows_it(page, folder):

@@ -321,8 +321,7 @@ class Board {
   }
   cam(centre, follower, a, b) { return this.menu.cam(centre, follower, away(a, b)); }
   mass(body) {
-    const text = `1 ${this.state.units.mass}`;
-    return this.edit({ do: "mass", body, mass: text, what: WORDS.did.mass(body) });
+    return this.edit({ do: "mass", body, mass: "1 kg", what: WORDS.did.mass(body) });
   }
   remove() {
     if (!this.chosen.length) return this.say(WORDS.chooseFirst);
@@ -394,7 +393,7 @@ class Board {
       tool.move(this, hit, Boolean(this.press));
       const joins = hit.pin && (tool.draws || (this.press && tool.held?.on));
       this.mark(joins ? hit.pin : null);
-      if (!this.press && !tool.from) paper.tell(tool.draws ? hit.xy : null);
+      if (!this.press && !tool.from && !paper.band) paper.tell(tool.draws ? hit.xy : null);
       paper.svg.style.cursor = hit.pin || hit.body || hit.element ? "pointer" : "";
     };
     const follow = (event) => { last = event; this.frame ||= requestAnimationFrame(flush); };

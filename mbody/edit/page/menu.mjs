@@ -28,11 +28,16 @@ export class Menu {
     this.dialog.classList.toggle("corner", this.corner);
     if (!this.dialog.open) this.dialog[this.corner ? "show" : "showModal"]();
   }
+  /** Go on when the dialog has closed: another one may open. */
+  #leave(act) {
+    this.dialog.addEventListener("close", () => act(), { once: true });
+    this.dialog.close();
+  }
   /** Choose one of entries [{name, note, act}], by name. */
   pick(title, entries) {
     const field = el("input", { type: "search", "aria-label": WORDS.search, placeholder: WORDS.search, autocomplete: "off" }),
       list = el("div", { class: "list" }), none = el("p", { class: "hint", role: "status" });
-    const made = entries.map(({ name, note = "", act }) => [`${name} ${note}`.toLowerCase(), button("", note, () => { this.dialog.close(); act(); })]);
+    const made = entries.map(({ name, note = "", act }) => [`${name} ${note}`.toLowerCase(), button("", note, () => this.#leave(act))]);
     made.forEach(([, one], n) => one.append(el("span", {}, entries[n].name), ...(entries[n].note ? [el("small", {}, entries[n].note)] : [])));
     list.append(...made.map(([, one]) => one));
     const seen = () => made.map(([, one]) => one).filter((one) => !one.hidden);
@@ -194,10 +199,11 @@ export class Menu {
     return row && made.name ? board.edit({ do: "parameter", path: row.path, name: made.name, what: did.parameter(made.name) }) : null;
   }
   async #underlay() {
-    const own = this.board.state.views?.underlay ?? {}, first = { file: "", x: 0, y: 0, width: 100, angle: 0, opacity: 0.5, ...own };
-    const made = await this.form(commands.underlay, Object.entries(WORDS.underlay).map(([key, label]) => [key, label, first[key]]));
-    return made && this.board.go("underlay",
-      { set: Object.fromEntries(Object.entries(made).map(([key, text]) => [key, key === "file" ? text : Number(text)])) });
+    const { board } = this, { pictures = [] } = await board.ask({ act: "files" }), own = board.state.views?.underlay ?? {};
+    const first = { file: pictures[0] ?? "", x: 0, y: 0, width: 100, angle: 0, opacity: 0.5, ...own };
+    const fields = Object.entries(WORDS.underlay).map(([key, label]) => [key, label, first[key], key === "file" && pictures.length ? pictures : undefined]);
+    const made = await this.form(commands.underlay, fields);
+    return made && board.go("underlay", { set: Object.fromEntries(Object.entries(made).map(([key, text]) => [key, key === "file" ? text : Number(text)])) });
   }
   /** Any element: its table, kind and fields as they stand in a file. */
   async #element() {
