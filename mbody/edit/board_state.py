@@ -31,7 +31,7 @@ from mbody.summaries.text_table import floor_of
 from mbody.views.page_data import axis, force_arrows, numbers, position_data
 
 if TYPE_CHECKING:
-    from mbody.edit.document import Document, State
+    from mbody.edit.document import Document, DrawingState
     from mbody.edit.dragging import Dragging
     from mbody.model.mechanism import Mechanism
     from mbody.system.system import System
@@ -79,7 +79,7 @@ def board_state(document: Document, unit: float) -> Data:
     }
 
 
-def over_range(state: State, drivers: Data) -> Solution | None:
+def over_range(state: DrawingState, drivers: Data) -> Solution | None:
     """Forces over the range of the only driver, at the rate of its law, a hundredth before the ends,
     where they grow without bounds.
     """
@@ -95,7 +95,7 @@ def over_range(state: State, drivers: Data) -> Solution | None:
     return None
 
 
-def forces_at_home(state: State) -> Solution | None:
+def forces_at_home(state: DrawingState) -> Solution | None:
     """The analysis at the position of the file, where one is possible."""
     if state.system is None or state.mobility is None or state.mobility.freedom:
         return None
@@ -220,7 +220,7 @@ def drivers_of(machine: Mechanism, system: System | None, run: Solution | None) 
 # -- words -----------------------------------------------------------------------------------------
 
 
-def freedom_of(state: State) -> Data:
+def freedom_of(state: DrawingState) -> Data:
     """What is free, held twice and not joined, in words."""
     found, machine = state.mobility, state.mechanism
     loose = [name for part in components(machine)[1:] for name in part] if machine.bodies else []
@@ -453,7 +453,7 @@ def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
     return found
 
 
-def modes_of(state: State) -> Data:
+def modes_of(state: DrawingState) -> Data:
     """The assembly modes at the position of the file, as poses."""
     found: list[Data] = []
     if state.system is None or state.mobility is None or state.mobility.freedom:

@@ -15,7 +15,7 @@ from typing import Any
 from mbody._version import __version__
 from mbody.edit import places
 from mbody.edit.edits import Editor
-from mbody.edit.places import State as State
+from mbody.edit.places import DrawingState as DrawingState
 from mbody.edit.places import evaluate as evaluate
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model.read import text_of
@@ -91,7 +91,7 @@ class Document:
     ----------
     text, revision : str, int
         As it would be saved now, and how many changes led there.
-    state : State
+    state : DrawingState
         What the text gives; of a text that is no mechanism that of the last one that was.
     fault : Fault or None
         Why the text is no mechanism.

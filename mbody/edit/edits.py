@@ -15,9 +15,9 @@ import numpy as np
 
 from mbody.edit.dragging import Dragging
 from mbody.edit.places import (
+    DrawingState,
     EditError,
     Pair,
-    State,
     evaluate,
     fixed,
     handles,
@@ -64,7 +64,7 @@ class Editor:
     `remark`: What came otherwise than it was asked for.
     """
 
-    def __init__(self, text: str, state: State, name: str, folder: FilePath | None) -> None:
+    def __init__(self, text: str, state: DrawingState, name: str, folder: FilePath | None) -> None:
         self.text = self.start = text
         self.state, self.name, self.folder = state, name, folder
         self.grain: Any = None

@@ -41,7 +41,7 @@ class EditError(ModelError):
 
 
 @dataclass
-class State:
+class DrawingState:
     """What a text gives at the position of its file.
 
     `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close; `turn`:
@@ -102,7 +102,7 @@ class State:
 
 def evaluate(
     text: str, name: str = "model", folder: FilePath | None = None, *, whole: bool = True
-) -> State:
+) -> DrawingState:
     r"""The state of a text. `whole`: With its freedom, and with forces over a revolution.
 
     Raises ModelError of what is no mechanism, SolveError of loops that do not close.
@@ -112,7 +112,7 @@ def evaluate(
     """
     with at_the_command(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ModelWarning)
-        state = State(from_toml(text, name=name, folder=folder))
+        state = DrawingState(from_toml(text, name=name, folder=folder))
         if state.mechanism.bodies:
             _analyse(state, whole)
     said = [str(one.message) for one in caught if issubclass(one.category, ModelWarning)]
@@ -120,7 +120,7 @@ def evaluate(
     return state
 
 
-def _analyse(state: State, whole: bool) -> None:
+def _analyse(state: DrawingState, whole: bool) -> None:
     system = assemble(state.mechanism)
     state.run, state.system = first_position(system), system
     if not whole:
@@ -184,7 +184,7 @@ def formula_names(value: Any) -> set[str]:
         return set()
 
 
-def handles(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> list[str]:
+def handles(state: DrawingState, tree: Mapping[str, Any], group: Sequence[str]) -> list[str]:
     """Parameters by which a point is moved: those in its formulas that are plain numbers, and those
     of which the others are made.
     """
@@ -202,7 +202,7 @@ def handles(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> list
     return list(found)
 
 
-def fixed(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> str:
+def fixed(state: DrawingState, tree: Mapping[str, Any], group: Sequence[str]) -> str:
     """Why a point cannot be moved; empty where it can."""
     for place in group:
         value = value_at(tree, point_path(place))
@@ -217,7 +217,7 @@ def fixed(state: State, tree: Mapping[str, Any], group: Sequence[str]) -> str:
     return ""
 
 
-def is_number(written: Any, state: State) -> bool:
+def is_number(written: Any, state: DrawingState) -> bool:
     """Whether an entry of a file is a number, plain or with a unit, and no formula."""
     if isinstance(written, str):
         try:

@@ -186,7 +186,7 @@ def placed(x: float, y: float, theta: float, at: tuple[float, float]) -> tuple[f
 # -- The document of an MJCF file: its sections, and the tree of bodies with their joints ------
 
 
-class Document:
+class MjcfDocument:
     """One file while it is written: sections, bodies, coordinates.
 
     `fix_drivers`: Whether constraints fix the driven coordinates.
@@ -309,7 +309,7 @@ class ClosureWriter:
     an element cannot have; `built` are the names of the elements in the file.
     """
 
-    def __init__(self, document: Document) -> None:
+    def __init__(self, document: MjcfDocument) -> None:
         self.document, self.system = document, document.system
         self.machine, self.scale = document.machine, document.scale
         self.refused: list[Inexpressible] = []
@@ -938,7 +938,7 @@ class MjcfWriter:
         fix_drivers: bool,
         smooth: bool,
     ) -> None:
-        self.document = Document(system, start, fix_drivers, smooth)
+        self.document = MjcfDocument(system, start, fix_drivers, smooth)
         self.system, self.machine, self.start = system, system.mechanism, start
         self.touches = False
         #: With its groups of contacts, which the system has one by one.

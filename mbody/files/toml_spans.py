@@ -36,7 +36,7 @@ SECTION_ORDER = (
 
 
 @dataclass
-class Entry:
+class TomlEntry:
     """A value with its key: where the key begins, where the value begins and ends, and whether it
     is within brackets.
     """
@@ -75,7 +75,7 @@ class Spans:
     def __init__(self, text: str) -> None:
         self.text, self.tree = text, tomllib.loads(text)
         self.newline = "\r\n" if "\r\n" in text else "\n"
-        self.entries: dict[Path, Entry] = {}
+        self.entries: dict[Path, TomlEntry] = {}
         self.tables: dict[Path, OpenTable] = {(): OpenTable(None, 0)}
         #: Where each path is named first, those of tables that only dotted names have as well.
         self.first: dict[Path, int] = {}
@@ -137,7 +137,7 @@ class Spans:
         for n in range(len(above) + 1, len(path) + 1):
             self.first.setdefault(path[:n], at)
         end = self._value(start, path)
-        self.entries[path] = Entry(at, start, end, inline)
+        self.entries[path] = TomlEntry(at, start, end, inline)
         last = end if inline else self._skip(_REST, end)
         for n in range(1, len(keys)):
             prefix = "".join(f"{key_text(key)}." for key in keys[:n])
@@ -155,7 +155,7 @@ class Spans:
                 else:
                     self.first[(*path, n)] = at
                     end = self._value(at, (*path, n))
-                    self.entries[(*path, n)] = Entry(at, at, end, True)
+                    self.entries[(*path, n)] = TomlEntry(at, at, end, True)
                     at, n = end, n + 1
                 at = self._skip(_BLANK, at)
                 if text[at] == ",":
