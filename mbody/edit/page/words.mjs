@@ -48,7 +48,7 @@ export const WORDS = {
     pinIt: "Pin to the ground",
   notAPoint: (what) => `Begin on a point: ${what}.`, notALink: (what) => `Click a link: ${what}.`,
     nowHome: "Back at the position of the file; drag the point now.",
-  held: "Nothing moves: draw a link first.", chooseFirst: "Choose something first.", notMovable: "This point cannot be dragged.",
+  held: "Nothing moves: draw a link first.", chooseFirst: "Choose something first.",
   noPlace: (text) => `'${text}' is no place on the sheet: give a plain number.`,
   sameLink: "Both ends are on one link.", noCentre: "A wheel turns about a point: click the pin of a link.",
   did: {
