@@ -53,7 +53,7 @@ def board_state(document: Document, unit: float) -> Data:
     """
     state = document.state
     machine, system, run = state.mechanism, state.system, state.run
-    home, drivers = forces_at_home(state), drivers_of(machine, system, run)
+    home, drivers = forces_at_home(state), drivers_of(state)
     return {
         "name": machine.name,
         "text": document.text,
@@ -200,17 +200,18 @@ def _body(element: Any) -> str | None:
     return places[-1].body if places else getattr(element, "body", None)
 
 
-def drivers_of(machine: Mechanism, system: System | None, run: Solution | None) -> Data:
+def drivers_of(state: DrawingState) -> Data:
     """Where each driver stands in the file, and how far it can go; angles in degrees."""
-    found: Data = {}
+    machine, system, run, found = state.mechanism, state.system, state.run, dict[str, Any]()
     for driver in machine.drivers:
         factor = math.degrees(1.0) if driver.angular else 1.0
         value, ends = None, None
         if system is not None and run is not None:
             with contextlib.suppress(ModelError, SolveError):
                 value = float(run.driven(driver.name)[0][0]) * factor
-                low, high = map(float, driver_range(system, driver.name))
-                ends = [low * factor, high * factor] if math.isfinite(high - low) else None
+                if state.turn is None:  # a whole revolution needs no search
+                    low, high = map(float, driver_range(system, driver.name))
+                    ends = [low * factor, high * factor] if math.isfinite(high - low) else None
         unit = "deg" if driver.angular else machine.units.length
         own = {"body": driver.bodies[1], "turns": driver.angular, "unit": unit}
         found[driver.name] = own | {"value": value, "range": ends}

@@ -52,8 +52,12 @@ class Fault:
         field = problems[0][1] if problems else ""
         path = getattr(error, "path", ()) or tuple(field.split(".") if field else ())
         known = isinstance(error, (ModelError, SolveError))
-        sentence = str(error) if known else (
-            f"this edit does not fit the file ({type(error).__name__}: {brief(str(error), 200)})"
+        sentence = (
+            str(error)
+            if known
+            else (
+                f"this edit does not fit the file ({type(error).__name__}: {brief(str(error), 200)})"
+            )
         )
         one = problems[0][2] if len(problems) == 1 else sentence
         return cls(one, getattr(error, "element", None) or "", path, tuple(problems))
