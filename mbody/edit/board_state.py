@@ -45,10 +45,10 @@ UNITS = ("length", "force", "torque", "mass", "time", "angle", "velocity", "angu
 
 
 def board_state(document: Document, unit: float) -> Data:
-    """All that the page shows of a document; `unit`: length of a point of the screen.
+    r"""All that the page shows of a document; `unit`: length of a point of the screen.
 
     >>> from mbody.edit.document import Document
-    >>> board_state(Document("[ground]\\npoints = { A = [0, 0] }"), 0.3)["ground"]
+    >>> board_state(Document("[ground]\npoints = { A = [0, 0] }"), 0.3)["ground"]
     {'A': [0.0, 0.0]}
     """
     state = document.state
@@ -80,8 +80,8 @@ def board_state(document: Document, unit: float) -> Data:
 
 
 def over_range(state: DrawingState, drivers: Data) -> Solution | None:
-    """Forces over the range of the only driver, at the rate of its law, a hundredth before the ends,
-    where they grow without bounds.
+    """Forces over the range of the only driver, at the rate of its law, a hundredth before the
+    ends, where they grow without bounds.
     """
     ends = [(name, one["range"]) for name, one in drivers.items() if one["range"]]
     if len(drivers) != 1 or not ends or state.system is None or state.run is None:

@@ -1,4 +1,4 @@
-"""Views of the board, kept beside the model as NAME.board.toml: its camera, the picture below it."""
+"""Views of the board, kept beside the model as NAME.board.toml: camera, and a picture below."""
 
 from __future__ import annotations
 

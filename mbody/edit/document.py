@@ -56,7 +56,8 @@ class Fault:
             str(error)
             if known
             else (
-                f"this edit does not fit the file ({type(error).__name__}: {brief(str(error), 200)})"
+                "this edit does not fit the file "
+                f"({type(error).__name__}: {brief(str(error), 200)})"
             )
         )
         one = problems[0][2] if len(problems) == 1 else sentence
@@ -88,8 +89,8 @@ class Step:
 class Document:
     """The text of a model file with its history and its journal.
 
-    `file`: On disk, where it has one; every edit is then in ``NAME.toml.journal`` beside it until it
-    is saved.
+    `file`: On disk, where it has one; every edit is then in ``NAME.toml.journal`` beside it until
+    it is saved.
 
     Attributes
     ----------
@@ -372,8 +373,8 @@ class Document:
             os.truncate(self._journal_file, whole)  # without what a crash cut
         except (OSError, *MISFITS):
             return Fault(
-                f"the journal '{name}' is damaged and cannot be taken up: forget it; the file is as "
-                "it was saved"
+                f"the journal '{name}' is damaged and cannot be taken up: forget it; the file is "
+                "as it was saved"
             )
         self.done, self.undone, self.text, self.revision = done, undone, text, self.revision + 1
         self.journal, self._journaled = False, True
@@ -383,9 +384,9 @@ class Document:
 
 def _step(what: str, old: str, new: str) -> Step:
     """The one piece in which two texts differ."""
-    start = len(os.path.commonprefix([old, new]))
+    start = _common(old, new)
     most = min(len(old), len(new)) - start
-    end = len(os.path.commonprefix([old[::-1][:most], new[::-1][:most]]))
+    end = _common(old[::-1][:most], new[::-1][:most])
     return Step(what, start, old[start : len(old) - end], new[start : len(new) - end])
 
 
@@ -403,3 +404,12 @@ def _entries(file: FilePath) -> tuple[int, list[dict[str, Any]]]:
     if not all(isinstance(entry, dict) for entry in entries):
         raise ValueError("no entry")
     return whole, entries
+
+
+def _common(one: str, other: str) -> int:
+    """How many first characters of two texts are the same."""
+    low, high = 0, min(len(one), len(other)) + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if one[:middle] == other[:middle] else (low, middle)
+    return low
