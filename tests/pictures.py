@@ -17,7 +17,11 @@ from tests.support.paths import ROOT
 FOLDER = ROOT / "docs" / "pictures"
 
 #: Pictures beside these, of searches that take too long to repeat; documents show them.
-KEPT = {"dwell.svg": "optimization.md", "rod_inside.svg": "engines.md"}
+KEPT = {
+    "dwell.svg": "optimization.md",
+    "drawing_board.png": "tutorial/drawing_board.md",
+    "rod_inside.svg": "engines.md",
+}
 #: What is shown beside the instant that the model requests: an instant, paths, joint forces.
 SHOWN = {
     "double_pendulum": {"after": 1.0},

@@ -94,14 +94,15 @@ export class Sheet {
       }
       fingers.set(event.pointerId, here);
     });
-    const up = (event) => {
+    const up = (event) => { // also beside the sheet, should the capture be lost
+      if (held?.[0] !== event.pointerId && !fingers.has(event.pointerId)) return;
       if (held?.[0] === event.pointerId) held = null;
       on.drop(event);
       fingers.delete(event.pointerId);
       if (this.moved < 4 && event.type === "pointerup") on.clicked(this.here(event));
     };
-    svg.addEventListener("pointerup", up);
-    svg.addEventListener("pointercancel", up);
+    addEventListener("pointerup", up);
+    addEventListener("pointercancel", up);
     svg.addEventListener("pointerleave", () => on.left());
   }
 }
