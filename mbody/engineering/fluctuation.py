@@ -145,9 +145,12 @@ class Fluctuation(Inherited, Presented):
     @property
     def energy_coefficient(self) -> float:
         """Coefficient of fluctuation of energy, ΔE / work of a cycle; infinite without work, or
-        with one that is rounding beside ΔE.
+        with one that is rounding beside ΔE, or no more than what equal instants leave of a mean
+        where the torque has corners.
         """
         none = abs(self.work) <= tol.WORK_CYCLE_ROUNDING * self.fluctuation
+        if self.run is not None:
+            none |= abs(self.mean) <= float(np.max(np.abs(self.torque))) / len(self.torque) ** 2
         return math.inf if none else self.fluctuation / abs(self.work)
 
     @property

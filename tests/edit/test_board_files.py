@@ -322,7 +322,13 @@ def test_the_command_prints_the_address_and_ends_quietly(tmp_path):
     (tmp_path / "fourbar.toml").write_text(FOURBAR, "utf-8")
     words = [sys.executable, "-m", "mbody", "edit", "fourbar.toml", "--no-open"]
     process = subprocess.Popen(
-        words, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        words,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # a shell that runs something in the background ignores Ctrl-C for it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     address = process.stdout.readline().strip()
     host, token = address.removeprefix("http://").split("/")[:2]
