@@ -72,7 +72,7 @@ export class Sheet {
     svg.addEventListener("pointerdown", (event) => {
       svg.setPointerCapture(event.pointerId);
       this.moved = 0;
-      if (held && on.second?.(event)) fingers.set(...held);
+      if ((held || fingers.size) && on.second?.(event)) { if (held) fingers.set(...held); }
       else if (!fingers.size && on.grab(event)) { held = [event.pointerId, this.here(event)]; return; }
       held = null;
       fingers.set(event.pointerId, this.here(event));
