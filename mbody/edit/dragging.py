@@ -297,12 +297,13 @@ class Dragging:
             steps = DIFFERENCE_STEP_UNKNOWNS * np.where(
                 first == 0.0, float(self.now.length), np.abs(first)
             )
-            here, columns = self.place(lead), []
+            here, columns, before = self.place(lead), [], (self.now, self.at, self._unit_rates)
             for name, value, step in zip(names, first, steps, strict=True):
                 if not self._changed({name: float(value + step)}):
                     return
                 columns.append((self.place(lead) - here) / step)
-                self._changed({name: float(value)})
+                self.now, self.at, self._unit_rates = before
+                self.changed[name] = float(value)
             change = np.linalg.lstsq(np.array(columns).T, goal - here, rcond=STIFF)[0]
             limits = PART * np.where(first == 0.0, float(self.now.length), np.abs(first))
             change *= min(1.0, 1.0 / max(float(np.max(np.abs(change) / limits)), SMALL))

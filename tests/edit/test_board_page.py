@@ -186,7 +186,6 @@ def test_dragging_a_link_moves_it_and_a_point_changes_it(page):
     assert page.text.count("revolute") == 3 and "C = [0, 0]" in page.text
 
 
-@pytest.mark.slow  # where the machine is busy a tap may count as a long press
 def test_fingers_draw_zoom_and_open_the_menu(page):
     page.size(390, 844, touch=True)
     page.key("0")
