@@ -6,7 +6,6 @@ import contextlib
 import hashlib
 import json
 import os
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
@@ -18,12 +17,15 @@ from mbody.edit.edits import Editor
 from mbody.edit.places import DrawingState as DrawingState
 from mbody.edit.places import evaluate as evaluate
 from mbody.errors import ModelError, SolveError, brief
+from mbody.files.model.problems import Limits
 from mbody.files.model.read import text_of
 from mbody.files.toml_spans import Path, Spans
-from mbody.files.writing import writing
+from mbody.files.writing import write_whole
 
-#: Bytes of a journal that are read.
-JOURNAL_SIZE = 200_000_000
+#: What a journal may have: far more bytes than a model.
+JOURNAL = Limits(size=200e6)
+#: What some editors put before a text in UTF-8.
+MARK = b"\xef\xbb\xbf"
 #: Edits of a text that is no mechanism.
 WITH_MISTAKES = ("text", "set", "unset", "add", "delete", "rename")
 #: What an edit may raise that does not fit its file or has arguments of other kinds.
@@ -48,20 +50,14 @@ class Fault:
     @classmethod
     def of(cls, error: Exception) -> Fault:
         """That of an error."""
-        problems: Any = getattr(error, "problems", ())
+        problems = tuple(getattr(error, "problems", ()))
         field = problems[0][1] if problems else ""
         path = getattr(error, "path", ()) or tuple(field.split(".") if field else ())
-        known = isinstance(error, (ModelError, SolveError))
-        sentence = (
-            str(error)
-            if known
-            else (
-                "this edit does not fit the file "
-                f"({type(error).__name__}: {brief(str(error), 200)})"
-            )
-        )
-        one = problems[0][2] if len(problems) == 1 else sentence
-        return cls(one, getattr(error, "element", None) or "", path, tuple(problems))
+        sentence = problems[0][2] if len(problems) == 1 else str(error)
+        if not isinstance(error, (ModelError, SolveError)):
+            why = f"{type(error).__name__}: {brief(sentence, 200)}"
+            sentence = f"this edit does not fit the file ({why})"
+        return cls(sentence, getattr(error, "element", None) or "", path, problems)
 
     def data(self) -> dict[str, Any]:
         """As JSON has it."""
@@ -76,6 +72,13 @@ class Step:
     at: int
     old: str
     new: str
+
+    @classmethod
+    def between(cls, what: str, old: str, new: str) -> Step:
+        """The one piece in which two texts differ."""
+        start = _common(old, new)
+        end = _common(old[start:][::-1], new[start:][::-1])
+        return cls(what, start, old[start : len(old) - end], new[start : len(new) - end])
 
     def of(self, text: str, back: bool = False) -> str:
         """A text with the edit, or before it; ValueError of one that it does not belong to."""
@@ -121,16 +124,14 @@ class Document:
     ) -> None:
         self.name, self.folder, self.file = name, folder, file
         self.text, self.revision, self.remark = text, 0, ""
-        self.done: list[Step] = []
-        self.undone: list[Step] = []
-        self.fault: Fault | None = None
-        self.state = evaluate("")
+        self.done, self.undone = list[Step](), list[Step]()
         self._kept = text if file is None or file.exists() else None
         self._mark = False
         self._journaled = False  # whether the journal is of this session
         self._spans: Spans | None = None
         self.journal = file is not None and self._journal_file.exists()
-        self._evaluate()
+        self.state = evaluate("")
+        self.state, self.fault = self._evaluated(text)
 
     @classmethod
     def open(cls, file: str | os.PathLike[str], start: str = "") -> Document:
@@ -141,9 +142,7 @@ class Document:
         path = FilePath(file).resolve()
         found = path.exists()
         document = cls(text_of(path) if found else start, path.name, path.parent, path)
-        if found:
-            with path.open("rb") as stream:
-                document._mark = stream.read(3) == b"\xef\xbb\xbf"
+        document._mark = found and path.read_bytes().startswith(MARK)
         return document
 
     @property
@@ -190,54 +189,47 @@ class Document:
         if self.fault is not None and edit.get("do") not in WITH_MISTAKES:
             return Fault(f"the text has a mistake to be mended first: {self.fault.sentence}")
         editor = Editor(self.text, self.state, self.name, self.folder)
-        fault, state = None, self.state
         try:
             editor.do(edit)
-            try:
-                state = evaluate(editor.text, self.name, self.folder)
-            except (ModelError, SolveError) as error:
-                # a text that is typed may have mistakes, and those of a file go one by one
-                if edit["do"] != "text" and self.fault is None:
-                    raise
-                fault = Fault.of(error)
         except (ModelError, SolveError, *MISFITS) as error:
             return Fault.of(error)
-        self.remark = editor.remark
+        state, fault = self._evaluated(editor.text)
+        # a text that is typed may have mistakes, and those of a file go one by one
+        if fault is not None and self.fault is None and edit["do"] != "text":
+            return fault
         if editor.text != self.text:
-            step = _step(str(edit.get("what") or edit["do"]), self.text, editor.text)
+            step = Step.between(str(edit.get("what") or edit["do"]), self.text, editor.text)
             if (refused := self._write({"step": asdict(step)})) is not None:
                 return refused
             self.done.append(step)
             self.undone.clear()
             self.text, self.revision = editor.text, self.revision + 1
-        self.state, self.fault = state, fault
+        self.remark, self.state, self.fault = editor.remark, state, fault
         return None
 
     def undo(self) -> str:
         """Take the last edit back; its words, empty where there is none."""
-        return self._walk(self.done, self.undone, back=True)
+        return self._walk("undo", self.done, self.undone)
 
     def redo(self) -> str:
         """Make the edit again that was taken back last; its words."""
-        return self._walk(self.undone, self.done, back=False)
+        return self._walk("redo", self.undone, self.done)
 
-    def _walk(self, source: list[Step], target: list[Step], back: bool) -> str:
+    def _walk(self, word: str, source: list[Step], target: list[Step]) -> str:
         if not source:
             return ""
-        self._write({"undo" if back else "redo": True})
-        step = source.pop()
-        target.append(step)
-        self.text, self.revision, self.remark = step.of(self.text, back), self.revision + 1, ""
-        self._evaluate()
-        return step.what
+        self._write({word: True})
+        target.append(source.pop())
+        self.text, self.revision = target[-1].of(self.text, word == "undo"), self.revision + 1
+        self.remark, (self.state, self.fault) = "", self._evaluated(self.text)
+        return target[-1].what
 
-    def _evaluate(self) -> None:
-        """What the text gives, or its fault."""
-        self.fault = None
+    def _evaluated(self, text: str) -> tuple[DrawingState, Fault | None]:
+        """What a text gives; of one that is no mechanism the state of before, and the fault."""
         try:
-            self.state = evaluate(self.text, self.name, self.folder)
-        except (ModelError, SolveError) as error:
-            self.fault = Fault.of(error)
+            return evaluate(text, self.name, self.folder), None
+        except (ModelError, SolveError, *MISFITS) as error:
+            return self.state, Fault.of(error)
 
     # -- the file ----------------------------------------------------------------------------------
 
@@ -246,28 +238,26 @@ class Document:
         """Whether the file on disk has the text."""
         return self.text == self._kept
 
+    def _on_disk(self) -> str | None:
+        with contextlib.suppress(ModelError):
+            return text_of(self.file) if self.file is not None else self._kept
+        return None
+
     def changed_on_disk(self) -> bool:
         """Whether the file has another text than when it was read or saved."""
-        return self.file is not None and self._on_disk(self.file) != self._kept
-
-    @staticmethod
-    def _on_disk(file: FilePath) -> str | None:
-        try:
-            return text_of(file) if file.exists() else None
-        except ModelError:
-            return None
+        return self._on_disk() != self._kept
 
     def follow(self) -> bool:
         """Take up a change of the file from elsewhere, as one edit, where nothing here is unsaved;
         whether there was one.
         """
-        if self.file is None or not self.saved or not self.changed_on_disk():
+        text = self._on_disk() if self.saved else None
+        if text in (None, self._kept):
             return False
-        text = self._on_disk(self.file)
-        if text is None or self.apply({"do": "text", "text": text, "what": "changed elsewhere"}):
+        if self.apply({"do": "text", "text": text, "what": "changed elsewhere"}):
             return False
         self._kept = text
-        self._drop_journal()
+        self.leave()
         return True
 
     def save(self, file: FilePath | None = None, *, force: bool = False) -> Fault | None:
@@ -278,28 +268,20 @@ class Document:
         if path is None:
             return Fault("the drawing has no file yet: give it a name")
         path = path.resolve()
-        own = self.file is not None and path == self.file
-        if own and not force and self.changed_on_disk():
+        if path == self.file and not force and self.changed_on_disk():
             return Fault(
                 f"'{path.name}' has changed on disk since it was read: save under another name, or "
                 "write over it",
                 conflict=True,
             )
-        new = path.with_name(f"{path.name}.new")
         try:
-            with writing(new, mark=self._mark) as stream:
-                stream.write(self.text)
-                stream.flush()
-                os.fsync(stream.fileno())
-            with contextlib.suppress(OSError):
-                shutil.copymode(path, new)
-            os.replace(new, path)
-        except (ModelError, OSError) as error:
-            with contextlib.suppress(OSError):
-                new.unlink()
-            why = str(error) if isinstance(error, ModelError) else f"{path.name}: {error.strerror}"
-            return Fault(why)
-        self._drop_journal()
+            mode = path.stat().st_mode if path.exists() else None
+            write_whole(path, MARK * self._mark + self.text.encode())
+            if mode is not None:
+                path.chmod(mode)
+        except OSError as error:
+            return Fault(f"'{path.name}' cannot be written ({error.strerror}): save elsewhere")
+        self.leave()
         self.file, self.folder, self.name, self._kept = path, path.parent, path.name, self.text
         self.journal = False
         return None
@@ -322,7 +304,7 @@ class Document:
                     os.replace(self._journal_file, f"{self._journal_file}.old")
                 head = {"mbody": __version__, "file": self.file.name, "of": _digest(self.text)}
                 lines.insert(0, head if self.saved else head | {"start": self.text})
-            with self._journal_file.open("a" if self._journaled else "w", encoding="utf-8") as file:
+            with self._journal_file.open("a" if self._journaled else "w", newline="") as file:
                 file.writelines(json.dumps(line) + "\n" for line in lines)
         except OSError as error:
             return Fault(
@@ -332,20 +314,16 @@ class Document:
         self.journal, self._journaled = False, True
         return None
 
-    def _drop_journal(self) -> None:
+    def leave(self) -> None:
+        """Give up what is unsaved, with its journal."""
         if self._journaled:
             self._journal_file.unlink(missing_ok=True)
             self._journaled = False
 
-    def leave(self) -> None:
-        """Give up what is unsaved, with its journal."""
-        self._drop_journal()
-
     def forget(self) -> None:
         """Remove the journal of an earlier session."""
-        if self.journal:
-            self._journal_file.unlink(missing_ok=True)
-            self.journal = False
+        self._journaled, self.journal = self._journaled or self.journal, False
+        self.leave()
 
     def recover(self) -> Fault | None:
         """Take up the edits of an earlier session that were not saved; the fault where its journal
@@ -353,11 +331,11 @@ class Document:
         """
         if not self.journal:
             return Fault("there is no journal of an earlier session")
-        name, text, done, undone = self._journal_file.name, self.text, list[Step](), list[Step]()
+        name, done, undone = self._journal_file.name, list[Step](), list[Step]()
         try:
-            whole, entries = _entries(self._journal_file)
-            head = entries.pop(0)
-            text = str(head.get("start", text))
+            whole = text_of(self._journal_file, JOURNAL).rpartition("\n")[0]
+            head, *entries = map(json.loads, whole.split("\n"))
+            text = str(head.get("start", self.text))
             if head["of"] != _digest(text) or ("start" in head and self._kept is not None):
                 return Fault(
                     f"the journal '{name}' is of another text than '{self.name}' has now: put that "
@@ -370,46 +348,23 @@ class Document:
                     undone.clear()
                 target.append(source.pop())
                 text = target[-1].of(text, back="undo" in entry)
-            os.truncate(self._journal_file, whole)  # without what a crash cut
-        except (OSError, *MISFITS):
+            os.truncate(self._journal_file, len(whole) + 1)  # without what a crash cut
+        except (OSError, ModelError, *MISFITS):
             return Fault(
                 f"the journal '{name}' is damaged and cannot be taken up: forget it; the file is "
                 "as it was saved"
             )
         self.done, self.undone, self.text, self.revision = done, undone, text, self.revision + 1
         self.journal, self._journaled = False, True
-        self._evaluate()
+        self.state, self.fault = self._evaluated(text)
         return None
-
-
-def _step(what: str, old: str, new: str) -> Step:
-    """The one piece in which two texts differ."""
-    start = _common(old, new)
-    most = min(len(old), len(new)) - start
-    end = _common(old[::-1][:most], new[::-1][:most])
-    return Step(what, start, old[start : len(old) - end], new[start : len(new) - end])
 
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode(errors="surrogatepass")).hexdigest()
 
 
-def _entries(file: FilePath) -> tuple[int, list[dict[str, Any]]]:
-    """Lines of a journal, and the bytes that they are; one that a crash cut was never answered."""
-    if not file.is_file() or file.stat().st_size > JOURNAL_SIZE:
-        raise ValueError("no journal")
-    raw = file.read_bytes()
-    whole = raw.rfind(b"\n") + 1
-    entries = [json.loads(line) for line in raw[:whole].decode().split("\n")[:-1]]
-    if not all(isinstance(entry, dict) for entry in entries):
-        raise ValueError("no entry")
-    return whole, entries
-
-
 def _common(one: str, other: str) -> int:
     """How many first characters of two texts are the same."""
-    low, high = 0, min(len(one), len(other)) + 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if one[:middle] == other[:middle] else (low, middle)
-    return low
+    pairs = enumerate(zip(one, other, strict=False))
+    return next((n for n, (a, b) in pairs if a != b), min(len(one), len(other)))

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import uuid
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
 from mbody.errors import ModelError
 
+#: End of a file that is not yet whole.
+ENDING = ".part"
 #: Ends of files that are no text.
 SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods")
 
 
-@contextmanager
+@contextlib.contextmanager
 def writing(
     path: str | os.PathLike[str], *, binary: bool = False, mark: bool = False
 ) -> Iterator[IO[Any]]:
@@ -34,3 +37,18 @@ def writing(
             f"cannot write '{path}' ({error.strerror}): choose a folder that exists and may be "
             "written to"
         ) from None
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file under a unique temporary name, and rename it when it is complete."""
+    part = path.with_name(f"{path.stem}-{uuid.uuid4().hex}{ENDING}")
+    try:
+        with part.open("xb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        raise

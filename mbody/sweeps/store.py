@@ -12,7 +12,6 @@ import hashlib
 import json
 import os
 import time
-import uuid
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ import numpy as np
 from mbody._version import __version__
 from mbody.errors import ModelError
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
+from mbody.files.writing import ENDING, write_whole
 from mbody.solution.doubts import Doubt, as_doubt
 from mbody.sweeps.job import Job, PieceResult
 from mbody.sweeps.samples import DesignNumbers
@@ -59,26 +59,8 @@ class ResultsInMemory:
         return self.result.columns[index]
 
 
-# -- Atomic files: written under a temporary name, then renamed --------------------------------
-
 #: Age in seconds of a temporary file whose writer was killed.
 LEFT = 86_400.0
-ENDING = ".part"
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file under a unique temporary name, and rename it when it is complete."""
-    part = path.with_name(f"{path.stem}-{uuid.uuid4().hex}{ENDING}")
-    try:
-        with part.open("xb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            part.unlink()
-        raise
 
 
 def remove_abandoned(folder: Path) -> None:

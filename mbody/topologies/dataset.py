@@ -22,9 +22,10 @@ import numpy as np
 from mbody.analysis.driven.time_grid import memory
 from mbody.errors import ModelError
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
+from mbody.files.writing import write_whole
 from mbody.model.element import listed, whole_number
 from mbody.sweeps.run import connected, results
-from mbody.sweeps.store import remove_abandoned, write_whole
+from mbody.sweeps.store import remove_abandoned
 from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.many_linkages import linkages
 

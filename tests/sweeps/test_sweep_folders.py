@@ -12,8 +12,9 @@ from numpy.testing import assert_array_equal
 import mbody
 from mbody import makers
 from mbody.files.arrays import OPEN_SEAL, seal, sealed
+from mbody.files.writing import write_whole
 from mbody.sweeps import Normal, monte_carlo, store
-from mbody.sweeps.store import remove_abandoned, write_whole
+from mbody.sweeps.store import remove_abandoned
 from tests.support.cases import first_fast
 
 pytest.importorskip("pyarrow")
