@@ -9,10 +9,9 @@ import secrets
 import shlex
 import subprocess
 import sys
-import threading
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from tempfile import TemporaryFile
+from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 from mbody.errors import ModelError, brief
 
@@ -62,26 +61,13 @@ def analysis_words(document: Document, word: str) -> list[str]:
     return ["kinetostatics" if driven else "check", word]
 
 
-@dataclass
-class ExportJob:
-    """One export: its words, its file, and how it ended."""
+class ExportJob(NamedTuple):
+    """One export: the words of its command, its file, its process and what that says."""
 
     words: list[str]
     file: Path
-    process: subprocess.Popen[str] | None = None
-    fault: str | None = None
-    done: bool = False
-
-    def follow(self) -> None:
-        """Wait for the end."""
-        assert self.process is not None
-        _, said = self.process.communicate()
-        lines = [line for line in said.strip().splitlines() if line]
-        # 1 is a result in doubt, which is written all the same
-        if self.process.returncode not in (0, 1) or not self.file.exists():
-            last = lines[-1] if lines else "the command ended without a word"
-            self.fault = last.removeprefix("mbody: ")[:LONGEST]
-        self.done = True
+    process: subprocess.Popen[bytes]
+    errors: IO[str]
 
 
 class ExportJobs:
@@ -102,50 +88,49 @@ class ExportJobs:
             file = self.folder / Path(word).with_name(f"{Path(word).stem}{behind}{ends[0]}")
         if file.suffix.lower() not in ends:
             raise ModelError(f"{brief(file.name)} must end in {' or '.join(ends)}")
-        self._check(file, force)
+        if file.exists() and not force and self.made.get(file) != _stamp(file):
+            raise ModelError(f"there is a file '{file.name}' already: choose another name")
         head = [verb, word] if verb else analysis_words(document, word)
         if not verb and head[0] == "check":
             raise ModelError("there are no results yet to write: drive all that is free")
-        target = as_word(file.relative_to(self.folder).as_posix())
-        job = ExportJob([*head, *option.split(), target], file)
-        # nothing is imported from the folder, whose files may be anybody's
-        job.process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "mbody", *job.words],
+        words = [*head, *option.split(), as_word(file.relative_to(self.folder).as_posix())]
+        errors = TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
+        process = subprocess.Popen(
+            # nothing is imported from the folder, whose files may be anybody's
+            [sys.executable, "-P", "-m", "mbody", *words],
             cwd=self.folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
+            stderr=errors,
             env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
         )
         number = secrets.token_hex(8)
-        self.jobs[number] = job
-        threading.Thread(target=job.follow, daemon=True).start()
+        self.jobs[number] = ExportJob(words, file, process, errors)
         return number
-
-    def _check(self, file: Path, force: bool) -> None:
-        """Refuse to write over what an export of this session has not made."""
-        if file.exists() and not force and self.made.get(file) != _stamp(file):
-            raise ModelError(f"there is a file '{file.name}' already: choose another name")
 
     def report(self, number: str) -> dict[str, Any]:
         """How far an export is."""
         job = self.jobs.get(number)
         if job is None:
             raise ModelError("there is no such export: the board was started anew, begin it again")
-        found: dict[str, Any] = {"command": shlex.join(["mbody", *job.words])}
-        if not job.done:
-            return found | {"done": 0.0}
-        if job.fault is not None:
-            return found | {"done": 1.0, "fault": {"sentence": job.fault}}
-        self.made[job.file] = _stamp(job.file)
-        return found | {"done": 1.0, "file": job.file.relative_to(self.folder).as_posix()}
+        status, command = job.process.poll(), shlex.join(["mbody", *job.words])
+        if status is None:
+            return {"done": 0.0, "command": command}
+        # 1 is a result in doubt, which is written all the same
+        if status in (0, 1) and job.file.exists():
+            self.made[job.file] = _stamp(job.file)
+            file = job.file.relative_to(self.folder).as_posix()
+            return {"done": 1.0, "command": command, "file": file}
+        job.errors.seek(0)
+        *_, last = ["the command ended without a word", *job.errors.read().split("\n")[:-1]]
+        sentence = last.removeprefix("mbody: ")[:LONGEST]
+        return {"done": 1.0, "command": command, "fault": {"sentence": sentence}}
 
     def close(self) -> None:
         """End what is under way."""
         for job in self.jobs.values():
-            if job.process is not None and job.process.poll() is None:
-                job.process.terminate()
+            job.process.terminate()
+            job.errors.close()
 
 
 def _stamp(file: Path) -> tuple[int, int]:

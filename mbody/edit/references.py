@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 from mbody.core.other_words import KINDS
@@ -120,17 +120,12 @@ def without(text: str, names: list[tuple[str, str]]) -> str:
     '[bodies]\n[loads]\n'
     """
     tree, waiting, gone = Spans(text).tree, list(names), dict[Path, None]()
-    pivots: set[str] = set()
     while waiting:
         section, name = waiting.pop(0)
-        path: Path = (section, name)
-        if section == "points":
-            path = point_path(name)
+        path = point_path(name) if section == "points" else (section, name)
         if value_at(tree, path) is None:
             raise EditError(f"there is no '{name}' among the {section} of the file", name)
         gone[path] = None
-        if section == "joints":
-            pivots |= {one for one in _places(value_at(tree, path)) if one.startswith("ground.")}
         for own in referring(tree, section, name):
             if own[0] not in (*ELEMENTS, *STUDIES, *TASKS):
                 raise EditError(
@@ -138,22 +133,22 @@ def without(text: str, names: list[tuple[str, str]]) -> str:
                 )
             if own not in gone and tuple(own) not in waiting:
                 waiting.append((own[0], own[1]))
-    for path in gone:
+    text = _without(text, gone)
+    if any(path[0] == "bodies" for path in gone):  # its pivots go with a link, unless they are used
+        left, joints = Spans(text).tree, [path for path in gone if path[0] == "joints"]
+        pivots = (f"ground.{point}" for point in tree.get("ground", {}).get("points", {}))
+        gone_too = [
+            point_path(one)
+            for one in pivots
+            if any(mentions(tree, joint, "points", one) for joint in joints)
+            and not any(referring(left, "points", one))
+        ]
+        text = _without(text, gone_too)
+    return _without(text, [(task,) for task in TASKS if Spans(text).tree.get(task) == {}])
+
+
+def _without(text: str, paths: Iterable[Path]) -> str:
+    for path in paths:
         spans = Spans(text)
         text = spans.without(path) if value_at(spans.tree, path) is not None else text
-    left = Spans(text).tree
-    for pivot in sorted(pivots) if any(path[0] == "bodies" for path in gone) else ():
-        own = point_path(pivot)
-        if value_at(left, own) is not None and not any(referring(left, "points", pivot)):
-            text = Spans(text).without(own)
-    for task in TASKS:
-        if Spans(text).tree.get(task) == {}:
-            text = Spans(text).without((task,))
     return text
-
-
-def _places(table: Any) -> Iterator[str]:
-    for value in table.values() if isinstance(table, dict) else ():
-        for one in value if isinstance(value, list) else [value]:
-            if name := place_name(one):
-                yield name

@@ -13,9 +13,7 @@ import json
 import secrets
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cached_property
+from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from pathlib import Path
@@ -97,8 +95,7 @@ class BoardHandler(BaseHTTPRequestHandler):
             return self._send(400)
         if not isinstance(asked, dict):
             return self._send(400)
-        with self.server.in_use():
-            status, answer = self.server.session.answer(asked)
+        status, answer = self.server.answer(asked)
         text = json.dumps(answer, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         self._send(status, text.encode("utf-8", "replace"), "application/json")
 
@@ -152,26 +149,21 @@ class BoardServer(ThreadingHTTPServer):
         super().__init__(("127.0.0.1", port), BoardHandler)
         self.session, self.token = session, secrets.token_urlsafe(18)
         self.files = page_files()
+        self.own_hosts = {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
         self.timeout, self.active, self.last = LOOK, 0, 0.0
         self._counting = threading.Lock()
-
-    @cached_property
-    def own_hosts(self) -> set[str]:
-        """Names under which this server is asked."""
-        return {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
 
     @property
     def address(self) -> str:
         """The address of the page."""
         return f"http://127.0.0.1:{self.server_port}/{self.token}/"
 
-    @contextmanager
-    def in_use(self) -> Iterator[None]:
-        """While it lasts there is a page."""
+    def answer(self, asked: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+        """That of the session; meanwhile there is a page."""
         with self._counting:
             self.active += 1
         try:
-            yield
+            return self.session.answer(asked)
         finally:
             with self._counting:
                 self.active, self.last = self.active - 1, time.monotonic()

@@ -171,14 +171,9 @@ class Spans:
         >>> Spans("a = 1\n[b]\nc = 2").line(("b", "d"))
         2
         """
-        place = self.place(path)
-        return None if place is None else place[0]
-
-    def place(self, path: Path) -> tuple[int, int] | None:
-        """Line and column, from 1, of a path or of the nearest that contains it."""
         for n in range(len(path), 0, -1):
             if (at := self.first.get(path[:n])) is not None:
-                return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
+                return self.text.count("\n", 0, at) + 1
         return None
 
     def raw(self, path: Path) -> str:
