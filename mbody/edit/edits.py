@@ -6,7 +6,7 @@ import contextlib
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
@@ -20,6 +20,7 @@ from mbody.edit.places import (
     Pair,
     evaluate,
     fixed,
+    group_of,
     handles,
     is_number,
     pin_groups,
@@ -27,7 +28,7 @@ from mbody.edit.places import (
     plain,
     point_path,
 )
-from mbody.edit.references import SILENT, other_name, without
+from mbody.edit.references import SILENT, mentions, other_name, without
 from mbody.errors import ModelError, SolveError
 from mbody.files.model.kept_text import unit_of_text
 from mbody.files.model.other_units import in_units
@@ -38,6 +39,7 @@ from mbody.files.toml_spans import Path, Spans, Splice, spliced, value_at
 from mbody.model.numbers import dimension_named, number_in
 from mbody.quantities.units import DIMENSIONS
 
+Names = Sequence[Sequence[str]]
 #: Letters of points, without those that are taken for digits.
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
 #: Digits behind those of the length of a mechanism, where no grain is given.
@@ -46,8 +48,6 @@ DIGITS = 9
 SYMMETRIC = ("spring", "damper")
 #: Rounds in which parameters bring a point to a place.
 ROUNDS = 12
-
-
 #: Sections of elements that edits add, and how these are called.
 ADDED = {
     "joint": ("joints", "J"),
@@ -102,6 +102,9 @@ class Editor:
                 self._look()
             self.do(step)
 
+    def _say(self, remark: str) -> None:
+        self.remark += f"; {remark}" if self.remark else remark
+
     # -- the text ----------------------------------------------------------------------------------
 
     def _look(self) -> None:
@@ -131,13 +134,11 @@ class Editor:
                 f"'{_dotted(own)}' is empty: give a value, or remove the entry", "", own
             )
         above = [value_at(self.tree, own[:n]) for n in range(1, len(own))]
-        if any(not isinstance(one, (dict, list)) for one in above if one is not None):
+        if not all(isinstance(one, (dict, list, type(None))) for one in above):
             raise EditError(f"'{_dotted(own[:-1])}' is no table for an entry", "", own)
         if len(own) < 2 and isinstance(value_at(self.tree, own), dict):
             raise EditError(f"'{own[-1]}' is a table of the file: set an entry of it", "", own)
-        value, raw = typed, ""
-        if own[-1] not in SILENT:
-            value, raw = _typed(typed)
+        value, raw = (typed, "") if own[-1] in SILENT else _typed(typed)
         self._put(own, value, raw)
 
     def do_unset(self, path: Sequence[Any]) -> None:
@@ -172,15 +173,17 @@ class Editor:
         points = [self.tree.get("ground", {}), *self.tree.get("bodies", {}).values()]
         return used.union(*(one.get("points", {}) for one in points))
 
-    def _letter(self, more: Mapping[str, Any] | None = None) -> str:
-        """A letter for a point, with a number where all are in use."""
-        used = self._names().union(more or {})
-        every = (f"{sign}{k or ''}" for k in (0, *range(2, 9999)) for sign in LETTERS)
+    def _new(self, *stems: str, first: int = 0, also: Iterable[str] = ()) -> str:
+        """A name that nothing has: the first of some stems, or one of these with a number."""
+        used = self._names().union(also)
+        every = (f"{stem}{k or ''}" for k in range(first, 99999) for stem in stems)
         return next(name for name in every if name not in used)
 
-    def _new(self, kind: str, first: int = 1) -> str:
-        used = self._names()
-        return next(n for k in range(first, 99999) if (n := f"{kind}{k or ''}") not in used)
+    def _unused(self, name: str) -> str:
+        """A name that was asked for."""
+        if name and name in self._names():
+            raise EditError(f"there is a '{name}' already: choose another name", name)
+        return name
 
     @property
     def _exact(self) -> int:
@@ -215,11 +218,7 @@ class Editor:
         return dict(table)
 
     def _group(self, place: str) -> list[str]:
-        """The point of the drawing that a place is of."""
-        for group in pin_groups(self.tree):
-            if place in group:
-                return group
-        raise EditError(f"there is no point '{place}'", str(place))
+        return group_of(pin_groups(self.tree), place)
 
     def _given(self, value: Any) -> Any:
         """Values of an element as the file has them: {"on": place} is a place, {"xy": [x, y]} a new
@@ -228,14 +227,20 @@ class Editor:
         if isinstance(value, dict) and "on" in value:
             return str(value["on"])
         if isinstance(value, dict) and "xy" in value:
-            body, name = str(value.get("body", "ground")), self._letter()
-            self.do_point(body, value["xy"], name)
-            return f"{body}.{name}"
+            return self._point(str(value.get("body", "ground")), value["xy"])
         if isinstance(value, dict):
             return {str(key): self._given(one) for key, one in value.items()}
         if isinstance(value, (list, tuple)):
             return [self._given(one) for one in value]
         return _typed(value.strip())[0] if isinstance(value, str) and value.strip() else value
+
+    def _point(
+        self, body: str, xy: Sequence[float], name: str = "", digits: int | None = None
+    ) -> str:
+        """A new point at a place of the world."""
+        place = f"{body}.{name or self._new(*LETTERS)}"
+        self._put(point_path(place), self._pair(self.state.in_link(body, xy), digits))
+        return place
 
     # -- points and links --------------------------------------------------------------------------
 
@@ -243,32 +248,29 @@ class Editor:
         """A point of a link, or a pivot of the ground."""
         if body != "ground":
             self._body(body, "choose")
-        name = name or self._letter()
         path = point_path(f"{body}.{name}")
         if value_at(self.tree, path) is not None:
             raise EditError(f"'{body}' has a point '{name}' already", body, path)
-        self._put(path, self._pair(self.state.in_link(body, xy)))
+        self._point(body, xy, name)
 
     def do_link(self, at: Sequence[Mapping[str, Any]], name: str = "") -> None:
         """A link through places, each new, {"xy": [x, y]}, or pinned to one, {"on": "crank.A"}; or
         at a length and an angle from the one before as they are typed, {"polar": ["3 cm", "60"]}.
         """
-        if name and name in self._names():
-            raise EditError(f"there is a '{name}' already: choose another name", name)
-        body, points, pins = name or self._new("link"), dict[str, list[float]](), []
+        body, points, pins = self._unused(name), dict[str, list[float]](), []
+        body = body or self._new("link", first=1)
         for one in at:
-            on = str(one.get("on", ""))
+            on, typed = str(one.get("on", "")), one.get("polar") if points else None
             letter = on.partition(".")[2]
             if on:
                 self._group(on)
-            if not letter or letter in points:
-                letter = self._letter(points)
-            digits = self._exact if on else None
-            if "polar" in one and points:
-                away = self._polar(*map(str, one["polar"]))
-                points[letter] = self._pair(np.add([*points.values()][-1], away), self._exact)
+            if letter in ("", *points):
+                letter = self._new(*LETTERS, also=points)
+            if typed:
+                xy = np.add([*points.values()][-1], self._polar(*map(str, typed)))
             else:
-                points[letter] = self._pair(self.state.place(on) if on else one["xy"], digits)
+                xy = self.state.place(on) if on else one["xy"]
+            points[letter] = self._pair(xy, self._exact if on or typed else None)
             pins += [(on, f"{body}.{letter}")] if on else []
         if len({tuple(xy) for xy in points.values()}) < max(len(points), 2):
             raise EditError(
@@ -289,10 +291,10 @@ class Editor:
 
     def _pin(self, on: str, own: str) -> None:
         """A pin of the name of its point."""
-        point, joints = own.partition(".")[2], self.tree.get("joints", {})
-        elements = {name for table in ("bodies", *SECTIONS) for name in self.tree.get(table, {})}
-        every = [point, *(f"{point}_{n}" for n in range(2, 9999))]
-        name = next(one for one in every if one not in joints and one not in elements)
+        point = own.partition(".")[2]
+        used = {name for table in ("bodies", *SECTIONS) for name in self.tree.get(table, {})}
+        every = (point, *(f"{point}_{n}" for n in range(2, 9999)))
+        name = next(one for one in every if one not in used)
         self._put(("joints", name), {"revolute": [on, own]})
 
     def do_join(self, place: str, to: str) -> None:
@@ -320,9 +322,8 @@ class Editor:
     def _pivot(self, place: str) -> str:
         """A new point of the ground where a point is."""
         point, used = place.partition(".")[2], self.tree.get("ground", {}).get("points", {})
-        name = point if point not in used else self._letter()
-        self._put(("ground", "points", name), self._pair(self.state.place(place), self._exact))
-        return f"ground.{name}"
+        name = "" if point in used else point
+        return self._point("ground", self.state.place(place), name, self._exact)
 
     def do_unground(self, place: str) -> None:
         """Take a point off the ground."""
@@ -338,8 +339,7 @@ class Editor:
     def do_rename(self, path: Sequence[Any], to: str) -> None:
         """Another name, in every reference and formula."""
         own = self._path(path)
-        if own[0] == "points":
-            own = point_path(str(own[1]))
+        own = point_path(str(own[1])) if own[0] == "points" else own
         if not re.fullmatch(r"[^\W\d]\w*", to):
             raise EditError(f"'{to}' is no name: use letters, digits and _")
         used = value_at(self.tree, own[:-1]) if own[-2:-1] == ("points",) else self._names()
@@ -356,7 +356,7 @@ class Editor:
         formulas moves by their parameters.
         """
         group = self._group(place)
-        goal = self._along(place, xy) if along else (float(xy[0]), float(xy[1]))
+        goal = self.state.along(place, xy) if along else (float(xy[0]), float(xy[1]))
         self._pair(goal)
         if reason := fixed(self.state, self.tree, group):
             raise EditError(reason, place, point_path(place))
@@ -367,18 +367,6 @@ class Editor:
             for one in group:
                 self._write_point(one, goal)
         self._settle(place, goal, bool(names))
-
-    def _along(self, place: str, xy: Sequence[float]) -> Pair:
-        """The nearest place on the line through a point and another of its link."""
-        body, at = place.partition(".")[0], np.array(self.state.place(place))
-        others = [f"{body}.{one}" for one in self._body(body, "choose").get("points", {})]
-        arms = [at - self.state.place(one) for one in others]
-        arms = [arm for arm in arms if arm.any()]
-        if not arms:
-            raise EditError(f"'{body}' has no other point to keep a direction from", body)
-        arm = arms[0] / np.linalg.norm(arms[0])
-        x, y = at + arm * float(np.dot(np.subtract(xy, at), arm))
-        return float(x), float(y)
 
     def _write_point(self, place: str, goal: Pair) -> None:
         """The coordinates of a point in the form in which they are written."""
@@ -460,19 +448,18 @@ class Editor:
             if self.text == self.start:
                 raise EditError(f"'{place}' cannot be moved there: its joints hold it", place)
             unit = self.state.mechanism.units.length
-            self.remark = (
+            self._say(
                 f"'{place}' came to {x:.4g}, {y:.4g} {unit}, not to {goal[0]:.4g}, {goal[1]:.4g}: "
                 "its joints and parameters let it no nearer"
             )
 
     # -- elements ----------------------------------------------------------------------------------
 
-    def _add(self, section: str, table: Mapping[str, Any], name: str, like: str = "") -> None:
-        """A new element of a section."""
-        name = name or like
-        if name in self._names():
-            raise EditError(f"there is a '{name}' already: choose another name", name)
-        self._put((section, name), dict(table))
+    def _add(
+        self, section: str, table: Mapping[str, Any], name: str, like: str, first: int = 1
+    ) -> None:
+        """A new element of a section; `like`: What it is called, with a number, without a name."""
+        self._put((section, self._unused(name) or self._new(like, first=first)), dict(table))
 
     def _element(
         self, section: str, like: str, kind: str, fields: Mapping[str, Any], name: str = ""
@@ -485,23 +472,23 @@ class Editor:
         main = table.pop("places") if "places" in table else table.pop(kind, None)
         if main is None:
             raise EditError(f"'{kind}' is missing: give the places or the number of that name")
-        self._add(section, {kind: main, **table}, name, self._new(like or kind))
+        self._add(section, {kind: main, **table}, name, like or kind)
 
     def do_slider(
         self, place: str, angle: float = 0.0, body: str = "ground", name: str = ""
     ) -> None:
         """A point slides along a line of the ground or of a link: a pin in a slot."""
-        group = self._group(place)
-        if any(one.partition(".")[0] == body for one in group):
+        if any(one.partition(".")[0] == body for one in self._group(place)):
             raise EditError(f"'{place}' is pinned to '{body}': free it before it slides", place)
+        point: Any = ""
         if body == "ground":
-            line: dict[str, Any] = {"body": body, "point": self._pivot(place).partition(".")[2]}
+            point = self._pivot(place).partition(".")[2]
         else:
             self._body(body, "choose")
-            xy = self.state.in_link(body, self.state.place(place))
-            line = {"body": body, "point": self._pair(xy, self._exact)}
-        line["angle"] = self._angle(angle - math.degrees(self.state.pose(body)[2]))
-        self._add("joints", {"pin_slot": [line, place]}, name, self._new("slot"))
+            point = self._pair(self.state.in_link(body, self.state.place(place)), self._exact)
+        direction = self._angle(angle - math.degrees(self.state.pose(body)[2]))
+        line = {"body": body, "point": point, "angle": direction}
+        self._add("joints", {"pin_slot": [line, place]}, name, "slot")
 
     do_slot = do_slider
 
@@ -515,39 +502,40 @@ class Editor:
             if own is None:
                 raise EditError(f"there is no joint '{joint}'", joint)
             if type(own).__name__ in ("Prismatic", "PinSlot"):
-                return self._pusher(own, rate, name)
+                table, value = self._slide(own)
+                return self._drive(table, value, rate or "100 mm/s", name)
             ends = [own.i.body, own.j.body]
             other, body = reversed(ends) if ends[1] == "ground" else ends
         self._body(body, "put the motor on")
-        value = math.degrees(self.state.pose(body)[2] - self.state.pose(other)[2])
-        law = {"constant_speed": {"value": self._angle(value), "speed": rate or "60 rpm"}}
-        relative = {} if other == "ground" else {"relative_to": other}
-        self._add("drivers", {"angle": body, **relative, "law": law}, name, self._new("motor", 0))
+        table = {"angle": body, **({} if other == "ground" else {"relative_to": other})}
+        value = self._angle(math.degrees(self.state.pose(body)[2] - self.state.pose(other)[2]))
+        self._drive(table, value, rate or "60 rpm", name)
 
-    def _pusher(self, joint: Any, rate: str, name: str) -> None:
-        """A cylinder along a slide."""
+    def _drive(self, table: dict[str, Any], value: float, rate: str, name: str) -> None:
+        law = {"constant_speed": {"value": value, "speed": rate}}
+        self._add("drivers", table | {"law": law}, name, "motor", first=0)
+
+    def _slide(self, joint: Any) -> tuple[dict[str, Any], float]:
+        """The coordinate along a slide, and its value."""
         system, table = self.state.system, self.tree["joints"][joint.name]
         assert system is not None  # it has a joint
         places = table[kind_in("joints", table)]
         pairs = zip(places, (joint.i, joint.j), strict=True)
         i, j = (self.state.place(place_name(one) or str(marker.body)) for one, marker in pairs)
         angle = self.state.pose(joint.i.body)[2] + float(system.numbers.angle(joint, "i"))
-        value = plain(
-            (j[0] - i[0]) * math.cos(angle) + (j[1] - i[1]) * math.sin(angle), self._exact
-        )
-        law = {"constant_speed": {"value": value, "speed": rate or "100 mm/s"}}
-        self._add("drivers", {"coordinate": places, "law": law}, name, self._new("motor", 0))
+        value = (j[0] - i[0]) * math.cos(angle) + (j[1] - i[1]) * math.sin(angle)
+        return {"coordinate": places}, plain(value, self._exact)
 
     def do_force(self, place: str, force: Any, angle: float = 0.0, name: str = "") -> None:
         """A force at a point, in a direction of the world [deg]."""
         self._group(place)
         table = {"force": self._given(force), "at": place, "angle": self._angle(angle)}
-        self._add("loads", table, name, self._new("F"))
+        self._add("loads", table, name, "F")
 
     def do_torque(self, body: str, torque: Any, name: str = "") -> None:
         """A torque on a link."""
         self._body(body, "put the torque on")
-        self._add("loads", {"torque": self._given(torque), "body": body}, name, self._new("T"))
+        self._add("loads", {"torque": self._given(torque), "body": body}, name, "T")
 
     def do_mass(self, body: str, mass: Any) -> None:
         """A mass; its centre amid the points where the file says none."""
@@ -560,54 +548,47 @@ class Editor:
 
     # -- copies ------------------------------------------------------------------------------------
 
-    def do_copy(self, names: Sequence[Sequence[str]], by: Sequence[float]) -> None:
-        """Links with the joints, loads and drivers that are theirs, elsewhere."""
-        dx, dy = by
-        self._copied(names, lambda x, y: (x + dx, y + dy), None)
+    def do_copy(self, names: Names, by: Sequence[float]) -> None:
+        """Links elsewhere, with what is between them and the ground."""
+        self._copied(names, np.eye(2), np.array(by, float))
 
-    def do_mirror(self, names: Sequence[Sequence[str]], line: Sequence[Sequence[float]]) -> None:
+    def do_mirror(self, names: Names, line: Sequence[Sequence[float]]) -> None:
         """Mirror images of links with their joints, springs and dampers."""
-        (ax, ay), (bx, by) = line
-        angle = 2.0 * math.atan2(by - ay, bx - ax)
-        c, s = math.cos(angle), math.sin(angle)
-        if (ax, ay) == (bx, by):
+        first, second = np.array(line, float)
+        if (first == second).all():
             raise EditError("a line to mirror in needs two places")
-        self._copied(
-            names,
-            lambda x, y: (ax + c * (x - ax) + s * (y - ay), ay + s * (x - ax) - c * (y - ay)),
-            math.degrees(angle),
-        )
+        angle = 2.0 * math.atan2(*(second - first)[::-1])
+        c, s = math.cos(angle), math.sin(angle)
+        matrix = np.array([[c, s], [s, -c]])
+        self._copied(names, matrix, first - matrix @ first)
 
-    def _copied(
-        self,
-        names: Sequence[Sequence[str]],
-        goes: Callable[[float, float], Pair],
-        mirror: float | None,
-    ) -> None:
-        """`mirror`: Twice the direction of the line [deg]; None of a copy."""
-        bodies = {
-            str(name): self._body(str(name), "copy")
-            for section, name in names
-            if section == "bodies"
-        }
-        if not bodies or self.state.system is None:
+    def _copied(self, names: Names, matrix: Any, shift: Any) -> None:
+        links = {str(name): self._body(str(name), "copy") for s, name in names if s == "bodies"}
+        if not links or self.state.system is None:
             raise EditError("nothing to copy: choose links")
-        copies = Copies(self, goes, mirror)
-        for name, table in bodies.items():
-            copies.names[name] = self._new(name, 2)
-            x, y, angle = self.state.system.numbers.link_axes(name, *self.state.pose(name))
-            angle = math.degrees(angle)
-            angle = mirror - angle if mirror is not None else angle
-            guess = [*self._pair(goes(x, y)), self._angle(angle)]
-            own = copies.of_link(table) | {"guess": guess}
-            self._splice(self.spans.section(("bodies", copies.names[name]), own))
-        sections = ("joints", "loads", "drivers") if mirror is None else ("joints", "loads")
-        for section in sections:
-            for name, table in list(self.tree.get(section, {}).items()):
-                if copies.has(table) and (
-                    section != "loads" or mirror is None or kind_in("loads", table) in SYMMETRIC
-                ):
-                    self._put((section, self._new(name, 2)), copies.of_element(table))
+        tree, image = self.tree, PlaneImage(self, matrix, shift)
+        grounds = [point_path(f"ground.{one}") for one in tree.get("ground", {}).get("points", {})]
+        every = [(section, name) for section in SECTIONS for name in tree.get(section, {})]
+        between = [path for path in every if image.goes(path, links)]
+        text, new = self.text, dict[Path, str]()
+        for path in (*(("bodies", name) for name in links), *grounds, *between):
+            point = f"ground.{path[-1]}" if path in grounds else ""
+            if point and not any(mentions(tree, one, "points", point) for one in between):
+                continue
+            stems, first = (LETTERS, 0) if point else (path[-1:], 2)
+            new[path] = self._new(*stems, first=first, also=new.values())
+            text = spliced(text, other_name(Spans(text), path, new[path]))
+        renamed = Spans(text).tree  # which has the names of the copies wherever they stand
+        for (*above, old), name in new.items():
+            own = (*above, name)
+            if above == ["bodies"]:
+                self._splice(self.spans.section(own, image.link(old, links[old])))
+            elif above[0] == "ground":
+                self._put(own, self._pair(image.place(self.state.place(f"ground.{old}"))))
+            else:
+                self._put(own, image.element(value_at(renamed, own)))
+        if image.left:
+            self._say(f"not mirrored are {', '.join(image.left)}: add them")
 
     # -- the whole file ----------------------------------------------------------------------------
 
@@ -650,104 +631,91 @@ class Editor:
         vars(made)[TEXT_ATTRIBUTE] = self.text
         kept = as_it_was(made, self.folder)
         if kept is None:
-            self.remark = "the file was written anew in the other units: comments are gone"
+            self._say("the file was written anew in the other units: comments are gone")
         self.text = kept or to_toml(made)
 
 
 @dataclass
-class Copies:
-    """Tables of copied links and of what is between them.
+class PlaneImage:
+    """Images of links and of what is between them, by a map of the plane: x → matrix x + shift.
 
-    `goes`: Where a place of the world goes; `mirror`: as of `_copied`; `names`: of the copies by
-      those of their links; `pivots`: likewise of points of the ground.
+    `left`: What has no mirror image here.
     """
 
     editor: Editor
-    goes: Callable[[float, float], Pair]
-    mirror: float | None
-    names: dict[str, str] = field(default_factory=dict)
-    pivots: dict[str, str] = field(default_factory=dict)
+    matrix: Any
+    shift: Any
+    left: list[str] = field(default_factory=list)
 
-    def has(self, table: Any) -> bool:
-        """Whether an element is between copied links and the ground alone."""
-        bodies = {text.partition(".")[0] for text in _texts(table)}
-        bodies &= self.editor.tree["bodies"].keys()
-        return bool(bodies) and bodies <= self.names.keys()
+    def __post_init__(self) -> None:
+        #: −1 of mirror images: of angles, and of second coordinates in the axes of links.
+        self.sign = round(np.linalg.det(self.matrix))
+        #: What is added to angles of the world [deg].
+        self.turn = math.degrees(math.atan2(self.matrix[1, 0], self.matrix[0, 0]))
 
-    def of_link(self, table: Any) -> Any:
-        """The table of a link; of a mirrored one in mirrored axes."""
-        if self.mirror is None:
-            return dict(table)
-        own = {key: value for key, value in table.items() if key != "shapes"}
-        if "shapes" in table:
-            self.editor.remark = "shapes of contacts are not mirrored: draw them"
+    def place(self, xy: Sequence[float]) -> Any:
+        """That of a place of the world."""
+        return self.matrix @ xy + self.shift
+
+    def goes(self, path: Path, links: Mapping[str, Any]) -> bool:
+        """Whether an element is between these links and the ground alone, and goes with them."""
+        tree = self.editor.tree
+        bodies = {body for body in tree["bodies"] if mentions(tree, path, "bodies", body)}
+        if not bodies or not bodies <= links.keys():
+            return False
+        kind = kind_in(path[0], value_at(tree, path))
+        goes = self.sign > 0 or path[0] == "joints" or kind in SYMMETRIC
+        self.left += [] if goes else [path[1]]
+        return goes
+
+    def link(self, name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+        """That of a link; of a mirror image in mirrored axes."""
+        state, own = self.editor.state, dict(table)
+        assert state.system is not None  # there are links
+        if self.sign < 0 and own.pop("shapes", None):
+            self.left.append(f"the shapes of {name}")
         if "cg" in own:
-            own["cg"] = _mirrored(own["cg"])
-        return own | {"points": {key: _mirrored(one) for key, one in own.get("points", {}).items()}}
+            own["cg"] = self._in_link(own["cg"])
+        own["points"] = {key: self._in_link(one) for key, one in own.get("points", {}).items()}
+        x, y, angle = state.system.numbers.link_axes(name, *state.pose(name))
+        direction = self.editor._angle(self.turn + self.sign * math.degrees(angle))
+        return own | {"guess": [*self.editor._pair(self.place((x, y))), direction]}
 
-    def of_element(self, value: Any) -> Any:
-        """An element, or a part of one, with the names of the copies."""
+    def element(self, value: Any) -> Any:
+        """That of an element, or of a part of one: of places and directions that have numbers."""
         if isinstance(value, list):
-            return [self.of_element(one) for one in value]
-        if isinstance(value, str):
-            body, dot, rest = value.partition(".")
-            if body == "ground":
-                return f"ground.{self._pivot(rest)}" if rest else self.of_element({"body": body})
-            return f"{self.names[body]}{dot}{rest}" if body in self.names else value
+            return [self.element({"body": one} if one == "ground" else one) for one in value]
         if not isinstance(value, dict):
             return value
-        if not isinstance(value.get("body"), str) or value["body"] not in ("ground", *self.names):
-            return {key: self.of_element(one) for key, one in value.items()}
-        return self._marker(dict(value))
-
-    def _marker(self, value: dict[str, Any]) -> dict[str, Any]:
-        """A place with a direction."""
-        body, point = value["body"], value.get("point", [0.0, 0.0])
-        on_ground = body == "ground"
-        value["body"] = self.names.get(body, body)
-        if on_ground and isinstance(point, str):
-            value["point"] = self._pivot(point)
-        elif on_ground:
-            whole = isinstance(point, list) and all(isinstance(one, (int, float)) for one in point)
-            if not whole:
+        own = {key: self.element(one) for key, one in value.items()}
+        if "body" not in value:
+            return own
+        ground, point = value["body"] == "ground", value.get("point")
+        if ground and not isinstance(point, str):
+            numbers = [0.0, 0.0] if point is None else point
+            if not all(isinstance(one, (int, float)) for one in [*numbers]):
                 raise EditError(f"the place {point!r} of the ground has a formula: name it a point")
-            value["point"] = self.editor._pair(self.goes(*point))
-        elif self.mirror is not None and not isinstance(point, str) and "point" in value:
-            value["point"] = _mirrored(point)
-        if self.mirror is not None and (on_ground or "angle" in value):
-            value["angle"] = _negated(value.get("angle", 0.0), self.mirror if on_ground else 0.0)
-        return value
+            own["point"] = self.editor._pair(self.place(numbers))
+        elif isinstance(point, (list, dict)):
+            own["point"] = self._in_link(point)
+        turn = self.turn if ground else 0.0
+        if "angle" in value or turn:
+            own["angle"] = self._number(value.get("angle", 0.0), turn)
+        return own
 
-    def _pivot(self, point: str) -> str:
-        """The copy of a point of the ground."""
-        if point not in self.pivots:
-            name = self.pivots[point] = self.editor._letter()
-            xy = self.goes(*self.editor.state.place(f"ground.{point}"))
-            self.editor._put(("ground", "points", name), self.editor._pair(xy))
-        return self.pivots[point]
+    def _number(self, value: Any, turn: float = 0.0) -> Any:
+        """That of an angle or a second coordinate, which is a number or a formula."""
+        if self.sign > 0:
+            return value
+        if isinstance(value, str):
+            return f"{turn!r} deg - ({value})" if turn else f"-({value})"
+        return plain(self.editor._angle(turn) - value, 9)
 
-
-def _texts(value: Any) -> Iterator[str]:
-    """All texts in a value."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, (dict, list)):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from _texts(one)
-
-
-def _negated(value: Any, of: float = 0.0) -> Any:
-    """A number or a formula less than another, in degrees where that is an angle of the world."""
-    if isinstance(value, str):
-        return f"{of!r} deg - ({value})" if of else f"-({value})"
-    return plain(of - value, 9)
-
-
-def _mirrored(point: Any) -> Any:
-    """A point in mirrored axes."""
-    if isinstance(point, dict):
-        return {**point, "angle": _negated(point["angle"])}
-    return [point[0], _negated(point[1])]
+    def _in_link(self, point: Any) -> Any:
+        """That of a point in the axes of its link."""
+        if isinstance(point, dict):
+            return {**point, "angle": self._number(point["angle"])}
+        return [point[0], self._number(point[1])]
 
 
 def _dotted(path: Path) -> str:

@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
 
+import numpy as np
+
 from mbody.analysis.driven.driven import kinetostatics
 from mbody.analysis.freedom.mobility import Mobility, mobility
 from mbody.core.other_words import KINDS
-from mbody.errors import ModelError, ModelWarning, SolveError, at_the_command
+from mbody.errors import ModelError, ModelWarning, SolveError, at_the_command, brief
 from mbody.files.model.kept_text import unit_of_text
 from mbody.files.model.problems import kind_in
 from mbody.files.model.read import from_toml
@@ -99,6 +101,20 @@ class DrawingState:
         c, s = math.cos(angle), math.sin(angle)
         return cx + c * dx + s * dy, cy - s * dx + c * dy
 
+    def along(self, place: str, xy: Iterable[float]) -> Pair:
+        """The place nearest to another on the line through a point and the nearest other point of
+        its link, which gets another length alone.
+        """
+        body, at = place.partition(".")[0], np.array(self.place(place))
+        link = next((one for one in self.mechanism.bodies if one.name == body), None)
+        others = [self.place(f"{body}.{point}") for point in (link.points if link else ())]
+        arms = [arm for other in others if (arm := at - other).any()]
+        if not arms:
+            raise EditError(f"'{body}' has no other point to keep a direction from", body)
+        arm = min(arms, key=lambda one: float(one @ one))
+        x, y = at + arm * float((np.array([*xy]) - at) @ arm / (arm @ arm))
+        return float(x), float(y)
+
 
 def evaluate(
     text: str, name: str = "model", folder: FilePath | None = None, *, whole: bool = True
@@ -159,6 +175,14 @@ def pin_groups(tree: Mapping[str, Any]) -> list[list[str]]:
     for name in above:
         groups.setdefault(root(name), []).append(name)
     return list(groups.values())
+
+
+def group_of(groups: Iterable[list[str]], place: str) -> list[str]:
+    """The point of the drawing that a place is of."""
+    for group in groups:
+        if place in group:
+            return group
+    raise EditError(f"there is no point {brief(place)}", place)
 
 
 def place_name(value: Any) -> str:

@@ -12,21 +12,25 @@ import sys
 import threading
 import time
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mbody.edit.board_state import board_state, drag_state, modes_of, number_of
 from mbody.edit.board_views import VIEWS, checked_view, picture_of, read_views, views_file
-from mbody.edit.document import Document
+from mbody.edit.document import Document, Fault
 from mbody.edit.dragging import Dragging
 from mbody.edit.jobs import ExportJobs, as_word, command_of
+from mbody.edit.places import group_of
 from mbody.errors import ModelError, SolveError, at_the_command, brief
+from mbody.files.model.read import text_of
 from mbody.files.model.toml_text import toml
 from mbody.files.writing import writing
 
 Answer = dict[str, Any]
 
+#: Files that are not listed: hidden ones, views of boards.
+HIDDEN = re.compile(rf"(^|/)\.|{re.escape(VIEWS)}$")
 #: Seconds that `wait` is held, and between two looks at the file.
 HELD, LOOK = 25.0, 0.4
 #: Shapes of a drag are made anew after so many times as long as they took.
@@ -40,28 +44,25 @@ ENDS = {
     "pictures": (".png", ".jpg", ".jpeg", ".dxf"),
 }
 EMPTY = 'units = "mm-N-s"\n'
+#: What changes or leaves a revision that a page must have seen.
+CHANGES = ("edit", "undo", "redo", "save", "open", "drag", "underlay")
 
 
 class BoardSession:
     """A document with everything around it.
 
     `folder`: That in which the command was started; no file is read or written outside of it.
-    `file`: Of the document; None of what was never saved.
-    `word`: What the command calls the model, such as a name of the gallery.
     `views`: What is kept of the board beside the model: its camera, the picture below it.
     """
 
     def __init__(self, folder: Path, model: str | None = None) -> None:
         self.folder, self.lock = folder.resolve(), threading.Condition()
-        self.jobs, self.past = ExportJobs(self.folder), 0
-        self.notes: list[str] = []
-        self.unit = 0.3
+        self.jobs, self.unit, self.past = ExportJobs(self.folder), 0.3, 0
         self.document = Document(EMPTY, "model")
-        self.file: Path | None = None
         self.dragging: Dragging | None = None
         self.scene, self.rows, self.due = dict[str, Any](), list[Answer](), 0.0
-        self.views: dict[str, Any] = {}
-        self.word, self.recovered = "", False
+        self.views, self.notes = dict[str, Any](), list[str]()
+        self.gallery, self.recovered = "", False
         if model is not None:
             self._begin(model)
 
@@ -70,10 +71,20 @@ class BoardSession:
         """Of the document, and of those before it."""
         return self.past + int(self.document.revision)
 
+    @property
+    def file(self) -> str:
+        """That of the document, from the folder; empty where it was never saved."""
+        return self._named(self.document.file) if self.document.file else ""
+
+    @property
+    def word(self) -> str:
+        """What the command calls the model: its file, or a name of the gallery."""
+        return as_word(self.file) if self.file else self.gallery
+
     def answer(self, asked: Mapping[str, Any]) -> tuple[int, Answer]:
         """Status and answer of a request: 409 with the state where it is of an old revision."""
         act = str(asked.get("act"))
-        method: Callable[[Mapping[str, Any]], Answer] | None = self._acts().get(act)
+        method = getattr(self, f"_act_{act}", None)
         if method is None:
             return 400, {"rev": self.revision}
         with self.lock, at_the_command():
@@ -81,46 +92,33 @@ class BoardSession:
                 unit = asked.get("unit")
                 if isinstance(unit, (int, float)) and 0.0 < unit < math.inf:
                     self.unit = float(unit)
-                old = asked.get("rev", self.revision) != self.revision
-                if old and act in ("edit", "undo", "redo", "save", "open", "drag", "underlay"):
+                if act in CHANGES and asked.get("rev", self.revision) != self.revision:
                     return 409, self._state()
                 return 200, method(asked)
             except (ModelError, SolveError) as error:
-                return 200, self._refused(str(error), error.element or "")
+                return 200, self._refused(Fault.of(error))
             except OSError as error:
-                return 200, self._refused(f"this file cannot be used: {error.strerror}")
+                return 200, self._refused(Fault(f"this file cannot be used: {error.strerror}"))
             except Exception as error:  # a request may have any keys, of any kinds
                 why = f"{type(error).__name__}: {error}"
                 print(f"mbody: the board could not do {brief(act)} ({why})", file=sys.stderr)
-                return 400, self._refused(f"this request is not understood ({why})")
+                return 400, self._refused(Fault(f"this request is not understood ({why})"))
 
-    def _acts(self) -> dict[str, Any]:
-        names = "look edit undo redo save open drag drop home drive modes files job underlay camera"
-        return {name: getattr(self, f"_{name}") for name in (*names.split(), "wait")}
+    def _refused(self, fault: Fault) -> Answer:
+        return {"rev": self.revision, "fault": fault.data(), "conflict": fault.conflict}
 
-    def _state(self, **more: Any) -> Answer:
+    def _state(self) -> Answer:
         state = board_state(self.document, self.unit)
         self.scene, self.rows = state["scene"], state["rows"]
-        state |= {
-            "journal": self.recovered,
-            "rev": self.revision,
-            "file": self._named(),
-            "views": self.views,
-        }
-        state["command"] = command_of(self.document, self.word)
-        said = [*self.notes, *([self.document.remark] if self.document.remark else [])]
+        said = [*self.notes, self.document.remark]
         if not self.document.saved and self.document.changed_on_disk():
-            said.append(f"'{self._named()}' has changed on disk since it was read")
-        notes = [{"element": "", "key": "", "text": text, "kind": "note"} for text in said]
-        state["messages"] += notes
-        return state | more
-
-    def _refused(self, sentence: str, element: str = "", **more: Any) -> Answer:
-        fault = {"sentence": sentence, "element": element, "path": [], "problems": []}
-        return {"rev": self.revision, "fault": fault, **more}
-
-    def _named(self) -> str:
-        return "" if self.file is None else self.file.relative_to(self.folder).as_posix()
+            said.append(f"'{self.file}' has changed on disk since it was read")
+        state["messages"] += [
+            {"element": "", "key": "", "text": text, "kind": "note"} for text in said if text
+        ]
+        own = {"rev": self.revision, "file": self.file, "journal": self.recovered}
+        command = command_of(self.document, self.word)
+        return state | own | {"views": self.views, "command": command}
 
     # -- the document --------------------------------------------------------------------------
 
@@ -129,48 +127,43 @@ class BoardSession:
         self.lock.notify_all()
         return self._state()
 
-    def _look(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_look(self, asked: Mapping[str, Any]) -> Answer:
         return self._state()
 
-    def _edit(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_edit(self, asked: Mapping[str, Any]) -> Answer:
         fault = self.document.apply(asked["edit"])
-        if fault is not None:
-            return {"rev": self.revision, "fault": fault.data()}
-        return self._changed()
+        return self._refused(fault) if fault else self._changed()
 
-    def _undo(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_undo(self, asked: Mapping[str, Any]) -> Answer:
         self.document.undo()
         return self._changed()
 
-    def _redo(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_redo(self, asked: Mapping[str, Any]) -> Answer:
         self.document.redo()
         return self._changed()
 
-    def _save(self, asked: Mapping[str, Any]) -> Answer:
-        file = self._inside(asked["file"], ".toml") if asked.get("file") else self.file
+    def _act_save(self, asked: Mapping[str, Any]) -> Answer:
+        own, force = self.document.file, asked.get("force") is True
+        file = self._inside(asked["file"], ".toml") if asked.get("file") else own
         if file is None:
             raise ModelError("the model has no file yet: give it a name, such as linkage.toml")
-        force = asked.get("force") is True
-        if file != self.file and file.exists() and not force:
-            return self._refused(f"there is a file '{file.name}' already: choose another name")
-        fault = self.document.save(file, force=force)
-        if fault is not None:
-            return {"rev": self.revision, "fault": fault.data(), "conflict": fault.conflict}
-        self.file, self.word = file, as_word(self._name_of(file))
+        if file != own and file.exists() and not force:
+            raise ModelError(f"there is a file '{file.name}' already: choose another name")
+        if (fault := self.document.save(file, force=force)) is not None:
+            return self._refused(fault)
         self._keep_views()
         return self._changed() | {"saved": True}
 
-    def _open(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_open(self, asked: Mapping[str, Any]) -> Answer:
         if not self.document.saved and asked.get("force") is not True:
-            return self._refused("there are unsaved edits: save them first, or leave them")
+            raise ModelError("there are unsaved edits: save them first, or leave them")
         if asked.get("file"):
             file = self._inside(asked["file"], ".toml")
             if not file.is_file():
                 raise ModelError(f"there is no file '{file.name}'")
-            self._begin(str(file))
+            self._take(Document.open(file))
         elif asked.get("gallery"):
-            name = str(asked["gallery"])
-            self._take(Document(*gallery_text(name)), word=name)
+            self._take_gallery(str(asked["gallery"]))
         elif asked.get("import"):
             self._import(self._inside(asked["import"]))
         else:
@@ -185,10 +178,16 @@ class BoardSession:
         from mbody.gallery import names
 
         if model in names() and not (self.folder / model).exists():
-            self._take(Document(*gallery_text(model)), word=model)
-            return
-        file = self._inside(model, ".toml")
-        self._take(Document.open(file, EMPTY), file)
+            self._take_gallery(model)
+        else:
+            self._take(Document.open(self._inside(model, ".toml"), EMPTY))
+
+    def _take_gallery(self, name: str) -> None:
+        from mbody.gallery import path
+
+        file = path(name)
+        self._take(Document(text_of(file), name, file.parent))
+        self.gallery = name
 
     def _import(self, file: Path) -> None:
         from mbody.exchange import import_model
@@ -198,21 +197,17 @@ class BoardSession:
         self._take(Document(to_toml(made.mechanism), file.stem))
         self.notes = list(made.notes)
 
-    def _take(self, document: Document, file: Path | None = None, word: str = "") -> None:
-        self.past = self.revision + 1
+    def _take(self, document: Document) -> None:
+        self.past = self.revision + 1 - document.revision
         self.document.leave()
-        if file is not None and file == self.file:
+        if document.file is not None and document.file == self.document.file:
             document.forget()
-        self.document, self.file, self.notes = document, file, []
-        self.word = word if file is None else as_word(self._name_of(file))
-        self.past -= int(document.revision)
-        self.views = read_views(file)
-        self.recovered = document.journal
+        self.document, self.notes, self.gallery = document, [], ""
+        self.views, self.recovered = read_views(document.file), document.journal
         if self.recovered and (fault := document.recover()) is not None:
-            self.recovered = False
-            self.notes.append(fault.sentence)
+            self.recovered, self.notes = False, [fault.sentence]
 
-    def _name_of(self, file: Path) -> str:
+    def _named(self, file: Path) -> str:
         return file.relative_to(self.folder).as_posix()
 
     def _inside(self, name: object, end: str = "") -> Path:
@@ -233,18 +228,18 @@ class BoardSession:
 
     # -- dragging ------------------------------------------------------------------------------
 
-    def _drag(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_drag(self, asked: Mapping[str, Any]) -> Answer:
         one, drag, reached = asked["drag"], self._dragging(), None
         if one["do"] == "move":
             drag.move(str(one["body"]), _pair(one["at"]), _pair(one["to"]))
         elif one["do"] == "number":
             drag.number(*number_of(self.document, self.rows, one["path"], float(one["value"])))
         else:
-            group = next((g for g in self.document.groups() if one["place"] in g), None)
-            if group is None:
-                raise ModelError(f"there is no point {brief(one['place'])}")
-            drag.point(group, _pair(one["to"]), self.document.handles(group))
-            reached = drag.place(one["place"]).tolist()
+            place, to = str(one["place"]), _pair(one["to"])
+            group = group_of(self.document.groups(), place)
+            to = self.document.state.along(place, to) if one.get("along") else to
+            drag.point(group, to, self.document.handles(group))
+            reached = drag.place(place).tolist()
         return self._dragged(drag, reached)
 
     def _dragging(self) -> Dragging:
@@ -266,70 +261,67 @@ class BoardSession:
             self.due = now + PAUSE * (now - began)
         return {"rev": self.revision, "drag": found | {"reached": reached}}
 
-    def _drop(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_drop(self, asked: Mapping[str, Any]) -> Answer:
         self.dragging = None
         return {"rev": self.revision}
 
-    def _home(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_home(self, asked: Mapping[str, Any]) -> Answer:
         self.dragging = None
         return self._dragged(self._dragging())
 
-    def _drive(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_drive(self, asked: Mapping[str, Any]) -> Answer:
         drag = self._dragging()
         turning = {driver.name for driver in drag.machine.drivers if driver.angular}
         values = {str(name): float(value) for name, value in asked["values"].items()}
         drag.drive({n: math.radians(v) if n in turning else v for n, v in values.items()})
         return self._dragged(drag)
 
-    def _modes(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_modes(self, asked: Mapping[str, Any]) -> Answer:
         return {"rev": self.revision, **modes_of(self.document.state)}
 
     # -- files, exports ------------------------------------------------------------------------
 
-    def _files(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_files(self, asked: Mapping[str, Any]) -> Answer:
         from mbody.teaching.new_model import KINDS
 
         every = itertools.islice(self.folder.rglob("*"), LOOKED)
-        names = sorted(file.relative_to(self.folder).as_posix() for file in every)
-        names = [name for name in names if not re.search(r"(^|/)\.", name)]
+        names = sorted(name for name in map(self._named, every) if not HIDDEN.search(name))
         found: Answer = {"rev": self.revision, "folder": self.folder.name, "new": list(KINDS)}
         for key, ends in ENDS.items():
-            own = (name for name in names if name.lower().endswith(ends))
-            found[key] = [name for name in own if not name.endswith(VIEWS)][:LISTED]
+            found[key] = [name for name in names if name.lower().endswith(ends)][:LISTED]
         return found | {"gallery": gallery_titles()}
 
-    def _job(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_job(self, asked: Mapping[str, Any]) -> Answer:
         if "id" in asked:
             return {"rev": self.revision, **self.jobs.report(str(asked["id"]))}
         if not self.document.saved:
-            return self._refused("the command reads the file: save the edits first")
-        name = asked.get("file")
-        file = self._inside(name) if name else None
+            raise ModelError("the command reads the file: save the edits first")
+        file = self._inside(asked["file"]) if asked.get("file") else None
         force = asked.get("force") is True
         made = self.jobs.start(str(asked["do"]), self.document, self.word, file, force=force)
         return {"rev": self.revision, "job": made}
 
     # -- views of the board --------------------------------------------------------------------
 
-    def _underlay(self, asked: Mapping[str, Any]) -> Answer:
-        if asked["set"] is None:
-            self.views.pop("underlay", None)
-        else:
+    def _act_underlay(self, asked: Mapping[str, Any]) -> Answer:
+        self.views.pop("underlay", None)
+        if asked["set"] is not None:
             view = checked_view("underlay", asked["set"])
             file = self._inside(view["file"])
             picture_of(file)
-            self.views["underlay"] = view | {"file": self._name_of(file)}
+            self.views["underlay"] = view | {"file": self._named(file)}
         self._keep_views()
         return self._state()
 
-    def _camera(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_camera(self, asked: Mapping[str, Any]) -> Answer:
         self.views["camera"] = checked_view("camera", asked["set"])
         self._keep_views()
         return {"rev": self.revision}
 
     def _keep_views(self) -> None:
-        if self.file is not None and self.file.exists():
-            with writing(views_file(self.file)) as stream:
+        file = self.document.file
+        if file is not None and file.exists():
+            with writing(views_file(file)) as stream:
                 stream.write(toml(self.views))
 
     def picture(self) -> tuple[bytes, str] | None:
@@ -341,7 +333,7 @@ class BoardSession:
 
     # -- waiting -------------------------------------------------------------------------------
 
-    def _wait(self, asked: Mapping[str, Any]) -> Answer:
+    def _act_wait(self, asked: Mapping[str, Any]) -> Answer:
         """Held until there is another revision: of an edit elsewhere, or of the file."""
         end = time.monotonic() + HELD
         while asked["rev"] == self.revision and time.monotonic() < end:
@@ -364,15 +356,6 @@ def _pair(values: Any) -> tuple[float, float]:
     if not math.isfinite(x + y):
         raise ValueError("a place has two finite numbers")
     return x, y
-
-
-def gallery_text(name: str) -> tuple[str, str, Path]:
-    """Text, name and folder of a model of the gallery."""
-    from mbody.files.model.read import text_of
-    from mbody.gallery import path
-
-    file = path(name)
-    return text_of(file), name, file.parent
 
 
 @functools.cache

@@ -106,6 +106,9 @@ def test_drags_change_no_file_and_forces_are_those_of_mbody(served):
     drag = {"do": "point", "place": "crank.B", "to": [20.0, 30.0]}
     found = served.act("drag", drag=drag)[1]["drag"]
     assert found["reached"] == pytest.approx([20.0, 30.0], abs=1e-9)
+    along = served.act("drag", drag=drag | {"along": True})[1]["drag"]["reached"]
+    t = 20.0 * 0.5 + 30.0 * 0.75**0.5  # along the crank, which stands at 60 degrees
+    assert along == pytest.approx([0.5 * t, 0.75**0.5 * t], abs=1e-9)
     for _ in range(100):  # shapes come now and then
         found = served.act("drag", drag=drag)[1]["drag"]
         if "shapes" in found:

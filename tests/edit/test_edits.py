@@ -318,6 +318,11 @@ def test_a_length_alone():
         ("move", {"place": "link1.B", "xy": [60, 60], "along": True}),
     )
     assert_allclose(board.state.place("link1.B"), [50.4, 67.2], rtol=1e-12)  # (3, 4)/5 of 84
+    bent = drawn(
+        ("link", at((0, 0), (30, 40), (30, 30))),
+        ("move", {"place": "link1.B", "xy": [60, 60], "along": True}),
+    )
+    assert_allclose(bent.state.place("link1.B"), [30, 60], rtol=1e-12)  # from the nearest point
 
 
 def test_the_assembly_mode_stays():
@@ -343,12 +348,6 @@ def test_joined_and_set_free():
         ("ground", {"place": "link1.A"}), ("unground", {"place": "link1.A"}), text=board.text
     )
     assert "A" not in tomllib.loads(board.text).get("ground", {}).get("points", {})
-    for edit in (
-        {"do": "join", "place": "link1.A", "to": "link1.B"},
-        {"do": "join", "place": "link2.C", "to": "link1.B"},
-        {"do": "unground", "place": "link1.A"},
-    ):
-        assert board.apply(edit).element
 
 
 def test_a_slot_in_a_link_and_a_motor_between_links():
@@ -400,14 +399,6 @@ def test_fields_as_they_are_typed():
     assert "mass   = 0.50\n" in board.text  # as it was typed
     assert board.apply({"do": "unset", "path": ["bodies", "link2", "mass"]}) is None
     assert "mass" not in tomllib.loads(board.text)["bodies"]["link2"]
-    assert board.apply({"do": "add", "path": ["loads", "F1"], "key": "force", "text": "1"}).path
-    for path, text in (
-        (["bodies"], "3"),
-        (["name", "x"], "3"),
-        ([], "3"),
-        (["bodies", "link1"], " "),
-    ):
-        assert board.apply({"do": "set", "path": path, "text": text}).sentence
 
 
 def test_other_units():
@@ -484,7 +475,6 @@ def test_deleted_with_what_refers_to_it():
     tree = board.tree
     assert {*tree["joints"]} == {"C", "E"} and tree["drivers"] == {} and tree["measures"] == {}
     assert [*tree["ground"]["points"]] == ["E"] and {*tree["bodies"]} == {"link2", "link3"}
-    assert board.apply({"do": "delete", "names": [["bodies", "link1"]]}).element == "link1"
     gone = drawn(
         ("delete", {"names": [["bodies", f"link{n}"] for n in (1, 2, 3)]}),
         text=drawn(*FOUR_BAR).text,
@@ -501,8 +491,6 @@ def test_a_number_becomes_a_parameter():
     assert board.tree["parameters"] == {"load": "100 N", "far": 90}
     assert board.tree["bodies"]["link2"]["points"]["C"] == ["far", 60]
     same_forces(board, FOUR_BAR_BY_HAND, {"A": "O2", "B": "B", "C": "C", "E": "O4"})
-    assert board.apply({"do": "parameter", "path": ["name"], "name": "x"}).sentence
-    assert board.apply({"do": "parameter", "path": ["loads", "F1", "angle"], "name": "far"}).element
 
 
 def test_another_assembly_mode():
@@ -515,8 +503,6 @@ def test_another_assembly_mode():
     b, e, c = np.array([20, 35]), np.array([80, 0]), np.array([90, 60])
     along = (e - b) / np.linalg.norm(e - b)
     assert_allclose([x, y], b + 2 * along * ((c - b) @ along) - (c - b), atol=1e-6)
-    assert board.apply({"do": "mode", "index": 9}).sentence
-    assert Document().apply({"do": "mode", "index": 0}).sentence
     board = drawn(*FOUR_BAR[:3], ("guess", {"body": "link1", "angle": 30}))
     assert board.tree["bodies"]["link1"]["guess"] == 30
 
@@ -533,6 +519,22 @@ def test_a_copy_moves_as_its_original():
         one, two = run[name], run[copy]
         assert_allclose(two.x - one.x, 300, atol=1e-9)
         assert_allclose(two.y - one.y, 20, atol=1e-9)
+
+
+def test_a_copy_has_its_contacts_and_formulas():
+    path = gallery.path("rolling_ball")
+    board = Document(path.read_text("utf-8"), path.name, path.parent)
+    (ball,) = board.tree["bodies"]
+    fields = {"force": f"0.1*{ball}.vx*(1 N*s/m)", "at": ball}
+    for edit in (
+        {"do": "load", "kind": "force", "fields": fields, "name": "drag"},
+        {"do": "copy", "names": [["bodies", ball]], "by": [1, 0]},
+    ):
+        assert board.apply(edit) is None
+    other = next(name for name in board.tree["bodies"] if name != ball)
+    for section in ("contacts", "loads"):
+        first, second = map(str, board.tree[section].values())
+        assert second == first.replace(ball, other) != first
 
 
 def test_a_mirror_image_moves_as_one():
@@ -552,6 +554,11 @@ def test_a_mirror_image_moves_as_one():
     one, two = run.point("link2.D"), run.point(f"{second}.D")
     assert_allclose(two.x, 400 - one.x, atol=1e-8)
     assert_allclose(two.y, one.y, atol=1e-8)
+
+
+def test_a_mirror_says_what_it_leaves_out():
+    board = drawn(*FOUR_BAR, ("mirror", {"names": LINKS, "line": [[200, 0], [200, 10]]}))
+    assert board.remark == "not mirrored are motor, F1, T1: add them"
 
 
 # -- random edits ----------------------------------------------------------------------------------
