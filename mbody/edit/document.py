@@ -188,7 +188,7 @@ class Document:
         """Make an edit; the fault where it is refused, and then nothing has changed."""
         if self.fault is not None and edit.get("do") not in WITH_MISTAKES:
             return Fault(f"the text has a mistake to be mended first: {self.fault.sentence}")
-        editor = Editor(self.text, self.state, self.name, self.folder)
+        editor = Editor(self.text, self.state, self.name, self.folder, self.spans)
         try:
             editor.do(edit)
         except (ModelError, SolveError, *MISFITS) as error:

@@ -64,12 +64,19 @@ class Editor:
     `remark`: What came otherwise than it was asked for.
     """
 
-    def __init__(self, text: str, state: DrawingState, name: str, folder: FilePath | None) -> None:
+    def __init__(
+        self,
+        text: str,
+        state: DrawingState,
+        name: str,
+        folder: FilePath | None,
+        spans: Spans | None = None,
+    ) -> None:
         self.text = self.start = text
         self.state, self.name, self.folder = state, name, folder
         self.grain: Any = None
         self.remark = ""
-        self._spans: Spans | None = None
+        self._spans = spans
 
     @property
     def spans(self) -> Spans:
