@@ -53,7 +53,7 @@ def board_state(document: Document, unit: float) -> Data:
     """
     state = document.state
     machine, system, run = state.mechanism, state.system, state.run
-    home, drivers = forces_at_home(state), drivers_of(state)
+    home, drivers = state.home, drivers_of(state)
     return {
         "name": machine.name,
         "text": document.text,
@@ -92,17 +92,6 @@ def over_range(state: DrawingState, drivers: Data) -> Solution | None:
     rate = np.full(INSTANTS, float(state.run.driven(name)[1][0]))
     with contextlib.suppress(ModelError, SolveError):
         return kinetostatics(state.system, drive={name: (values, rate, 0.0 * rate)})
-    return None
-
-
-def forces_at_home(state: DrawingState) -> Solution | None:
-    """The analysis at the position of the file, where one is possible."""
-    if state.system is None or state.mobility is None or state.mobility.freedom:
-        return None
-    if not state.mechanism.drivers and state.mobility.of_joints.freedom:
-        return None
-    with contextlib.suppress(ModelError, SolveError):
-        return kinetostatics(state.system)
     return None
 
 

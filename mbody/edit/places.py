@@ -4,6 +4,7 @@ world and of links, points that are one.
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.driven import kinetostatics
+from mbody.analysis.driven.driven import kinematics, kinetostatics
 from mbody.analysis.freedom.mobility import Mobility, mobility
+from mbody.analysis.initial.close_loops import close_loops
 from mbody.core.other_words import KINDS
 from mbody.errors import ModelError, ModelWarning, SolveError, at_the_command, brief
 from mbody.files.model.kept_text import unit_of_text
@@ -46,8 +48,9 @@ class EditError(ModelError):
 class DrawingState:
     """What a text gives at the position of its file.
 
-    `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close; `turn`:
-      Forces over a revolution or the range of the only driver.
+    `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close.
+    `home`, `turn`: Forces at that position and over a revolution of the only driver, where they are
+      determined.
     `troubles`: (element, sentence) of analyses that are not possible, and of what is read otherwise
       than it may be meant.
     """
@@ -56,6 +59,7 @@ class DrawingState:
     system: System | None = None
     run: Solution | None = None
     mobility: Mobility | None = None
+    home: Solution | None = None
     turn: Solution | None = None
     troubles: list[tuple[str, str]] = field(default_factory=list)
 
@@ -138,15 +142,41 @@ def evaluate(
 
 def _analyse(state: DrawingState, whole: bool) -> None:
     system = assemble(state.mechanism)
-    state.run, state.system = first_position(system), system
+    state.run, state.system = position(system), system
     if not whole:
         return
-    state.mobility = mobility(system)
-    if len(state.mechanism.drivers) == 1 and not state.mobility.freedom:
+    state.mobility = found = mobility(system)
+    if found.freedom or not (state.mechanism.drivers or not found.of_joints.freedom):
+        return
+    state.home = state.run
+    if state.run.analysis != "kinetostatics":
+        state.home = None
+        with contextlib.suppress(ModelError, SolveError):
+            state.home = kinetostatics(system)
+    if len(state.mechanism.drivers) == 1:
         try:
             state.turn = kinetostatics(system, turn=True)
         except (ModelError, SolveError) as error:
             state.troubles.append((error.element or "", str(error)))
+
+
+def position(system: System) -> Solution:
+    """One instant: where the simulation begins, else of the drivers at t = 0, with forces where
+    they are determined; what is half drawn is at rest, as near to its guess as the loops allow.
+    """
+    machine = system.mechanism
+    if machine.ask is None and machine.simulation is not None:
+        return first_position(system)
+    closing = machine.contacts or any(joint.limited for joint in machine.joints)
+    if system.rows >= system.coordinates or closing:
+        with contextlib.suppress(ModelError, SolveError):
+            return kinetostatics(system)
+    if machine.drivers and (system.rows >= system.coordinates or closing):
+        with contextlib.suppress(SolveError):
+            return kinematics(system)
+    # without rates no branches of the motion are looked for
+    values = {d.name: float(system.law_of(d)(0.0)) for d in system.independent_drivers}
+    return close_loops(system, drive=values or None)
 
 
 def pin_groups(tree: Mapping[str, Any]) -> list[list[str]]:

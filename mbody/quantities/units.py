@@ -37,14 +37,22 @@ class Dimension:
     current: Fraction = Fraction(0)
     temperature: Fraction = Fraction(0)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Dimension):
+            return NotImplemented
+        return self is other or (self._hash == other._hash and self._own == other._own)
+
     def __hash__(self) -> int:
         return self._hash
+
+    @property
+    def _own(self) -> tuple[Fraction, ...]:
+        return self.length, self.mass, self.time, self.angle, self.current, self.temperature
 
     @functools.cached_property
     def _hash(self) -> int:
         """Once: results look units up by dimension, and fractions are slow to hash."""
-        own = self.length, self.mass, self.time, self.angle, self.current, self.temperature
-        return hash(own)
+        return hash(self._own)
 
     def _with(self, other: Dimension, sign: int) -> Dimension:
         return Dimension(

@@ -198,3 +198,16 @@ def test_a_driver_that_does_not_go_round_has_curves_over_its_range():
     k = 120
     one = mbody.kinetostatics(mbody.from_toml(text), drive={"motor": [math.radians(plot["x"][k])]})
     assert plot["y"][k] == pytest.approx(float(one.effort("motor")[0]), rel=1e-4)
+
+
+def test_a_link_half_drawn_leaves_a_driven_mechanism_where_it_was():
+    board = opened("hoekens")  # with a question for a whole turn
+    before = board_state(board, 0.3)
+    assert board.apply({"do": "link", "at": [{"xy": [30, 90]}, {"xy": [60, 95]}]}) is None
+    now = board_state(board, 0.3)
+    assert now["run"] is None and now["free"]["count"] == 3
+    for name, old in before["bodies"].items():
+        assert now["bodies"][name]["pose"] == pytest.approx(old["pose"], abs=1e-9)
+    places = [list(one["xy"]) for one in now["pins"] if one["places"][0].startswith("link1.")]
+    assert places == [pytest.approx([30, 90]), pytest.approx([60, 95])]
+    assert now["drivers"]["motor"]["value"] == pytest.approx(before["drivers"]["motor"]["value"])
