@@ -7,6 +7,7 @@ from __future__ import annotations
 import contextlib
 import functools
 import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from mbody.model.body import Body
 from mbody.model.numbers import number_in
 from mbody.quantities.formula import Formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.solution.result_table import shown_table
+from mbody.solution.result_table import result_table, shown_table
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import floor_of
 from mbody.views.page_data import axis, force_arrows, numbers, position_data
@@ -40,6 +41,11 @@ Data = dict[str, Any]
 
 #: Instants of a diagram, free motions in words, boxes that are searched for assembly modes.
 INSTANTS, MOTIONS, BOXES = 181, 6, 6000
+#: Tables of the file without names, and parts of a path that say nothing of a number.
+SINGLE = ("gravity", "ask", "simulate", "fit", "report")
+PARTS = ("profile", "cam", "segments")
+#: Roles of results that are shown of one position.
+ROLES = ("joint", "contact", "coupling", "driver", "load", "measure")
 #: Quantities whose units the page shows.
 UNITS = ("length", "force", "torque", "mass", "time", "angle", "velocity", "angular velocity")
 
@@ -73,6 +79,7 @@ def board_state(document: Document, unit: float) -> Data:
         "messages": messages_of(document, home),
         "rows": list(rows_of(document)),
         "run": home.data() if home is not None else None,
+        "results": results_of(home if home is not None else run),
         "sites": sites_of(home if home is not None else run),
         "modes": None,
         **curves_of(state.turn if state.turn is not None else over_range(state, drivers)),
@@ -276,16 +283,13 @@ def rows_of(document: Document) -> Iterator[Data]:
     reading = FileReading(angle, document.folder)
     entries = reading.entries = {}
     file_table().read(tree, (), reading)
+    owners = [point for body in machine.bodies for point in body.points] + [*machine.ground.points]
     for path, (codec, value) in entries.items():
         if codec in (TEXT, BODY):
             continue
         raw = document.spans.raw(path)
-        text = raw[1:-1] if raw[:1] in ("'", '"') else raw
-        row: Data = {
-            "path": list(path),
-            "text": text,
-            "label": ".".join(map(str, path[1:] or path)),
-        }
+        text = re.sub(r"""^("{3}|'{3}|"|')(.*)\1$""", r"\2", raw, flags=re.S)
+        row: Data = {"path": list(path), "text": text, "label": label_of(path, owners)}
         row |= {"unit": "", "value": None, "formula": False, "field": field_words(tree, path)}
         if isinstance(codec, NumberCodec):
             dimension = codec.dimension
@@ -299,6 +303,28 @@ def rows_of(document: Document) -> Iterator[Data]:
         else:
             row["value"] = value
         yield row
+
+
+def label_of(path: tuple[Any, ...], points: list[str]) -> str:
+    """Whose number it is, and which; `points`: names of the points of all bodies.
+
+    >>> label_of(("drivers", "motor", "law", "constant_speed", "speed"), [])
+    'motor: speed'
+    >>> label_of(("bodies", "crank", "points", "B", 0), ["A", "B"])
+    'B: x'
+    """
+    owner, *keys = path if len(path) == 1 or path[0] in SINGLE else path[1:]
+    if "points" in path[1:3]:
+        body, keys = (owner, keys[1:]) if path[0] == "bodies" else ("ground", keys)
+        owner, *keys = keys
+        owner = owner if points.count(owner) == 1 else f"{body}.{owner}"
+    elif "law" in keys[:1] and keys[1:]:
+        keys = keys[2:]
+    pair = "points" in path[1:3] or path[-2:-1] in (("cg",), ("point",))
+    last = ["xy"[keys.pop()]] if pair and keys[-1:] in ([0], [1]) else []
+    words = [key.replace("_", " ") for key in keys if isinstance(key, str) and key not in PARTS]
+    numbers = [str(key + 1) for key in keys if isinstance(key, int)]
+    return ": ".join(filter(None, [str(owner), " ".join([*words, *numbers, *last])]))
 
 
 def _number(machine: Mechanism, dimension: Dimension | None, value: Any, angle: str) -> Data:
@@ -385,6 +411,29 @@ def sites_of(run: Solution | None) -> Data:
     return found
 
 
+def results_of(run: Solution | None) -> list[list[Any]]:
+    """Name, value and unit of forces and measures at the last instant."""
+    found: list[list[Any]] = []
+    if run is None:
+        return found
+    shown = run.mechanism.shown
+    floors = {kind: floor_of(run, DIMENSIONS[kind]) for kind in ("force", "torque")}
+    for column in result_table(run, shown, []):
+        driver, dimension = column.role == "driver", name_of(column.dimension)
+        if column.role not in ROLES or (driver and column.key != "effort"):
+            continue
+        if column.role != "measure" and dimension not in floors:
+            continue
+        values = np.ravel(column.values)
+        if not len(values) or not math.isfinite(values[-1]):
+            continue
+        value = float(values[-1])
+        if dimension in floors and abs(value) <= floors[dimension] / shown.size(column.dimension):
+            value = 0.0
+        found.append([column.name, value, column.unit])
+    return found
+
+
 def curves_of(turn: Solution | None) -> Data:
     """Diagrams of efforts and measures over the motion, and the peaks of all forces."""
     plots: list[Data] = []
@@ -427,6 +476,7 @@ def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
         "poses": poses_of(run),
         "drivers": {n: math.degrees(v) if angular[n] else v for n, v in values.items()},
         "run": forces_data(run) if run.has_forces and not drag.hands else None,
+        "results": results_of(run) if not drag.hands else None,
         "words": drag.words,
         "stopped": drag.stopped,
         "home": not drag.away,

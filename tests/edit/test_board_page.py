@@ -106,6 +106,35 @@ def test_numbers_are_typed_while_drawing(page):
     page.keys("Escape")
 
 
+def test_places_between_the_lines_of_the_grid_are_clicked(page):
+    page.key("l")
+    page.click(0, 0)
+    page.click(21, 35)
+    assert "points = { A = [0, 0], B = [21, 35] }" in page.text
+
+
+def test_the_place_shown_in_a_diagram_has_the_value_of_the_analysis(page):
+    command(page, "Begin from the gallery")
+    page.wait("document.querySelector('#menu-title').textContent.startsWith('Begin')")
+    page.write("norton_fourbar")
+    page.key("Enter")
+    page.wait("document.querySelector('.diagram output')")
+    page.idle()
+    said = "document.querySelector('.diagram output').textContent"
+    (effort,) = page.run["efforts"]["motor"]
+    assert page.read(said) == f"here {effort:.1f}"  # not that of the end of the turn, 155.6
+    labels = "[...document.querySelectorAll('.rows label')].map((one) => one.textContent)"
+    assert {"motor: value", "motor: speed", "motor: acceleration"} <= {*page.read(labels)}
+    title = "[...document.querySelectorAll('.rows label')].map((one) => one.title).join('|')"
+    assert "drivers.motor.law.constant_acceleration.speed: Angle of the body" in page.read(title)
+    page.key(" ")  # plays: idle does not wait for its end, edits have their turn
+    page.wait(f"{said} !== 'here {effort:.1f}'")
+    page.idle()
+    page.key(" ")
+    page.key("Home")
+    assert page.read(said) == f"here {effort:.1f}"
+
+
 def test_a_mistake_is_a_sentence_beside_its_field_and_changes_nothing(page):
     two_links(page)
     page.key("g")

@@ -146,8 +146,11 @@ class BoardPage:
 
     def tap(self, *place):
         """Touch a place of the drawing."""
-        self.touch("touchStart", self.at(place))
-        self.touch("touchEnd")
+        x, y = self.at(place)
+        ends = ([{"x": x, "y": y, "id": 0}], [])
+        kinds = zip(("touchStart", "touchEnd"), ends, strict=True)
+        more = [{"type": kind, "touchPoints": points} for kind, points in kinds]
+        self.browser.calls("Input.dispatchTouchEvent", *more)  # at once: no long press
         self.idle()
 
 

@@ -147,9 +147,10 @@ class Board {
     if (this.dragging) return;
     this.dragging = true;
     this.#queue(async () => {
-      try {
-        while (this.newest) { const one = this.newest; this.newest = null; this.#dragged(await this.ask(one)); }
-      } finally { this.dragging = false; }
+      const one = this.newest;
+      this.newest = null;
+      this.dragging = false; // what comes meanwhile is asked after the edits that wait
+      if (one) this.#dragged(await this.ask(one));
     });
   }
   #dragged(answer) {
@@ -169,9 +170,9 @@ class Board {
   drop() { this.newest = null; this.reached = null; this.#restore(); return this.#queue(() => this.ask({ act: "drop" })); }
   goHome() { this.stop(); this.newest = null; this.#restore(); return this.#queue(async () => this.#dragged(await this.ask({ act: "home" }))); }
   #restore() { this.away = false; this.homeButton.disabled = true; this.paper.tell(null); this.paper.home(); this.paper.draw(); }
-  /** Nothing is under way, and the picture is drawn. */
+  /** Nothing is under way but playing, and the picture is drawn. */
   async idle() {
-    for (let last = null; last !== this.waiting || this.frame;) {
+    for (let last = null; (last !== this.waiting && !(last && this.playing)) || this.frame;) {
       if (this.later) this.look();
       last = this.waiting;
       await last;
@@ -374,7 +375,7 @@ class Board {
     const { paper, state } = this, points = paper.points(tool.held?.pin ?? null).filter(([pin]) => !tool.held?.pin ||
       !pin.places.some((one) => tool.held.pin.places.includes(one)));
     const from = tool.from ? tool.from.pin?.xy ?? tool.from.xy : tool.held?.pin?.xy ?? null;
-    const found = snapped(raw, { points, lines: tool.draws ? paper.lines() : [], from, near, grid: paper.grid, angles: shift && Boolean(from),
+    const found = snapped(raw, { points, lines: tool.draws ? paper.lines() : [], from, near, grid: paper.step, angles: shift && Boolean(from),
       free: alt && !tool.held });
     const owner = names.filter((one) => !/^(link|pin|cg|ground):/.test(one)).map((one) => one.slice(one.indexOf(":") + 1)).map((name) =>
       ["loads", "drivers", "joints"].map((section) => [section, name]).find(([section]) => name in state[section])).find(Boolean);

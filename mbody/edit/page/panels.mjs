@@ -9,7 +9,7 @@ import { WORDS } from "./words.mjs";
 const GENERAL = ["parameters", "inputs", "drivers", "loads", "gravity", "g"];
 /** Of a slider: its ends as parts of the value, and steps. */
 const SLIDE = [0.2, 2], STEPS = 400;
-const DIAGRAMS = 3, ROUNDING = 1e-12, RADIANS = Math.PI / 180;
+const DIAGRAMS = 3, RADIANS = Math.PI / 180;
 const SECTIONS = ["points", "bodies", "joints", "drivers", "loads"];
 
 export const button = (text, title, act, more = {}) => {
@@ -18,9 +18,8 @@ export const button = (text, title, act, more = {}) => {
   return made;
 };
 const headed = (names) => el("thead", {}, el("tr", {}, ...names.map((name) => el("th", { scope: "col" }, name))));
-/** Keys of a path, those of a pair as x and y. */
-const keysOf = (path) => path.map((key, n) => (n === path.length - 1 ? { 0: "x", 1: "y" }[key] ?? key : key));
-const nameOf = (path) => keysOf(path.length > 1 ? path.slice(1) : path).filter((key) => !["points", "law"].includes(key)).join(".");
+/** Which key of the file it is, and what that means. */
+const origin = ({ path, field }) => `${path.join(".")}${field ? `: ${field}` : ""}`;
 /** A number written as the text of a field is: with its unit. */
 function written(row, value) {
   const parts = /^\s*([-+]?[\d.]+(?:e[-+]?\d+)?)\s*(.*)$/i.exec(row.text), by = parts && row.value ? Number(parts[1]) / row.value : 1;
@@ -50,8 +49,7 @@ export class Panels {
   focus() { this.content.querySelector("input:not([type=range])")?.focus(); }
   /** Results while something is dragged. */
   follow(drag) {
-    if (drag.plots) this.plots = drag.plots;
-    for (const one of this.diagrams) one.follow(drag.plots?.find((plot) => plot.name === one.name), drag.drivers);
+    for (const one of this.diagrams) one.follow(drag.plots?.find((plot) => plot.name === one.name), drag.drivers, drag.results);
     this.live?.(drag);
   }
 
@@ -93,16 +91,16 @@ export class Panels {
     });
   }
   #field(row) {
-    const { board } = this, path = row.path.join("."), name = nameOf(row.path), edit = (text) =>
+    const { board } = this, path = row.path.join("."), name = row.label, edit = (text) =>
       board.edit({ do: "set", path: row.path, text, what: WORDS.did.set(name, text) });
     const out = this.#input({ id: path, name, text: row.text, unit: row.unit, value: row.formula ? `= ${shown(row.value, 5)} ${row.unit ?? ""}` : "",
-      title: row.field, choices: row.choices }, edit, row);
+      title: origin(row), choices: row.choices }, edit, row);
     if (this.sliders.has(path)) out.splice(-1, 0, this.#slider(row, path, edit));
     return out;
   }
   #slider(row, path, edit) {
     const { board } = this, ends = row.value ? SLIDE.map((part) => part * row.value).sort((a, b) => a - b) : [-1, 1];
-    const made = el("input", { type: "range", min: ends[0], max: ends[1], step: (ends[1] - ends[0]) / STEPS, "aria-label": WORDS.slideTip(nameOf(row.path)),
+    const made = el("input", { type: "range", min: ends[0], max: ends[1], step: (ends[1] - ends[0]) / STEPS, "aria-label": WORDS.slideTip(row.label),
       "data-path": `${path}:slide` });
     made.value = row.value;
     made.addEventListener("input", () => {
@@ -153,8 +151,8 @@ export class Panels {
     for (const row of this.board.state.rows) {
       const [, input, , why] = this.#field(row);
       input.setAttribute("aria-label", row.path.join("."));
-      body.append(el("tr", {}, el("th", { scope: "row" }, keysOf(row.path).join(".")), el("td", {}, input, why),
-        el("td", {}, row.unit ?? ""), el("td", {}, Number.isFinite(row.value) ? shown(row.value, 5) : ""), el("td", {}, row.field ?? row.label ?? "")));
+      body.append(el("tr", {}, el("th", { scope: "row", title: origin(row) }, row.label), el("td", {}, input, why),
+        el("td", {}, row.unit ?? ""), el("td", {}, Number.isFinite(row.value) ? shown(row.value, 5) : ""), el("td", {}, row.field)));
     }
     return [this.#table(el("table", { class: "all" }, headed(WORDS.columns), body))];
   }
@@ -175,32 +173,18 @@ export class Panels {
 
   resultsTab() {
     const { state } = this.board, table = el("tbody"), peaks = el("tbody");
-    const fill = (run) => table.replaceChildren(...this.#values(run ?? state.run).map((row) =>
+    const fill = (results) => table.replaceChildren(...results.map((row) =>
       el("tr", {}, el("th", { scope: "row" }, row[0]), el("td", {}, shown(row[1], 6)), el("td", {}, row[2]))));
     const top = (rows) => peaks.replaceChildren(...rows.map((row) => el("tr", {}, el("th", { scope: "row" }, row[0]),
       ...row.slice(1).map((one) => el("td", {}, typeof one === "number" ? shown(one, 5) : one ?? "")))));
-    fill(null);
+    fill(state.results ?? []);
     top(state.peaks ?? []);
-    this.live = ({ run, peaks }) => { if (run) fill(run); if (peaks) top(peaks); };
+    this.live = ({ results, peaks }) => { if (results) fill(results); if (peaks) top(peaks); };
     const messages = (state.messages ?? []).map((one) => el("li", {}, `${one.element ? `${one.element}: ` : ""}${one.text}`));
-    return [el("h2", {}, WORDS.results), state.run ? this.#table(el("table", {}, headed(WORDS.resultColumns), table)) : el("p", { class: "hint" }, WORDS.noRun),
+    return [el("h2", {}, WORDS.results), state.results?.length ? this.#table(el("table", {}, headed(WORDS.resultColumns), table)) : el("p", { class: "hint" }, WORDS.noRun),
       ...(state.peaks?.length ? [el("h2", {}, WORDS.peaks), this.#table(el("table", {}, headed(WORDS.peakColumns), peaks))] : []), ...this.#diagrams(state),
       ...(messages.length ? [el("h2", {}, WORDS.messages), el("ul", { class: "hint" }, ...messages)] : []),
         ...(state.command ? [el("h2", {}, WORDS.commandTitle), el("p", {}, el("code", {}, state.command))] : [])];
-  }
-  #values(run) {
-    const { units, drivers } = this.board.state, rows = [], last = (list) => list?.at?.(-1);
-    for (const [table, keys] of [["reactions", ["fx", "fy", "torque"]], ["loads", ["fx", "fy", "force", "torque"]]]) for (const [name,
-      own] of Object.entries(run?.[table] ?? {})) {
-      const fx = last(own.fx), fy = last(own.fy);
-      if (Number.isFinite(fx + fy)) rows.push([`${name}.force`, Math.hypot(fx, fy), units.force]);
-      for (const key of keys) if (Number.isFinite(last(own[key]))) rows.push([`${name}.${key}`, last(own[key]), key === "torque" ? units.torque : units.force]);
-    }
-    for (const [name, own] of Object.entries(run?.efforts ?? {})) if (Number.isFinite(last(own))) rows.push([`${name}.effort`, last(own),
-      drivers[name]?.turns === false ? units.force : units.torque]);
-    const most = {}; // what is rounding beside others of its kind is zero
-    for (const [, value, unit] of rows) most[unit] = Math.max(most[unit] ?? 0, Math.abs(value));
-    return rows.map(([name, value, unit]) => [name, Math.abs(value) < ROUNDING * most[unit] ? 0 : value, unit]);
   }
   #diagrams(state) {
     this.diagrams = (state.plots ?? []).slice(0, DIAGRAMS).map((plot) => new Diagram(this.board, plot));
@@ -253,17 +237,17 @@ class Diagram {
     };
     this.svg.addEventListener("pointerdown", (event) => { this.svg.setPointerCapture(event.pointerId); go(event); });
     this.svg.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
-    this.follow(plot, Object.fromEntries(Object.entries(board.state.drivers).map(([name, one]) => [name, one.value])));
+    this.follow(plot, Object.fromEntries(Object.entries(board.state.drivers).map(([name, one]) => [name, one.value])), board.state.results);
   }
-  follow(plot, drivers) {
+  follow(plot, drivers, results) {
     if (plot) this.#draw(plot);
-    const { x, y } = this.plot, span = x.at(-1) - x[0], at = drivers?.[this.driver] * this.scale;
+    const { x } = this.plot, span = x.at(-1) - x[0], at = drivers?.[this.driver] * this.scale;
     if (!span || !Number.isFinite(at)) return;
     let part = (at - x[0]) / span;
     if (this.turns) part -= Math.floor(part);
-    const k = Math.min(x.length - 1, Math.max(0, Math.round(part * (x.length - 1))));
+    const own = results?.find(([name]) => name === this.name);
     for (const end of ["x1", "x2"]) this.now.setAttribute(end, (300 * part).toFixed(1));
-    this.output.textContent = `${WORDS.here} ${shown(y[k], 4)}`;
+    this.output.textContent = own ? `${WORDS.here} ${shown(own[1], 4)}` : "";
   }
   #draw(plot) {
     const { drivers } = this.board.state, { x, y } = this.plot = plot;
