@@ -156,10 +156,14 @@ class Editor:
         self.text = self.spans.without(own)
 
     def do_add(self, path: Sequence[Any], key: str, text: Any) -> None:
-        """A further entry of a table."""
-        own = (*self._path(path), str(key))
+        """A further entry of a table, as it is typed, or an element with its fields."""
+        table = isinstance(text, Mapping)
+        like = next(iter(text), "") if table else ""
+        own = (*self._path(path), str(key) or self._new(str(like)))
         if value_at(self.tree, own) is not None:
             raise EditError(f"'{_dotted(own)}' is in the file already", "", own)
+        if table:
+            return self._put(own, self._given(text))
         self.do_set(own, text)
 
     def _path(self, path: Sequence[Any]) -> Path:

@@ -279,6 +279,12 @@ class BoardSession:
     def _act_modes(self, asked: Mapping[str, Any]) -> Answer:
         return {"rev": self.revision, **modes_of(self.document.state)}
 
+    def _act_forms(self, asked: Mapping[str, Any]) -> Answer:
+        from mbody.edit.element_forms import element_forms
+
+        units, radians = self.document.state.mechanism.units, self.document.tree.get("angle")
+        return {"rev": self.revision, "forms": element_forms(units, str(radians or "deg"))}
+
     # -- files, exports ------------------------------------------------------------------------
 
     def _act_files(self, asked: Mapping[str, Any]) -> Answer:

@@ -118,7 +118,7 @@ def test_the_place_shown_in_a_diagram_has_the_value_of_the_analysis(page):
     page.wait("document.querySelector('#menu-title').textContent.startsWith('Begin')")
     page.write("norton_fourbar")
     page.key("Enter")
-    page.wait("document.querySelector('.diagram output')")
+    page.wait("!!document.querySelector('.diagram output')")
     page.idle()
     said = "document.querySelector('.diagram output').textContent"
     (effort,) = page.run["efforts"]["motor"]
@@ -317,6 +317,54 @@ def test_the_gallery_is_a_beginning_and_another_assembly_mode_is_taken_on_the_pa
     assert page.messages == []
     page.key("z", "ctrl")
     assert page.text == before
+
+
+def entry(page, kinds, name, fields):
+    """Add an entry of the file by its form: fields by label, places as they are clicked."""
+    command(page, "Add any")
+    page.wait("!!document.querySelector('.menu.long')")
+    find = "[...document.querySelectorAll('.menu label')].find((one) => one.textContent === {})"
+    for n, kind in enumerate(kinds):
+        chosen = f"document.querySelectorAll('.menu select')[{n}]"
+        page.read(f"({chosen}.value = '{kind}', {chosen}.dispatchEvent(new Event('change')), 0)")
+    for label, value in {"name": name, **fields}.items():
+        field = f"document.getElementById({find.format(json.dumps(label))}.htmlFor)"
+        page.read(f"({field}.focus(), 0)")
+        if isinstance(value, tuple):
+            page.click(*value)
+        else:
+            page.write(value)
+    page.read("(document.querySelector('.menu form').requestSubmit(), 0)")
+    page.idle()
+
+
+def test_elements_measures_and_units_are_added_by_their_forms(page):
+    for places in (((0, 0), (10, 20)), ((50, 0), (60, 20))):
+        page.key("l")
+        for place in places:
+            page.click(*place)
+        page.keys("Escape", "Escape")
+    page.key("g")
+    page.click(0, 0)
+    page.click(50, 0)
+    page.key("m")
+    page.click(5, 10)
+    page.key("Escape")
+    sizes = {"radius i": "5", "radius j": "1 cm", "friction": "0.3", "value": "100 N"}
+    belt = {"belt 1 *": (0, 0), "belt 2 *": (50, 0), **sizes}
+    entry(page, ("joints", "belt"), "drive", belt)
+    assert page.read("document.querySelector('dialog').open")  # without the distance
+    assert "distance" in page.messages[0]["text"] and "belt" not in page.text
+    page.keys("Escape")
+    entry(page, ("joints", "belt"), "drive", {**belt, "distance": "50"})
+    assert not page.read("document.querySelector('dialog').open")
+    assert 'belt = ["link1.A", "link2.C"]' in page.text and 'radius_j = "1 cm"' in page.text
+    entry(page, ("measures",), "tip", {"of *": "link1.B.y", "unit": "cm"})
+    assert 'tip = { of = "link1.B.y", unit = "cm" }' in page.text
+    spring = {"spring 1 *": (10, 20), "spring 2 *": (30, 31), "stiffness": "2", "free length": "10"}
+    entry(page, ("loads", "spring"), "", spring)
+    assert '["link1.B", "ground.' in page.text and "= [30, 31]" in page.text
+    assert page.messages == []
 
 
 def test_saving_writes_the_text_and_the_next_start_shows_it(page, folder):

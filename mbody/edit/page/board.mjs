@@ -183,14 +183,13 @@ class Board {
   /** Changes of the file or by another page. */
   async #watch() {
     for (;;) {
-      try {
-        const answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" },
-          body: JSON.stringify({ act: "wait", rev: this.state.rev }) });
-        if (!answer.ok) return;
-        const { rev, changed } = await answer.json();
-        if (changed && rev !== this.state.rev) await this.#queue(async () => { const state = await this.ask({ act: "look" });
-        const other = state.rev !== this.state.rev; this.show(state); if (other) this.say(WORDS.changed); });
-      } catch { return this.say(WORDS.lost, true); }
+      const { rev, changed } = await this.ask({ act: "wait" }).catch(() => ({}));
+      if (rev === undefined) return;
+      if (changed && rev !== this.state.rev) await this.#queue(async () => {
+        const state = await this.ask({ act: "look" }), other = state.rev !== this.state.rev;
+        this.show(state);
+        if (other) this.say(WORDS.changed);
+      });
     }
   }
 
@@ -403,6 +402,7 @@ class Board {
         if (event.button !== 0 || !this.state) return false;
         const ghost = document.elementsFromPoint(event.clientX, event.clientY).map((one) => one.closest?.("[data-mode]")).find(Boolean);
         if (ghost) { this.menu.takeMode(+ghost.dataset.mode); return true; }
+        if (this.menu.picks) { event.preventDefault(); this.moved = false; this.menu.picks(this.hit(event)); return true; }
         paper.svg.focus({ preventScroll: true });
         paper.cross = null;
         this.#closeTyped();

@@ -1,14 +1,12 @@
 // One dialog for everything that has no tool: commands by name, files and gallery, exports, forms.
 
-import { el } from "./viewer/elements.mjs";
+import { el, shown } from "./viewer/elements.mjs";
 import { button } from "./panels.mjs";
-import { TOOLS, place } from "./tools.mjs";
+import { TOOLS, bodyOf, place } from "./tools.mjs";
 import { TOOL_WORDS, WORDS } from "./words.mjs";
 
 const { did, commands } = WORDS;
 const JOBS = ["report", "page", "drawing", "freebody", "film", "dxf", "fmu", "csv", "xlsx"];
-/** The tables of elements that a form can add, by their edit. */
-const TABLES = { joints: "joint", drivers: "driver", loads: "load", couplings: "coupling", contacts: "contact", measures: "measure" };
 const SHAPES = ["cycloidal", "3-4-5", "4-5-6-7", "harmonic"];
 const SYSTEMS = ["SI", "mm-N-s", "in-lbf-s", "ft-lbf-s"];
 const POLL = 250; // ms between two looks at an export
@@ -18,14 +16,14 @@ export class Menu {
     Object.assign(this, { board, corner: false });
     this.dialog = el("dialog", { class: "menu", "aria-labelledby": "menu-title" });
     this.dialog.addEventListener("keydown", (event) => { if (event.key === "Escape") this.dialog.close(); });
-    this.dialog.addEventListener("close", () => { if (board.paper.state) board.paper.showGhosts([]); board.paper.svg.focus({ preventScroll: true }); });
+    this.dialog.addEventListener("close", () => { this.picks = null; if (board.paper.state) board.paper.showGhosts([]); board.paper.svg.focus({ preventScroll: true }); });
     this.dialog.addEventListener("click", (event) => { if (event.target === this.dialog) this.dialog.close(); });
   }
   /** A dialog, or a list in the corner of the paper that leaves the paper to the pointer. */
   #show(title, ...parts) {
     this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" },
       button(WORDS.cancel, "Esc", () => this.dialog.close())));
-    this.dialog.classList.toggle("corner", this.corner);
+    this.dialog.className = this.corner ? "menu corner" : "menu";
     if (!this.dialog.open) this.dialog[this.corner ? "show" : "showModal"]();
   }
   /** Go on when the dialog has closed: another one may open. */
@@ -205,11 +203,64 @@ export class Menu {
     const made = await this.form(commands.underlay, fields);
     return made && board.go("underlay", { set: Object.fromEntries(Object.entries(made).map(([key, text]) => [key, key === "file" ? text : Number(text)])) });
   }
-  /** Any element: its table, kind and fields as they stand in a file. */
+  /** Any entry of the file that has a name, by the forms of its schema; places are clicked on the paper. */
   async #element() {
-    const { board } = this, first = await this.form(commands.element, [["table", WORDS.kind, "joints", Object.keys(TABLES)], ["name", WORDS.name, ""],
-      ["text", WORDS.value, ""]], WORDS.elementFields);
-    return first?.name ? board.edit({ do: "add", path: [first.table], key: first.name, text: first.text, what: did.add(first.name) }) : null;
+    const { board } = this, { forms } = await board.ask({ act: "forms" }), name = el("input", { id: "form-name", autocomplete: "off" });
+    const kinds = Object.fromEntries(Object.entries(forms).map(([key, { entry, about }]) => [key, { about, ...entry }]));
+    const made = this.#inputs({ kinds }, WORDS.kind), why = el("p", { class: "sentence", role: "alert" });
+    const form = el("form", { class: "rows" }, el("label", { for: "form-name" }, WORDS.name), name, ...made.parts, why,
+      el("div", { class: "bar" }, el("button", { class: "play" }, WORDS.ok)));
+    form.addEventListener("submit", async (event) => {
+      event.preventDefault();
+      const text = made.value(), key = name.value.trim(), section = made.kind();
+      const good = text !== undefined && await board.edit({ do: "add", path: [section], key, text, grain: board.grain, what: did.add(key || section) });
+      if (good) this.dialog.close(); else why.textContent = board.fault?.sentence ?? WORDS.elementFields;
+    });
+    this.corner = true;
+    this.#show(commands.element, el("p", { class: "hint" }, WORDS.elementFields), form);
+    this.corner = false;
+    this.dialog.classList.add("long");
+    made.parts[1].focus();
+  }
+  /** Inputs for a form (see element_forms.py): their parts, and the value that stands in them, if one does. */
+  #inputs(node, label, needed = node.needed) {
+    const id = `form-${this.count = (this.count ?? 0) + 1}`, title = node.about ?? "", named = el("label", { for: id, title }, `${label}${needed ? " *" : ""}`);
+    const words = (key) => key.replaceAll("_", " "), options = (list, none) => list.map((one) => el("option", { value: one }, words(one) || none));
+    if (node.kinds) {
+      const select = el("select", { id, title }, ...options(Object.keys(node.kinds), WORDS.plain)), box = el("div", { class: "rows nested" });
+      let own = null;
+      const renew = () => {
+        const of = node.kinds[select.value];
+        own = this.#inputs(of, words(select.value) || WORDS.value, false);
+        box.replaceChildren(...(of.about ? [el("p", { class: "hint" }, of.about)] : []), ...own.parts);
+      };
+      select.addEventListener("change", renew);
+      renew();
+      const value = () => { const found = own.value(); return node.named && select.value && found !== undefined ? { [select.value]: found } : found; };
+      return { parts: [named, select, box], value, kind: () => select.value };
+    }
+    if (node.fields || node.items) {
+      const every = node.fields?.map((one) => [one.key, this.#inputs(one, words(one.key))]) ??
+        node.items.map((one, n) => [n, this.#inputs(one, `${label} ${n + 1}`, needed)]);
+      const value = () => {
+        const found = every.map(([key, one]) => [key, one.value()]).filter(([, one]) => one !== undefined);
+        return !found.length ? undefined : node.fields ? Object.fromEntries(found) : found.map(([, one]) => one);
+      };
+      return { parts: every.flatMap(([, one]) => one.parts), value };
+    }
+    const placeholder = node.unit || (node.picks ? WORDS.picks[node.picks] : ""), input = node.choices
+      ? el("select", { id, title }, ...options(["", ...node.choices], "")) : el("input", { id, title, placeholder, autocomplete: "off" });
+    input.addEventListener("focus", () => { this.picks = node.picks ? (hit) => this.#picked(input, node.picks, hit) : null; });
+    input.addEventListener("input", () => { input.place = null; });
+    return { parts: [named, input], value: () => input.place ?? (input.value.trim() || undefined) };
+  }
+  /** What was clicked on the paper goes into the field that has the focus, and the next has it. */
+  #picked(input, what, { pin, body, xy }) {
+    const name = pin ? place(pin) : "";
+    input.place = what === "place" && !pin ? { body: body ?? "ground", xy } : null;
+    input.value = what === "body" ? (pin ? bodyOf(name) : body ?? "ground") : name || `${body ?? "ground"}: ${xy.map((v) => shown(v)).join(", ")}`;
+    const fields = [...this.dialog.querySelectorAll("input, select")];
+    fields[fields.indexOf(input) + 1]?.focus();
   }
   /** A cam between two centres: its rise, dwell and return. */
   async cam(centre, follower, long) {
