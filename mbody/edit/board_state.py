@@ -45,13 +45,14 @@ INSTANTS, MOTIONS, BOXES = 181, 6, 6000
 SINGLE = ("gravity", "ask", "simulate", "fit", "report")
 PARTS = ("profile", "cam", "segments")
 #: Roles of results that are shown of one position.
-ROLES = ("joint", "contact", "coupling", "driver", "load", "measure")
+ROLES = ("joint", "coupling", "driver", "load", "measure")
 #: Quantities whose units the page shows.
 UNITS = ("length", "force", "torque", "mass", "time", "angle", "velocity", "angular velocity")
 
 
-def board_state(document: Document, unit: float) -> Data:
-    r"""All that the page shows of a document; `unit`: length of a point of the screen.
+def board_state(document: Document, unit: float, motions: bool = False) -> Data:
+    r"""All that the page shows of a document; `unit`: length of a point of the screen; `motions`:
+    with velocities and paths of points.
 
     >>> from mbody.edit.document import Document
     >>> board_state(Document("[ground]\npoints = { A = [0, 0] }"), 0.3)["ground"]
@@ -60,6 +61,7 @@ def board_state(document: Document, unit: float) -> Data:
     state = document.state
     machine, system, run = state.mechanism, state.system, state.run
     home, drivers = state.home, drivers_of(state)
+    turn = state.turn if state.turn is not None else over_range(state, drivers)
     return {
         "name": machine.name,
         "text": document.text,
@@ -82,7 +84,8 @@ def board_state(document: Document, unit: float) -> Data:
         "results": results_of(home if home is not None else run),
         "sites": sites_of(home if home is not None else run),
         "modes": None,
-        **curves_of(state.turn if state.turn is not None else over_range(state, drivers)),
+        **curves_of(turn),
+        **(motions_of(run, turn) if motions else {}),
     }
 
 
@@ -424,7 +427,9 @@ def results_of(run: Solution | None) -> list[list[Any]]:
             continue
         if column.role != "measure" and dimension not in floors:
             continue
-        values = np.ravel(column.values)
+        values = np.array([])
+        with contextlib.suppress(ModelError):  # a measure of what a first position does not have
+            values = np.ravel(column.values)
         if not len(values) or not math.isfinite(values[-1]):
             continue
         value = float(values[-1])
@@ -465,9 +470,28 @@ def curves_of(turn: Solution | None) -> Data:
     return {"plots": plots, "peaks": peaks}
 
 
-def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
+def motions_of(run: Solution | None, turn: Solution | None) -> Data:
+    """Velocities of the points of links at the last instant, and their paths over a motion."""
+    found: Data = {}
+    if run is not None:
+        points = [f"{body.name}.{point}" for body in run.mechanism.bodies for point in body.points]
+        rates = {place: run.point(place) for place in points}
+        found["velocities"] = {
+            n: [float(one.vx[-1]), float(one.vy[-1])] for n, one in rates.items()
+        }
+        if turn is not None:
+            step = math.ceil(len(turn) / INSTANTS)
+            paths = {place: turn.point(place) for place in points}
+            found["paths"] = {
+                name: {"x": one.x[::step].tolist(), "y": one.y[::step].tolist()}
+                for name, one in paths.items()
+            }
+    return dict(numbers(found))
+
+
+def drag_state(drag: Dragging, unit: float, before: Data | None, motions: bool = False) -> Data:
     """What the page gets while something is dragged: poses, forces, and of the shapes those that
-    differ from those `before`, where these are given.
+    differ from those `before`, where these are given; with `motions` as of `board_state`.
     """
     run = drag.at
     angular = {driver.name: driver.angular for driver in drag.machine.drivers}
@@ -481,6 +505,8 @@ def drag_state(drag: Dragging, unit: float, before: Data | None) -> Data:
         "stopped": drag.stopped,
         "home": not drag.away,
     }
+    if motions:
+        found |= motions_of(run if not drag.hands else None, drag.turn if drag.changed else None)
     if drag.changed:
         found["points"] = points_of(drag.now)
         found |= curves_of(drag.turn) if drag.turn is not None else {}

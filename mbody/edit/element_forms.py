@@ -21,6 +21,7 @@ from mbody.files.model.fields import (
     WordCodec,
     Wrapper,
 )
+from mbody.files.model.problems import SECTIONS
 from mbody.files.model.schema import Section, file_table, table_of_kind
 from mbody.files.model.study_tables import MEASURE
 from mbody.quantities.units import NUMBER, Dimension, UnitSystem
@@ -46,10 +47,13 @@ def element_forms(units: UnitSystem, angle: str = "deg") -> Form:
     def unit(of: Dimension | None) -> str:
         return angle if of == ANGLE else units.of(of) if of is not None and of != NUMBER else ""
 
-    tables = {key: one for key, one in file_table().keys.items() if isinstance(one.codec, ByName)}
+    tables: dict[str, Any] = {
+        key: one for key, one in file_table().keys.items() if isinstance(one.codec, ByName)
+    }
+    elements_first = sorted(tables, key=lambda name: name not in SECTIONS)
     return {
-        name: {"about": one.about, "entry": form_of(one.codec.item, unit)}
-        for name, one in tables.items()
+        name: {"about": tables[name].about, "entry": form_of(tables[name].codec.item, unit)}
+        for name in elements_first
     }
 
 
@@ -60,7 +64,7 @@ def form_of(codec: Codec, unit: Callable[[Dimension | None], str]) -> Form:
     if codec is PLACE or codec is BODY:
         return {"takes": codec.takes(), "picks": "place" if codec is PLACE else "body"}
     if isinstance(codec, Section):
-        every = codec.kinds.items()
+        every: Any = codec.kinds.items()
         return {"kinds": {k: form_of(table_of_kind(cls, k).inner, unit) for k, cls in every}}
     if isinstance(codec, LawCodec):
         number, table = (form.codec for form in codec.forms)

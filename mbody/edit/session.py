@@ -58,6 +58,7 @@ class BoardSession:
     def __init__(self, folder: Path, model: str | None = None) -> None:
         self.folder, self.lock = folder.resolve(), threading.Condition()
         self.jobs, self.unit, self.past = ExportJobs(self.folder), 0.3, 0
+        self.motions = False
         self.document = Document(EMPTY, "model")
         self.dragging: Dragging | None = None
         self.scene, self.rows, self.due = dict[str, Any](), list[Answer](), 0.0
@@ -92,6 +93,7 @@ class BoardSession:
                 unit = asked.get("unit")
                 if isinstance(unit, (int, float)) and 0.0 < unit < math.inf:
                     self.unit = float(unit)
+                self.motions = asked.get("motions", self.motions) is True
                 if act in CHANGES and asked.get("rev", self.revision) != self.revision:
                     return 409, self._state()
                 return 200, method(asked)
@@ -108,7 +110,7 @@ class BoardSession:
         return {"rev": self.revision, "fault": fault.data(), "conflict": fault.conflict}
 
     def _state(self) -> Answer:
-        state = board_state(self.document, self.unit)
+        state = board_state(self.document, self.unit, self.motions)
         self.scene, self.rows = state["scene"], state["rows"]
         said = [*self.notes, self.document.remark]
         if not self.document.saved and self.document.changed_on_disk():
@@ -255,7 +257,7 @@ class BoardSession:
         """Shapes take longer than all else: they get a part of the time, poses every frame."""
         began = time.monotonic()
         before = self.scene if began >= self.due else None
-        found = drag_state(drag, self.unit, before)
+        found = drag_state(drag, self.unit, before, self.motions)
         if before is not None:
             now = time.monotonic()
             self.due = now + PAUSE * (now - began)

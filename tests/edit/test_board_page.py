@@ -127,6 +127,13 @@ def test_the_place_shown_in_a_diagram_has_the_value_of_the_analysis(page):
     assert {"motor: value", "motor: speed", "motor: acceleration"} <= {*page.read(labels)}
     title = "[...document.querySelectorAll('.rows label')].map((one) => one.title).join('|')"
     assert "drivers.motor.law.constant_acceleration.speed: Angle of the body" in page.read(title)
+    assert page.read("Math.abs(document.querySelector('.diagram .now').getAttribute('x1'))") == 0
+    command(page, "Paths and velocities")
+    page.idle()
+    assert page.read("document.querySelectorAll('.track').length") == 5  # of each point of a link
+    assert page.read("[...document.querySelectorAll('.arrows text')].map((one) => "
+                     "one.textContent).includes('v A 125 in/s')")  # fmt: skip
+    command(page, "Paths and velocities")
     page.key(" ")  # plays: idle does not wait for its end, edits have their turn
     page.wait(f"{said} !== 'here {effort:.1f}'")
     page.idle()

@@ -211,3 +211,33 @@ def test_a_link_half_drawn_leaves_a_driven_mechanism_where_it_was():
     places = [list(one["xy"]) for one in now["pins"] if one["places"][0].startswith("link1.")]
     assert places == [pytest.approx([30, 90]), pytest.approx([60, 95])]
     assert now["drivers"]["motor"]["value"] == pytest.approx(before["drivers"]["motor"]["value"])
+
+
+def test_velocities_and_paths_are_those_of_the_links():
+    document = opened("norton_fourbar")
+    assert not {"velocities", "paths"} & state_of(document).keys()
+    state = json.loads(json.dumps(board_state(document, 0.3, motions=True), allow_nan=False))
+    # the crank is 5 in long, at 60 degrees with 25 rad/s
+    speed = [-125 * math.sin(math.pi / 3), 125 * math.cos(math.pi / 3)]
+    assert state["velocities"]["crank.A"] == pytest.approx(speed, rel=1e-6)
+    assert state["velocities"]["coupler.A"] == pytest.approx(speed, rel=1e-6)
+    path = state["paths"]["coupler.A"]
+    assert np.hypot(path["x"], path["y"]) == pytest.approx(5.0, rel=1e-6)
+    assert [path["x"][0], path["y"][0]] == pytest.approx([2.5, 5 * math.sin(math.pi / 3)])
+    swing = state["paths"]["rocker.B"]
+    assert np.hypot(np.subtract(swing["x"], 19), swing["y"]) == pytest.approx(10.0, rel=1e-6)
+
+
+def test_results_and_labels_are_those_that_people_read():
+    text = gallery.path("norton_fourbar").read_text("utf-8")
+    document = Document(text + '\n[output_units]\ntorque = "N*m"\n', "fourbar")
+    state = state_of(document)
+    found = {name: (value, unit) for name, value, unit in state["results"]}
+    (effort,) = state_of(opened("norton_fourbar"))["run"]["efforts"]["motor"]  # in lbf·in
+    assert found["motor.effort"] == (pytest.approx(effort * 0.45359237 * 9.80665 * 0.0254), "N·m")
+    fx, fy = (state["run"]["reactions"]["A"][key][0] for key in ("fx", "fy"))
+    assert found["A.force"] == (pytest.approx(math.hypot(fx, fy)), "lbf")
+    labels = {tuple(row["path"]): row["label"] for row in state["rows"]}
+    assert labels["bodies", "coupler", "points", "P", 0] == "P: x"
+    assert labels["bodies", "coupler", "points", "B", 1] == "coupler.B: y"
+    assert labels["loads", "F_P", "angle"] == "F_P: angle"

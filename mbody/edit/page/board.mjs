@@ -19,7 +19,7 @@ const ARROWS = { arrowleft: [-1, 0], arrowright: [1, 0], arrowup: [0, 1], arrowd
 class Board {
   constructor(root) {
     Object.assign(this, { root, state: null, chosen: [], tool: "select", fault: null, waiting: Promise.resolve(), newest: null, dragging: false, away: false,
-      reached: null, singleKeys: true, copied: [] });
+      reached: null, singleKeys: true, motions: false, copied: [] });
     this.paper = new Paper(WORDS.paper);
     this.panels = new Panels(this);
     this.menu = new Menu(this);
@@ -100,7 +100,7 @@ class Board {
     let answer;
     try {
       answer = await fetch("act", { method: "POST", headers: { "Content-Type": "application/json" },
-        body: JSON.stringify({ unit: this.paper.point, rev: this.state?.rev ?? 0, ...what }) });
+        body: JSON.stringify({ unit: this.paper.point, motions: this.motions, rev: this.state?.rev ?? 0, ...what }) });
     } catch { this.say(WORDS.lost, true); throw new Error(WORDS.lost); }
     if (answer.status === 409) return { ...await answer.json(), newer: true };
     if (answer.status === 400) { const made = await answer.json().catch(() => ({})); if (made.fault) return made; }

@@ -92,6 +92,7 @@ export class Menu {
       rename: () => this.#rename(), remove: () => board.remove(), copy: () => board.copy(), paste: () => board.paste(),
         duplicate: () => board.paste(board.chosen.filter(([section]) => section !== "points")),
       mirror: () => this.#mirror(), mass: () => this.#mass(), nameNumber: () => this.#nameNumber(), modes: () => this.#modes(), play: () => board.play(),
+        motions: () => { board.motions = !board.motions; return board.look(); },
         theme: () => board.theme(),
       keys: () => { board.singleKeys = !board.singleKeys; board.say(WORDS[board.singleKeys ? "keysOn" : "keysOff"]); } }[key]();
   }

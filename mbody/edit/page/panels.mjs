@@ -244,7 +244,7 @@ class Diagram {
     const { x } = this.plot, span = x.at(-1) - x[0], at = drivers?.[this.driver] * this.scale;
     if (!span || !Number.isFinite(at)) return;
     let part = (at - x[0]) / span;
-    if (this.turns) part -= Math.floor(part);
+    if (this.turns) part -= Math.floor(part + 1e-9);
     const own = results?.find(([name]) => name === this.name);
     for (const end of ["x1", "x2"]) this.now.setAttribute(end, (300 * part).toFixed(1));
     this.output.textContent = own ? `${WORDS.here} ${shown(own[1], 4)}` : "";

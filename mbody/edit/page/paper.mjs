@@ -10,7 +10,7 @@ import { ARROW_WEIGHT, around, atArrow, write } from "./viewer/names.mjs";
 const PT = 1.3, LONGEST = 85, GRID = 26;
 /** Lengths across an empty page, by the unit of length. */
 const ACROSS = { mm: 120, cm: 60, m: 1.5, in: 20, ft: 8 };
-const LAYERS = ["picture", "grid", "ghosts", "world", "arrows", "names", "scale", "marks"];
+const LAYERS = ["picture", "grid", "ghosts", "paths", "world", "arrows", "names", "scale", "marks"];
 
 /** A name with its number below the line: "A2" as A₂. */
 const runs = (name) => { const parts = /^(.*?[^\d_])_?(\d+)$/.exec(name); return parts ? [[parts[1], ""], [parts[2], "sub"]] : [[name, ""]]; };
@@ -70,6 +70,8 @@ export class Paper extends Sheet {
     this.arms.ground = state.ground;
     this.sites = Object.fromEntries(Object.entries(state.sites ?? {}).map(([name, site]) => [name, { ...site, point: this.#pointOf(site) }]));
     this.run = state.run;
+    this.velocities = state.velocities;
+    this.#paths(state.paths ?? {});
     this.#reshape(this.shapes.entries());
   }
   /** The named point at a place of a body, which an arrow follows while dimensions change. */
@@ -85,13 +87,20 @@ export class Paper extends Sheet {
     if (changed) this.drawing.renew();
   }
   /** Show where a drag has led. */
-  follow({ poses, points, shapes, scene, run, sites }) {
+  follow({ poses, points, shapes, scene, run, sites, paths, velocities }) {
     if (scene) this.#build(scene); // with other shapes than before
     this.poses = { ...this.poses, ...poses };
     if (run !== undefined) this.run = run;
+    if (velocities) this.velocities = velocities;
+    if (paths) this.#paths(paths);
     if (sites) this.sites = { ...this.sites, ...sites };
     for (const [body, own] of Object.entries(points ?? {})) this.arms[body] = { ...this.arms[body], ...own };
     if (shapes) this.#reshape(Object.entries(shapes));
+  }
+  /** Paths of the points over the motion. */
+  #paths(paths) {
+    const drawn = this.state.pins.map((pin) => paths[pin.places.find((one) => !one.startsWith("ground."))]).filter((one) => one);
+    this.layers.paths.replaceChildren(...drawn.map(({ x, y }) => sv("path", { class: "track", d: `M${x.map((v, n) => `${v} ${y[n]}`).join("L")}` })));
   }
   /** Where a place of a body is, from its mass centre in its axes; and back. */
   carried(body, [u, v]) {
@@ -192,7 +201,7 @@ export class Paper extends Sheet {
     this.motion.carry();
     const u = this.scene.unit, matrix = `matrix(${c.s * u} 0 0 ${-c.s * u} ${c.x} ${c.y})`;
     for (const layer of [layers.world, layers.ghosts]) layer.setAttribute("transform", matrix);
-    layers.picture.setAttribute("transform", this.matrix);
+    for (const layer of [layers.picture, layers.paths]) layer.setAttribute("transform", this.matrix);
     this.drawing.width(PT);
     this.drawing.move();
     this.#grid();
@@ -222,18 +231,21 @@ export class Paper extends Sheet {
     this.layers.scale.replaceChildren(...texts.map(([x, y, t]) => text({ x, y }, t)), text({ x: this.wide - 8, y: this.tall - 5, "text-anchor": "end" },
       this.state.units.length), this.placeText);
   }
-  /** Reactions on the second body of each joint and loads, at the shown position. */
+  /** Reactions on the second body of each joint, loads, and velocities, at the shown position. */
   #forces() {
     const { state, run, arrows } = this, list = [];
     for (const [table, color] of [["reactions", "force"], ["loads", "load"]]) for (const [name, own] of Object.entries(run?.[table] ?? {})) {
       const site = this.sites[name], x = own.fx?.at(-1), y = own.fy?.at(-1);
       if (site && Number.isFinite(x + y)) list.push({ name, color, x, y, at: this.site(site) });
     }
-    const most = Math.max(0, ...list.map(({ x, y }) => Math.hypot(x, y)));
+    const most = (rows) => Math.max(0, ...rows.map(({ x, y }) => Math.hypot(x, y))), top = most(list);
     // one scale as long as the greatest fits, so that arrows grow and shrink as forces do
-    if (!this.by || most * this.by > 1.35 * LONGEST || most * this.by < 0.3 * LONGEST) this.by = most > 1e-9 ? LONGEST / most : 0;
+    if (!this.by || top * this.by > 1.35 * LONGEST || top * this.by < 0.3 * LONGEST) this.by = top > 1e-9 ? LONGEST / top : 0;
+    const fast = state.pins.map((pin) => ({ name: `v ${pin.name}`, color: "drive", at: this.where(pin), v: this.velocities?.[pin.places.find((one) =>
+      !one.startsWith("ground."))] })).filter(({ v }) => v && Math.hypot(...v) > 0).map((one) => ({ ...one, x: one.v[0], y: one.v[1], unit: state.units.velocity }));
+    for (const one of fast) one.by = 0.7 * LONGEST / most(fast);
     const gone = new Set(arrows.keys());
-    for (const { name, color, x, y, at } of list) {
+    for (const { name, color, x, y, at, by = this.by, unit = state.units.force } of [...list, ...fast]) {
       gone.delete(name);
       let one = arrows.get(name);
       if (!one) {
@@ -242,8 +254,8 @@ export class Paper extends Sheet {
         this.layers.arrows.append(one.text, one.path);
       }
       one.path.style.fill = one.text.style.fill = `var(--${color})`;
-      this.putArrow(one, this.screen(at), x * this.by, -y * this.by);
-      const label = `${name} ${shown(Math.hypot(x, y), 3)} ${state.units.force}`;
+      this.putArrow(one, this.screen(at), x * by, -y * by);
+      const label = `${name} ${shown(Math.hypot(x, y), 3)} ${unit}`;
       if (one.seen && one.said !== label) { one.said = one.text.textContent = label; one.wide = 6.8 * label.length; }
     }
     for (const name of gone) { const one = arrows.get(name); one.path.remove(); one.text.remove(); arrows.delete(name); }

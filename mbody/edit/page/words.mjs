@@ -68,7 +68,7 @@ export const WORDS = {
     underlay: "Picture to draw over", noUnderlay: "Remove the picture", units: "Units of plain numbers", element: "Add any element",
     rename: "Rename (F2)", remove: "Delete (Delete)", copy: "Copy (Ctrl+C)", paste: "Paste (Ctrl+V)", duplicate: "Duplicate (Ctrl+D)", mirror: "Mirror",
       mass: "Mass of a link", nameNumber: "Name a number",
-    modes: "Assembly modes", play: "Play (Space)", theme: "Dark or light", keys: "Single keys on or off",
+    modes: "Assembly modes", play: "Play (Space)", motions: "Paths and velocities of points", theme: "Dark or light", keys: "Single keys on or off",
   },
   file: "file", underlay: { file: "picture (PNG, JPEG, DXF)", x: "x of its left edge", y: "y of its lower edge", width: "width", angle: "angle [deg]",
     opacity: "opacity" },
