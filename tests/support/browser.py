@@ -45,17 +45,6 @@ class Browser:
             if found.get("method") == "Page.javascriptDialogOpening":  # leave an unsaved page
                 self._send("Page.handleJavaScriptDialog", True, {"accept": True})
 
-    def calls(self, method, *several):
-        """Commands to the page of one kind, all sent before the first is answered."""
-        open_ones = {self._send(method, True, parameters) for parameters in several}
-        while open_ones:
-            found = self._next()
-            if found.get("id") in open_ones:
-                assert "error" not in found, found["error"]
-                open_ones.remove(found["id"])
-            else:
-                self.events.append(found)
-
     def _send(self, method, page, parameters):
         message = {"id": next(self._numbers), "method": method, "params": parameters}
         if page:
