@@ -28,8 +28,8 @@ export class Paper extends Sheet {
   get point() { return PT / this.camera.s; }
   get grain() { return nice(1 / this.camera.s); }
   get grid() { return nice(GRID / this.camera.s); }
-  /** What places snap to: half of the grid or less. */
-  get step() { return nice(0.5 * this.grid); }
+  /** What places snap to: half of the grid, so that its lines are reached as well. */
+  get step() { return 0.5 * this.grid; }
 
   // -- the mechanism ----------------------------------------------------------------------------
 
