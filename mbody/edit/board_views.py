@@ -78,6 +78,11 @@ def dxf_picture(file: Path) -> bytes:
                 lines.append([(v.x, 0.0 - v.y) for v in make_path(one).flattening(0.1)])
     if not lines:
         raise ModelError(f"{brief(file.name)} has no lines that could be drawn: save it as DXF R12")
+    return svg_of(lines)
+
+
+def svg_of(lines: list[list[tuple[float, float]]]) -> bytes:
+    """Lines as an SVG."""
     x, y = zip(*itertools.chain(*lines), strict=True)
     wide, tall = max(x) - min(x) or 1.0, max(y) - min(y) or 1.0
     path = "".join("M" + "L".join(f"{a:.6g} {b:.6g}" for a, b in line) for line in lines)

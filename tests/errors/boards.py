@@ -55,6 +55,7 @@ SCENARIOS = {
     ),
     "a drawing without lines": refused({"act": "underlay", "set": {"file": "note.dxf", **VIEW}}),
     "no such export": refused({"act": "job", "do": "print"}),
+    "an export of what is not saved": refused(EDIT, {"act": "job", "do": "report"}),
     "an export of no file": refused({"act": "open", "new": ""}, {"act": "job", "do": "csv"}),
     "an export of another end": refused({"act": "job", "do": "csv", "file": "link.toml"}),
     "an export over another": refused({"act": "job", "do": "dxf", "file": "note.dxf"}),
@@ -75,6 +76,7 @@ a number that is none | ModelError | - | 'link1.name' is no number that can be d
 a picture that is none | ModelError | - | 'link.toml' is no picture: give one in PNG or JPEG, or a DXF
 a drawing without lines | ModelError | - | 'note.dxf' has no lines that could be drawn: save it as DXF R12
 no such export | ModelError | - | the board exports no 'print': it exports report, page, drawing, freebody, film, dxf, fmu, csv, xlsx
+an export of what is not saved | ModelError | - | the command reads the file: save the edits first
 an export of no file | ModelError | - | the command reads a file, which the model has not yet: save it first
 an export of another end | ModelError | - | 'link.toml' must end in .csv
 an export over another | ModelError | - | there is a file 'note.dxf' already: choose another name

@@ -12,6 +12,9 @@ from tests.errors.catalogue import SUBJECTS, everything, expected, told
 
 #: Texts in functions that make errors, which are none of a sentence.
 OTHERWISE = {
+    "not mirrored are ": "a remark of an edit that is made",
+    ": add them": "of that remark",
+    "the command ended without a word": "of an export that is killed",
     "knife edge": "the word of a follower",
     "': no base radii: its follower is not on one guide or pin of the ground, or its cam does "
     "not turn about a fixed centre": "a note",
