@@ -61,6 +61,8 @@ class BoardPage:
         metrics = {"width": wide, "height": tall, "deviceScaleFactor": 1, "mobile": touch}
         self.call("Emulation.setDeviceMetricsOverride", **metrics)
         self.call("Emulation.setTouchEmulationEnabled", enabled=touch, maxTouchPoints=2)
+        # the page knows its size a frame later
+        self.read("new Promise((f) => requestAnimationFrame(() => requestAnimationFrame(f)))")
 
     def dark(self, is_dark=True):
         """Prefer dark or light, as the system does."""

@@ -45,7 +45,7 @@ class Board {
     const bar = el("div", { class: "tools", role: "toolbar", "aria-label": WORDS.tools });
     this.toolButtons = Object.entries(TOOLS).map(([name, tool]) => {
       const key = tool.key.toUpperCase(), made = button("", `${tool.name} (${key}): ${tool.hint}`, () => this.take(name),
-        { "aria-pressed": "false", "aria-keyshortcuts": key, "data-tool": name, "aria-label": tool.name });
+        { "aria-pressed": "false", "aria-keyshortcuts": key, "data-tool": name });
       made.append(sv("svg", { viewBox: "0 0 24 24", "aria-hidden": "true" }, sv("path", { d: tool.icon })), el("span", {}, tool.name), el("kbd", {}, key));
       bar.append(made);
       return made;
@@ -53,7 +53,8 @@ class Board {
     this.typed = ["length", "angle"].map((name) =>
       el("input", { "aria-label": WORDS[name], placeholder: WORDS[name], autocomplete: "off", spellcheck: "false" }));
     this.typedBox = el("div", { class: "typed", hidden: "" }, ...this.typed);
-    this.sheet = el("div", { class: "sheet" }, this.paper.svg, this.typedBox);
+    this.hint = el("p", { id: "paper-hint", hidden: "" });
+    this.sheet = el("div", { class: "sheet" }, this.paper.svg, this.hint, this.typedBox);
     [this.freeText, this.howText] = ["can", "how"].map((name) => el("span", { class: name }));
     this.badText = el("span", { class: "bad", role: "alert" });
     const words = el("div", { class: "words", tabindex: "0", role: "group", "aria-label": WORDS.status },
@@ -454,7 +455,7 @@ class Board {
     this.tool = name;
     this.sheet.dataset.tool = name;
     for (const made of this.toolButtons) made.setAttribute("aria-pressed", made.dataset.tool === name);
-    this.paper.svg.setAttribute("aria-description", `${TOOL_WORDS[name][1]} ${WORDS.paperKeys}`);
+    this.hint.textContent = `${TOOL_WORDS[name][1]} ${WORDS.paperKeys}`;
     this.paper.guides = [];
     if (this.state) { this.panels.show(); this.mark(); }
   }

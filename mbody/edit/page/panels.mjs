@@ -195,7 +195,7 @@ export class Panels {
 
   textTab() {
     const { board } = this, { state } = board, area = el("textarea", { spellcheck: "false", "aria-label": WORDS.textLabel, class: "file" }),
-      problems = el("ul", { class: "problems", role: "alert" });
+      problems = el("ul", { class: "problems" });
     area.value = this.dirty ?? state.text;
     area.addEventListener("input", () => { this.dirty = area.value; });
     const take = async () => {
@@ -215,7 +215,7 @@ export class Panels {
     show(state.fault?.problems ?? [], state.fault);
     area.addEventListener("keydown", (event) => { if (event.key === "Enter" && event.ctrlKey) take();
     if (event.key === "Escape") { this.dirty = null; this.show(); board.paper.svg.focus(); } });
-    return [problems, area, el("div", { class: "bar" }, button(WORDS.take, WORDS.takeTip, take, { class: "play" }))];
+    return [el("div", { role: "alert" }, problems), area, el("div", { class: "bar" }, button(WORDS.take, WORDS.takeTip, take, { class: "play" }))];
   }
 }
 

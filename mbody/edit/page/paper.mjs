@@ -18,7 +18,7 @@ const text = (attributes, content) => { const made = sv("text", attributes); mad
 
 export class Paper extends Sheet {
   constructor(label) {
-    super(LAYERS, { id: "paper", tabindex: "0", role: "application", "aria-label": label });
+    super(LAYERS, { id: "paper", tabindex: "0", role: "application", "aria-label": label, "aria-describedby": "paper-hint" });
     Object.assign(this, { camera: { s: 6, x: 200, y: 300 }, unit: 1, wide: 600, tall: 400, poses: {}, arms: {}, run: null, rings: [], cross: null,
       band: null });
     this.arrows = new Map();
