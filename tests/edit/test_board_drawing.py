@@ -9,8 +9,9 @@ import pytest
 
 import mbody
 from mbody.files.model import from_toml
-from tests.support.board_page import EMPTY
+from tests.support.board_page import EMPTY, BoardPage, served
 from tests.support.browser import chromium
+from tests.support.paths import ROOT
 
 pytestmark = [
     pytest.mark.browser,
@@ -282,3 +283,52 @@ def test_what_is_drawn_is_what_is_written_by_hand(page, draw, pictures):
     while page.read("!document.querySelector('[aria-keyshortcuts=\"Control+Z\"]').disabled"):
         page.key("z", "ctrl")
     assert page.text == EMPTY
+
+
+class CountedPage(BoardPage):
+    """What the user does is counted: presses, places that are pointed at, keys, thoughts."""
+
+    def __init__(self, browser, address):
+        self.presses = self.places = self.strokes = self.thoughts = 0
+        super().__init__(browser, address)
+
+    def call(self, method, **parameters):
+        if parameters.get("type") == "keyDown" or method == "Input.insertText":
+            self.strokes += len(parameters.get("text") or "1")
+            self.strokes += parameters.get("modifiers", 0) > 0
+            self.thoughts += 1
+        return super().call(method, **parameters)
+
+    def drag(self, *places, held=(), **more):
+        self.presses += 1
+        self.places += len(places)
+        self.strokes += len(held)
+        self.thoughts += len(places)
+        super().drag(*places, held=held, **more)
+
+
+def test_the_tutorial_counts_what_a_six_bar_and_its_report_take(chrome, tmp_path):
+    tutorial = (ROOT / "docs" / "tutorial" / "drawing_board.md").read_text("utf-8")
+    command = tutorial.split("```\n")[1].strip()
+    with served(tmp_path, *command.split()[2:]) as address:
+        page = CountedPage(chrome, address)
+        rows = stephenson_six_bar(page)
+        page.key("s", "ctrl")
+        page.key("/")
+        page.write("report")
+        page.key("Enter")
+        said = page.wait("/written: .*/.exec(document.querySelector('.words').innerText)?.[0]")
+        assert said.endswith("sixbar-report.html – mbody report sixbar.toml -o sixbar-report.html")
+        assert page.messages == [] and page.text == (tmp_path / "sixbar.toml").read_text("utf-8")
+    strokes, thoughts = page.strokes + len(command) + 1, page.thoughts + 2
+    seconds = 1.1 * page.places + 0.2 * page.presses + 0.28 * strokes + 1.35 * thoughts
+    assert seconds < 180
+    counted = (
+        f"{page.presses} presses of the mouse at {page.places} places and {strokes} keys: "
+        f"{seconds:.0f} s by the keystroke-level model"
+    )
+    assert counted in " ".join(tutorial.split())
+    hand = from_toml("\n".join([EMPTY, *rows]))
+    force = mbody.kinetostatics(hand, turn=True).data()["reactions"]["B"]
+    report = (tmp_path / "sixbar-report.html").read_text("utf-8")
+    assert f">{np.hypot(force['fx'], force['fy']).max():.3f}</td>" in report
