@@ -8,6 +8,7 @@ import contextlib
 import functools
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -286,7 +287,7 @@ def rows_of(document: Document) -> Iterator[Data]:
     reading = FileReading(angle, document.folder)
     entries = reading.entries = {}
     file_table().read(tree, (), reading)
-    owners = [point for body in machine.bodies for point in body.points] + [*machine.ground.points]
+    owners = Counter(point for body in (machine.ground, *machine.bodies) for point in body.points)
     for path, (codec, value) in entries.items():
         if codec in (TEXT, BODY):
             continue
@@ -308,19 +309,19 @@ def rows_of(document: Document) -> Iterator[Data]:
         yield row
 
 
-def label_of(path: tuple[Any, ...], points: list[str]) -> str:
-    """Whose number it is, and which; `points`: names of the points of all bodies.
+def label_of(path: tuple[Any, ...], points: Mapping[str, int]) -> str:
+    """Whose number it is, and which; `points`: how many bodies have a point of a name.
 
-    >>> label_of(("drivers", "motor", "law", "constant_speed", "speed"), [])
+    >>> label_of(("drivers", "motor", "law", "constant_speed", "speed"), {})
     'motor: speed'
-    >>> label_of(("bodies", "crank", "points", "B", 0), ["A", "B"])
+    >>> label_of(("bodies", "crank", "points", "B", 0), {"B": 1})
     'B: x'
     """
     owner, *keys = path if len(path) == 1 or path[0] in SINGLE else path[1:]
     if "points" in path[1:3]:
         body, keys = (owner, keys[1:]) if path[0] == "bodies" else ("ground", keys)
         owner, *keys = keys
-        owner = owner if points.count(owner) == 1 else f"{body}.{owner}"
+        owner = owner if points[owner] == 1 else f"{body}.{owner}"
     elif "law" in keys[:1] and keys[1:]:
         keys = keys[2:]
     pair = "points" in path[1:3] or path[-2:-1] in (("cg",), ("point",))

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import itertools
 import math
 import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mbody.errors import ModelError, brief
+from mbody.files.model.read import text_of
 
 #: End of the file beside the model, and the greatest picture in bytes.
 VIEWS, MOST = ".board.toml", 30_000_000
@@ -17,9 +21,10 @@ VIEWS, MOST = ".board.toml", 30_000_000
 KEYS = {"camera": ("x", "y", "unit"), "underlay": ("x", "y", "width", "angle", "opacity")}
 #: Kinds of pictures by how their files begin; what can carry scripts is none of them.
 PICTURES = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg"}
-#: Entities of a DXF that are drawn, and how many.
+#: Entities of a DXF that are drawn, how many, of how many bytes; the part of its size that a chord
+#: may be off a curve.
 DRAWN = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "LWPOLYLINE", "POLYLINE", "SPLINE")
-LINES = 20_000
+LINES, LARGEST, OFF = 20_000, 6_000_000, 5e-4
 
 
 def views_file(model: Path) -> Path:
@@ -35,7 +40,7 @@ def read_views(model: Path | None) -> dict[str, Any]:
     """The views of a model; a file that makes no sense counts as none."""
     with contextlib.suppress(OSError, ValueError, LookupError, TypeError, RecursionError):
         if model is not None:
-            tree = tomllib.loads(views_file(model).read_text("utf-8"))
+            tree = tomllib.loads(text_of(views_file(model)))
             return {name: checked_view(name, tree[name]) for name in KEYS if name in tree}
     return {}
 
@@ -56,9 +61,18 @@ def checked_view(name: str, given: Any) -> dict[str, Any]:
 
 def picture_of(file: Path) -> tuple[bytes, str]:
     """A picture and its type, by what is in it and not by its name."""
-    if file.suffix.lower() == ".dxf":
+    is_dxf, found = file.suffix.lower() == ".dxf", file.stat() if file.is_file() else None
+    if found is not None and found.st_size <= (LARGEST if is_dxf else MOST):
+        return _picture(file, found.st_mtime_ns, is_dxf)
+    size = (LARGEST if is_dxf else MOST) / 1e6
+    raise ModelError(f"{brief(file.name)} is no picture of at most {size:g} MB: make it smaller")
+
+
+@functools.lru_cache(1)
+def _picture(file: Path, changed: int, is_dxf: bool) -> tuple[bytes, str]:
+    if is_dxf:
         return dxf_picture(file), "image/svg+xml"
-    content = file.read_bytes() if file.is_file() and file.stat().st_size <= MOST else b""
+    content = file.read_bytes()
     for head, kind in PICTURES.items():
         if content.startswith(head):
             return content, kind
@@ -73,9 +87,14 @@ def dxf_picture(file: Path) -> bytes:
 
     lines: list[list[tuple[float, float]]] = []
     with contextlib.suppress(OSError, ValueError, TypeError, ezdxf.lldxf.const.DXFError):
-        for one in ezdxf.filemanagement.readfile(file).modelspace():
-            if one.dxftype() in DRAWN and len(lines) < LINES:
-                lines.append([(v.x, 0.0 - v.y) for v in make_path(one).flattening(0.1)])
+        every = (
+            e for e in ezdxf.filemanagement.readfile(file).modelspace() if e.dxftype() in DRAWN
+        )
+        paths = [make_path(one) for one in itertools.islice(every, LINES)]
+        corners = [v for path in paths for v in path.control_vertices()]
+        size = max(np.ptp([(v.x, v.y) for v in corners], axis=0), default=0.0)
+        for shape in paths if 0.0 < size < math.inf else ():
+            lines.append([(v.x, 0.0 - v.y) for v in shape.flattening(OFF * size)])
     if not lines:
         raise ModelError(f"{brief(file.name)} has no lines that could be drawn: save it as DXF R12")
     return svg_of(lines)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import contextlib
+import errno
+import fcntl
 import hashlib
 import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
-from typing import Any
+from typing import IO, Any
 
 from mbody._version import __version__
 from mbody.edit import places
 from mbody.edit.edits import Editor
 from mbody.edit.places import DrawingState as DrawingState
+from mbody.edit.places import EditError
 from mbody.edit.places import evaluate as evaluate
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model.problems import Limits
@@ -105,9 +108,6 @@ class Document:
         Why the text is no mechanism.
     remark : str
         What the last edit gave otherwise than asked.
-    journal : bool
-        Whether there is a journal of an earlier session, which `recover` takes up and `forget`
-        removes.
 
     >>> board = Document()
     >>> board.apply({"do": "link", "at": [{"xy": [0, 0]}, {"xy": [20, 35]}], "what": "link drawn"})
@@ -127,9 +127,8 @@ class Document:
         self.done, self.undone = list[Step](), list[Step]()
         self._kept = text if file is None or file.exists() else None
         self._mark = False
-        self._journaled = False  # whether the journal is of this session
+        self._journal: IO[bytes] | None = None  # while it is of this board
         self._spans: Spans | None = None
-        self.journal = file is not None and self._journal_file.exists()
         self.state = evaluate("")
         self.state, self.fault = self._evaluated(text)
 
@@ -184,7 +183,7 @@ class Document:
         """The edit that `redo` makes again."""
         return self.undone[-1].what if self.undone else ""
 
-    def apply(self, edit: Mapping[str, Any]) -> Fault | None:
+    def apply(self, edit: Mapping[str, Any], *, journaled: bool = True) -> Fault | None:
         """Make an edit; the fault where it is refused, and then nothing has changed."""
         if self.fault is not None and edit.get("do") not in WITH_MISTAKES:
             return Fault(f"the text has a mistake to be mended first: {self.fault.sentence}")
@@ -199,8 +198,11 @@ class Document:
             return fault
         if editor.text != self.text:
             step = Step.between(str(edit.get("what") or edit["do"]), self.text, editor.text)
-            if (refused := self._write({"step": asdict(step)})) is not None:
-                return refused
+            try:
+                if journaled:
+                    self._write({"step": asdict(step)})
+            except EditError as error:
+                return Fault.of(error)
             self.done.append(step)
             self.undone.clear()
             self.text, self.revision = editor.text, self.revision + 1
@@ -218,7 +220,7 @@ class Document:
     def _walk(self, word: str, source: list[Step], target: list[Step]) -> str:
         if not source:
             return ""
-        self._write({word: True})
+        self._write({word: asdict(source[-1])})
         target.append(source.pop())
         self.text, self.revision = target[-1].of(self.text, word == "undo"), self.revision + 1
         self.remark, (self.state, self.fault) = "", self._evaluated(self.text)
@@ -239,23 +241,28 @@ class Document:
         return self.text == self._kept
 
     def _on_disk(self) -> str | None:
-        with contextlib.suppress(ModelError):
+        """The text of the file, None where there is none; what is no text has a sign of none."""
+        try:
             return text_of(self.file) if self.file is not None else self._kept
-        return None
+        except ModelError:
+            return "\0" if self.file is not None and os.path.lexists(self.file) else None
 
-    def changed_on_disk(self) -> bool:
-        """Whether the file has another text than when it was read or saved."""
-        return self._on_disk() != self._kept
+    def changed_on_disk(self) -> str:
+        """What has become of the file since it was read or saved; empty where nothing has."""
+        text = self._on_disk()
+        if self.file is None or text == self._kept:
+            return ""
+        what = "been deleted" if text is None else "changed on disk"
+        return f"'{self.file.name}' has {what} since it was read"
 
     def follow(self) -> bool:
         """Take up a change of the file from elsewhere, as one edit, where nothing here is unsaved;
         whether there was one.
         """
         text = self._on_disk() if self.saved else None
-        if text in (None, self._kept):
+        if text in (None, "\0", self._kept):
             return False
-        if self.apply({"do": "text", "text": text, "what": "changed elsewhere"}):
-            return False
+        self.apply({"do": "text", "text": text, "what": "changed elsewhere"}, journaled=False)
         self._kept = text
         self.leave()
         return True
@@ -268,14 +275,15 @@ class Document:
         if path is None:
             return Fault("the drawing has no file yet: give it a name")
         path = path.resolve()
-        if path == self.file and not force and self.changed_on_disk():
-            return Fault(
-                f"'{path.name}' has changed on disk since it was read: save under another name, or "
-                "write over it",
-                conflict=True,
-            )
+        if path == self.file and not force and (words := self.changed_on_disk()):
+            return Fault(f"{words}: save under another name, or write over it", conflict=True)
         try:
             mode = path.stat().st_mode if path.exists() else None
+            if mode is not None and not mode & 0o222:
+                raise PermissionError(errno.EACCES, "it is read-only")
+            if self._journal is not None:  # so that a crash right after the writing leaves no edits
+                with contextlib.suppress(EditError):
+                    self._write({"saved": _digest(self.text)})
             write_whole(path, MARK * self._mark + self.text.encode())
             if mode is not None:
                 path.chmod(mode)
@@ -283,7 +291,6 @@ class Document:
             return Fault(f"'{path.name}' cannot be written ({error.strerror}): save elsewhere")
         self.leave()
         self.file, self.folder, self.name, self._kept = path, path.parent, path.name, self.text
-        self.journal = False
         return None
 
     # -- the journal -------------------------------------------------------------------------------
@@ -293,71 +300,125 @@ class Document:
         assert self.file is not None
         return self.file.with_name(f"{self.file.name}.journal")
 
-    def _write(self, entry: Mapping[str, Any]) -> Fault | None:
+    @property
+    def journal(self) -> bool:
+        """Whether there is a journal of another board, now or of an earlier session, which
+        `recover` takes up.
+        """
+        other = self.file is not None and self._journal is None
+        return other and os.path.lexists(self._journal_file)
+
+    def _open_journal(self) -> IO[bytes]:
+        """The journal, of this board alone as long as it is open."""
+
+        def opened(path: str, flags: int) -> int:  # a link may lead outside, a pipe waits
+            return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+
+        stream = open(self._journal_file, "ab", 0, opener=opened)  # noqa: SIM115
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            stream.close()
+            raise EditError(
+                f"'{self.name}' has unsaved edits in another board: save them there, then they are "
+                "here as well"
+            ) from None
+        return stream
+
+    def _write(self, entry: Mapping[str, Any]) -> None:
         """Append to the journal before the edit is answered."""
         if self.file is None:
-            return None
-        lines = [dict(entry)]
+            return
+        if self._journal is not None and not os.fstat(self._journal.fileno()).st_nlink:
+            self.close()  # somebody has removed it
+        lines, size = [dict(entry)], 0
         try:
-            if not self._journaled:
+            if self._journal is not None:
+                size = os.fstat(self._journal.fileno()).st_size
+            else:
                 if self.journal:  # nobody asked for it: it is kept under another name
-                    os.replace(self._journal_file, f"{self._journal_file}.old")
-                head = {"mbody": __version__, "file": self.file.name, "of": _digest(self.text)}
+                    with contextlib.suppress(OSError):  # a link, a folder
+                        self._open_journal().close()
+                    self._journal_file.rename(_unused(f"{self._journal_file}.old"))
+                of = _digest(self._kept or "")
+                head = {"mbody": __version__, "file": self.file.name, "of": of}
                 lines.insert(0, head if self.saved else head | {"start": self.text})
-            with self._journal_file.open("a" if self._journaled else "w", newline="") as file:
-                file.writelines(json.dumps(line) + "\n" for line in lines)
+                self._journal = self._open_journal()
+            content = "".join(json.dumps(line) + "\n" for line in lines).encode()
+            if self._journal.write(content) != len(content):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
-            return Fault(
+            if size and self._journal is not None:
+                self._journal.truncate(size)
+            else:
+                self.leave()
+            raise EditError(
                 f"the journal '{self._journal_file.name}' cannot be written ({error.strerror}): "
                 "free space or save elsewhere; the edit is not made"
-            )
-        self.journal, self._journaled = False, True
-        return None
+            ) from None
 
     def leave(self) -> None:
         """Give up what is unsaved, with its journal."""
-        if self._journaled:
+        if self._journal is not None:
             self._journal_file.unlink(missing_ok=True)
-            self._journaled = False
+            self.close()
 
-    def forget(self) -> None:
-        """Remove the journal of an earlier session."""
-        self._journaled, self.journal = self._journaled or self.journal, False
-        self.leave()
+    def close(self) -> None:
+        """Leave what is unsaved to the next board."""
+        if self._journal is not None:
+            self._journal = self._journal.close()
 
     def recover(self) -> Fault | None:
         """Take up the edits of an earlier session that were not saved; the fault where its journal
-        is of another text or damaged, and then nothing has changed.
+        is of another board or text, or damaged, and then nothing has changed.
         """
         if not self.journal:
             return Fault("there is no journal of an earlier session")
         name, done, undone = self._journal_file.name, list[Step](), list[Step]()
-        try:
-            whole = text_of(self._journal_file, JOURNAL).rpartition("\n")[0]
-            head, *entries = map(json.loads, whole.split("\n"))
-            text = str(head.get("start", self.text))
-            if head["of"] != _digest(text) or ("start" in head and self._kept is not None):
+        with contextlib.ExitStack() as stack:
+            try:
+                stream = stack.enter_context(self._open_journal())
+                whole = text_of(self._journal_file, JOURNAL).rpartition("\n")[0]
+                head, *entries = map(json.loads, whole.split("\n"))
+                text, here = str(head.get("start", self.text)), _digest(self._kept or "")
+                if entries and entries[-1].get("saved") == here:  # then it ended
+                    self._journal_file.unlink()
+                    return None
+                if head["of"] != here:
+                    return Fault(
+                        f"the journal '{name}' is of another text than '{self.name}' has now: put "
+                        "that file back, or remove the journal"
+                    )
+                for word, given in (pair for one in entries for pair in one.items()):
+                    if word == "saved":
+                        continue
+                    step = Step(**given)
+                    source, target = (done, undone) if word == "undo" else (undone, done)
+                    if word == "step":
+                        undone.clear()
+                    elif source:  # not of an edit that was saved before
+                        source.pop()
+                    target.append(step)
+                    text = step.of(text, back=word == "undo")
+                stream.truncate(len(whole) + 1)  # without what a crash cut
+            except EditError as error:
+                return Fault.of(error)
+            except (OSError, ModelError, *MISFITS):
                 return Fault(
-                    f"the journal '{name}' is of another text than '{self.name}' has now: put that "
-                    "file back, or forget the journal"
+                    f"the journal '{name}' is damaged and cannot be taken up: remove it; the file "
+                    "is as it was saved"
                 )
-            for entry in entries:
-                source, target = (done, undone) if "undo" in entry else (undone, done)
-                if "step" in entry:
-                    source = [Step(**entry["step"])]
-                    undone.clear()
-                target.append(source.pop())
-                text = target[-1].of(text, back="undo" in entry)
-            os.truncate(self._journal_file, len(whole) + 1)  # without what a crash cut
-        except (OSError, ModelError, *MISFITS):
-            return Fault(
-                f"the journal '{name}' is damaged and cannot be taken up: forget it; the file is "
-                "as it was saved"
-            )
+            self._journal = stream
+            stack.pop_all()
         self.done, self.undone, self.text, self.revision = done, undone, text, self.revision + 1
-        self.journal, self._journaled = False, True
         self.state, self.fault = self._evaluated(text)
         return None
+
+
+def _unused(name: str) -> str:
+    """A name of no file: this one, or with a number behind it."""
+    every = (f"{name}{n or ''}" for n in range(9999))
+    return next(one for one in every if not os.path.lexists(one))
 
 
 def _digest(text: str) -> str:

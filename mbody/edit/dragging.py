@@ -136,10 +136,10 @@ class Dragging:
         return np.array([one.x[-1], one.y[-1], one.angle[-1]])
 
     def arm(self, place: str) -> Array:
-        """A named point from the mass centre, in the axes of its body."""
-        body = place.partition(".")[0]
+        """A named point, or the origin, from the mass centre, in the axes of its body."""
+        body, _, point = place.partition(".")
         cg = 0.0 if body == "ground" else np.array(self.now.numbers.point(f"{body}.cg"), float)
-        return np.array(self.now.numbers.point(place), float) - cg
+        return np.array(self.now.numbers.point(place) if point else (0.0, 0.0), float) - cg
 
     def place(self, name: str) -> Array:
         """Where a named point is in the world."""
@@ -268,14 +268,20 @@ class Dragging:
             lead = next((one for one in places if not one.startswith("ground.")), places[0])
             self._by_parameters(lead, goal, by)
         else:
-            self._changed(self.coordinates(places, goal))
+            values = self.coordinates(places, goal)
+            if values:
+                self._changed(values)
+            else:
+                self.stopped = f"nothing moves '{places[0]}': it is held everywhere"
         self._revolution()
         return self
 
     def coordinates(self, places: Sequence[str], goal: Array) -> dict[str, float]:
-        """Numbers of points that are at a place of the world while the bodies stay."""
+        """Numbers of points that are at a place of the world while the bodies stay; origins go
+        where their joints bring them.
+        """
         values = {}
-        for name in places:
+        for name in (one for one in places if "." in one):
             body = name.partition(".")[0]
             x, y, angle = self.pose(body)
             u, v = _rotated(-angle, goal - (x, y))

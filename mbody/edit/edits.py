@@ -457,7 +457,9 @@ class Editor:
         x, y = self.state.place(place)
         if math.dist((x, y), goal) > near:
             if self.text == self.start:
-                raise EditError(f"'{place}' cannot be moved there: its joints hold it", place)
+                raise EditError(
+                    f"'{place}' cannot be moved there: its joints and parameters hold it", place
+                )
             unit = self.state.mechanism.units.length
             self._say(
                 f"'{place}' came to {x:.4g}, {y:.4g} {unit}, not to {goal[0]:.4g}, {goal[1]:.4g}: "
@@ -643,7 +645,7 @@ class Editor:
         kept = as_it_was(made, self.folder)
         if kept is None:
             self._say("the file was written anew in the other units: comments are gone")
-        self.text = kept or to_toml(made)
+        self.text = kept or to_toml(made).replace("\n", self.spans.newline)
 
 
 @dataclass

@@ -88,7 +88,8 @@ class ExportJobs:
             file = self.folder / Path(word).with_name(f"{Path(word).stem}{behind}{ends[0]}")
         if file.suffix.lower() not in ends:
             raise ModelError(f"{brief(file.name)} must end in {' or '.join(ends)}")
-        if file.exists() and not force and self.made.get(file) != _stamp(file):
+        new = force or not file.exists() or self.made.get(file) == _stamp(file)
+        if not new or file.is_symlink():
             raise ModelError(f"there is a file '{file.name}' already: choose another name")
         head = [verb, word] if verb else analysis_words(document, word)
         if not verb and head[0] == "check":

@@ -258,6 +258,8 @@ def handles(state: DrawingState, tree: Mapping[str, Any], group: Sequence[str]) 
 
 def fixed(state: DrawingState, tree: Mapping[str, Any], group: Sequence[str]) -> str:
     """Why a point cannot be moved; empty where it can."""
+    if not any("." in place for place in group):
+        return f"'{group[0]}' is the origin of its link: move another point of it"
     for place in group:
         value = value_at(tree, point_path(place))
         if value is None and "." not in place:

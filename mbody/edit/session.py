@@ -25,7 +25,7 @@ from mbody.edit.places import group_of
 from mbody.errors import ModelError, SolveError, at_the_command, brief
 from mbody.files.model.read import text_of
 from mbody.files.model.toml_text import toml
-from mbody.files.writing import writing
+from mbody.files.writing import write_whole
 
 Answer = dict[str, Any]
 
@@ -112,9 +112,7 @@ class BoardSession:
     def _state(self) -> Answer:
         state = board_state(self.document, self.unit, self.motions)
         self.scene, self.rows = state["scene"], state["rows"]
-        said = [*self.notes, self.document.remark]
-        if not self.document.saved and self.document.changed_on_disk():
-            said.append(f"'{self.file}' has changed on disk since it was read")
+        said = [*self.notes, self.document.remark, self.document.changed_on_disk()]
         state["messages"] += [
             {"element": "", "key": "", "text": text, "kind": "note"} for text in said if text
         ]
@@ -146,9 +144,9 @@ class BoardSession:
 
     def _act_save(self, asked: Mapping[str, Any]) -> Answer:
         own, force = self.document.file, asked.get("force") is True
-        file = self._inside(asked["file"], ".toml") if asked.get("file") else own
-        if file is None:
+        if not (asked.get("file") or own):
             raise ModelError("the model has no file yet: give it a name, such as linkage.toml")
+        file = self._inside(asked.get("file") or own, ".toml")
         if file != own and file.exists() and not force:
             raise ModelError(f"there is a file '{file.name}' already: choose another name")
         if (fault := self.document.save(file, force=force)) is not None:
@@ -202,12 +200,11 @@ class BoardSession:
     def _take(self, document: Document) -> None:
         self.past = self.revision + 1 - document.revision
         self.document.leave()
-        if document.file is not None and document.file == self.document.file:
-            document.forget()
         self.document, self.notes, self.gallery = document, [], ""
         self.views, self.recovered = read_views(document.file), document.journal
         if self.recovered and (fault := document.recover()) is not None:
-            self.recovered, self.notes = False, [fault.sentence]
+            self.notes = [fault.sentence]
+        self.recovered &= not document.saved
 
     def _named(self, file: Path) -> str:
         return file.relative_to(self.folder).as_posix()
@@ -329,8 +326,7 @@ class BoardSession:
     def _keep_views(self) -> None:
         file = self.document.file
         if file is not None and file.exists():
-            with writing(views_file(file)) as stream:
-                stream.write(toml(self.views))
+            write_whole(views_file(file), toml(self.views).encode())
 
     def picture(self) -> tuple[bytes, str] | None:
         """The picture below the drawing, and its type."""
@@ -356,6 +352,7 @@ class BoardSession:
         """Wait until nothing is half done; exports that are under way end."""
         self.jobs.close()
         with self.lock:
+            self.document.close()
             self.lock.notify_all()
 
 

@@ -1,6 +1,7 @@
 """Files of a board: followed, in conflict, in journals; its doors, exports and pictures."""
 
 import json
+import os
 import shlex
 import struct
 import subprocess
@@ -14,12 +15,19 @@ import pytest
 
 import mbody
 from mbody import gallery
+from mbody.edit.board_views import dxf_picture
 from mbody.edit.document import Document
 from mbody.edit.jobs import EXPORTS
 from mbody.edit.session import BoardSession
 from tests.edit.test_board_server import FOURBAR, set_force
 from tests.edit.test_board_server import served as served
 from tests.exchange.test_exchange import FOUR_BAR
+
+#: An edit of the force.
+FORCE = {
+    "act": "edit",
+    "edit": {"do": "set", "path": ["loads", "F", "force"], "text": "9 N", "what": "F"},
+}
 
 
 def said(state):
@@ -78,15 +86,48 @@ def test_what_was_given_up_does_not_come_back(served):
 
 def test_a_journal_is_offered_by_the_next_start(served):
     mine = set_force(served, "120 N")[1]["text"]
+    beside = BoardSession(served.folder, "fourbar.toml")
+    state = beside.answer({"act": "look"})[1]
+    assert state["text"] == FOURBAR and "in another board" in said(state)[0]
+    assert (
+        not state["journal"] and "in another board" in beside.answer(FORCE)[1]["fault"]["sentence"]
+    )
+    served.server.session.document.close()  # as a crash leaves it
     again = BoardSession(served.folder, "fourbar.toml")
     state = again.answer({"act": "look"})[1]
     assert state["journal"] and state["text"] == mine and not state["saved"]
     assert again.answer({"act": "undo"})[1]["text"] == FOURBAR
     assert (served.folder / "fourbar.toml").read_text("utf-8") == FOURBAR
+    again.close()
+
+
+def test_links_and_pipes_of_a_hostile_folder_lead_nowhere(served, tmp_path_factory):
+    """What the board keeps beside a model goes over no link, and waits for no pipe."""
+    outside, folder = tmp_path_factory.mktemp("outside"), served.folder
+    (outside / "mine").write_text("mine")
+    (folder / "fourbar.board.toml").symlink_to(outside / "mine")
+    (folder / "fourbar.toml.journal").symlink_to(outside / "new")
+    (folder / "fourbar-report.html").symlink_to(outside / "report")
+    for name in ("views.board.toml", "scan.dxf", "pipe.toml"):
+        os.mkfifo(folder / name)
+    (folder / "views.toml").write_text(FOURBAR)
+    assert served.act("camera", set={"x": 1, "y": 2, "unit": 3})[0] == 200
+    assert set_force(served, "120 N")[1]["undo"] and served.act("save")[1]["saved"]
+    for force in (False, True):
+        assert "already" in served.act("job", do="report", force=force)[1]["fault"]["sentence"]
+    underlay = {"file": "scan.dxf", "x": 0, "y": 0, "width": 1, "angle": 0, "opacity": 1}
+    assert "no picture" in served.act("underlay", set=underlay)[1]["fault"]["sentence"]
+    assert served.act("open", file="views.toml")[1]["views"] == {}
+    assert served.act("open", file="pipe.toml")[1]["fault"]
+    (folder / "views.toml").unlink()
+    (folder / "views.toml").symlink_to(outside / "model.toml")
+    assert "not below" in served.act("save", force=True)[1]["fault"]["sentence"]
+    assert [file.read_text() for file in outside.iterdir()] == ["mine"]
 
 
 def test_a_journal_of_another_text_is_said(served):
     set_force(served, "120 N")
+    served.server.session.document.close()
     (served.folder / "fourbar.toml").write_text(FOURBAR.replace("100 N", "55 N"), "utf-8")
     state = BoardSession(served.folder, "fourbar.toml").answer({"act": "look"})[1]
     assert not state["journal"] and any("journal" in text for text in said(state))
@@ -305,6 +346,12 @@ def test_a_dxf_is_drawn_as_lines(served):
     drawing.modelspace().add_circle((10, 10), 5)
     drawing.modelspace().add_text("<script>")
     drawing.saveas(served.folder / "part.dxf")
+    small, vast = ezdxf.new(), ezdxf.new()
+    small.modelspace().add_circle((0, 0), 0.05)  # in metres
+    vast.modelspace().add_circle((0, 0), 1e13)
+    for name, one in (("small.dxf", small), ("vast.dxf", vast)):
+        one.saveas(served.folder / name)
+        assert dxf_picture(served.folder / name).count(b"L") == 128
     served.act("underlay", set={"file": "part.dxf", **PLACE})
     headers = {"Sec-Fetch-Site": "same-origin"}
     status, content, said = served.ask("GET", f"{served.below}underlay", None, headers)

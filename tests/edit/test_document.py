@@ -22,7 +22,8 @@ def board(tmp_path):
     document = Document.open(file)
     for edit in (LINK, {"do": "ground", "place": "link1.A"}, {"do": "motor", "body": "link1"}):
         assert document.apply(edit) is None
-    return document
+    yield document
+    document.close()
 
 
 def numbers(table, path=()):
@@ -128,22 +129,115 @@ def test_the_journal_of_a_crash_is_taken_up(board, tmp_path):
     assert again.journal and again.text == START
     with (tmp_path / "drawing.toml.journal").open("a") as stream:
         stream.write('{"step": {"what": "cut by the cra')
+    assert "in another board" in again.recover().sentence and again.text == START
+    board.close()
     assert again.recover() is None and again.text == board.text and not again.journal
     assert again.state.mobility.freedom == 1
     assert again.undo() == "torque" and again.undo() == "ground"
     assert again.redo() == "ground" and again.undo() and again.undo() and again.text == START
+    again.close()
     third = Document.open(tmp_path / "drawing.toml")  # its own entries were appended to the journal
     assert third.recover() is None and third.text == START and len(third.undone) == 3
 
 
+def test_two_boards_on_one_file(board, tmp_path):
+    """One at a time has unsaved edits, and nothing of the other is lost."""
+    file = tmp_path / "drawing.toml"
+    other = Document.open(file)
+    journal = (tmp_path / "drawing.toml.journal").read_bytes()
+    assert "in another board" in other.apply(LINK).sentence
+    assert other.save(force=True) is None and other.text == START and other.done == []
+    assert (tmp_path / "drawing.toml.journal").read_bytes() == journal
+    assert board.save() is None and other.follow() and other.text == board.text
+    assert other.apply(LINK) is None and "in another board" in board.apply(LINK).sentence
+
+
 def test_a_journal_that_nobody_asked_for_is_kept(board, tmp_path):
+    mine = board.text
+    for name in ("drawing.toml.journal.old", "drawing.toml.journal.old1"):
+        board.close()
+        board = Document.open(tmp_path / "drawing.toml")
+        assert board.apply(LINK) is None
+        assert (tmp_path / name).exists() and not board.journal
+    board.close()
+    (tmp_path / "drawing.toml.journal.old").replace(tmp_path / "drawing.toml.journal")
     again = Document.open(tmp_path / "drawing.toml")
-    assert again.apply(LINK) is None
-    assert (tmp_path / "drawing.toml.journal.old").exists() and not again.journal
-    assert Document.open(tmp_path / "drawing.toml").recover() is None
-    last = Document.open(tmp_path / "drawing.toml")
-    last.forget()
-    assert not last.journal and not (tmp_path / "drawing.toml.journal").exists()
+    assert again.recover() is None and again.text == mine
+
+
+def test_what_was_saved_and_then_taken_back_is_in_the_journal(board, tmp_path):
+    assert board.save() is None and board.undo() == "motor" and board.undo() == "ground"
+    assert board.redo() == "ground" and board.apply(LINK) is None
+    board.close()
+    again = Document.open(tmp_path / "drawing.toml")
+    assert again.recover() is None and again.text == board.text
+    assert again.undo() == "link drawn"
+
+
+def test_a_crash_right_after_the_file_was_written(board, tmp_path, monkeypatch):
+    monkeypatch.setattr(Document, "leave", lambda own: None)
+    assert board.save() is None
+    board.close()
+    monkeypatch.undo()
+    again = Document.open(tmp_path / "drawing.toml")
+    assert again.recover() is None and again.text == board.text and again.saved
+    assert not again.done and not again.journal
+
+
+def test_a_full_disk_refuses_and_keeps(board, tmp_path, monkeypatch):
+    text, journal = board.text, (tmp_path / "drawing.toml.journal").read_bytes()
+
+    class Full:
+        """A file that takes half of what is written."""
+
+        def __init__(self, file):
+            self.file = file
+
+        def __getattr__(self, name):
+            return getattr(self.file, name)
+
+        def write(self, content):
+            return self.file.write(content[: len(content) // 2])
+
+    stream = vars(board)["_journal"]
+    vars(board)["_journal"] = Full(stream)
+    assert "No space left" in board.apply(LINK).sentence and board.text == text
+    with pytest.raises(mbody.ModelError, match="cannot be written"):
+        board.undo()
+    assert board.text == text and (tmp_path / "drawing.toml.journal").read_bytes() == journal
+    vars(board)["_journal"] = stream
+    assert board.undo() == "motor"
+    board.close()
+    again = Document.open(tmp_path / "drawing.toml")
+    assert again.recover() is None and again.text == board.text
+
+
+def test_files_that_cannot_be_written_are_said(board, tmp_path):
+    file = tmp_path / "drawing.toml"
+    file.chmod(0o444)
+    assert "read-only" in board.save().sentence and file.read_bytes() == START.encode()
+    file.unlink()
+    assert "been deleted" in board.changed_on_disk() and not board.follow()
+    assert board.save().conflict and not file.exists()
+    file.mkdir()
+    assert board.save().conflict
+    assert "cannot be written" in board.save(force=True).sentence
+    file.rmdir()
+    (tmp_path / "drawing.toml.journal").unlink()  # the next edit begins another
+    text = board.text
+    assert board.apply(LINK) is None and board.save(force=True) is None
+    assert file.read_bytes().decode() == board.text != text
+
+
+def test_links_of_a_hostile_folder_lead_nowhere(tmp_path):
+    inside, outside = tmp_path / "inside", tmp_path / "outside"
+    inside.mkdir(), outside.mkdir()
+    (inside / "drawing.toml").write_bytes(START.encode())
+    (inside / "drawing.toml.journal").symlink_to(outside / "new")
+    board = Document.open(inside / "drawing.toml")
+    assert board.journal and "damaged" in board.recover().sentence
+    assert board.apply(LINK) is None and not [*outside.iterdir()]
+    assert (inside / "drawing.toml.journal.old").is_symlink()
 
 
 @pytest.mark.parametrize(
@@ -151,6 +245,7 @@ def test_a_journal_that_nobody_asked_for_is_kept(board, tmp_path):
 )
 def test_a_journal_that_does_not_fit_is_refused(board, tmp_path, spoil):
     file, journal = tmp_path / "drawing.toml", tmp_path / "drawing.toml.journal"
+    board.close()
     lines = journal.read_text().split("\n")
     if spoil == "stale":
         file.write_bytes(START.encode() + b"# other\r\n")
@@ -178,6 +273,7 @@ def test_a_journal_that_does_not_fit_is_refused(board, tmp_path, spoil):
 def test_a_drawing_without_a_file_yet(tmp_path):
     board = Document.open(tmp_path / "new.toml", 'units = "mm-N-s"\n')
     assert board.apply(LINK) is None and not board.saved
+    board.close()
     again = Document.open(tmp_path / "new.toml")
     assert again.recover() is None and again.text == board.text
     assert again.save() is None and mbody.load(tmp_path / "new.toml")["link1"]

@@ -11,19 +11,30 @@ LOOSE = "[bodies.link1]\npoints = { A = [0, 0], B = [30, 0] }\n"
 VIEW = {"x": 0, "y": 0, "width": 1, "angle": 0, "opacity": 1}
 
 
-def refused(*requests, text=LOOSE):
-    """The sentence of the last request, in a folder with one model."""
+LONG = f"{'x' * 245}.toml"
+
+
+def refused(*requests, text=LOOSE, beside=()):
+    """The sentence of the last request, in a folder with one model; `beside`: requests of another
+    board on it.
+    """
 
     def scenario():
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name) / "drawings"
             folder.mkdir()
-            (folder / "link.toml").write_text(text)
+            for file in ("link.toml", LONG):
+                (folder / file).write_text(text)
             (folder / "note.dxf").write_text("none")
+            with (folder / "scan.png").open("wb") as picture:
+                picture.truncate(31_000_000)
+            other = BoardSession(folder, "link.toml")
             session = BoardSession(folder, "link.toml")
-            for request in requests:
-                _, answer = session.answer(request)
+            for board, asked in ((other, beside), (session, requests)):
+                for request in asked:
+                    _, answer = board.answer(request)
             session.close()
+            other.close()
             raise ModelError(answer["fault"]["sentence"])
 
     return scenario
@@ -53,6 +64,9 @@ SCENARIOS = {
     "a picture that is none": refused(
         {"act": "underlay", "set": {"file": "link.toml", **VIEW}},
     ),
+    "a picture too large": refused({"act": "underlay", "set": {"file": "scan.png", **VIEW}}),
+    "an edit in two boards": refused(EDIT, beside=[EDIT]),
+    "an edit without a journal": refused({"act": "open", "file": LONG}, EDIT),
     "a drawing without lines": refused({"act": "underlay", "set": {"file": "note.dxf", **VIEW}}),
     "no such export": refused({"act": "job", "do": "print"}),
     "an export of what is not saved": refused(EDIT, {"act": "job", "do": "report"}),
@@ -74,6 +88,9 @@ a point that is not there | ModelError | - | there is no point 'link1.X'
 a drag on empty paper | ModelError | - | there is nothing to drag yet: draw a link first
 a number that is none | ModelError | - | 'link1.name' is no number that can be dragged: type another value
 a picture that is none | ModelError | - | 'link.toml' is no picture: give one in PNG or JPEG, or a DXF
+a picture too large | ModelError | - | 'scan.png' is no picture of at most 30 MB: make it smaller
+an edit in two boards | ModelError | - | 'link.toml' has unsaved edits in another board: save them there, then they are here as well
+an edit without a journal | ModelError | - | the journal 'xxxxx…' cannot be written (File name too long): free space or save elsewhere; the edit is not made
 a drawing without lines | ModelError | - | 'note.dxf' has no lines that could be drawn: save it as DXF R12
 no such export | ModelError | - | the board exports no 'print': it exports report, page, drawing, freebody, film, dxf, fmu, csv, xlsx
 an export of what is not saved | ModelError | - | the command reads the file: save the edits first

@@ -76,7 +76,8 @@ a point by a formula of numbers | EditError | crank | 'crank.M' is given by the 
 a direction from nothing | EditError | ram | 'ram' has no other point to keep a direction from
 a parameter that is held | EditError | ground | 'ground.Q': parameter 'a' is used in a table, a program, a guess …
 a parameter of a page without links | EditError | ground | 'ground.Q' is given by a: change these
-an origin that is held | EditError | wheel | 'wheel' cannot be moved there: its joints hold it
+an origin that is held | EditError | wheel | 'wheel' is the origin of its link: move another point of it
+a parameter that moves it elsewhere | EditError | ground | 'ground.Q' cannot be moved there: its joints and parameters hold it
 a kind that there is not | EditError | - | there is no kind of joints 'glue' (there are: …
 a gear of nothing | EditError | - | 'gear' is missing: give the places or the number of that name
 a slide of a pinned point | EditError | crank | 'crank.O' is pinned to 'ground': free it before it slides
@@ -134,6 +135,7 @@ SCENARIOS = {
     "a parameter that is held": edit("move", HELD, place="ground.Q", xy=[35, 5]),
     "a parameter of a page without links": edit("move", ALONE, place="ground.Q", xy=[1, 1]),
     "an origin that is held": edit("move", place="wheel", xy=[9, 9]),
+    "a parameter that moves it elsewhere": edit("move", place="ground.Q", xy=[30, 50]),
     "a kind that there is not": edit("joint", kind="glue", fields={}),
     "a gear of nothing": given(radius_i=2),
     "a slide of a pinned point": edit("slider", place="crank.O"),
