@@ -19,6 +19,8 @@ from mbody.model.closed_mechanism import with_others
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.model.element import Marker
 from mbody.model.mechanism import Mechanism
+from mbody.model.numbers import dimension_named
+from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -35,6 +37,8 @@ STIFF = 1e-3
 MOST_HANDS = 6
 #: Halvings of a step that does not close; rounds in which numbers bring a place to another.
 HALVINGS, ROUNDS = 4, 2
+#: What driver values are the same by, in rad or of themselves.
+SAME = 1e-12
 #: A number's change in one round, as a part of it.
 PART = 0.3
 #: Instants of a revolution while numbers change, and the time [s] above which it waits.
@@ -66,6 +70,16 @@ def with_hands(system: System, run: Solution, mobility: Mobility) -> tuple[Syste
         line = Marker("ground", (0.0, 0.0), direction)
         hands.append(CoordinateDriver(name, line, Marker(motion.leader, (cx, cy)), along))
     return assemble(with_others(system.mechanism, set(), hands)), [one.name for one in hands]
+
+
+def laws_at_home(system: System) -> dict[str, tuple[Any, Any, Any]]:
+    """Value and rates of each independent driver where the file has it.
+
+    >>> import mbody
+    >>> laws_at_home(mbody.assemble(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0)))
+    {'motor': (1.0471975511965976, 10.0, 0.0)}
+    """
+    return {one.name: system.law_of(one).derivatives(0.0) for one in system.independent_drivers}
 
 
 @dataclass
@@ -109,11 +123,8 @@ class Dragging:
 
     def __post_init__(self) -> None:
         self._held, self.hands = with_hands(self.system, self.run, self.mobility)
-        drivers = {driver.name: driver for driver in self._held.independent_drivers}
-        self._home = {
-            name: self._held.law_of(driver).derivatives(0.0) for name, driver in drivers.items()
-        }
-        self._angular = {name: driver.angular for name, driver in drivers.items()}
+        self._home = laws_at_home(self._held)
+        self._angular = {one.name: one.angular for one in self._held.independent_drivers}
         self._cost = 0.0
         self._unit_rates = self.run
         self.home()
@@ -126,7 +137,8 @@ class Dragging:
     @property
     def away(self) -> bool:
         """Whether drivers are elsewhere than in the file."""
-        return any(self.values[name] != home[0] for name, home in self._home.items())
+        pairs = ((self.values[name], home[0]) for name, home in self._home.items())
+        return not all(math.isclose(*pair, rel_tol=SAME, abs_tol=SAME) for pair in pairs)
 
     def pose(self, body: str) -> Array:
         """x, y of the mass centre and the angle of a body, where it stands."""
@@ -151,7 +163,7 @@ class Dragging:
     def home(self) -> Dragging:
         """Everything as the file has it."""
         self.now, self.changed, self.turn = self._held, {}, None
-        self.at = self.run
+        self.at, self._home = self.run, laws_at_home(self._held)
         self.values = {name: float(value[0]) for name, value in self._home.items()}
         self.words = self.stopped = ""
         if self._home:
@@ -230,7 +242,7 @@ class Dragging:
         position with one driver at a time is what a place can be brought to.
         """
         drive, count = {}, len(self._home)
-        for n, (name, home) in enumerate(self._home.items()):
+        for n, (name, home) in enumerate(laws_at_home(system).items()):
             values = [one[name] for one in path]
             unit = self._scale(name) * np.eye(count)[n]
             rates = np.concatenate([np.full(len(path), home[1]), unit])
@@ -277,16 +289,17 @@ class Dragging:
         return self
 
     def coordinates(self, places: Sequence[str], goal: Array) -> dict[str, float]:
-        """Numbers of points that are at a place of the world while the bodies stay; origins go
-        where their joints bring them.
+        """Numbers of points that are at a place of the world while the bodies stay where the file
+        has them; origins go where their joints bring them.
         """
         values = {}
         for name in (one for one in places if "." in one):
             body = name.partition(".")[0]
-            x, y, angle = self.pose(body)
-            u, v = _rotated(-angle, goal - (x, y))
+            u, v = goal
             if body != "ground":
-                u, v = np.add((u, v), np.array(self.now.numbers.point(f"{body}.cg"), float))
+                one = self.run[body]
+                u, v = _rotated(-float(one.angle[-1]), goal - (float(one.x[-1]), float(one.y[-1])))
+                u, v = np.add((u, v), np.array(self.system.numbers.point(f"{body}.cg"), float))
             if f"{name}.r" in self.now.values:
                 old = float(self.now.values[f"{name}.angle"])
                 values[f"{name}.r"] = math.hypot(u, v)
@@ -297,43 +310,68 @@ class Dragging:
         return values
 
     def _by_parameters(self, lead: str, goal: Array, names: Sequence[str]) -> None:
-        """Gauss-Newton: parameters that bring a point nearest."""
+        """Gauss-Newton: parameters that bring a point nearest, those nearest to the file's, each
+        measured by its own size.
+        """
+        home = np.array([float(self.system.values[name]) for name in names])
+        sizes = np.where(home == 0.0, [self._size(name) for name in names], np.abs(home))
         for _ in range(ROUNDS):
-            first = np.array([float(self.now.values[name]) for name in names])
-            steps = DIFFERENCE_STEP_UNKNOWNS * np.where(
-                first == 0.0, float(self.now.length), np.abs(first)
-            )
-            here, columns, before = self.place(lead), [], (self.now, self.at, self._unit_rates)
-            for name, value, step in zip(names, first, steps, strict=True):
-                if not self._changed({name: float(value + step)}):
+            first = np.array([float(self.now.values[name]) for name in names]) - home
+            here, columns, before = self.place(lead), [], self._state
+            for name, old, away, size in zip(names, home, first, sizes, strict=True):
+                step = DIFFERENCE_STEP_UNKNOWNS * size
+                if not self._changed({name: float(old + away + step)}):
                     return
-                columns.append((self.place(lead) - here) / step)
-                self.now, self.at, self._unit_rates = before
-                self.changed[name] = float(value)
-            change = np.linalg.lstsq(np.array(columns).T, goal - here, rcond=STIFF)[0]
-            limits = PART * np.where(first == 0.0, float(self.now.length), np.abs(first))
-            change *= min(1.0, 1.0 / max(float(np.max(np.abs(change) / limits)), SMALL))
+                columns.append((self.place(lead) - here) / DIFFERENCE_STEP_UNKNOWNS)
+                self._state = before
+                self.changed[name] = float(old + away)
+            matrix, own = np.array(columns).T, first / sizes
+            whole = np.linalg.lstsq(matrix, goal - here + matrix @ own, rcond=STIFF)[0]
+            change = whole - own
+            largest = float(np.max(np.abs(change)))
+            change *= min(1.0, PART / max(largest, SMALL))
             for n in range(HALVINGS):
-                new = first + 0.5**n * change
+                new = home + (own + 0.5**n * change) * sizes
                 if self._changed(dict(zip(names, new.tolist(), strict=True))):
                     break
             else:
                 return
-            if float(np.max(np.abs(change) / limits)) < SMALL:
+            if largest < SMALL * PART:
                 return
+
+    def _size(self, name: str) -> float:
+        """What a parameter that is 0 is measured by."""
+        is_length = dimension_named(self.machine, name) == DIMENSIONS["length"]
+        return float(self.system.length) if is_length else 1.0
 
     def _changed(self, values: Mapping[str, float]) -> bool:
         """Other numbers, along the branch; whether the loops close with them."""
         try:
             system = self.now.with_values(dict(values))
-            self._stand(system, [self.values])
+            home = laws_at_home(system)
+            by = {name: float(home[name][0] - old[0]) for name, old in self._home.items()}
+            size = max((abs(one) / self._scale(name) for name, one in by.items()), default=0.0)
+            parts = np.linspace(0.0, 1.0, math.ceil(size / STEP) + 1)[size > 0.0 :]
+            path = [
+                {n: v + part * by[n] for n, v in self.values.items()} for part in parts.tolist()
+            ]
+            self._stand(system, path)
         except (ModelError, SolveError) as error:
             self.stopped = str(error)
             return False
-        self.now = system
+        self.now, self._home, self.values = system, home, path[-1]
         self.changed.update(values)
         self.stopped = ""
         return True
+
+    @property
+    def _state(self) -> tuple[Any, ...]:
+        """Where it stands, with which numbers."""
+        return self.now, self.at, self._unit_rates, self._home, self.values
+
+    @_state.setter
+    def _state(self, state: tuple[Any, ...]) -> None:
+        self.now, self.at, self._unit_rates, self._home, self.values = state
 
     def _revolution(self) -> None:
         """The revolution with these numbers, where one can be had within a frame."""

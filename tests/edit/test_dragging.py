@@ -6,6 +6,7 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.edit.dragging import Dragging
+from mbody.files.model.read import from_toml
 from mbody.views.drawing import first_position
 
 
@@ -132,3 +133,98 @@ def test_numbers_with_which_the_loops_do_not_close_are_refused_and_nothing_chang
     drag.number("ground.O4.x", 900.0)
     assert drag.stopped and not drag.changed
     assert np.array_equal(drag.place("coupler.B"), before)
+
+
+#: A four-bar of a size, with masses and a crank by parameters.
+SIZED = """\
+units = "SI"
+[parameters]
+long = "{size!r} m"
+tilt = "20 deg"
+none = "0 m"
+speed = "3 rad/s"
+start = "50 deg"
+[ground.points]
+A = [0, 0]
+D = [{ground!r}, 0]
+[bodies.crank]
+points = {{ A = [0, 0], B = [{size!r}, 0] }}
+mass = {mass!r}
+[bodies.coupler]
+points = {{ B = [0, 0], C = [{coupler!r}, 0], P = {{ r = "2*long + none", angle = "tilt" }} }}
+mass = {mass!r}
+cg = {{ r = "long", angle = "tilt" }}
+[bodies.rocker]
+points = {{ D = [0, 0], C = [{rocker!r}, 0] }}
+guess = 60
+[joints]
+A = {{ revolute = ["ground.A", "crank.A"] }}
+B = {{ revolute = ["crank.B", "coupler.B"] }}
+C = {{ revolute = ["coupler.C", "rocker.C"] }}
+D = {{ revolute = ["ground.D", "rocker.D"] }}
+[drivers]
+motor = {{ angle = "crank", law = {{ constant_speed = {{ value = "start", speed = "speed" }} }} }}
+"""
+
+
+def sized(size, mass):
+    lengths = {"ground": 4.0 * size, "coupler": 3.5 * size, "rocker": 3.0 * size}
+    return dragging(from_toml(SIZED.format(size=size, mass=mass, **lengths)))
+
+
+def dragged(size, mass):
+    """Poses and efforts of some drags, in units of the size and mass."""
+    drag, found = sized(size, mass), []
+    force = mass * size
+
+    def note():
+        assert not drag.stopped, drag.stopped
+        for body in drag.machine.bodies:
+            found.extend(drag.pose(body.name) / (size, size, 1.0))
+        found.append(float(drag.at.effort("motor")[0]) / (force * size))
+
+    for x in (0.5, 0.1, -0.6):
+        drag.move("crank", drag.arm("crank.B"), (x * size, 0.9 * size))
+        note()
+    for x, y in ((0.2, 0.1), (0.3, 0.25)):
+        place = dragging(drag.machine).place("coupler.P") + size * np.array([x, y])
+        drag.home().point(["coupler.P"], place, ["long", "none", "tilt"])
+        note()
+        drag.home().point(["coupler.C", "rocker.C"], drag.place("rocker.C") + [0.0, y * size], [])
+        note()
+    for name, value in (("long", 1.1 * size), ("tilt", 0.5), ("speed", 4.0), ("start", 1.9)):
+        drag.home().number(name, value)
+        note()
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("size", "mass"), [(1e-6, 1e-6), (1e-3, 1e6), (1e3, 1e-6), (1e6, 1e6)])
+def test_drags_are_the_same_in_all_sizes(size, mass):
+    assert np.allclose(dragged(size, mass), dragged(1.0, 1.0), rtol=1e-7, atol=1e-8)
+
+
+def test_numbers_of_a_motor_take_it_with_them():
+    drag = sized(1.0, 1.0).number("start", 1.9)
+    direct = sized(1.0, 1.0).system.with_values({"start": 1.9})
+    run = mbody.kinetostatics(direct)
+    assert not drag.away and drag.pose("crank")[2] == pytest.approx(1.9, abs=1e-12)
+    assert float(drag.at.effort("motor")[0]) == pytest.approx(float(run.effort("motor")[0]))
+    drag.home().number("speed", 6.0)
+    doubled = mbody.kinetostatics(drag.system.with_values({"speed": 6.0}))
+    assert float(drag.at.effort("motor")[0]) == pytest.approx(float(doubled.effort("motor")[0]))
+
+
+def test_a_drag_in_steps_ends_where_one_step_does():
+    """What the drop writes is what was shown, whatever the pointer passed."""
+    for name, group, by in (
+        ("quick_return", ["ground.A", "lever.A"], []),
+        ("mud_pump_sixbar", ["ground.F"], ["AE", "ED", "AB", "BC", "EC"]),
+    ):
+        drag, once = (dragging(gallery.load(name)) for _ in "ab")
+        start, away = drag.place(group[0]), 0.03 * drag.system.length * np.array([0.6, -0.8])
+        for part in (0.5, 2.0, 1.0, 1.0, 1.0):
+            drag.point(group, start + part * away, by)
+        for _ in range(6):
+            once.point(group, start + away, by)
+        for number in once.changed:
+            assert drag.changed[number] == pytest.approx(once.changed[number], rel=1e-6, abs=1e-9)
