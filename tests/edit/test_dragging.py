@@ -190,7 +190,9 @@ def dragged(size, mass):
         place = dragging(drag.machine).place("coupler.P") + size * np.array([x, y])
         drag.home().point(["coupler.P"], place, ["long", "none", "tilt"])
         note()
-        drag.home().point(["coupler.C", "rocker.C"], drag.place("rocker.C") + [0.0, y * size], [])
+        drag.home().point(
+            ["coupler.C", "rocker.C"], drag.place("rocker.C") + size * np.array([0, y]), []
+        )
         note()
     for name, value in (("long", 1.1 * size), ("tilt", 0.5), ("speed", 4.0), ("start", 1.9)):
         drag.home().number(name, value)
