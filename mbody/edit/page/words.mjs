@@ -46,7 +46,7 @@ export const WORDS = {
   from: (low, high, unit) => `from ${low} to ${high} ${unit}`, commandTitle: "On the command line", units: "Units",
   remove: "Delete", rename: "Rename", mass: "Give it a mass", copy: "Copy", mirror: "Mirror", nameNumber: "Name a number", unpin: "Set free",
     pinIt: "Pin to the ground",
-  notAPoint: (what) => `Begin on a point: ${what}.`, notALink: (what) => `Click a link: ${what}.`,
+  notAPoint: (what) => `Nothing is there. ${what}`, notALink: (what) => `No link is there. ${what}`,
     nowHome: "Back at the position of the file; drag the point now.",
   held: "Nothing moves: draw a link first.", chooseFirst: "Choose something first.",
   noPlace: (text) => `'${text}' is no place on the sheet: give a plain number.`,
