@@ -2,6 +2,10 @@
 
 import json
 import os
+import random
+import subprocess
+import sys
+import time
 
 import pytest
 
@@ -279,3 +283,39 @@ def test_a_drawing_without_a_file_yet(tmp_path):
     assert again.save() is None and mbody.load(tmp_path / "new.toml")["link1"]
     assert Document().save().sentence and Document().recover().sentence
     assert "cannot" in again.save(tmp_path / "none" / "x.toml").sentence
+
+
+#: A board that edits, saves and takes back until it is killed, and says the text after each.
+RESTLESS = """
+import json, random, sys
+from mbody.edit.document import Document
+board, chance = Document.open("drawing.toml"), random.Random(int(sys.argv[1]))
+assert not board.journal or board.recover() is None
+print(json.dumps(board.text), flush=True)
+while True:
+    do = chance.choice(("undo", "redo", "save", "edit", "edit", "edit"))
+    point = {"do": "point", "body": "ground", "xy": [chance.randint(0, 99), 0]}
+    board.apply(point) if do == "edit" else getattr(board, do)()
+    print(json.dumps(board.text), flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_nothing_is_lost_by_a_board_that_is_killed(tmp_path):
+    chance, file = random.Random(9), tmp_path / "drawing.toml"
+    file.write_bytes(START.encode())
+    for n in range(5):
+        command = [sys.executable, "-c", RESTLESS, str(n)]
+        with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE) as board:
+            first = board.stdout.readline()
+            time.sleep(chance.uniform(0.0, 0.5))
+            board.kill()
+            said = (first + board.stdout.read()).decode().splitlines(keepends=True)
+        *_, last = [json.loads(one) for one in said if one.endswith("\n")]
+        again = Document.open(file)
+        if again.journal:
+            assert again.recover() is None
+        now, expected = again.text.splitlines(), last.splitlines()
+        lines = {*now} ^ {*expected}  # of what was under way, at most
+        assert len(lines) <= 3, (now, expected)
+        again.close()
