@@ -15,19 +15,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.assemblies.assembly_modes import assembly_modes
-from mbody.analysis.driven.dead_centres import driver_range
-from mbody.analysis.driven.driven import kinetostatics
 from mbody.analysis.freedom.free_motions import components
+from mbody.edit.places import Pair
 from mbody.errors import ModelError, SolveError
 from mbody.files.model.fields import BODY, TEXT, FileReading, NumberCodec
 from mbody.files.model.problems import SECTIONS, kind_in, kind_of
 from mbody.files.model.schema import described, file_table
-from mbody.files.results import forces_data
 from mbody.model.body import Body
 from mbody.model.numbers import number_in
 from mbody.quantities.formula import Formula
 from mbody.quantities.units import DIMENSIONS, Dimension, name_of
-from mbody.solution.result_table import result_table, shown_table
+from mbody.solution.columns import ResultColumn, ResultTable
+from mbody.solution.result_table import result_table
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import floor_of
 from mbody.views.page_data import axis, force_arrows, numbers, position_data
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from mbody.edit.document import Document, DrawingState
     from mbody.edit.dragging import Dragging
     from mbody.model.mechanism import Mechanism
-    from mbody.system.system import System
 
 Data = dict[str, Any]
 
@@ -46,9 +44,10 @@ INSTANTS, MOTIONS, BOXES = 181, 6, 6000
 SINGLE = ("gravity", "ask", "simulate", "fit", "report")
 PARTS = ("profile", "cam", "segments")
 #: Roles of results that are shown of one position.
-ROLES = ("joint", "coupling", "driver", "load", "measure")
-#: Quantities whose units the page shows.
-UNITS = ("length", "force", "torque", "mass", "time", "angle", "velocity", "angular velocity")
+ROLES = ("joint", "contact", "coupling", "driver", "load", "measure")
+#: Quantities whose units the page shows: of plain numbers of the file, and of results.
+PLAIN = ("length", "mass", "time", "angle")
+SHOWN = ("force", "torque", "velocity", "angular velocity")
 
 
 def board_state(document: Document, unit: float, motions: bool = False) -> Data:
@@ -60,9 +59,9 @@ def board_state(document: Document, unit: float, motions: bool = False) -> Data:
     {'A': [0.0, 0.0]}
     """
     state = document.state
-    machine, system, run = state.mechanism, state.system, state.run
-    home, drivers = state.home, drivers_of(state)
-    turn = state.turn if state.turn is not None else over_range(state, drivers)
+    machine, run = state.mechanism, state.run
+    home, turn = state.home, state.motion
+    table = forces_table(home if home is not None else run)
     return {
         "name": machine.name,
         "text": document.text,
@@ -70,19 +69,19 @@ def board_state(document: Document, unit: float, motions: bool = False) -> Data:
         "undo": document.undo_words,
         "redo": document.redo_words,
         "fault": document.fault.data() if document.fault else None,
-        "units": {kind: machine.units.of(kind) for kind in UNITS} | {"system": machine.units.name},
+        "units": units_of(machine),
         "scene": scene_of(run, unit),
-        "bodies": bodies_of(run, system),
+        "bodies": bodies_of(state),
         "ground": {name: list(state.place(f"ground.{name}")) for name in machine.ground.points},
         "pins": pins_of(document),
         "joints": {one.name: _joint(one) for one in machine.joints},
-        "drivers": drivers,
+        "drivers": drivers_of(state),
         "loads": {one.name: {"kind": kind_of(one), "body": _body(one)} for one in machine.loads},
         "free": freedom_of(state),
         "messages": messages_of(document, home),
         "rows": list(rows_of(document)),
         "run": home.data() if home is not None else None,
-        "results": results_of(home if home is not None else run),
+        "results": results_of(run, table),
         "sites": sites_of(home if home is not None else run),
         "modes": None,
         **curves_of(turn),
@@ -90,20 +89,10 @@ def board_state(document: Document, unit: float, motions: bool = False) -> Data:
     }
 
 
-def over_range(state: DrawingState, drivers: Data) -> Solution | None:
-    """Forces over the range of the only driver, at the rate of its law, a hundredth before the
-    ends, where they grow without bounds.
-    """
-    ends = [(name, one["range"]) for name, one in drivers.items() if one["range"]]
-    if len(drivers) != 1 or not ends or state.system is None or state.run is None:
-        return None
-    ((name, (low, high)),) = ends
-    factor = math.radians(1.0) if drivers[name]["turns"] else 1.0
-    values = factor * np.linspace(low + 0.01 * (high - low), high - 0.01 * (high - low), INSTANTS)
-    rate = np.full(INSTANTS, float(state.run.driven(name)[1][0]))
-    with contextlib.suppress(ModelError, SolveError):
-        return kinetostatics(state.system, drive={name: (values, rate, 0.0 * rate)})
-    return None
+def units_of(machine: Mechanism) -> dict[str, str]:
+    """Units of plain numbers of the file, and those in which results are shown."""
+    plain = {kind: machine.units.of(kind) for kind in PLAIN}
+    return plain | {kind: machine.shown.of(kind) for kind in SHOWN} | {"system": machine.units.name}
 
 
 def scene_of(run: Solution | None, unit: float) -> Data:
@@ -113,44 +102,21 @@ def scene_of(run: Solution | None, unit: float) -> Data:
     return position_data(run, unit)
 
 
-def poses_of(run: Solution) -> dict[str, list[float]]:
-    """x, y of the mass centre and the angle of each body, at the last instant."""
-    histories = {body.name: run[body.name] for body in run.mechanism.bodies}
-    return {
-        name: [float(one.x[-1]), float(one.y[-1]), float(one.angle[-1])]
-        for name, one in histories.items()
-    }
-
-
-def bodies_of(run: Solution | None, system: System | None) -> Data:
+def bodies_of(state: DrawingState) -> Data:
     """Pose, mass centre and points of each body."""
-    if run is None or system is None:
-        return {}
-    points = points_of(system)
+    points = points_of(state) if state.run is not None else {}
     return {
-        name: {
-            "pose": pose,
-            "cg": _pair(system.numbers.point(f"{name}.cg")),
-            "points": points[name],
-        }
-        for name, pose in poses_of(run).items()
+        name: {"pose": state.pose(name), "cg": state.own(f"{name}.cg"), "points": own}
+        for name, own in points.items()
     }
 
 
-def points_of(system: System) -> dict[str, dict[str, list[float]]]:
+def points_of(state: DrawingState) -> dict[str, dict[str, Pair]]:
     """Named points of each body from its mass centre, in its axes."""
-    at = system.numbers.point
     return {
-        body.name: {
-            name: _pair(np.subtract(_pair(at(f"{body.name}.{name}")), _pair(at(f"{body.name}.cg"))))
-            for name in body.points
-        }
-        for body in system.mechanism.bodies
+        body.name: {point: state.arm(body.name, point) for point in body.points}
+        for body in state.mechanism.bodies
     }
-
-
-def _pair(values: Any) -> list[float]:
-    return [float(value) for value in values]
 
 
 def pins_of(document: Document) -> list[Data]:
@@ -170,7 +136,7 @@ def pins_of(document: Document) -> list[Data]:
         handles = document.handles(group)
         found.append(
             {
-                "xy": _pair(document.state.place(group[0])),
+                "xy": document.state.place(group[0]),
                 "places": group,
                 "name": moving.partition(".")[2],
                 "joints": [name for name, places in joints.items() if places & set(group)],
@@ -202,19 +168,20 @@ def _body(element: Any) -> str | None:
 
 def drivers_of(state: DrawingState) -> Data:
     """Where each driver stands in the file, and how far it can go; angles in degrees."""
-    machine, system, run, found = state.mechanism, state.system, state.run, dict[str, Any]()
-    for driver in machine.drivers:
+    found: Data = {}
+    for driver in state.mechanism.drivers:
         factor = math.degrees(1.0) if driver.angular else 1.0
-        value, ends = None, None
-        if system is not None and run is not None:
+        value, ends = None, state.ranges.get(driver.name)
+        if state.run is not None:
             with contextlib.suppress(ModelError, SolveError):
-                value = float(run.driven(driver.name)[0][0]) * factor
-                if state.turn is None:  # a whole revolution needs no search
-                    low, high = map(float, driver_range(system, driver.name))
-                    ends = [low * factor, high * factor] if math.isfinite(high - low) else None
-        unit = "deg" if driver.angular else machine.units.length
-        own = {"body": driver.bodies[1], "turns": driver.angular, "unit": unit}
-        found[driver.name] = own | {"value": value, "range": ends}
+                value = float(state.run.driven(driver.name)[0][-1]) * factor
+        found[driver.name] = {
+            "body": driver.bodies[1],
+            "turns": driver.angular,
+            "unit": "deg" if driver.angular else state.mechanism.units.length,
+            "value": value,
+            "range": ends and [end * factor for end in ends],
+        }
     return found
 
 
@@ -270,7 +237,7 @@ def messages_of(document: Document, home: Solution | None) -> list[Data]:
     for run in (home, state.turn):
         for doubt in run.doubts if run is not None else ():
             add(doubt.message, "doubt", next(iter(doubt.elements), ""))
-    for notes in (home, state.mobility):
+    for notes in (home, state.mobility, state):
         for note in notes.notes if notes is not None else ():
             add(note, "note")
     return found
@@ -415,29 +382,44 @@ def sites_of(run: Solution | None) -> Data:
     return found
 
 
-def results_of(run: Solution | None) -> list[list[Any]]:
+def forces_table(run: Solution | None) -> ResultTable:
+    """Forces and measures, in the units that people read."""
+    return ResultTable() if run is None else result_table(run, run.mechanism.shown, [], ROLES)
+
+
+def arrows_of(table: ResultTable) -> Data:
+    """Forces of joints and loads, with keys of the data of a result."""
+    loads, joints = table.by_owner("load", "fx", "fy"), table.by_owner("joint", "fx", "fy")
+    every = {"reactions": joints | table.by_owner("contact", "fx", "fy"), "loads": loads}
+    return {
+        key: {name: {k: [last_of(one)] for k, one in own.items()} for name, own in of.items()}
+        for key, of in every.items()
+    }
+
+
+def results_of(run: Solution | None, table: ResultTable) -> list[list[Any]]:
     """Name, value and unit of forces and measures at the last instant."""
     found: list[list[Any]] = []
     if run is None:
         return found
-    shown = run.mechanism.shown
-    floors = {kind: floor_of(run, DIMENSIONS[kind]) for kind in ("force", "torque")}
-    for column in result_table(run, shown, []):
-        driver, dimension = column.role == "driver", name_of(column.dimension)
-        if column.role not in ROLES or (driver and column.key != "effort"):
+    kinds, shown = [DIMENSIONS[kind] for kind in ("force", "torque")], run.mechanism.shown
+    floors = {kind: floor_of(run, kind) / shown.size(kind) for kind in kinds}
+    for column in table:
+        floor = floors.get(column.dimension, 0.0 if column.role == "measure" else None)
+        if floor is None or (column.role == "driver" and column.key != "effort"):
             continue
-        if column.role != "measure" and dimension not in floors:
-            continue
-        values = np.array([])
-        with contextlib.suppress(ModelError):  # a measure of what a first position does not have
-            values = np.ravel(column.values)
-        if not len(values) or not math.isfinite(values[-1]):
-            continue
-        value = float(values[-1])
-        if dimension in floors and abs(value) <= floors[dimension] / shown.size(column.dimension):
-            value = 0.0
-        found.append([column.name, value, column.unit])
+        if (value := last_of(column)) is not None:
+            found.append([column.name, value if abs(value) > floor else 0.0, column.unit])
     return found
+
+
+def last_of(column: ResultColumn) -> float | None:
+    """The last value, to ten digits; None where there is none."""
+    with contextlib.suppress(ModelError):  # a measure of what a first position does not have
+        values = column.values.reshape(-1)
+        if len(values) and math.isfinite(value := float(values[-1])):
+            return float(f"{value:.10g}")
+    return None
 
 
 def curves_of(turn: Solution | None) -> Data:
@@ -450,7 +432,7 @@ def curves_of(turn: Solution | None) -> Data:
     x = np.asarray(turn.t if across["values"] is None else across["values"], dtype=float)
     step = math.ceil(len(x) / INSTANTS)
     unit = machine.shown.of("angle") if across["unit"] == "" else across["unit"]
-    for column in shown_table(turn):
+    for column in forces_table(turn):
         shown = (column.role, column.key) == ("driver", "effort") or column.role == "measure"
         if not (shown or (column.role, column.key) == ("joint", "force")):
             continue
@@ -476,9 +458,10 @@ def motions_of(run: Solution | None, turn: Solution | None) -> Data:
     found: Data = {}
     if run is not None:
         points = [f"{body.name}.{point}" for body in run.mechanism.bodies for point in body.points]
-        rates = {place: run.point(place) for place in points}
+        units, rates = run.mechanism.shown, {place: run.point(place) for place in points}
         found["velocities"] = {
-            n: [float(one.vx[-1]), float(one.vy[-1])] for n, one in rates.items()
+            n: [float(units.converted(v[-1], "velocity")) for v in (one.vx, one.vy)]
+            for n, one in rates.items()
         }
         if turn is not None:
             step = math.ceil(len(turn) / INSTANTS)
@@ -494,23 +477,25 @@ def drag_state(drag: Dragging, unit: float, before: Data | None, motions: bool =
     """What the page gets while something is dragged: poses, forces, and of the shapes those that
     differ from those `before`, where these are given; with `motions` as of `board_state`.
     """
-    run = drag.at
-    angular = {driver.name: driver.angular for driver in drag.machine.drivers}
+    run, turn = drag.now.run, drag.turn
+    assert run is not None  # else there is nothing to drag
+    angular = {driver.name: driver.angular for driver in drag.drawn.mechanism.drivers}
     values = {name: value for name, value in drag.values.items() if name in angular}
+    table = forces_table(None if drag.hands else run)
     found = {
-        "poses": poses_of(run),
+        "poses": drag.now.poses,
         "drivers": {n: math.degrees(v) if angular[n] else v for n, v in values.items()},
-        "run": forces_data(run) if run.has_forces and not drag.hands else None,
-        "results": results_of(run) if not drag.hands else None,
+        "run": arrows_of(table) if run.has_forces and not drag.hands else None,
+        "results": results_of(run, table) if not drag.hands else None,
         "words": drag.words,
         "stopped": drag.stopped,
         "home": not drag.away,
     }
     if motions:
-        found |= motions_of(run if not drag.hands else None, drag.turn if drag.changed else None)
+        found |= motions_of(None if drag.hands else run, turn)
     if drag.changed:
         found["points"] = points_of(drag.now)
-        found |= curves_of(drag.turn) if drag.turn is not None else {}
+        found |= curves_of(turn) if turn is not None else {}
     if drag.changed and before is not None:
         now = scene_of(run, unit)
         pairs = enumerate(zip(before["shapes"], now["shapes"], strict=False))

@@ -6,19 +6,18 @@ import contextlib
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.driven.driven import driven
-from mbody.analysis.freedom.mobility import Mobility
-from mbody.core.tolerances import DIFFERENCE_STEP_UNKNOWNS
+from mbody.core.tolerances import DIFFERENCE_STEP_UNKNOWNS, DISTANCE_TIE, LENGTH_NONE
+from mbody.edit.places import DrawingState
 from mbody.errors import ModelError, SolveError
 from mbody.model.closed_mechanism import with_others
 from mbody.model.driver import AngleDriver, CoordinateDriver, Driver
 from mbody.model.element import Marker
-from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import Solution
@@ -35,40 +34,41 @@ SMALL = 1e-4
 STIFF = 1e-3
 #: Free motions that are held while something is dragged.
 MOST_HANDS = 6
-#: Halvings of a step that does not close; rounds in which numbers bring a place to another.
-HALVINGS, ROUNDS = 4, 2
-#: What driver values are the same by, in rad or of themselves.
-SAME = 1e-12
+#: Halvings of a step that does not close; rounds in which numbers bring a place to another, and
+#: the part of the longest change after which a frame needs no further one.
+HALVINGS, ROUNDS, NEAR = 4, 2, 0.03
 #: A number's change in one round, as a part of it.
 PART = 0.3
 #: Instants of a revolution while numbers change, and the time [s] above which it waits.
 INSTANTS, LONGEST = 91, 0.02
 
 
-def with_hands(system: System, run: Solution, mobility: Mobility) -> tuple[System, list[str]]:
-    """The mechanism with a driver on each motion that is still free, and their names.
+def with_hands(state: DrawingState) -> tuple[System, list[str]]:
+    r"""The mechanism with a driver on each motion that is still free, and their names.
 
-    >>> import mbody
-    >>> system = mbody.assemble(mbody.gallery.load("hoekens"))
-    >>> with_hands(system, mbody.kinematics(system), mbody.mobility(system))[1]
-    []
+    >>> from mbody.edit.places import evaluate
+    >>> with_hands(evaluate("[bodies.link]\npoints = { A = [1, 2] }"))[1]
+    ['hand1', 'hand2', 'hand3']
     """
-    free = list(mobility.driven_motions[:MOST_HANDS]) if mobility.driven.freedom else []
+    system, run, found = state.system, state.run, state.mobility
+    if system is None or run is None or found is None:
+        raise ModelError("there is nothing to drag yet: draw a link first")
+    free = list(found.driven_motions[:MOST_HANDS]) if found.driven.freedom else []
     if not free:
         return system, []
     used, hands = {one.name for one in system.mechanism}, list[Driver]()
     for motion in free:
         name = next(f"hand{n}" for n in range(1, 999) if f"hand{n}" not in used)
         used.add(name)
-        pose, (vx, vy, omega) = run[motion.leader], motion.rates[motion.leader]
+        (x, y, angle), (vx, vy, omega) = state.pose(motion.leader), motion.rates[motion.leader]
         if abs(omega) * system.length >= math.hypot(vx, vy):
-            hands.append(AngleDriver(name, motion.leader, float(pose.angle[0])))
+            hands.append(AngleDriver(name, motion.leader, angle))
             continue
         direction = math.atan2(vy, vx)
-        along = float(pose.x[0]) * math.cos(direction) + float(pose.y[0]) * math.sin(direction)
-        cx, cy = map(float, system.numbers.point(f"{motion.leader}.cg"))
+        along = x * math.cos(direction) + y * math.sin(direction)
         line = Marker("ground", (0.0, 0.0), direction)
-        hands.append(CoordinateDriver(name, line, Marker(motion.leader, (cx, cy)), along))
+        centre = Marker(motion.leader, state.own(f"{motion.leader}.cg"))
+        hands.append(CoordinateDriver(name, line, centre, along))
     return assemble(with_others(system.mechanism, set(), hands)), [one.name for one in hands]
 
 
@@ -82,92 +82,63 @@ def laws_at_home(system: System) -> dict[str, tuple[Any, Any, Any]]:
     return {one.name: system.law_of(one).derivatives(0.0) for one in system.independent_drivers}
 
 
-@dataclass
 class Dragging:
-    """A mechanism at the position of its file, and what is dragged from there.
-
-    `system`: As the file has it; `run`: its first position; `mobility`: what is free there.
+    r"""A mechanism at the position of its file, and what is dragged from there.
 
     Attributes
     ----------
-    now : System
-        With the numbers that a drag has changed, and a driver on each free motion.
-    at : Solution
-        One instant: where it stands, with forces where it is driven.
-    turn : Solution or None
-        A revolution of the only driver with these numbers; None where it does not go round.
+    drawn : DrawingState
+        As the file has it.
+    now : DrawingState
+        Where it stands: with the numbers that a drag has changed, a driver on each free motion, and
+        forces where it is driven.
     values : dict
         Of drivers and hands by name, in rad and lengths of the model.
     changed : dict
         Numbers other than those of the file, by dotted name.
     words, stopped : str
-        What has changed, and why it goes no further.
+        Parameters that have changed, and why it goes no further.
 
-    >>> import mbody
-    >>> system = mbody.assemble(mbody.gallery.load("hoekens"))
-    >>> drag = Dragging(system, mbody.kinematics(system), mbody.mobility(system))
-    >>> drag.move("crank", (0.0, 0.0), (10.0, 0.0)).stopped
-    ''
+    >>> from mbody.edit.places import evaluate
+    >>> drag = Dragging(evaluate("[bodies.link]\npoints = { A = [1, 2] }"))
+    >>> drag.move("link", (0.0, 0.0), (5.0, 6.0)).now.place("link.A")
+    (1.0, 2.0)
     """
 
-    system: System
-    run: Solution
-    mobility: Mobility
-    now: System = field(init=False)
-    at: Solution = field(init=False)
-    turn: Solution | None = field(init=False, default=None)
-    values: dict[str, float] = field(init=False)
-    changed: dict[str, float] = field(init=False, default_factory=dict)
-    words: str = field(init=False, default="")
-    stopped: str = field(init=False, default="")
-
-    def __post_init__(self) -> None:
-        self._held, self.hands = with_hands(self.system, self.run, self.mobility)
-        self._home = laws_at_home(self._held)
+    def __init__(self, drawn: DrawingState) -> None:
+        self.drawn = drawn
+        self._held, self.hands = with_hands(drawn)
         self._angular = {one.name: one.angular for one in self._held.independent_drivers}
-        self._cost = 0.0
-        self._unit_rates = self.run
+        self._cost = drawn.cost / 4.0  # of a quarter of its instants
         self.home()
 
     @property
-    def machine(self) -> Mechanism:
-        """The mechanism of the file."""
-        return self.system.mechanism
+    def system(self) -> System:
+        """With the numbers that have changed, and a driver on each free motion."""
+        assert self.now.system is not None  # else there is nothing to drag
+        return self.now.system
 
     @property
     def away(self) -> bool:
         """Whether drivers are elsewhere than in the file."""
-        pairs = ((self.values[name], home[0]) for name, home in self._home.items())
-        return not all(math.isclose(*pair, rel_tol=SAME, abs_tol=SAME) for pair in pairs)
-
-    def pose(self, body: str) -> Array:
-        """x, y of the mass centre and the angle of a body, where it stands."""
-        if body == "ground":
-            return np.zeros(3)
-        one = self.at[body]
-        return np.array([one.x[-1], one.y[-1], one.angle[-1]])
-
-    def arm(self, place: str) -> Array:
-        """A named point, or the origin, from the mass centre, in the axes of its body."""
-        body, _, point = place.partition(".")
-        cg = 0.0 if body == "ground" else np.array(self.now.numbers.point(f"{body}.cg"), float)
-        return np.array(self.now.numbers.point(place) if point else (0.0, 0.0), float) - cg
-
-    def place(self, name: str) -> Array:
-        """Where a named point is in the world."""
-        pose = self.pose(name.partition(".")[0])
-        return np.asarray(pose[:2] + _rotated(float(pose[2]), self.arm(name)))
+        pairs = ((self.values[name], law[0]) for name, law in self._laws.items())
+        same = {"rel_tol": DISTANCE_TIE, "abs_tol": LENGTH_NONE}
+        return not all(math.isclose(*pair, **same) for pair in pairs)
 
     # -- along the freedom --------------------------------------------------------------------
 
     def home(self) -> Dragging:
         """Everything as the file has it."""
-        self.now, self.changed, self.turn = self._held, {}, None
-        self.at, self._home = self.run, laws_at_home(self._held)
-        self.values = {name: float(value[0]) for name, value in self._home.items()}
+        self.now = replace(self.drawn, system=self._held)
+        self._unit_rates: Any = self.drawn.run
+        self.changed, self._laws = dict[str, float](), laws_at_home(self._held)
+        self._turn: Solution | None = None
+        #: Of points and parameters that move them, a value and a place before.
+        self._before: dict[tuple[str, str], tuple[float, Array]] = {}
+        self.values = {name: float(law[0]) for name, law in self._laws.items()}
         self.words = self.stopped = ""
-        if self._home:
-            self._stand(self.now, [self.values])
+        if self._laws:
+            self._stand(self._held, [self.values])
         return self
 
     def move(self, body: str, at: Sequence[float], to: Sequence[float]) -> Dragging:
@@ -175,7 +146,7 @@ class Dragging:
         followed. `at`: From the mass centre, in the axes of the body.
         """
         self.words = self.stopped = ""
-        if not self._home or body == "ground":
+        if not self._laws or body == "ground":
             self.stopped = f"nothing moves '{body}': it is held everywhere"
             return self
         arm, goal = np.array(at, float), np.array(to, float)
@@ -199,15 +170,16 @@ class Dragging:
         return self
 
     def _scale(self, name: str) -> float:
-        return 1.0 if self._angular[name] else float(self.now.length)
+        return 1.0 if self._angular[name] else float(self._held.length)
 
     def _towards(self, body: str, arm: Array, goal: Array) -> Array:
         """The change of the drivers, in rad and mechanism lengths: Newton's step of ½|p − goal|²,
         with second derivatives where they hold back.
         """
-        length, one = float(self.now.length), self._unit_rates[body]
-        x, y, angle = self.pose(body)
-        dx, dy = _rotated(angle, arm)
+        length, one = float(self._held.length), self._unit_rates[body]
+        x, y, angle = self.now.pose(body)
+        c, s = math.cos(angle), math.sin(angle)
+        dx, dy = c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]
         off = (goal - (x + dx, y + dy)) / length
         w, alpha = one.omega, one.alpha
         columns = np.array([one.vx - w * dy, one.vy + w * dx]) / length
@@ -229,7 +201,7 @@ class Dragging:
                 for k in range(count + 1)
             ]
             try:
-                self._stand(self.now, path)
+                self._stand(self.system, path)
             except (ModelError, SolveError) as error:
                 self.stopped = str(error)
                 continue
@@ -241,30 +213,23 @@ class Dragging:
         """Be at the end of a path of driver values, with the rates of the laws at home; the same
         position with one driver at a time is what a place can be brought to.
         """
-        drive, count = {}, len(self._home)
-        for n, (name, home) in enumerate(laws_at_home(system).items()):
+        drive, count = {}, len(self._laws)
+        for n, (name, law) in enumerate(laws_at_home(system).items()):
             values = [one[name] for one in path]
             unit = self._scale(name) * np.eye(count)[n]
-            rates = np.concatenate([np.full(len(path), home[1]), unit])
-            still = np.concatenate([np.full(len(path), home[2]), np.zeros(count)])
+            rates = np.concatenate([np.full(len(path), law[1]), unit])
+            still = np.concatenate([np.full(len(path), law[2]), np.zeros(count)])
             drive[name] = (np.array([*values, *[values[-1]] * count]), rates, still)
-        found = driven(system, "kinetostatics", drive=drive, pose=self._pose)
-        self.at = found.take([len(path) - 1])
+        found = driven(system, "kinetostatics", drive=drive, pose=self.now.coordinates)
+        self.now = DrawingState(self.drawn.mechanism, system, found.take([len(path) - 1]))
         self._unit_rates = found.take(range(len(path), len(found)))
-
-    @property
-    def _pose(self) -> Array:
-        """The present poses of all mass centres, from which those nearby are reached."""
-        own = [float(self.at.record.take(n)[-1]) for n in range(self.now.coordinates)]
-        return np.array([*own, 0.0, 0.0, 0.0])  # the ground is last
 
     # -- by numbers ---------------------------------------------------------------------------
 
     def number(self, name: str, value: float) -> Dragging:
         """Another value of a number by dotted name, at the position of the file."""
         self.words = self.stopped = ""
-        if self._changed({name: value}):
-            self._revolution()
+        self._change({name: value})
         return self
 
     def point(self, places: Sequence[str], to: Sequence[float], by: Sequence[str]) -> Dragging:
@@ -273,83 +238,88 @@ class Dragging:
         `by`: Parameters that move them; without any the points' own coordinates change.
         """
         self.words = self.stopped = ""
-        goal = np.array(to, float)
         if self.away:
             self.home()
         if by:
             lead = next((one for one in places if not one.startswith("ground.")), places[0])
-            self._by_parameters(lead, goal, by)
+            self._by_parameters(lead, np.array(to, float), list(by))
+        elif values := self._own_numbers(places, to):
+            self._change(values)
         else:
-            values = self.coordinates(places, goal)
-            if values:
-                self._changed(values)
-            else:
-                self.stopped = f"nothing moves '{places[0]}': it is held everywhere"
-        self._revolution()
+            self.stopped = f"nothing moves '{places[0]}': it is held everywhere"
         return self
 
-    def coordinates(self, places: Sequence[str], goal: Array) -> dict[str, float]:
+    def _own_numbers(self, places: Sequence[str], to: Sequence[float]) -> dict[str, float]:
         """Numbers of points that are at a place of the world while the bodies stay where the file
         has them; origins go where their joints bring them.
         """
-        values = {}
+        known: Mapping[str, float] = self.system.values
+        values = dict[str, float]()
         for name in (one for one in places if "." in one):
-            body = name.partition(".")[0]
-            u, v = goal
-            if body != "ground":
-                one = self.run[body]
-                u, v = _rotated(-float(one.angle[-1]), goal - (float(one.x[-1]), float(one.y[-1])))
-                u, v = np.add((u, v), np.array(self.system.numbers.point(f"{body}.cg"), float))
-            if f"{name}.r" in self.now.values:
-                old = float(self.now.values[f"{name}.angle"])
-                values[f"{name}.r"] = math.hypot(u, v)
-                angle = math.atan2(v, u)
-                values[f"{name}.angle"] = angle + math.tau * round((old - angle) / math.tau)
+            u, v = self.drawn.in_link(name.partition(".")[0], to)
+            if f"{name}.r" in known:
+                before = float(known[f"{name}.angle"])
+                by = math.remainder(math.atan2(v, u) - before, math.tau)
+                values |= {f"{name}.r": math.hypot(u, v), f"{name}.angle": before + by}
             else:
-                values[f"{name}.x"], values[f"{name}.y"] = float(u), float(v)
+                values |= {f"{name}.x": u, f"{name}.y": v}
         return values
 
-    def _by_parameters(self, lead: str, goal: Array, names: Sequence[str]) -> None:
-        """Gauss-Newton: parameters that bring a point nearest, those nearest to the file's, each
+    def _by_parameters(self, lead: str, goal: Array, names: list[str]) -> None:
+        """Gauss–Newton: parameters that bring a point nearest, those nearest to the file's, each
         measured by its own size.
         """
-        home = np.array([float(self.system.values[name]) for name in names])
+        system = self.drawn.system
+        assert system is not None  # else there is nothing to drag
+        home = np.array([float(system.values[name]) for name in names])
         sizes = np.where(home == 0.0, [self._size(name) for name in names], np.abs(home))
         for _ in range(ROUNDS):
-            first = np.array([float(self.now.values[name]) for name in names]) - home
-            here, columns, before = self.place(lead), [], self._state
-            for name, old, away, size in zip(names, home, first, sizes, strict=True):
-                step = DIFFERENCE_STEP_UNKNOWNS * size
-                if not self._changed({name: float(old + away + step)}):
-                    return
-                columns.append((self.place(lead) - here) / DIFFERENCE_STEP_UNKNOWNS)
-                self._state = before
-                self.changed[name] = float(old + away)
-            matrix, own = np.array(columns).T, first / sizes
-            whole = np.linalg.lstsq(matrix, goal - here + matrix @ own, rcond=STIFF)[0]
-            change = whole - own
-            largest = float(np.max(np.abs(change)))
-            change *= min(1.0, PART / max(largest, SMALL))
+            here = np.array(self.now.place(lead))
+            own = (np.array([float(self.system.values[name]) for name in names]) - home) / sizes
+            columns = self._columns(lead, here, names, sizes)
+            if columns is None:
+                return
+            whole = np.linalg.lstsq(columns, goal - here + columns @ own, rcond=STIFF)[0]
+            largest = float(np.max(np.abs(whole - own)))
+            change = (whole - own) * min(1.0, PART / max(largest, SMALL))
             for n in range(HALVINGS):
                 new = home + (own + 0.5**n * change) * sizes
-                if self._changed(dict(zip(names, new.tolist(), strict=True))):
+                if self._change(dict(zip(names, new.tolist(), strict=True))):
                     break
             else:
                 return
-            if largest < SMALL * PART:
+            if largest < NEAR * PART:
                 return
+
+    def _columns(self, lead: str, here: Array, names: list[str], sizes: Array) -> Array | None:
+        """How a point goes with parameters, by their sizes (2, parameters): by differences, of one
+        alone from where it came; None where loops do not close.
+        """
+        columns, stand = [], self._state
+        for name, size in zip(names, sizes.tolist(), strict=True):
+            value = float(self.system.values[name])
+            before, place = self._before.get((lead, name), (value, here))
+            if len(names) > 1 or abs(before - value) < DIFFERENCE_STEP_UNKNOWNS * size:
+                before = value + DIFFERENCE_STEP_UNKNOWNS * size
+                if not self._change({name: before}):
+                    return None
+                place, self._state = np.array(self.now.place(lead)), stand
+                self.changed[name] = value
+            columns.append((place - here) / ((before - value) / size))
+            self._before[lead, name] = value, here
+        return np.array(columns).T
 
     def _size(self, name: str) -> float:
         """What a parameter that is 0 is measured by."""
-        is_length = dimension_named(self.machine, name) == DIMENSIONS["length"]
-        return float(self.system.length) if is_length else 1.0
+        is_length = dimension_named(self.drawn.mechanism, name) == DIMENSIONS["length"]
+        return float(self._held.length) if is_length else 1.0
 
-    def _changed(self, values: Mapping[str, float]) -> bool:
+    def _change(self, values: Mapping[str, float]) -> bool:
         """Other numbers, along the branch; whether the loops close with them."""
         try:
-            system = self.now.with_values(dict(values))
-            home = laws_at_home(system)
-            by = {name: float(home[name][0] - old[0]) for name, old in self._home.items()}
+            system = self.system.with_values(dict(values))
+            laws = laws_at_home(system)
+            by = {name: float(laws[name][0] - old[0]) for name, old in self._laws.items()}
             size = max((abs(one) / self._scale(name) for name, one in by.items()), default=0.0)
             parts = np.linspace(0.0, 1.0, math.ceil(size / STEP) + 1)[size > 0.0 :]
             path = [
@@ -359,34 +329,45 @@ class Dragging:
         except (ModelError, SolveError) as error:
             self.stopped = str(error)
             return False
-        self.now, self._home, self.values = system, home, path[-1]
+        self._laws, self.values = laws, path[-1]
         self.changed.update(values)
-        self.stopped = ""
+        self._turn, self.stopped = None, ""
+        parameters = self.drawn.mechanism.parameters
+        self.words = ", ".join(self._worded(n, v) for n, v in values.items() if n in parameters)
         return True
 
     @property
     def _state(self) -> tuple[Any, ...]:
         """Where it stands, with which numbers."""
-        return self.now, self.at, self._unit_rates, self._home, self.values
+        return self.now, self._unit_rates, self._laws, self.values
 
     @_state.setter
     def _state(self, state: tuple[Any, ...]) -> None:
-        self.now, self.at, self._unit_rates, self._home, self.values = state
+        self.now, self._unit_rates, self._laws, self.values = state
 
-    def _revolution(self) -> None:
-        """The revolution with these numbers, where one can be had within a frame."""
-        self.turn = None
-        if self.stopped or self.hands or len(self._home) != 1 or self._cost > LONGEST:
-            return
-        (name,) = self._home
-        began = time.perf_counter()
-        with contextlib.suppress(ModelError, SolveError):
-            self.turn = driven(
-                self.now, "kinetostatics", turn=name, instants=INSTANTS, pose=self._pose
-            )
-        self._cost = time.perf_counter() - began
+    def _worded(self, name: str, value: float) -> str:
+        """A parameter that has changed, as people read it."""
+        units, dimension = self.drawn.mechanism.units, dimension_named(self.drawn.mechanism, name)
+        if dimension == DIMENSIONS["angle"]:
+            return f"{name} = {math.degrees(value):.4g}°"
+        return f"{name} = {value:.4g} {units.of(dimension) if dimension else ''}".rstrip()
 
-
-def _rotated(angle: float, arm: Any) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
+    @property
+    def turn(self) -> Solution | None:
+        """A revolution of the only driver with these numbers, where one can be had within a frame;
+        None where it does not go round.
+        """
+        alone = len(self._laws) == 1 and not self.hands
+        if self._turn is None and self.changed and alone and self._cost <= LONGEST:
+            (name,) = self._laws
+            began = time.perf_counter()
+            with contextlib.suppress(ModelError, SolveError):
+                self._turn = driven(
+                    self.system,
+                    "kinetostatics",
+                    turn=name,
+                    instants=INSTANTS,
+                    pose=self.now.coordinates,
+                )
+            self._cost = time.perf_counter() - began
+        return self._turn

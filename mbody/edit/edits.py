@@ -415,21 +415,21 @@ class Editor:
 
     def _by_parameters(self, group: list[str], place: str, goal: Pair, names: list[str]) -> None:
         """Parameters that bring a point nearest to a place."""
-        system, run, mobility = self.state.system, self.state.run, self.state.mobility
-        if system is None or run is None:
+        system = self.state.system
+        if system is None:
             raise EditError(f"'{place}' is given by {', '.join(names)}: change these", place)
-        mobility = mobility or evaluate(self.text, self.name, self.folder).mobility
-        assert mobility is not None  # of what has bodies
-        drag, before = Dragging(system, run, mobility), np.array(self.state.place(place))
+        whole = self.state.mobility is not None
+        drag = Dragging(self.state if whole else evaluate(self.text, self.name, self.folder))
+        before = np.array(self.state.place(place))
         for _ in range(ROUNDS):
             drag.point(group, goal, names)
-            at = np.array(drag.place(place), float)
+            at = np.array(drag.now.place(place))
             if drag.stopped or float(np.abs(at - before).max()) < 0.1 * 10.0**-self._digits:
                 break
             before = at
         if drag.stopped and not drag.changed:
             raise EditError(f"'{place}': {drag.stopped}", place, point_path(place))
-        moved = math.dist(drag.place(place), self.state.place(place))
+        moved = math.dist(drag.now.place(place), self.state.place(place))
         for name in names:
             old = float(system.values[name])
             new = float(drag.changed.get(name, old))

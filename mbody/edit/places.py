@@ -5,7 +5,9 @@ world and of links, points that are one.
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
+import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.driven import kinematics, kinetostatics
+from mbody.analysis.driven.dead_centres import driver_range
+from mbody.analysis.driven.driven import driven, kinematics, kinetostatics
 from mbody.analysis.freedom.mobility import Mobility, mobility
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.core.other_words import KINDS
@@ -32,6 +35,8 @@ from mbody.system.system import System
 from mbody.views.drawing import first_position
 
 Pair = tuple[float, float]
+#: Instants of a motion over a range, and constraint equations above which none is looked for.
+INSTANTS, MOST_ROWS = 181, 200
 #: Kinds of joints whose two places are at one point.
 COINCIDENT = ("revolute", "fixed")
 
@@ -48,9 +53,10 @@ class EditError(ModelError):
 class DrawingState:
     """What a text gives at the position of its file.
 
-    `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close.
+    `system`, `run`, `mobility`: None while there are no bodies, or loops that do not close; of the
+      run the last instant is that position.
     `home`, `turn`: Forces at that position and over a revolution of the only driver, where they are
-      determined.
+      determined; `cost`: seconds of that revolution.
     `troubles`: (element, sentence) of analyses that are not possible, and of what is read otherwise
       than it may be meant.
     """
@@ -62,13 +68,69 @@ class DrawingState:
     home: Solution | None = None
     turn: Solution | None = None
     troubles: list[tuple[str, str]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    cost: float = 0.0
 
-    def pose(self, body: str) -> tuple[float, float, float]:
+    @functools.cached_property
+    def coordinates(self) -> np.ndarray:
+        """Poses of all mass centres, the ground last: from them positions nearby are reached."""
+        if self.run is None or self.system is None:
+            return np.zeros(3)
+        last, rows = np.array([len(self.run) - 1]), slice(0, self.system.coordinates)
+        return np.append(self.run.record.at(rows, last)[0], np.zeros(3))
+
+    @functools.cached_property
+    def poses(self) -> dict[str, list[float]]:
+        """x, y of the mass centre and the angle of each body."""
+        every = self.coordinates.reshape(-1, 3).tolist()
+        return dict(zip((body.name for body in self.mechanism.bodies), every[:-1], strict=False))
+
+    @functools.cached_property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """How far drivers can go that do not go round, in rad and lengths of the model."""
+        found: dict[str, tuple[float, float]] = {}
+        system, drivers = self.system, self.mechanism.drivers
+        if system is None or self.turn is not None or not drivers:
+            return found
+        if system.rows > MOST_ROWS:
+            beyond = f"of a mechanism of more than {MOST_ROWS} constraint equations"
+            self.notes.append(f"how far its drivers go is not looked for {beyond}")
+            return found
+        for driver in drivers:
+            with contextlib.suppress(ModelError, SolveError):
+                low, high = map(float, driver_range(system, driver.name))
+                if math.isfinite(high - low):
+                    found[driver.name] = low, high
+        return found
+
+    @functools.cached_property
+    def motion(self) -> Solution | None:
+        """Forces over a revolution of the only driver; of one that does not go round over its
+        range, at the rate of its law, a hundredth before the ends, where they grow without bounds.
+        """
+        if self.turn is not None or len(self.mechanism.drivers) != 1 or not self.ranges:
+            return self.turn
+        ((name, (low, high)),) = self.ranges.items()
+        assert self.system is not None and self.run is not None  # of what has a range
+        edge, (value, rate, _) = 0.01 * (high - low), self.run.driven(name)
+        path = np.linspace(low + edge, high - edge, INSTANTS)
+        # from where it stands, so that the branch is that of the drawing
+        before = np.linspace(float(value[-1]), path[0], INSTANTS)[:-1]
+        values = np.concatenate([before, path])
+        drive = {name: (values, np.full(len(values), float(rate[-1])), 0.0 * values)}
+        with contextlib.suppress(ModelError, SolveError):
+            return driven(
+                self.system,
+                "kinetostatics",
+                drive=drive,
+                before=len(before),
+                pose=self.coordinates,
+            )
+        return None
+
+    def pose(self, body: str) -> list[float]:
         """x, y of the mass centre and the angle of a body."""
-        if body == "ground" or self.run is None:
-            return 0.0, 0.0, 0.0
-        own = self.run[body]
-        return float(own.x[0]), float(own.y[0]), float(own.angle[0])
+        return self.poses.get(body, [0.0, 0.0, 0.0])
 
     def arm(self, body: str, point: str) -> Pair:
         """A point, or the origin, from the mass centre in link axes."""
@@ -154,10 +216,12 @@ def _analyse(state: DrawingState, whole: bool) -> None:
         with contextlib.suppress(ModelError, SolveError):
             state.home = kinetostatics(system)
     if len(state.mechanism.drivers) == 1:
+        began = time.perf_counter()
         try:
             state.turn = kinetostatics(system, turn=True)
         except (ModelError, SolveError) as error:
             state.troubles.append((error.element or "", str(error)))
+        state.cost = time.perf_counter() - began
 
 
 def position(system: System) -> Solution:

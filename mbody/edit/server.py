@@ -7,7 +7,6 @@ refused. No path of a request reaches the disk.
 
 from __future__ import annotations
 
-import gzip
 import hmac
 import json
 import secrets
@@ -21,9 +20,8 @@ from typing import Any
 
 from mbody.edit.session import BoardSession
 
-#: Bytes of a request, those from which an answer is packed, and seconds without a page after which
-#: the server ends.
-MOST, LARGE, ALONE = 6_000_000, 4_000, 60.0
+#: Bytes of a request, and seconds without a page after which the server ends.
+MOST, ALONE = 6_000_000, 60.0
 #: Seconds between two looks at whether to end, and those that an idle connection stays open.
 LOOK, IDLE = 0.25, 90
 TYPES = {
@@ -124,9 +122,7 @@ class BoardHandler(BaseHTTPRequestHandler):
 
     def _send(self, status: int, body: bytes = b"", kind: str = "text/plain") -> None:
         """An answer in one write; what is refused closes the connection."""
-        more, headers = {"Content-Type": kind}, getattr(self, "headers", None) or {}
-        if len(body) > LARGE and "gzip" in headers.get("Accept-Encoding", ""):
-            body, more = gzip.compress(body, 1), more | {"Content-Encoding": "gzip"}
+        more = {"Content-Type": kind}
         if status >= 400 and status != 409:
             self.close_connection, more = True, more | {"Connection": "close"}
         self.send_response_only(status)

@@ -238,16 +238,13 @@ class BoardSession:
             group = group_of(self.document.groups(), place)
             to = self.document.state.along(place, to) if one.get("along") else to
             drag.point(group, to, self.document.handles(group))
-            reached = drag.place(place).tolist()
+            reached = drag.now.place(place)
         return self._dragged(drag, reached)
 
     def _dragging(self) -> Dragging:
         """The document at home, or as it has been dragged since its last edit."""
         if self.dragging is None:
-            state = self.document.state
-            if state.system is None or state.run is None or state.mobility is None:
-                raise ModelError("there is nothing to drag yet: draw a link first")
-            self.dragging = Dragging(state.system, state.run, state.mobility)
+            self.dragging = Dragging(self.document.state)
         return self.dragging
 
     def _dragged(self, drag: Dragging, reached: Any = None) -> Answer:
@@ -270,7 +267,7 @@ class BoardSession:
 
     def _act_drive(self, asked: Mapping[str, Any]) -> Answer:
         drag = self._dragging()
-        turning = {driver.name for driver in drag.machine.drivers if driver.angular}
+        turning = {one.name for one in drag.drawn.mechanism.drivers if one.angular}
         values = {str(name): float(value) for name, value in asked["values"].items()}
         drag.drive({n: math.radians(v) if n in turning else v for n, v in values.items()})
         return self._dragged(drag)

@@ -84,24 +84,6 @@ def data_in(solution: Solution, units: OutputUnits) -> dict[str, Any]:
     }
 
 
-def forces_data(solution: Solution) -> dict[str, Any]:
-    """Of the data only the forces, in units of the model: what changes while a number is dragged.
-
-    >>> import mbody
-    >>> run = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
-    >>> list(forces_data(run)["reactions"])
-    ['O2', 'A', 'B', 'O4']
-    """
-    units = OutputUnits(solution.mechanism.units).having({"angle": "deg"})
-    table = result_table(solution, units, [])
-    efforts = table.by_owner("driver", "effort")
-    return {
-        "reactions": _reactions(solution, table),
-        "efforts": {name: as_list(one["effort"].values) for name, one in efforts.items()},
-        "loads": _loads(solution, table),
-    }
-
-
 def _histories(columns: dict[str, dict[str, ResultColumn]]) -> dict[str, Any]:
     """Of every owner its histories by key."""
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,7 @@ from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.histories import (
     LoadHistory,
     PointHistory,
+    Reaction,
     Result,
     auxiliary_history,
     column,
@@ -742,39 +744,55 @@ def moving_history(run: Result, owner: str) -> Any:
 
 
 def _history(run: Result, owner: str, key: str) -> Any:
-    """The history of a body, a point, a joint, a load or a driver; of an input or an auxiliary
-    state, which has no owner.
+    return histories_of(run, owner)(key)
+
+
+def histories_of(run: Result, owner: str) -> Callable[[str], Any]:
+    """Gives histories of a body, a point, a joint, a load or a driver by key, what they share read
+    once; those of an input or an auxiliary state, which has no owner, by name.
     """
     if not owner:
-        return auxiliary_history(run, key)
+        return functools.partial(auxiliary_history, run)
     element, _, point = owner.partition(".")
     if point or element in run.system.bodies:
-        return getattr(moving_history(run, owner), key)
+        return functools.partial(getattr, moving_history(run, owner))
     owned: Any = run.mechanism.element_or_group(element)
-    if owned.role == "joint" and key in owned.coordinates:
-        return _coordinate(run, owned, key)
-    if owned.role in ("joint", "contact") and key == "loss":
-        # what has no friction takes none
-        return run.losses[element] if element in run.losses else 0.0 * run.t
-    if owned.role == "contact" and key == "contact":
-        return run.contact(element)
     if owned.role in ("joint", "contact"):
-        reaction = run.reaction(element)
-        return reaction.magnitude if key == "force" else getattr(reaction, key)
-    if owned.role == "load" and any(
-        one.name == f"{element}.{key}" for one in owned.auxiliary_states()
-    ):
-        return auxiliary_history(run, f"{element}.{key}")
+        return functools.partial(_of_joint, run, owned, [])
     if owned.role == "load":
-        return getattr(run.load(element), key)
+        return functools.partial(_of_load, run, owned, [])
+    return functools.partial(_of_driver, run, element)
+
+
+def _of_joint(run: Result, joint: Any, kept: list[Reaction], key: str) -> Any:
+    if joint.role == "joint" and key in joint.coordinates:
+        return _coordinate(run, joint, key)
+    if key == "loss":
+        # what has no friction takes none
+        return run.losses[joint.name] if joint.name in run.losses else 0.0 * run.t
+    if joint.role == "contact" and key == "contact":
+        return run.contact(joint.name)
+    if not kept:
+        kept.append(run.reaction(joint.name))
+    return kept[0].magnitude if key == "force" else getattr(kept[0], key)
+
+
+def _of_load(run: Result, load: Any, kept: list[LoadHistory], key: str) -> Any:
+    name = f"{load.name}.{key}"
+    if any(one.name == name for one in load.auxiliary_states()):
+        return auxiliary_history(run, name)
+    if not kept:
+        kept.append(run.load(load.name))
+    return getattr(kept[0], key)
+
+
+def _of_driver(run: Result, name: str, key: str) -> Any:
     still = run.analysis == "statics"  # drivers hold, whatever their laws say of rates
     if key in DRIVEN:
-        found = run.driven(element)[DRIVEN.index(key)]
+        found = run.driven(name)[DRIVEN.index(key)]
         return 0.0 * found + 0.0 if still and key != "value" else found
-    effort = run.effort(element)
-    if key == "effort":
-        return effort
-    return effort * (0.0 if still else prescribed_rate(run, element))
+    effort = run.effort(name)
+    return effort if key == "effort" else effort * (0.0 if still else prescribed_rate(run, name))
 
 
 # -- Values of formulas of measured quantities over a result, by NumPy -------------------------

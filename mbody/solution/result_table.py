@@ -7,7 +7,7 @@ prints, writes or draws histories reads these columns.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,13 +19,18 @@ from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
-from mbody.solution.measures import found_by, measured, moving_history, quantity, unit_measured
+from mbody.solution.measures import found_by, histories_of, measured, unit_measured
 from mbody.solution.solution import SHOWN_TABLE, Solution
 
 #: Of a body, in the order of tables; of a point its place and the rates of it.
 BODY = ("x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha")
 OF_BODIES = MOTION | ROTATION
 ACCELERATIONS = ("ax", "ay", "alpha")
+#: What columns are of.
+ROLES = (
+    "time", "body", "point", "joint", "contact", "coupling", "driver", "load", "input", "state",
+    "measure",
+)  # fmt: skip
 #: What needs no forces, of joints, loads and drivers.
 FORCES = ("fx", "fy", "force", "torque", "loss", "contact", "effort", "power")
 
@@ -34,8 +39,9 @@ def result_table(
     solution: Solution,
     units: Mapping[str, str] | OutputUnits | None = None,
     points: Iterable[str] | None = None,
+    roles: Container[str] = ROLES,
 ) -> ResultTable:
-    """All histories of one motion.
+    """All histories of one motion, or those of some roles.
 
     Time first, then nine columns a body (mass centre and angle) and six a point that moves (of a
     pin that on the first of its links), or of the `points`; of joints, contacts, couplings, drivers
@@ -45,7 +51,7 @@ def result_table(
     one_design(solution, "a table is of one design")
     if not isinstance(units, OutputUnits):
         units = solution.mechanism.data_units.having(units or {})
-    return ResultTable(_TableReader(solution, units).columns(points))
+    return ResultTable(_TableReader(solution, units).columns(points, roles))
 
 
 def shown_table(solution: Solution) -> ResultTable:
@@ -66,31 +72,35 @@ class _TableReader:
     def __init__(self, solution: Solution, units: OutputUnits) -> None:
         self.run, self.machine = solution, solution.mechanism
         self.units, self.doubts = units, solution.doubts
+        #: Dimensions and units by what elements declare.
+        self.kinds: dict[str | Dimension, tuple[Dimension, str]] = {}
 
-    def columns(self, points: Iterable[str] | None) -> Iterator[ResultColumn]:
+    def columns(
+        self, points: Iterable[str] | None, roles: Container[str] = ROLES
+    ) -> Iterator[ResultColumn]:
         run, machine = self.run, self.machine
-        yield self._column("t", "", "time", "time", lambda: run.t)
-        for body in machine.bodies:
+        if "time" in roles:
+            yield self._column("t", "", "time", "time", lambda: run.t)
+        for body in machine.bodies if "body" in roles else ():
             yield from self._motion(body.name, "body", {key: OF_BODIES[key] for key in BODY})
         for point in moving_points(machine) if points is None else points:
             yield from self._motion(point, "point", MOTION)
-        for joint in machine.joints:
-            yield from self._element(joint, "joint")
         acting = {one.name for one in acting_contacts(run)}
-        for contact in machine.contacts:
-            if run.has_forces and (run.modes or contact.name in acting):
-                yield from self._element(contact, "contact")
-        for coupling in machine.couplings:
-            yield from self._element(coupling, "coupling")
-        for driver in machine.drivers:
-            yield from self._element(driver, "driver")
-        for load in machine.loads:
-            yield from self._element(load, "load")
-        for role, elements in (("input", machine.inputs), ("state", reported_states(machine))):
-            for one in elements:
+        contacts = [one for one in machine.contacts if run.modes or one.name in acting]
+        for role, elements in (
+            ("joint", machine.joints),
+            ("contact", contacts if run.has_forces else []),
+            ("coupling", machine.couplings),
+            ("driver", machine.drivers),
+            ("load", machine.loads),
+        ):
+            for element in elements if role in roles else ():
+                yield from self._element(element, role)
+        for role, signals in (("input", machine.inputs), ("state", reported_states(machine))):
+            for one in signals if role in roles else ():
                 read = functools.partial(auxiliary_history, run, one.name)
                 yield self._column(one.name, "", role, one.dimension or NUMBER, read)
-        for name, measure in machine.measures.items():
+        for name, measure in machine.measures.items() if "measure" in roles else ():
             if found_by(run, measure):
                 yield self._measure(name, measure)
 
@@ -104,10 +114,14 @@ class _TableReader:
         unique: Callable[[], bool | None] = lambda: True,
     ) -> ResultColumn:
         """A column of values that are read in units of the model."""
-        units, wanted = self.units, dimension_of(dimension)
-        element = owner.partition(".")[0]
-        doubts = tuple(one for one in self.doubts if element in (one.elements or (element,)))
-        unit = "" if wanted == NUMBER else units.of(wanted)
+        units, doubts = self.units, self.doubts
+        if dimension not in self.kinds:  # dimensions take long to compare
+            found = dimension_of(dimension)
+            self.kinds[dimension] = found, "" if found == NUMBER else units.of(found)
+        wanted, unit = self.kinds[dimension]
+        if doubts:
+            element = owner.partition(".")[0]
+            doubts = tuple(one for one in doubts if element in (one.elements or (element,)))
 
         def converted() -> Any:
             return units.converted(read(), wanted)
@@ -115,24 +129,30 @@ class _TableReader:
         return ResultColumn(owner, key, role, wanted, unit, converted, unique, doubts)
 
     def _histories(
-        self, owner: str, role: str, keys: Mapping[str, str], unique: Callable[[str], bool | None]
+        self,
+        owner: str,
+        role: str,
+        keys: Mapping[str, str],
+        unique: Callable[[str], bool | None] | None = None,
     ) -> Iterator[ResultColumn]:
-        for key, dimension in keys.items():
-            read = functools.partial(self._read, owner, key)
-            known = functools.partial(unique, key)
-            yield self._column(owner, key, role, dimension, read, known)
+        """Of one owner, what they share read once."""
+        shared: list[Callable[[str], Any]] = []
 
-    def _read(self, owner: str, key: str) -> Any:
-        return quantity(self.run, owner, key)[0]
+        def history(key: str) -> Any:
+            if not shared:
+                shared.append(histories_of(self.run, owner))
+            return shared[0](key)
+
+        for key, dimension in keys.items():
+            read = functools.partial(history, key)
+            known = functools.partial(unique, key) if unique else lambda: True
+            yield self._column(owner, key, role, dimension, read, known)
 
     def _motion(self, owner: str, role: str, keys: Mapping[str, str]) -> Iterator[ResultColumn]:
         """Of a body or a point; closing the loops finds no accelerations."""
         if self.run.analysis == "close_loops":
             keys = {key: keys[key] for key in keys if key not in ACCELERATIONS}
-        whole = functools.cache(functools.partial(moving_history, self.run, owner))
-        for key, dimension in keys.items():
-            read = functools.partial(lambda key: getattr(whole(), key), key)
-            yield self._column(owner, key, role, dimension, read)
+        return self._histories(owner, role, keys)
 
     def _element(self, element: Any, role: str) -> Iterator[ResultColumn]:
         """What an element declares, as far as the analysis finds it."""

@@ -361,17 +361,26 @@ class Solution(Attributes, Presented):
         i, j = element.i.body, element.j.body
         if on not in (None, i, j):
             raise ModelError(f"joint '{joint}' joins '{i}' and '{j}', not {on!r}", joint)
-        primitives = self.system.primitives_of[joint]
-        first = 3 * self.system.coordinates + 2
-        fx, fy, torque = self.record.some(first + PER_PRIMITIVE * primitives[0], 3)
-        for e in primitives[1:]:
-            x, y, z = self.record.some(first + PER_PRIMITIVE * e, 3)
-            fx, fy, torque = fx + x, fy + y, torque + z
+        fx, fy, torque = self.joint_wrench(joint)
         torque = reaction_torque(self, element, fx, fy, torque)
         unique = self._unique(joint)
         if on == i:
             return Reaction(joint, i, j, -fx, -fy, -torque, unique)
         return Reaction(joint, j, i, fx, fy, torque, unique)
+
+    def joint_wrench(self, joint: str) -> list[Array]:
+        """fx, fy and torque of a joint about its place on j, world axes."""
+        from mbody.solution.contact_forces import with_reaction
+
+        if not self.has_forces:
+            with_reaction(self, joint)  # refuses it
+        first, *more = self.system.primitives_of[joint]
+        start = 3 * self.system.coordinates + 2
+        found = self.record.some(start + PER_PRIMITIVE * first, 3)
+        for e in more:
+            parts = self.record.some(start + PER_PRIMITIVE * e, 3)
+            found = [one + part for one, part in zip(found, parts, strict=True)]
+        return found
 
     def reaction_point(self, joint: str) -> tuple[Array, Array]:
         """Where the reaction of a joint, or the force of a driver of a length, acts: its place

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import re
 import textwrap
@@ -16,7 +17,7 @@ import numpy as np
 from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.model.contact import Contact, Rope, joined
 from mbody.quantities.output_units import OutputUnits, read_by_people
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.units import DIMENSIONS, name_of
 from mbody.solution.contact_forces import acting_contacts
 
 if TYPE_CHECKING:
@@ -466,8 +467,10 @@ def acceleration_scale(solution: Solution) -> float:
 def force_floor(solution: Solution) -> float:
     """Rounding level beside the greatest joint force or effort."""
     length, peak = solution.system.length, 0.0
-    for joint in (*solution.mechanism.joints, *acting_contacts(solution)):
-        peak = np.fmax(peak, np.fmax.reduce(solution.reaction(joint.name).magnitude, axis=None))
+    reactions = (solution.reaction(one.name) for one in acting_contacts(solution))
+    joints = (solution.joint_wrench(joint.name) for joint in solution.mechanism.joints)
+    for fx, fy, *_ in itertools.chain(joints, ((one.fx, one.fy) for one in reactions)):
+        peak = np.fmax(peak, np.fmax.reduce(np.hypot(fx, fy), axis=None))
     machine = solution.mechanism
     elements: tuple[Driver | Coupling, ...] = (*machine.drivers, *machine.couplings)
     for element in elements:
@@ -476,24 +479,32 @@ def force_floor(solution: Solution) -> float:
     return float(peak) * (PRINTED_NONE_REDUNDANT if solution.regularization else PRINTED_NONE)
 
 
+#: Of what scales the rounding level of a quantity is made: forces, lengths, rates.
+_SCALES = {
+    "length": (0, 1, 0),
+    "angle": (0, 0, 0),
+    "velocity": (0, 1, 1),
+    "angular velocity": (0, 0, 1),
+    "acceleration": (0, 1, 2),
+    "angular acceleration": (0, 0, 2),
+    "force": (1, 0, 0),
+    "torque": (1, 1, 0),
+    "power": (1, 1, 1),
+}
+
+
 def floor_of(solution: Solution, dimension: Dimension) -> float:
     """Rounding level of a quantity beside the greatest of its kind in the mechanism; 0 where there
     is nothing to compare with.
     """
-    length, acceleration = solution.system.length, acceleration_scale(solution)
-    force = force_floor(solution) if solution.has_forces else 0.0
-    floors = {
-        "length": PRINTED_NONE * length,
-        "angle": PRINTED_NONE,
-        "velocity": PRINTED_NONE * length * np.sqrt(acceleration),
-        "angular velocity": PRINTED_NONE * np.sqrt(acceleration),
-        "acceleration": PRINTED_NONE * length * acceleration,
-        "angular acceleration": PRINTED_NONE * acceleration,
-        "force": force,
-        "torque": force * length,
-        "power": force * length * np.sqrt(acceleration),
-    }
-    return next((floor for name, floor in floors.items() if DIMENSIONS[name] == dimension), 0.0)
+    length, found = solution.system.length, _SCALES.get(name_of(dimension))
+    if found is None:
+        return 0.0
+    forces, lengths, rates = found
+    floor = PRINTED_NONE * length**lengths
+    if forces:
+        floor = (force_floor(solution) if solution.has_forces else 0.0) * length**lengths
+    return float(floor * np.sqrt(acceleration_scale(solution)) ** rates) if rates else float(floor)
 
 
 def rounding(solution: Solution, column: ResultColumn) -> float:

@@ -8,8 +8,9 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.edit.board_state import board_state, modes_of, number_of
+from mbody.edit.board_state import board_state, drag_state, modes_of, number_of
 from mbody.edit.document import Document
+from mbody.edit.dragging import Dragging
 from tests.edit.test_board_server import FOURBAR
 
 NAMES = pytest.mark.parametrize("name", gallery.names())
@@ -200,6 +201,19 @@ def test_a_driver_that_does_not_go_round_has_curves_over_its_range():
     assert plot["y"][k] == pytest.approx(float(one.effort("motor")[0]), rel=1e-4)
 
 
+@pytest.mark.parametrize("guess", [80, -30])
+def test_over_its_range_a_driver_stays_on_the_branch_of_the_drawing(guess):
+    """With −30° the loops close on the other branch where the range begins."""
+    text = FOURBAR.replace("[30, 0]", "[60, 0]").replace("value = 60", "value = 40")
+    state = Document(text.replace("80 deg", f"{guess} deg")).state
+    assert len(state.motion) == 181 and state.motion is state.motion
+    b, c, d = (state.motion.point(place) for place in ("crank.B", "rocker.C", "rocker.D"))
+    sides = (c.x - b.x) * (d.y - b.y) - (c.y - b.y) * (d.x - b.x)
+    (bx, by), (cx, cy), (dx, dy) = map(state.place, ("crank.B", "rocker.C", "rocker.D"))
+    home = (cx - bx) * (dy - by) - (cy - by) * (dx - bx)
+    assert (np.sign(sides) == np.sign(home)).all() and abs(home) > 1.0
+
+
 def test_a_link_half_drawn_leaves_a_driven_mechanism_where_it_was():
     board = opened("hoekens")  # with a question for a whole turn
     before = board_state(board, 0.3)
@@ -237,7 +251,30 @@ def test_results_and_labels_are_those_that_people_read():
     assert found["motor.effort"] == (pytest.approx(effort * 0.45359237 * 9.80665 * 0.0254), "N·m")
     fx, fy = (state["run"]["reactions"]["A"][key][0] for key in ("fx", "fy"))
     assert found["A.force"] == (pytest.approx(math.hypot(fx, fy)), "lbf")
+    assert (state["units"]["torque"], state["units"]["length"]) == ("N·m", "in")
     labels = {tuple(row["path"]): row["label"] for row in state["rows"]}
     assert labels["bodies", "coupler", "points", "P", 0] == "P: x"
     assert labels["bodies", "coupler", "points", "B", 1] == "coupler.B: y"
     assert labels["loads", "F_P", "angle"] == "F_P: angle"
+
+
+def test_arrows_stay_in_the_output_units_while_something_is_dragged():
+    """Forces and velocities; lengths are those of the file."""
+    text = gallery.path("norton_fourbar").read_text("utf-8")
+    units = '\n[output_units]\nforce = "N"\nvelocity = "mm/s"\n'
+    shown, plain = (Document(text + more, "fourbar") for more in (units, ""))
+    drags = [drag_state(Dragging(one.state), 0.3, None, True) for one in (shown, plain)]
+    states = [board_state(one, 0.3, True) for one in (shown, plain)]
+    pound, inch = 0.45359237 * 9.80665, 25.4
+    for one, other in (drags, states):
+        for table in ("reactions", "loads"):
+            for name, own in other["run"][table].items():
+                for key in own.keys() & {"fx", "fy"}:  # a torque has none
+                    size = pytest.approx(pound * own[key][0], rel=1e-8, abs=1e-8)
+                    assert one["run"][table][name][key] == [size], name
+        for place, v in other["velocities"].items():
+            faster = [inch * part for part in v]
+            assert one["velocities"][place] == pytest.approx(faster, rel=1e-6, abs=1e-3)
+    assert drags[0]["poses"] == drags[1]["poses"]
+    symbols = states[0]["units"]
+    assert (symbols["force"], symbols["velocity"], symbols["length"]) == ("N", "mm/s", "in")
