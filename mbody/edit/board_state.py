@@ -128,19 +128,19 @@ def pins_of(document: Document) -> list[Data]:
     found = []
     known = {"ground": machine.ground.points} | {one.name: one.points for one in machine.bodies}
     for group in document.groups():
-        if any(
-            point not in known.get(body, ()) for body, _, point in (p.partition(".") for p in group)
-        ):
+        named = [place for place in group if "." in place]  # without origins of bodies
+        parts = [place.partition(".") for place in named]
+        if not named or any(point not in known.get(body, ()) for body, _, point in parts):
             continue  # of a text with mistakes, which is not what is shown
-        moving = next((place for place in group if not place.startswith("ground.")), group[0])
+        moving = next((place for place in named if not place.startswith("ground.")), named[0])
         handles = document.handles(group)
         found.append(
             {
-                "xy": document.state.place(group[0]),
-                "places": group,
+                "xy": document.state.place(named[0]),
+                "places": named,
                 "name": moving.partition(".")[2],
                 "joints": [name for name, places in joints.items() if places & set(group)],
-                "ground": any(place.startswith("ground.") for place in group),
+                "ground": any(place.partition(".")[0] == "ground" for place in group),
                 "handles": handles,
                 "fixed": document.fixed(group),
             }

@@ -324,6 +324,9 @@ def fixed(state: DrawingState, tree: Mapping[str, Any], group: Sequence[str]) ->
     """Why a point cannot be moved; empty where it can."""
     if not any("." in place for place in group):
         return f"'{group[0]}' is the origin of its link: move another point of it"
+    if "ground" in group:
+        place = next(place for place in group if "." in place)
+        return f"'{place}' is pinned to the origin of the ground: name a point there first"
     for place in group:
         value = value_at(tree, point_path(place))
         if value is None and "." not in place:

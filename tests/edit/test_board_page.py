@@ -1,9 +1,12 @@
 """The page of the board: by pointer, keys and fingers, in all sizes, with mistakes."""
 
+import csv
 import json
+import math
 
 import pytest
 
+from tests.exchange.test_exchange import FOUR_BAR
 from tests.support.accessibility import violations
 from tests.support.board_page import EMPTY
 from tests.support.browser import chromium
@@ -369,15 +372,97 @@ def test_elements_measures_and_units_are_added_by_their_forms(page):
     assert page.messages == []
 
 
-def test_saving_writes_the_text_and_the_next_start_shows_it(page, folder):
+def pick(page, words):
+    """An entry of the dialog that is open."""
+    page.wait(f"document.querySelector('dialog .list')?.innerText.includes({json.dumps(words)})")
+    page.read("([...document.querySelectorAll('dialog .list button')].find((one) => "
+              f"one.innerText.startsWith({json.dumps(words)})).click(), 0)")  # fmt: skip
+    page.idle()
+
+
+def test_a_file_that_changed_elsewhere_is_written_over_or_shown(page, folder):
     two_links(page)
     page.key("s", "ctrl")
     page.fill("dialog input", "drawn.toml")
     page.key("Enter")
     page.idle()
-    assert (folder / "drawn.toml").read_bytes() == page.text.encode()
+    file = folder / "drawn.toml"
+    first = page.text
+    assert file.read_bytes() == first.encode()
+    other = "# by another program\n" + EMPTY
     page.key("z", "ctrl")
-    (folder / "drawn.toml").write_text("# by another program\n" + EMPTY)
+    second = page.text
+    for words, text in (("Write over it", second), ("Show the file", other)):
+        file.write_text(other)
+        page.key("s", "ctrl")
+        pick(page, words)
+        page.wait(f"mbody.board.text() === {json.dumps(text)}")
+        assert file.read_text() == page.text == text
+        page.key("z", "ctrl")
+    file.write_text(other + "\n")  # nothing is unsaved: the page follows
+    page.wait(f"mbody.board.text() === {json.dumps(other + chr(10))}")
+
+
+def test_what_comes_from_another_program_is_named_mirrored_measured_and_written(page, folder):
+    (folder / "fourbar.pmks").write_text(FOUR_BAR, "utf-8")
+    command(page, "Import from")
+    pick(page, "fourbar.pmks")
+    page.wait("mbody.board.text().includes('[bodies.')")
+    assert page.text.count("[bodies.") == 3
+    page.read("(document.getElementById('paper').focus(), 0)")
+    command(page, "Name a number")
+    page.wait("!!document.querySelector('dialog [name=row]')")
+    page.fill("dialog [name=name]", "left")
+    page.key("Enter")
+    page.idle()
+    assert "[parameters]\nleft = 100\n" in page.text and 'A = ["left", 100]' in page.text
+    page.click(125, 140)
+    command(page, "Mirror")
+    page.wait("!!document.querySelector('dialog [name=x1]')")
+    page.key("Enter")
+    page.idle()
+    assert "F = [-100, 100]" in page.text.partition("[bodies.")[0]
+    turned = "points = { A = [100, -100], B = [150, -180] }\nguess = [0, 0, 180]\n"  # B: -150, 180
+    assert turned in page.text
+    page.key("z", "ctrl")
+    page.key("e")
+    page.click(150, 180)
+    page.click(500, 100)
+    drawn = "[...document.querySelectorAll('.diagram h2')].map((one) => one.textContent)"
+    assert "distance_B_D [mm]" in page.read(drawn)
     page.key("s", "ctrl")
-    page.wait("document.querySelector('dialog').open || mbody.board.text().startsWith('#')")
-    page.key("Escape")
+    page.key("Enter")
+    command(page, "Results as CSV")
+    said = page.wait("/written: .*/.exec(document.querySelector('.words').innerText)?.[0]")
+    words = "mbody kinetostatics fourbar.toml --over turn --csv fourbar.csv"
+    assert said == f"written: fourbar.csv – {words}"
+    names, first, *rest = csv.reader((folder / "fourbar.csv").read_text().splitlines())
+    column = next(n for n, name in enumerate(names) if name.startswith("distance_B_D"))
+    assert len(rest) == 360 and float(first[column]) == pytest.approx(math.hypot(350, 80))
+
+
+def test_a_point_by_a_parameter_says_its_value_while_it_is_dragged(page):
+    tab(page, "text")
+    rows = [
+        "[parameters]",
+        'crank = "2 cm"',
+        "[bodies.link]",
+        'points = { A = [0, 0], B = ["crank", 0] }',
+    ]
+    page.fill(
+        "textarea", "\n".join([EMPTY, *rows, '[joints]\nA.revolute = ["ground", "link.A"]', ""])
+    )
+    page.key("Enter", "ctrl")
+    tab(page, "numbers")
+    page.keys("v", "0")
+    page.drag((20, 0), (15, 0), release=False)
+    page.idle()
+    assert page.read("document.querySelector('.place').textContent") == "crank = 15 mm"
+    page.release(15, 0)
+    assert 'crank = "1.5 cm"' in page.text
+    page.drag((0, 0), (5, 5))  # a pin at the origin of the ground, which has no name
+    said = page.read("document.querySelector('.words').innerText")
+    assert "'link.A' is pinned to the origin of the ground: name a point there first" in said
+    page.key("e")
+    page.click(10, 0)
+    assert 'angle_link = { of = "link.angle" }' in page.text

@@ -25,6 +25,8 @@ hub = { revolute = ["ground", "wheel"] }
 F = { force = "3*a*(1 N/m)", at = "rod.B" }
 """
 HELD = TEXT.replace("wheel = {}", 'wheel = { guess = { x = "a" } }')
+HUNG = TEXT.replace("wheel = {}", "wheel = { points = { H = [0, 0] } }")
+HUNG = HUNG.replace('"wheel"', '"wheel.H"')
 ALONE = TEXT.partition("[bodies]")[0]
 
 
@@ -73,6 +75,7 @@ a name with a space | EditError | - | 'my rod' is no name: use letters, digits a
 a name that there is | EditError | crank | there is a 'crank' already: names are unique
 another name of nothing | EditError | lever | there is no 'bodies.lever' in the file
 a point by a formula of numbers | EditError | crank | 'crank.M' is given by the formula '9*cos(45 deg)', which has no parameter: give it numbers first
+a point at the origin of the ground | EditError | wheel | 'wheel.H' is pinned to the origin of the ground: name a point there first
 a direction from nothing | EditError | ram | 'ram' has no other point to keep a direction from
 a parameter that is held | EditError | ground | 'ground.Q': parameter 'a' is used in a table, a program, a guess …
 a parameter of a page without links | EditError | ground | 'ground.Q' is given by a: change these
@@ -131,6 +134,7 @@ SCENARIOS = {
     "a name that there is": edit("rename", path=["bodies", "rod"], to="crank"),
     "another name of nothing": edit("rename", path=["bodies", "lever"], to="arm"),
     "a point by a formula of numbers": edit("move", place="crank.M", xy=[1, 1]),
+    "a point at the origin of the ground": edit("move", HUNG, place="wheel.H", xy=[1, 1]),
     "a direction from nothing": edit("move", place="ram.B", xy=[1, 1], along=True),
     "a parameter that is held": edit("move", HELD, place="ground.Q", xy=[35, 5]),
     "a parameter of a page without links": edit("move", ALONE, place="ground.Q", xy=[1, 1]),

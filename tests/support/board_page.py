@@ -138,8 +138,12 @@ class BoardPage:
                 self._mouse("mouseMoved", there, held, buttons=1)
                 self.read("new Promise(requestAnimationFrame)")
         if release:
-            self._mouse("mouseReleased", places[-1], held, **left)
-            self.idle()
+            self.release(*places[-1], held=held)
+
+    def release(self, *place, held=()):
+        """End a drag."""
+        self._mouse("mouseReleased", place, held, button="left", clickCount=1)
+        self.idle()
 
     def touch(self, kind, *pixels):
         """Fingers at pixels of the window: touchStart, touchMove or touchEnd."""

@@ -26,8 +26,9 @@ class Board {
     this.#build();
     this.#listen();
     this.take("link");
-    new ResizeObserver(() => { this.paper.size(this.sheet.clientWidth, this.sheet.clientHeight); this.paper.draw(); }).observe(this.sheet);
-    this.paper.size(this.sheet.clientWidth, this.sheet.clientHeight);
+    const size = () => this.paper.size(this.sheet.clientWidth, this.sheet.clientHeight);
+    new ResizeObserver(() => { size(); if (this.state && this.paper.fitted) this.fit(); else this.paper.draw(); }).observe(this.sheet);
+    size();
     const dark = matchMedia("(prefers-color-scheme: dark)");
     this.theme(dark.matches);
     dark.addEventListener("change", (event) => this.theme(event.matches));
@@ -38,10 +39,10 @@ class Board {
     this.title = el("h1", {}, WORDS.title);
     this.savedText = el("span", { class: "saved" });
     const top = el("header", { class: "top" }, this.title, this.savedText,
+      keyed("menu", "/", () => this.menu.open()), keyed("save", "Control+S", () => this.save()),
       keyed("undo", "Control+Z", () => this.go("undo")), keyed("redo", "Control+Y", () => this.go("redo")), keyed("home", "Home", () => this.goHome()),
       keyed("fit", "0", () => this.fit()), keyed("play", "Space", () => this.play()), keyed("modes", "", () => this.menu.run("modes")),
-      keyed("save", "Control+S", () => this.save()), keyed("menu", "/", () => this.menu.open()),
-        button("◐", WORDS.theme, () => this.theme(), { "aria-label": WORDS.theme }));
+      button("◐", WORDS.theme, () => this.theme(), { "aria-label": WORDS.theme }));
     const bar = el("div", { class: "tools", role: "toolbar", "aria-label": WORDS.tools });
     this.toolButtons = Object.entries(TOOLS).map(([name, tool]) => {
       const key = tool.key.toUpperCase(), made = button("", `${tool.name} (${key}): ${tool.hint}`, () => this.take(name),
@@ -71,7 +72,7 @@ class Board {
     if (!first.scene) return this.say(first.fault?.sentence ?? WORDS.lost, true);
     this.show(first);
     await this.look();
-    if (this.state.pins.length) this.take("select");
+    if (Object.keys(this.state.bodies).length) this.take("select");
     if (this.state.journal) this.say(WORDS.journal);
     this.#door();
     return this.#watch();
@@ -161,7 +162,7 @@ class Board {
     this.away = !drag.home;
     this.reached = drag.stopped && !drag.reached ? this.reached : drag.reached;
     this.paper.follow(drag);
-    this.paper.tell(drag.words ? drag.reached ?? null : null, drag.words);
+    this.paper.tell(drag.reached, drag.words);
     this.homeButton.disabled = !this.away;
     this.say(drag.stopped ?? "", Boolean(drag.stopped));
     this.panels.follow(drag);
@@ -429,7 +430,7 @@ class Board {
       },
       second: () => { clearTimeout(this.long); this.press = null; TOOLS[this.tool].stop(this); return true; },
       zoom: (by, at) => { paper.zoom(by, at); paper.draw(); this.#later(); },
-      moved: () => { clearTimeout(this.long); paper.draw(); },
+      moved: () => { clearTimeout(this.long); paper.fitted = false; paper.draw(); },
       hover: (event) => { if (!this.menu.dialog.open) follow(event); },
       clicked: () => {}, left: () => { if (!TOOLS[this.tool].from) paper.tell(null); },
     });

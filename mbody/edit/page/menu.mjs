@@ -9,7 +9,7 @@ const { did, commands } = WORDS;
 const JOBS = ["report", "page", "drawing", "freebody", "film", "dxf", "fmu", "csv", "xlsx"];
 const SHAPES = ["cycloidal", "3-4-5", "4-5-6-7", "harmonic"];
 const SYSTEMS = ["SI", "mm-N-s", "in-lbf-s", "ft-lbf-s"];
-const POLL = 250; // ms between two looks at an export
+const POLL = 250, FEW = 8; // ms between two looks at an export; entries that are not searched
 
 export class Menu {
   constructor(board) {
@@ -21,7 +21,8 @@ export class Menu {
   }
   /** A dialog, or a list in the corner of the paper that leaves the paper to the pointer. */
   #show(title, ...parts) {
-    this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" },
+    const form = parts.at(-1).tagName === "FORM" ? [el("button", { class: "play", form: parts.at(-1).id }, WORDS.ok)] : [];
+    this.dialog.replaceChildren(el("h2", { id: "menu-title" }, title), ...parts, el("div", { class: "bar end" }, ...form,
       button(WORDS.cancel, "Esc", () => this.dialog.close())));
     this.dialog.className = this.corner ? "menu corner" : "menu";
     if (!this.dialog.open) this.dialog[this.corner ? "show" : "showModal"]();
@@ -52,8 +53,9 @@ export class Menu {
       (all[next] ?? (next < 0 ? field : null))?.focus();
     };
     for (const one of [field, list]) one.addEventListener("keydown", go);
-    this.#show(title, field, list, none);
-    field.focus();
+    const long = made.length > FEW;
+    this.#show(title, ...(long ? [field] : []), list, none);
+    (long ? field : made[0]?.[1])?.focus();
   }
   /** Ask for values of fields [[key, label, value, choices]]; null where it is cancelled. */
   form(title, fields, note = "") {
@@ -64,8 +66,8 @@ export class Menu {
         made.value = value ?? "";
         return [key, label, made];
       });
-      const form = el("form", { method: "dialog", class: "rows" }, ...inputs.flatMap(([key, label, made]) =>
-        [el("label", { for: `form-${key}` }, label), made]), el("div", { class: "bar end" }, el("button", { class: "play" }, WORDS.ok)));
+      const form = el("form", { id: "menu-form", method: "dialog", class: "rows" }, ...inputs.flatMap(([key, label, made]) =>
+        [el("label", { for: `form-${key}` }, label), made]));
       let values = null;
       form.addEventListener("submit", () => { values = Object.fromEntries(inputs.map(([key, , made]) => [key, made.value.trim()])); });
       this.dialog.addEventListener("close", () => done(values), { once: true });
@@ -102,7 +104,7 @@ export class Menu {
     if (pin) acts.push([WORDS[pin.ground ? "unpin" : "pinIt"], () => board.edit(pin.ground ? { do: "unground", place: place(pin), what: did.unground(pin.name) }
       : { do: "ground", place: place(pin), grain: board.grain, what: did.ground(pin.name) })]);
     if (section === "bodies" && chosen.length === 1 && !board.state.rows.some((row) => row.path[0] === "bodies" && row.path[1] === name &&
-      row.path[2] === "mass")) acts.push([WORDS.mass, () => board.mass(name)]);
+      /mass|weight/.test(row.path[2]))) acts.push([WORDS.mass, () => board.mass(name)]);
     if (chosen.length === 1) acts.push([WORDS.rename, () => this.#rename()]);
     if (chosen.some(([one]) => one !== "points")) acts.push([WORDS.copy, () => { board.copy(); board.paste(); }], [WORDS.mirror, () => this.#mirror()]);
     return [...acts, [WORDS.remove, () => board.remove()]];
@@ -126,7 +128,7 @@ export class Menu {
       return this.pick(WORDS.unsavedEdits, [{ name: WORDS.discard, act: () => this.#open({ ...what, force: true }) },
         { name: WORDS.save, act: () => board.save().then((saved) => saved && this.#open(what)) }]);
     }
-    if (good) { board.choose(null); board.take(board.state.pins.length ? "select" : "link"); await board.look(); }
+    if (good) { board.choose(null); board.take(Object.keys(board.state.bodies).length ? "select" : "link"); await board.look(); }
     return good;
   }
   async #files(kind) {
@@ -142,7 +144,7 @@ export class Menu {
       ...kinds.map((one) => ({ name: one.name ?? one, note: one.title, act: () => this.#open({ new: one.name ?? one }) }))]);
   }
   async #saveAs() {
-    const made = await this.form(commands.saveAs, [["file", WORDS.file, this.board.state.file || "model.toml"]]);
+    const made = await this.form(commands.saveAs, [["file", WORDS.file, this.board.state.file || `${this.board.state.name.replace(/\W+/g, "_").slice(0, 40)}.toml`]]);
     return made?.file ? this.board.save({ file: made.file }) : null;
   }
   /** The file has changed on disk since it was read. */
@@ -209,8 +211,7 @@ export class Menu {
     const { board } = this, { forms } = await board.ask({ act: "forms" }), name = el("input", { id: "form-name", autocomplete: "off" });
     const kinds = Object.fromEntries(Object.entries(forms).map(([key, { entry, about }]) => [key, { about, ...entry }]));
     const made = this.#inputs({ kinds }, WORDS.kind), why = el("p", { class: "sentence", role: "alert" });
-    const form = el("form", { class: "rows" }, el("label", { for: "form-name" }, WORDS.name), name, ...made.parts, why,
-      el("div", { class: "bar" }, el("button", { class: "play" }, WORDS.ok)));
+    const form = el("form", { id: "menu-form", class: "rows" }, el("label", { for: "form-name" }, WORDS.name), name, ...made.parts, why);
     form.addEventListener("submit", async (event) => {
       event.preventDefault();
       const text = made.value(), key = name.value.trim(), section = made.kind();

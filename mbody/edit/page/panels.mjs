@@ -9,7 +9,7 @@ import { WORDS } from "./words.mjs";
 const GENERAL = ["parameters", "inputs", "drivers", "loads", "gravity", "g"];
 /** Of a slider: its ends as parts of the value, and steps. */
 const SLIDE = [0.2, 2], STEPS = 400;
-const DIAGRAMS = 3, RADIANS = Math.PI / 180;
+const DIAGRAMS = 6, RADIANS = Math.PI / 180;
 const SECTIONS = ["points", "bodies", "joints", "drivers", "loads"];
 
 export const button = (text, title, act, more = {}) => {
@@ -93,7 +93,7 @@ export class Panels {
   #field(row) {
     const { board } = this, path = row.path.join("."), name = row.label, edit = (text) =>
       board.edit({ do: "set", path: row.path, text, what: WORDS.did.set(name, text) });
-    const out = this.#input({ id: path, name, text: row.text, unit: row.unit, value: row.formula ? `= ${shown(row.value, 5)} ${row.unit ?? ""}` : "",
+    const out = this.#input({ id: path, name, text: row.text, unit: row.unit, value: row.formula && Number.isFinite(row.value) ? `= ${shown(row.value, 5)} ${row.unit ?? ""}` : "",
       title: origin(row), choices: row.choices }, edit, row);
     if (this.sliders.has(path)) out.splice(-1, 0, this.#slider(row, path, edit));
     return out;
@@ -182,7 +182,7 @@ export class Panels {
     this.live = ({ results, peaks }) => { if (results) fill(results); if (peaks) top(peaks); };
     const messages = (state.messages ?? []).map((one) => el("li", {}, `${one.element ? `${one.element}: ` : ""}${one.text}`));
     return [el("h2", {}, WORDS.results), state.results?.length ? this.#table(el("table", {}, headed(WORDS.resultColumns), table)) : el("p", { class: "hint" }, WORDS.noRun),
-      ...(state.peaks?.length ? [el("h2", {}, WORDS.peaks), this.#table(el("table", {}, headed(WORDS.peakColumns), peaks))] : []), ...this.#diagrams(state),
+      ...(state.peaks?.length ? [el("h2", {}, WORDS.peaks), this.#table(el("table", {}, headed([...WORDS.peakColumns, WORDS.at(state.plots[0])]), peaks))] : []), ...this.#diagrams(state),
       ...(messages.length ? [el("h2", {}, WORDS.messages), el("ul", { class: "hint" }, ...messages)] : []),
         ...(state.command ? [el("h2", {}, WORDS.commandTitle), el("p", {}, el("code", {}, state.command))] : [])];
   }

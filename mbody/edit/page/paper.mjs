@@ -162,11 +162,13 @@ export class Paper extends Sheet {
   /** The first view: as it was kept, or everything. */
   look() {
     const own = this.state.views?.camera;
+    this.fitted = false;
     if (own) { this.camera = { s: 1 / own.unit, x: 0.5 * this.wide - own.x / own.unit, y: 0.5 * this.tall + own.y / own.unit }; return; }
     this.fit();
   }
   /** The view that shows everything, or some lengths of empty paper. */
   fit() {
+    this.fitted = true;
     const all = this.points().map(([, at]) => at), { scene } = this;
     for (const { c, p, r = 0 } of scene.shapes) { // wheels and cams too
       const n = scene.carriers[c].x ? 3 : 2;
@@ -185,6 +187,7 @@ export class Paper extends Sheet {
   /** The view as it is kept beside the model: its middle, and the length of a pixel. */
   get view() { const [x, y] = this.world([0.5 * this.wide, 0.5 * this.tall]); return { x, y, unit: 1 / this.camera.s }; }
   zoom(by, [x, y] = [0.5 * this.wide, 0.5 * this.tall]) {
+    this.fitted = false;
     const c = this.camera, s = clamp(c.s * by, 1e-6, 1e9), k = s / c.s;
     Object.assign(c, { s, x: x + k * (c.x - x), y: y + k * (c.y - y) });
   }
@@ -261,8 +264,9 @@ export class Paper extends Sheet {
     for (const name of gone) { const one = arrows.get(name); one.path.remove(); one.text.remove(); arrows.delete(name); }
   }
   #names() {
-    const { state } = this, bodies = Object.keys(state.bodies).map((body) => ({ body, t: body, runs: [[body, ""]] }));
-    this.labels = [...state.pins.map((pin) => ({ pin, t: pin.name, runs: runs(pin.name) })), ...bodies].map((one) => {
+    const { state } = this, bodies = Object.keys(state.bodies).map((body) => ({ body, t: body, runs: [[body, ""]] })), named = new Map();
+    for (const [pin, at] of this.points().reverse()) named.set(`${pin.name} ${at.map((v) => Math.round(v / this.point))}`, pin); // two of one name in one place: once
+    this.labels = [...[...named.values()].map((pin) => ({ pin, t: pin.name, runs: runs(pin.name) })), ...bodies].map((one) => {
       const made = write(sv("text", { "dominant-baseline": "central", ...(one.body ? { class: "link" } : {}) }), one.runs);
       return { ...one, text: made, wide: (one.body ? 7 : 9) * one.t.length };
     });

@@ -209,7 +209,16 @@ const point = onLink("p", "M4 20 20 4M12 12m-3 0a3 3 0 1 0 6 0a3 3 0 1 0-6 0", "
   ? board.mass(body) : board.edit({ do: "point", body, xy: hit.xy, grain: board.grain, what: did.point(body) })));
 const measure = {
   ...two("e", "M3 17 17 3l4 4L7 21zM7 13l2 2M10 10l3 3M13 7l2 2"),
-  up(board, hit) { if (this.from && (!this.fresh || hit.moved)) { board.rubber([where(this.from), where(hit)]); this.from = null; } },
+  up(board, hit) {
+    const { from } = this, write = (key, of) => board.edit({ do: "add", path: ["measures"], key, text: { of }, what: did.measure });
+    if (!from || (this.fresh && !hit.moved && !from.body)) return;
+    this.from = null;
+    if (this.fresh && !hit.moved) return write(`angle_${from.body}`, `${from.body}.angle`);
+    board.rubber([where(from), where(hit)]);
+    if (!from.pin || !hit.pin) return;
+    const [a, b] = [from, hit].map((one) => place(one.pin));
+    return write(`distance_${from.pin.name}_${hit.pin.name}`, `hypot(${a}.x - ${b}.x, ${a}.y - ${b}.y)`);
+  },
 };
 
 /** By name, in the order of the bar. */

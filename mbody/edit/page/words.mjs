@@ -15,7 +15,7 @@ export const TOOL_WORDS = {
   motor: ["Motor", "Click a link that is pinned to the ground: a motor turns it. On a slider: it pushes."],
   point: ["Point", "Click a link: it gets a further point there. On one of its points: it gets a mass."],
   cylinder: ["Cylinder", "Click both ends: their distance is driven, as by a hydraulic cylinder."],
-  measure: ["Measure", "Click two points: their distance and angle. Esc forgets it."],
+  measure: ["Measure", "Click two points for their distance, or a link for its angle, over the motion too. Elsewhere it is only shown, until Esc."],
 };
 
 export const WORDS = {
@@ -39,8 +39,8 @@ export const WORDS = {
   all: "The mechanism", sheetX: "x on the sheet", sheetY: "y on the sheet", length: "length", angle: "angle",
   tabs: { numbers: "Numbers", table: "Table", parts: "Parts", results: "Results", text: "File" },
   columns: ["number", "as written", "unit", "value", "what it is"], resultColumns: ["quantity", "value", "unit"],
-    peakColumns: ["quantity", "peak", "unit", "at"],
-  textLabel: "model file as text", take: "Take the text", takeTip: "Ctrl+Enter", lineProblem: (line, text) => `line ${line}: ${text}`,
+    peakColumns: ["quantity", "peak", "unit"], at: (plot) => (plot ? `at ${plot.xname} [${plot.xunit}]` : "at"),
+  textLabel: "model file as text", take: "Apply the text", takeTip: "Ctrl+Enter", lineProblem: (line, text) => `line ${line}: ${text}`,
   slide: "slider", slideTip: (name) => `a slider for ${name}`, noRows: "Nothing has a number here yet.", noRun: "No forces yet: add a motor or a load.",
   results: "At this position", peaks: "Peaks", over: (x, unit) => `over ${x}${unit ? ` [${unit}]` : ""}`, here: "here", messages: "What mbody says",
   from: (low, high, unit) => `from ${low} to ${high} ${unit}`, commandTitle: "On the command line", units: "Units",
@@ -58,7 +58,7 @@ export const WORDS = {
       remove: (n) => `${n} deleted`,
     set: (name, text) => `${name} = ${text}`, text: "file edited", rename: (a, b) => `${a} is now ${b}`, copy: "copy", mirror: "mirror image",
       mode: "assembly mode", units: (u) => `units ${u}`,
-    add: (n) => `${n} added`, parameter: (n) => `number named ${n}`, pivot: "pivot of the ground",
+    add: (n) => `${n} added`, measure: "measure", parameter: (n) => `number named ${n}`, pivot: "pivot of the ground",
   },
   cancel: "Cancel", ok: "OK", search: "Search", noMatch: "Nothing has that name.",
   commands: {
