@@ -7,7 +7,7 @@ import { Paper } from "./paper.mjs";
 import { Panels, button } from "./panels.mjs";
 import { Menu } from "./menu.mjs";
 import { TOOLS, bodyOf, place } from "./tools.mjs";
-import { away, nearest, snapped } from "./snapping.mjs";
+import { away, snapped } from "./snapping.mjs";
 import { TOOL_WORDS, WORDS } from "./words.mjs";
 
 /** Pixels within which a point is meant, by mouse and by finger; that a press may move; ms of a long one. */
@@ -250,7 +250,7 @@ class Board {
       const body = state.bodies[name] ? name : state.drivers[name]?.body;
       if (body) picked.set(body, kind === "fault" ? "faulty" : "picked");
     };
-    for (const joint of Object.keys(state.free.redundant ?? {})) about(joint, "held");
+    for (const joint of Object.keys(state.free.redundant ?? {})) about(joint, "redundant");
     for (const [section, name] of this.chosen) {
       if (section === "points") { const pin = this.pin(name); if (pin) rings.push([paper.where(pin), "chosen"]); } else about(name, "chosen");
     }
@@ -259,7 +259,7 @@ class Board {
     Object.assign(paper, { rings, picked });
     paper.mark();
   }
-  /** A band through places of the world with its length and angle; `kept` until Escape. */
+  /** A band through places of the world with its length and angle. */
   rubber(band) {
     this.paper.band = band;
     this.paper.tell(band?.at(-1) ?? null, band ? this.paper.measured(band) : "");
@@ -272,7 +272,6 @@ class Board {
   // -- what is chosen ---------------------------------------------------------------------------
 
   pin(name) { return this.state.pins.find((one) => one.places.includes(name)); }
-  pinAt(xy) { return nearest(this.paper.points(), xy, NEAR / this.paper.camera.s); }
   /** The last point of the link that was drawn last. */
   get lastPin() { const body = Object.keys(this.state.bodies).at(-1), point = body && Object.keys(this.state.bodies[body].points).at(-1);
   return point && this.pin(`${body}.${point}`); }
@@ -321,7 +320,6 @@ class Board {
     const [a, b] = Object.keys(this.state.bodies[body].points).map((one) => this.paper.placeOf(`${body}.${one}`));
     return b ? Math.atan2(b[1] - a[1], b[0] - a[0]) / DEG : 0;
   }
-  cam(centre, follower, a, b) { return this.menu.cam(centre, follower, away(a, b)); }
   mass(body) {
     return this.edit({ do: "mass", body, mass: "1 kg", what: WORDS.did.mass(body) });
   }
@@ -341,7 +339,7 @@ class Board {
   play() {
     if (this.playing) return this.stop();
     const [name, driver] = Object.entries(this.state.drivers)[0] ?? [];
-    if (!name) return this.say(WORDS.held);
+    if (!name) return this.say(WORDS.notDriven);
     const began = performance.now(), { range } = driver;
     this.playing = true;
     this.playButton.textContent = WORDS.pause;

@@ -1,7 +1,7 @@
 // The panel beside the paper: numbers of what is chosen and in a table, sliders, all elements as a
 // list, results with diagrams, and the model file as text.
 
-import { el, shown, sv } from "./viewer/elements.mjs";
+import { DEG, el, shown, sv } from "./viewer/elements.mjs";
 import { bodyOf, place } from "./tools.mjs";
 import { WORDS } from "./words.mjs";
 
@@ -9,7 +9,7 @@ import { WORDS } from "./words.mjs";
 const GENERAL = ["parameters", "inputs", "drivers", "loads", "gravity", "g"];
 /** Of a slider: its ends as parts of the value, and steps. */
 const SLIDE = [0.2, 2], STEPS = 400;
-const DIAGRAMS = 6, RADIANS = Math.PI / 180;
+const DIAGRAMS = 6;
 const SECTIONS = ["points", "bodies", "joints", "drivers", "loads"];
 
 export const button = (text, title, act, more = {}) => {
@@ -253,7 +253,7 @@ class Diagram {
     const { drivers } = this.board.state, { x, y } = this.plot = plot;
     // over the driver's own value, in degrees where it turns; over time nothing can be led
     const own = Object.keys(drivers).find((name) => plot.xname?.includes(name)) ?? Object.keys(drivers)[0];
-    this.scale = plot.xunit === "rad" ? RADIANS : 1;
+    this.scale = plot.xunit === "rad" ? DEG : 1;
     this.driver = own && (plot.xunit === drivers[own].unit || plot.xunit === "rad") ? own : null;
     this.turns = drivers[own]?.turns && Math.abs(Math.abs(x.at(-1) - x[0]) - 360 * this.scale) < 1e-3 * this.scale;
     const good = y.filter(Number.isFinite), low = Math.min(0, ...good), high = Math.max(0, ...good), tall = high - low || 1,

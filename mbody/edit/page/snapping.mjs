@@ -1,6 +1,7 @@
 // Where the pointer snaps: points, lines, levels of points, angles, the grid. Places of the world.
 
-export const DEG = Math.PI / 180;
+import { DEG } from "./viewer/elements.mjs";
+
 export const away = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1]);
 const clean = (xy) => xy.map((v) => +v.toPrecision(12) + 0);
 

@@ -164,7 +164,7 @@ const gear = {
 };
 const cam = two("c", "M12 4c5 0 7 4 6 8s-3 7-6 7-6-3-6-7 1-8 6-8zM12 12m-1.5 0a1.5 1.5 0 1 0 3 0a1.5 1.5 0 1 0-3 0", (board, from, hit) => {
   if (!hit.pin) return board.say(WORDS.noCentre);
-  return board.cam(place(from.pin), place(hit.pin), from.pin.xy, hit.pin.xy);
+  return board.menu.cam(place(from.pin), place(hit.pin), away(from.pin.xy, hit.pin.xy));
 }, centre);
 /** Between two points, or about a link. */
 const between = (key, icon, kind, fields, turning) => {
