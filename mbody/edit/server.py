@@ -139,7 +139,7 @@ class BoardHandler(BaseHTTPRequestHandler):
 class BoardServer(ThreadingHTTPServer):
     """Serves a session on this machine alone, until its page has gone or it is told to end."""
 
-    daemon_threads = True
+    daemon_threads, request_queue_size = True, 128
 
     def __init__(self, session: BoardSession, port: int = 0) -> None:
         super().__init__(("127.0.0.1", port), BoardHandler)
