@@ -121,10 +121,11 @@ def points_of(state: DrawingState) -> dict[str, dict[str, Pair]]:
 
 def pins_of(document: Document) -> list[Data]:
     """Points of the drawing, with all places that are one there."""
-    joints: dict[str, set[str]] = {}
+    joints: dict[str, dict[str, None]] = {}  # by place
     machine = document.state.mechanism
-    for joint in document.state.mechanism.joints:
-        joints[joint.name] = {place for one in (joint.i, joint.j) if (place := _named(one))}
+    for joint in machine.joints:
+        for place in filter(None, map(_named, (joint.i, joint.j))):
+            joints.setdefault(place, {})[joint.name] = None
     found = []
     known = {"ground": machine.ground.points} | {one.name: one.points for one in machine.bodies}
     for group in document.groups():
@@ -139,7 +140,7 @@ def pins_of(document: Document) -> list[Data]:
                 "xy": document.state.place(named[0]),
                 "places": named,
                 "name": moving.partition(".")[2],
-                "joints": [name for name, places in joints.items() if places & set(group)],
+                "joints": [*{name: None for place in group for name in joints.get(place, ())}],
                 "ground": any(place.partition(".")[0] == "ground" for place in group),
                 "handles": handles,
                 "fixed": document.fixed(group),

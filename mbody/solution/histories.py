@@ -55,9 +55,9 @@ class Record:
         """Histories of rows that follow each other, as of `take`."""
         if self.batch:
             return [self.take(row) for row in range(first, first + count)]
-        rows = self.blocks[0][:, first : first + count, :]
-        rows.flags.writeable = False
-        return [row[: self.count] for row in rows.transpose(1, 2, 0).reshape(count, -1)]
+        rows = self.blocks[0][:, first : first + count, :].transpose(1, 2, 0).reshape(count, -1)
+        rows.flags.writeable = False  # views of what is kept
+        return [row[: self.count] for row in rows]
 
     def table(self, rows: slice) -> Array:
         """Histories of many rows at once: (instants, rows), or (designs, instants, rows)."""

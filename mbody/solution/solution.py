@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -330,8 +331,8 @@ class Solution(Attributes, Presented):
         if body == "ground":
             zero = locked(np.zeros(np.shape(self.record.take(0))))
             return BodyHistory(body, *([zero] * 9))
-        parts = [self.record.take(k * n3 + 3 * b + n) for k in range(3) for n in range(3)]
-        return BodyHistory(body, *parts)
+        parts = (self.record.some(k * n3 + 3 * b, 3) for k in range(3))
+        return BodyHistory(body, *itertools.chain.from_iterable(parts))
 
     def point(self, place: Marker | str) -> PointHistory:
         """Motion of a place on a body, such as ``"coupler.P"`` or ``coupler.at(1.0, 2.0)``."""

@@ -54,7 +54,7 @@ class Carrier:
         away = points - origin
         along, across = away @ u, away @ np.array([-u[1], u[0]])
         if not self.stretches:
-            return np.column_stack([along, across])
+            return np.array([along, across]).T
         part = (along - self.lead) / max(float(length) - 2.0 * self.lead, TINY)
         part = np.clip(part, 0.0, 1.0)
         return np.column_stack([part, along - part * length, across])

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from mbody.core.tolerances import TINY
-from mbody.solution.histories import moved
 from mbody.views.labels import FreePlaces, Label, below_line, drawable, extent, places_around
-from mbody.views.pose import GROUND_CARRIER, Carrier, Pose
+from mbody.views.pose import GROUND_CARRIER, Carrier, Pose, on
 from mbody.views.shapes import arc, box, direction, hatching, unique
 from mbody.views.style import GROUND, INK, LINK, PAPER, SIZE, Z
 
@@ -580,20 +579,18 @@ class SceneSketch(Sketch):
         bodies = [name for name, nodes in pose.nodes.items() if nodes is others]
         if not bodies:
             return super().roomy(place, others)
-        local = [pose.fixed(bodies[0], node) for node in others]
+        u, v = on(bodies[0]).kept(np.array(others).reshape(-1, 2), pose).T[:, :, None]
         instants = sorted({round(k) for k in np.linspace(0, len(pose.run) - 1, SIDES)})
-        tracks = [moved(pose.run, one)[instants] for one in local]
+        body = pose.body(bodies[0])
+        c, s = np.cos(body.angle[instants]), np.sin(body.angle[instants])
+        dx = body.x[instants] + c * u - s * v - place[0]  # (nodes, instants)
+        dy = body.y[instants] + s * u + c * v - place[1]
+        length = np.hypot(dx, dy)
         choices = {-math.pi / 2.0: 0.0, math.pi / 2.0: 0.2, math.pi: 0.3, 0.0: 0.3}
 
         def crowd(angle: float) -> float:
-            total = 0.0
-            for track in tracks:
-                offset = track - place
-                length = np.hypot(*offset.T)
-                along = offset @ (math.cos(angle), math.sin(angle)) / np.maximum(length, TINY)
-                long_enough = length > self.unit
-                total += float(np.mean(np.maximum(0.0, along - 0.6) * long_enough))
-            return total
+            along = (dx * math.cos(angle) + dy * math.sin(angle)) / np.maximum(length, TINY)
+            return float((np.maximum(0.0, along - 0.6) * (length > self.unit)).mean(axis=1).sum())
 
         return min(choices, key=lambda angle: round(crowd(angle) + choices[angle], 3))
 
