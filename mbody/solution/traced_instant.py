@@ -7,7 +7,10 @@ the kernels keep.
 from __future__ import annotations
 
 import math
+import operator
+from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -23,7 +26,7 @@ from mbody.quantities.evaluate import ONE, TWO
 from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history
 from mbody.solution.measures import check_measure, evaluate_measure, relative_angle, stretched
 from mbody.solution.solution import Solution
-from mbody.solution.tracing import Recording, Rule, driven_motion
+from mbody.solution.tracing import Recording, Rule, driven_motion, of_what_is_read
 from mbody.system.formula_steps import record_formula
 from mbody.system.system import System
 
@@ -202,25 +205,86 @@ def _expression(law: Expression, constants: list[Any], x: Any) -> Any:
     return stack[0]
 
 
-# -- Measured quantities of the present instant as Python functions, made once for each --------
+# -- Measured quantities of the present instant as operations, recorded once for each -----------
 # A quantity is computed once by mbody's own functions from an instant whose numbers are recorded
-# (`mbody.solution.tracing`); the operations that this takes become the text of a function. It reads
-# positions and rates where the integrator has them; accelerations and forces make it evaluate the
+# (`mbody.solution.tracing`). What that leaves is evaluated in numbers or in arrays: positions and
+# rates are read where the integrator has them; accelerations and forces make it evaluate the
 # instant.
 
 #: What reads one number of the present instant.
 Read = Callable[[], float]
 
-#: Operations as Python writes them; all else is a function of its arguments.
-WRITTEN = {"negative": "-{0}", "+": "{0} + {1}", "-": "{0} - {1}", "*": "{0} * {1}"}
-WRITTEN |= {"/": "{0} / {1}", "^": "pow({0}, {1})"}
-#: The functions, as they stop where a number is none, and as they go on with what is no number.
-NAMES = ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log", "atan2", "hypot", "pow")
-STRICT: dict[str, Any] = {name: getattr(math, name) for name in NAMES}
-STRICT |= {"abs": abs, "min": min, "max": max, "number": float}
-NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power"}
-LENIENT = {name: getattr(np, NUMPY.get(name, name)) for name in NAMES}
-LENIENT |= {"abs": np.abs, "min": np.minimum, "max": np.maximum, "number": np.float64}
+#: Operations on numbers of Python, which stop where NumPy goes on with what is no number.
+STRICT: dict[str, Any] = {name: getattr(math, name, None) for name in FUNCTIONS}
+STRICT |= {"negative": operator.neg, "+": operator.add, "-": operator.sub, "*": operator.mul}
+STRICT |= {"/": operator.truediv, "^": math.pow, "abs": abs, "min": min, "max": max}
+
+
+#: Operations within each other in one function, beyond which results are kept.
+DEEPEST = 100
+
+
+class RowProgram:
+    """A number as operations on rows of an instant; the time is the row after the last.
+
+    `rows`: Those that it reads.
+    """
+
+    def __init__(self, program: NumberProgram) -> None:
+        program, read = of_what_is_read(program)
+        self.rows: list[int] = read.tolist()
+        self.slots: list[float] = program.slots.tolist()
+        self.operations: list[list[int]] = program.operations.tolist()
+        self.target = int(program.targets[0])
+
+    def function(
+        self, sources: list[Callable[[], Any]], functions: dict[str, Any]
+    ) -> Callable[[], Any]:
+        """What evaluates it, by what reads each of its rows and what does each operation."""
+        binary, count = OPERATIONS.index("log") + 1, len(self.slots) - len(self.operations)
+        uses = Counter(place for _, a, b, _ in self.operations for place in {a, b})
+        found = [*sources, *(_same(value) for value in self.slots[len(sources) : count])]
+        kept, shared, depths = list[Any](), list[Callable[[], Any]](), [0] * count
+        for code, a, b, place in self.operations:
+            made = _applied(
+                functions[OPERATIONS[code]], found[a], found[b] if code >= binary else None
+            )
+            depths.append(1 + max(depths[a], depths[b]))
+            if uses[place] > 1 or depths[-1] > DEEPEST:
+                depths[-1] = 0
+                shared.append(made)
+                kept.append(None)
+                made = partial(kept.__getitem__, len(kept) - 1)
+            found.append(made)
+        whole = found[self.target]
+
+        def evaluated() -> Any:
+            for n, one in enumerate(shared):
+                kept[n] = one()
+            return whole()
+
+        return evaluated if shared else whole
+
+
+def _same(value: float) -> Callable[[], Any]:
+    return lambda: value
+
+
+def _applied(function: Any, a: Callable[[], Any], b: Callable[[], Any] | None) -> Callable[[], Any]:
+    return (lambda: function(a())) if b is None else lambda: function(a(), b())
+
+
+def _numpy(source: Callable[[], float]) -> Callable[[], Any]:
+    return lambda: np.float64(source())
+
+
+def recorded_instant(system: System) -> tuple[Recording, TracedInstant]:
+    """An instant whose rows and time are inputs of a recording."""
+    names = [*(f"row {n}" for n in range(system.record_rows)), "time"]
+    recording = Recording(dict.fromkeys(names, Rule(0.0)))
+    *rows, time = recording.inputs.values()
+    record: Any = TracedRecord(rows)
+    return recording, TracedInstant(system, "simulate", time, record, None)  # type: ignore[arg-type]
 
 
 class Present:
@@ -231,13 +295,7 @@ class Present:
     ) -> None:
         self.system, self.record = system, instant
         self.y, self.slots = y, slots
-        self.rows = system.record_rows
-        self.recording = Recording(
-            {f"row {n}": Rule(0.0) for n in range(self.rows)} | {"time": Rule(0.0)}
-        )
-        traced: list[Any] = list(self.recording.inputs.values())
-        record: Any = TracedRecord(traced[:-1])
-        self.instant = TracedInstant(system, "simulate", traced[-1], record, None)
+        self.recording, self.instant = recorded_instant(system)
 
     def measure(self, of: str | Measure, solution: Callable[[], Solution]) -> Read:
         """A measured quantity; one that no list of operations gives is read from `solution`, the
@@ -252,49 +310,28 @@ class Present:
 
     def read(self, value: Any) -> Read:
         """Function that evaluates a traced number at the present instant."""
-        if isinstance(value, np.ndarray):
-            value = value[()]
-        text, needs_record = self._text(self.recording.program([value]))
-        strict, lenient = (_function(text, scope) for scope in (STRICT, LENIENT))
-        y, slots, record = self.y, self.slots, self.record
+        program = RowProgram(self.recording.program([value]))
+        few, last = 2 * self.system.coordinates, self.system.record_rows
+        needs_record = any(few <= n < last for n in program.rows)
+        y, slots, instant, record = self.y, self.slots, self.record, self.y
+
+        def source(n: int) -> Callable[[], float]:
+            if few <= n < last:
+                return lambda: record[n]
+            return partial(y.__getitem__, n) if n < few else partial(slots.__getitem__, 0)
+
+        sources = [source(n) for n in program.rows]
+        strict = program.function(sources, STRICT)
+        lenient = program.function([_numpy(one) for one in sources], FUNCTIONS)
 
         def evaluated() -> float:
-            kept = record() if needs_record else None
+            nonlocal record
+            if needs_record:
+                record = instant()
             try:
-                found: float = strict(y, slots, kept)
+                return strict()
             except (ValueError, ArithmeticError):
                 with np.errstate(all="ignore"):
-                    found = float(lenient(y, slots, kept))
-            return found
+                    return float(lenient())
 
         return evaluated
-
-    def _text(self, program: NumberProgram) -> tuple[str, bool]:
-        """The function as text, and whether it reads the record."""
-        inputs, few = self.rows + 1, 2 * self.system.coordinates
-        constants = len(program.slots) - len(program.operations)
-        used = {int(n) for n in program.operations[:, 1:3].ravel()} | {int(program.targets[0])}
-        lines = ["def read(y, slots, record):"]
-        needs_record = False
-        for n in sorted(used):
-            if n < inputs:
-                source = f"y[{n}]" if n < few else f"record[{n}]"
-                needs_record |= few <= n < self.rows
-                source = "slots[0]" if n == self.rows else source
-                lines.append(f"    s{n} = number({source})")
-            elif n < constants:
-                lines.append(f"    s{n} = number({float(program.slots[n])!r})")
-        for code, a, b, place in program.operations.tolist():
-            name = OPERATIONS[code]
-            binary = code > OPERATIONS.index("log")
-            form = WRITTEN.get(name, f"{name}({{0}}, {{1}})" if binary else f"{name}({{0}})")
-            lines.append(f"    s{place} = {form.format(f's{a}', f's{b}')}")
-        lines.append(f"    return s{int(program.targets[0])}")
-        return "\n".join(lines), needs_record
-
-
-def _function(text: str, scope: dict[str, Any]) -> Callable[..., Any]:
-    own = dict(scope, inf=math.inf, nan=math.nan)
-    exec(text, own)
-    found: Callable[..., Any] = own["read"]
-    return found

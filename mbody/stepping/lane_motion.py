@@ -30,14 +30,12 @@ from mbody.kernels.runge_kutta_lanes import (
     step_lanes,
 )
 from mbody.kernels.step_state import NEXT, TIME, Tolerances
-from mbody.laws.kernels import OPERATIONS
 from mbody.model.element import as_marker, unknown_name
 from mbody.model.study import Measure, measure_named
 from mbody.solution.histories import Record, Unique
 from mbody.solution.measures import check_measure, evaluate_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.solution.traced_instant import NUMPY, WRITTEN, TracedInstant, TracedRecord
-from mbody.solution.tracing import Recording, Rule
+from mbody.solution.traced_instant import FUNCTIONS, RowProgram, recorded_instant
 from mbody.stepping.input_values import jumping
 from mbody.stepping.simulator import Simulator
 from mbody.system.system import System
@@ -360,14 +358,6 @@ class LaneInputs(MutableMapping[str, Array]):
 #: What reads one number of every state.
 ReadAll = Callable[[], Array]
 
-#: Operations by NumPy; all else is a function of its own name there.
-SCOPE: dict[str, Any] = {
-    name: getattr(np, NUMPY.get(name, name))
-    for name in ("sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "exp", "log", "atan2")
-}
-SCOPE |= {"hypot": np.hypot, "pow": np.power, "abs": np.abs, "sign": np.sign}
-SCOPE |= {"min": np.minimum, "max": np.maximum, "step": lambda x: 1.0 - np.less(x, 0.0)}
-
 
 class LaneBody:
     """The present motion of one body in every state.
@@ -542,65 +532,41 @@ class LaneReadings:
 
     def _program(self, measure: Measure) -> ReadAll:
         """A measure as a list of operations on rows."""
-        system, rows = self.system, self.system.record_rows
-        recording = Recording({f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)})
-        traced: list[Any] = list(recording.inputs.values())
-        record: Any = TracedRecord(traced[:-1])
-        value = evaluate_measure(
-            TracedInstant(system, "simulate", traced[-1], record, None), measure
-        )[0]
-        program = recording.program([value[()] if isinstance(value, np.ndarray) else value])
-        operations = program.operations.tolist()
-        constants = len(program.slots) - len(operations)
-        target = int(program.targets[0])
-        lines, needs_record = ["def read(row, record, time):"], False
-        for n in sorted({m for one in operations for m in one[1:3]} | {target}):
-            if n < rows:
-                source = self._source(n)
-                needs_record |= source.startswith("record")
-                lines.append(f"    s{n} = {source}")
-            elif n == rows:
-                lines.append(f"    s{n} = time()")
-            elif n < constants:
-                lines.append(f"    s{n} = {float(program.slots[n])!r}")
-        for code, a, b, place in operations:
-            name = OPERATIONS[code]
-            binary = code > OPERATIONS.index("log")
-            form = WRITTEN.get(name, f"{name}({{0}}, {{1}})" if binary else f"{name}({{0}})")
-            lines.append(f"    s{place} = {form.format(f's{a}', f's{b}')}")
-        lines.append(f"    return s{target}")
-        scope: dict[str, Any] = {**SCOPE, "inf": np.inf, "nan": np.nan}
-        exec("\n".join(lines), scope)
-        function, lanes = scope["read"], self._lanes
+        recording, instant = recorded_instant(self.system)
+        program = RowProgram(recording.program([evaluate_measure(instant, measure)[0]]))
+        lanes, places = self._lanes, [self._source(n) for n in program.rows]
+        recorded = any(name == "records" for name, _ in places)
 
-        def row(group: int, n: int) -> Array:
-            return lanes.row((lanes.many.y, lanes.many.inputs)[group], n)
+        def source(name: str, n: int) -> ReadAll:
+            owner = lanes if name == "records" else lanes.many
+            return lambda: lanes.row(getattr(owner, name), n)
 
-        def instant(n: int) -> Array:
-            self._evaluate()
-            return lanes.row(lanes.records, n)
+        value = program.function([source(*place) for place in places], FUNCTIONS)
 
         def read() -> Array:
+            if recorded:
+                self._evaluate()
             with np.errstate(all="ignore"):
-                found = function(row, instant, lambda: self.t)
-            found = np.broadcast_to(np.asarray(found, dtype=float), (self.n,)).copy()
-            return self._patched(measure, found) if needs_record else found
+                found = np.broadcast_to(np.asarray(value(), dtype=float), (self.n,)).copy()
+            return self._patched(measure, found) if recorded else found
 
         return read
 
-    def _source(self, n: int) -> str:
-        """Where a row of a record is: among the states, the inputs that are set, or the record."""
+    def _source(self, n: int) -> tuple[str, int]:
+        """Where a row of an instant is: the memory of the lanes, and the row there."""
         few, own = 2 * self.system.coordinates, self.system.auxiliary_rows.start
-        if n < few:
-            return f"row(0, {n})"
         owns = self.system.layout.owns
+        if n == self.system.record_rows:
+            return "state", TIME
+        if n < few:
+            return "y", n
         if own <= n < own + owns:
-            return f"row(0, {few + n - own})"
+            return "y", few + n - own
         if n >= own + owns:
             name = self.system.mechanism.inputs[n - own - owns].name
             if name in self._input_names:
-                return f"row(1, {self._input_names.index(name)})"
-        return f"record({n})"
+                return "inputs", self._input_names.index(name)
+        return "records", n
 
     def _by_records(self, measure: Measure) -> Array:
         """A measure from the records of all instants."""
