@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import fcntl
 import hashlib
 import json
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path as FilePath
@@ -312,11 +312,15 @@ class Document:
         """The journal, of this board alone as long as it is open."""
 
         def opened(path: str, flags: int) -> int:  # a link may lead outside, a pipe waits
-            return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
+            safe = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+            return os.open(path, flags | safe, 0o666)
 
         stream = open(self._journal_file, "ab", 0, opener=opened)  # noqa: SIM115
         try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if sys.platform != "win32":  # there two boards on one file are not told apart
+                import fcntl
+
+                fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             stream.close()
             raise EditError(
