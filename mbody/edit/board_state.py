@@ -447,9 +447,11 @@ def curves_of(turn: Solution | None) -> Data:
         peak = float(values[at])
         peaks.append([column.name, peak, column.unit, float(x[at])])
         if shown:
-            history = [None if v != v else float(v) for v in values[::step]]
+            ends = (len(x) - 1, int(np.nanargmin(values)), int(np.nanargmax(values)))
+            kept = np.unique([*range(0, len(x), step), *ends])
+            history = [None if v != v else float(v) for v in values[kept]]
             own = {"name": column.name, "unit": column.unit, "peak": peak}
-            own |= {"x": x[::step].tolist(), "xname": across["label"], "xunit": unit}
+            own |= {"x": x[kept].tolist(), "xname": across["label"], "xunit": unit}
             plots.append(numbers({**own, "y": history}))
     return {"plots": plots, "peaks": peaks}
 
