@@ -27,6 +27,7 @@ FUNCTIONS = (
     "absolute",
     "exp",
     "log",
+    "sign",
     "add",
     "subtract",
     "multiply",
@@ -39,8 +40,6 @@ FUNCTIONS = (
 )
 #: Operations whose operands may change places.
 SYMMETRIC = ("add", "multiply", "minimum", "maximum", "hypot")
-#: Twice this factor makes one of any positive difference, however small, at least.
-GREAT = 1e300
 
 
 class Untraceable(Exception):
@@ -164,8 +163,8 @@ def apply(name: str, given: tuple[Any, ...]) -> Any:
 
 
 def _greater(a: Any, b: Any) -> Any:
-    """1 where a > b, else 0: any difference is multiplied until it exceeds 1, and cut off."""
-    return np.maximum(np.minimum((a - b) * GREAT * GREAT, 1.0), 0.0)
+    """1 where a > b, else 0; NaN where either is."""
+    return np.maximum(np.sign(a - b), 0.0)
 
 
 #: Functions that are made of others.
@@ -179,7 +178,6 @@ MADE: dict[str, Callable[..., Any]] = {
     "rad2deg": lambda a: a * (180.0 / math.pi),
     "greater": _greater,
     "less": lambda a, b: _greater(b, a),
-    "sign": lambda a: _greater(a, 0.0) - _greater(0.0, a),
 }
 
 

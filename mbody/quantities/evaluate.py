@@ -55,8 +55,8 @@ OF_ONE: dict[str, Callable[[Any], Any]] = {
     "exp": np.exp,
     "log": np.log,
     "sign": np.sign,
-    # by a comparison that traced numbers record
-    "step": lambda x: 1.0 - np.less(x, 0.0),
+    # NaN where x is; of functions that recorded and dual numbers know
+    "step": lambda x: 1.0 + np.minimum(np.sign(x), 0.0),
 }
 OF_TWO: dict[str, Callable[[Any, Any], Any]] = {
     "atan2": np.arctan2,

@@ -217,7 +217,11 @@ Read = Callable[[], float]
 #: Operations on numbers of Python, which stop where NumPy goes on with what is no number.
 STRICT: dict[str, Any] = {name: getattr(math, name, None) for name in FUNCTIONS}
 STRICT |= {"negative": operator.neg, "+": operator.add, "-": operator.sub, "*": operator.mul}
-STRICT |= {"/": operator.truediv, "^": math.pow, "abs": abs, "min": min, "max": max}
+STRICT |= {"/": operator.truediv, "^": math.pow, "abs": abs}
+# a NaN is selected, so that it is not hidden, and remains one
+STRICT["min"] = lambda a, b: a if a < b or a != a else b
+STRICT["max"] = lambda a, b: a if a > b or a != a else b
+STRICT["sign"] = lambda a: float(np.sign(a))
 
 
 #: Operations within each other in one function, beyond which results are kept.
