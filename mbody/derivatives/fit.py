@@ -12,6 +12,7 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import LeastSquares, least_squares
 from mbody.core.presentation import Presented
 from mbody.derivatives.fit_problem import FitProblem, series_of
 from mbody.derivatives.identifiable import (
@@ -211,10 +212,10 @@ class _ResidualSearch:
             numbers, known = self._effective(start, sigma, known)
         for _ in range(CHOICES):
             fixed = list(known.pivots)
-            free = np.array([k for k in range(len(start)) if k not in fixed], dtype=int)
-            numbers = self._least(numbers, sigma, free)
+            end = self._least(numbers, sigma, fixed, ANALYSES_MOST)
+            numbers, self.settled = end.x, end.settled
             known = self._known(numbers, sigma)
-            if known.rank <= len(free):
+            if known.rank <= len(start) - len(fixed):
                 break
         return numbers, known
 
@@ -251,27 +252,21 @@ class _ResidualSearch:
         """Better numbers from other starts, or none, and how many these were: with nothing held
         from here, from both ways along what is not determined, and from places by chance.
         """
-
-        def size(there: Array) -> float:
-            left = self.problem.residual(there, sigma)
-            return float(left @ left)
-
-        least, better, agree, count = size(numbers), None, 0, 0
-        everything = np.arange(len(numbers))
+        left = self.problem.residual(numbers, sigma)
+        least, better, agree, count = float(left @ left), None, 0, 0
         for start in self._starts(numbers, known):
             count += 1
             try:
-                found = self._least(start, sigma, everything, most=ELSEWHERE)
+                end = self._least(start, sigma, [], ELSEWHERE)
             except (ModelError, SolveError):
                 continue
-            new = size(found)
-            if new < least * (1.0 - tol.FIT_IMPROVES):
-                least, better, agree = new, found, 0
-                if not self.pulled(found, sigma, known).any() and not correlations(
-                    self.problem, found
+            if end.cost < least * (1.0 - tol.FIT_IMPROVES):
+                least, better, agree = end.cost, end.x, 0
+                if not self.pulled(end.x, sigma, known).any() and not correlations(
+                    self.problem, end.x
                 ):
                     break
-            elif new <= least * (1.0 + tol.FIT_AGREES):
+            elif end.cost <= least * (1.0 + tol.FIT_AGREES):
                 agree += 1
                 if agree == AGREE:
                     break
@@ -307,79 +302,19 @@ class _ResidualSearch:
             tol.FIT_SINGULAR_VALUE[self.problem.exact],
         )
 
-    def _least(self, start: Array, sigma: Array, free: Array, most: int = ANALYSES_MOST) -> Array:
-        """The least by some of the unknowns, the others as they are: the method of Levenberg and
-        Marquardt, whose steps are the best ones within the bounds. `free`: their numbers.
-        """
-        problem, low, high = self.problem, self.bounds[0][free], self.bounds[1][free]
-        numbers = np.clip(start, *self.bounds)
-        left = problem.residual(numbers, sigma)
-        rounding = (tol.LEAST_SQUARES_ENDS * problem.data_size(sigma)) ** 2
-        damping, longest, self.settled = tol.FIT_DAMPING_FIRST, np.zeros(len(free)), False
-        jacobian = problem.jacobian(numbers, sigma)[:, free]
-        curved = False
-
-        def there(step: Array) -> Array:
-            moved = numbers.copy()
-            moved[free] = np.clip(numbers[free] + step, low, high)
-            return moved
-
-        def residual(step: Array) -> Array:
-            return problem.residual(there(step), sigma)
-
-        for _ in range(most):
-            cost = float(left @ left)
-            # by what they change, so that no unit has a say
-            longest = np.maximum(longest, np.linalg.norm(jacobian, axis=0))
-            step = _bounded_step(
-                jacobian, left, longest, damping, low - numbers[free], high - numbers[free]
-            )
-            foreseen = cost - float(np.square(left + jacobian @ step).sum())
-            last = foreseen <= tol.FIT_ENDS * cost + rounding
-            if foreseen <= 0.0:
-                self.settled = True
-                break
-            try:
-                if curved:
-                    # to second order along the step, by a difference
-                    part = residual(tol.FIT_BEND_STEP * step) - left
-                    bend = 2.0 / tol.FIT_BEND_STEP * (part / tol.FIT_BEND_STEP - jacobian @ step)
-                    more = _bounded_step(jacobian, bend, longest, damping, low - high, high - low)
-                    if np.linalg.norm(longest * more) <= np.linalg.norm(longest * step):
-                        step = step + 0.5 * more
-                new = residual(step)
-                fall = cost - float(new @ new)
-            except (SolveError, ModelError):
-                # a design that does not close: the step becomes shorter
-                fall = -math.inf
-            if fall > tol.FIT_FALLS * foreseen:
-                numbers, left = there(step), new
-                # slowly up and fast down: the way along a narrow curved valley
-                damping = max(damping / 5.0, tol.FIT_DAMPING_LEAST)
-                if not last:
-                    jacobian = problem.jacobian(numbers, sigma)[:, free]
-            else:
-                damping, curved = damping * 2.0, True
-            if last:
-                self.settled = True
-                break
-        return numbers
-
-
-def _bounded_step(
-    jacobian: Array, left: Array, longest: Array, damping: float, low: Array, high: Array
-) -> Array:
-    """The step s between low and high with the least |r + J s|² + λ |D s|²."""
-    from scipy.optimize import lsq_linear
-
-    unit = 1.0 / np.where(longest > 0.0, longest, 1.0)
-    rows = np.concatenate([jacobian * unit, math.sqrt(damping) * np.eye(len(unit))])
-    q, r = np.linalg.qr(rows)
-    goal = -(q.T[:, : len(left)] @ left)
-    step = np.linalg.solve(r, goal) * unit
-    if (step < low).any() or (step > high).any():
-        step = lsq_linear(r, goal, (low / unit, high / unit), method="bvls").x * unit
-    return np.asarray(step)
+    def _least(self, start: Array, sigma: Array, fixed: list[int], most: int) -> LeastSquares:
+        """The least by the unknowns that are not fixed as they are, by so many steps."""
+        problem, (low, high) = self.problem, (one.copy() for one in self.bounds)
+        low[fixed] = high[fixed] = np.clip(start, *self.bounds)[fixed]
+        return least_squares(
+            lambda x: problem.residual(x, sigma),
+            lambda x: problem.jacobian(x, sigma),
+            start,
+            (low, high),
+            most=most,
+            ends=tol.FIT_ENDS,
+            size=problem.data_size(sigma),
+        )
 
 
 def correlations(problem: FitProblem, numbers: Array) -> dict[str, float]:

@@ -11,6 +11,7 @@ import numpy as np
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import least_squares
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.body import Body, SecondMoments, SlenderRod
@@ -122,7 +123,7 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
 
     The equations are linear but for |s|, which counts only where the place moves: Newton's method
     on them, each pass a linear problem of least squares; from what it finds, where something is
-    left, the method of Gauss and Newton with trust region goes on to the least.
+    left, `least_squares` goes on to the least from there and from no masses.
     """
     # as many rows as there are unknowns have the same sums of squares
     small = np.asarray(np.linalg.qr(np.column_stack([columns, present]), mode="r"))
@@ -157,29 +158,9 @@ def best_moments(columns: Array, present: Array, radii: Array) -> Array:
     if np.abs(left(z)).max(initial=0.0) > tol.SINGULAR_VALUE_ZERO * np.abs(constant).max(
         initial=0.0
     ):
-        z = _least(left, jacobian, z, float(np.linalg.norm(constant)))
+        ends = (least_squares(left, jacobian, start) for start in (z, np.zeros_like(z)))
+        z = min(ends, key=lambda end: end.cost).x
     return z.reshape(count, 2) * radii[:, None]
-
-
-def _least(left: Any, jacobian: Any, start: Array, scale: float) -> Array:
-    """The least sum of squares from two starts: what Newton's method found, and none at all."""
-    from scipy.optimize import least_squares
-
-    found = [
-        least_squares(
-            lambda z: left(z) / scale,
-            begin,
-            lambda z: jacobian(z) / scale,
-            x_scale="jac",
-            **{
-                "ftol": tol.LEAST_SQUARES_ENDS,
-                "xtol": tol.LEAST_SQUARES_ENDS,
-                "gtol": tol.LEAST_SQUARES_ENDS,
-            },
-        )
-        for begin in (start, np.zeros_like(start))
-    ]
-    return np.asarray(min(found, key=lambda one: one.cost).x)
 
 
 # -- a mechanism that has them -------------------------------------------------------------------

@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import analyse_with
 from mbody.analysis.position.assembly_analysis import as_system
+from mbody.core.least_squares import nonnegative
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import FORCE_NONE_BALANCE, SINGULAR_VALUE_ZERO, SPRING_PUSHED
 from mbody.errors import ModelError, brief
@@ -346,8 +347,6 @@ def _without_rounding(system: System, columns: Array, names: list[str]) -> Array
 
 def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[float], list[str]]:
     """Non-negative stiffnesses, and what is to be said of them."""
-    from scipy.optimize import nnls
-
     sizes = np.linalg.norm(columns, axis=0)
     notes = [
         f"'{name}' acts on no driver: its stiffness is of no effect"
@@ -355,7 +354,6 @@ def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[floa
         if not size
     ]
     scaled = columns / np.where(sizes > 0.0, sizes, 1.0)
-    found = nnls(scaled, -present)[0]
     _, values, directions = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
     alike = directions[int((values > SINGULAR_VALUE_ZERO * values.max()).sum()) :]
     several = [
@@ -366,13 +364,7 @@ def _solved(columns: Array, present: Array, names: list[str]) -> tuple[list[floa
     if several:
         names = [names[n] for n in several]
         notes.append(f"other stiffnesses of {listed(names)} do as much: they act alike")
-    used = np.flatnonzero(found)
-    if len(used):
-        # the same least squares once more: the last solve of nnls has half of the figures
-        better, _, rank, _ = np.linalg.lstsq(scaled[:, used], -present, rcond=SINGULAR_VALUE_ZERO)
-        if rank == len(used) and (better >= 0.0).all():
-            found[used] = better
-    return [float(k / size) if size else 0.0 for k, size in zip(found, sizes, strict=True)], notes
+    return nonnegative(columns, -present).tolist(), notes
 
 
 def _reason(left: float, stiffness: dict[str, float], columns: Array, present: Array) -> str:

@@ -13,6 +13,7 @@ from mbody.analysis.driven.driven import ANALYSES, revolving_driver
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import nonnegative
 from mbody.errors import ModelError, brief
 from mbody.files.model.other_numbers import file_unit
 from mbody.files.model.study_tables import optimization_tasks
@@ -66,8 +67,6 @@ def binding(program: Program, at: Evaluation) -> tuple[list[Binding], float]:
 
 def _binding(program: Program, at: Evaluation, tolerance: float) -> tuple[list[Binding], float]:
     """Binding limits and residual with all limits within `tolerance`."""
-    from scipy.optimize import nnls
-
     width, sizes = program.width, program.sizes or []
     columns: list[np.ndarray] = []
     about: list[tuple[int, int, int, bool, float]] = []
@@ -96,7 +95,7 @@ def _binding(program: Program, at: Evaluation, tolerance: float) -> tuple[list[B
         np.append(one, 0.0) for one in columns
     ]
     right = np.append(np.zeros(len(width)), heavy)
-    found, _ = nnls(np.array(left).T, right, maxiter=100 * (len(left) + 10))
+    found = nonnegative(np.array(left).T, right)
     weights, parts = found[: len(top)], found[len(top) :]
     pull = weights @ derivatives
     residual = pull - (np.array(columns).T @ parts if columns else 0.0)

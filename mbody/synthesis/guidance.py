@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import least_squares
 from mbody.synthesis.judging import Positions
 from mbody.synthesis.linkage_kinds import FourBar, Kind, SliderCrank
 
@@ -411,17 +413,9 @@ def _fitted_four_bars(phi: np.ndarray, psi: np.ndarray) -> list[Generated]:
     for first in np.arange(GRID) * (2.0 * np.pi / GRID):
         for second in np.arange(GRID) * (2.0 * np.pi / GRID):
             if one := _linear_four_bar(phi + first, psi + second):
-                y = np.array(
-                    [
-                        one.crank,
-                        one.coupler,
-                        one.third,
-                        first + one.input_zero,
-                        second + one.output_zero,
-                    ]
-                )
+                y = np.array([0.0, 0.0, 0.0, first, second]) + astuple(one)
                 for sign in (1.0, -1.0):
-                    off = _four_bar_deviation(y, phi, psi, sign)
+                    off, _ = _four_bar_deviation(y, phi, psi, sign)
                     if np.isfinite(off).all():
                         starts.append((float(off @ off), y, sign))
     return _refined_generators(starts, _four_bar_deviation, phi, psi)
@@ -436,9 +430,9 @@ def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
         if u is None:
             continue
         for one in _generating_sliders(u[0], u[2], u[3] + u[4] ** 2, first, u[4]):
-            y = np.array([one.crank, one.coupler, one.third, one.input_zero, one.output_zero])
+            y = np.array(astuple(one))
             for sign in (1.0, -1.0):
-                off = _slider_deviation(y, phi, x, sign)
+                off, _ = _slider_deviation(y, phi, x, sign)
                 if np.isfinite(off).all():
                     starts.append((float(off @ off), y, sign))
     return _refined_generators(starts, _slider_deviation, phi, x)
@@ -446,48 +440,63 @@ def _fitted_sliders(phi: np.ndarray, x: np.ndarray) -> list[Generated]:
 
 def _refined_generators(
     starts: list[tuple[float, np.ndarray, float]],
-    deviation: Callable[..., np.ndarray],
+    deviation: Callable[..., tuple[np.ndarray, np.ndarray]],
     phi: np.ndarray,
     output: np.ndarray,
 ) -> list[Generated]:
-    from scipy.optimize import least_squares
-
     starts.sort(key=lambda start: start[0])
     found: list[tuple[float, np.ndarray]] = []
     for _, y, sign in starts[:KEEP]:
         one = least_squares(
-            deviation,
+            lambda y, sign=sign: deviation(y, phi, output, sign)[0],  # type: ignore[misc]
+            lambda y, sign=sign: deviation(y, phi, output, sign)[1],  # type: ignore[misc]
             y,
-            "3-point",
-            args=(phi, output, sign),
-            x_scale="jac",
-            xtol=tol.SYNTHESIS_ENDS,
+            ends=tol.SYNTHESIS_ENDS,
         )
         if one.x[:2].min() > 0.0 and not any(
             np.allclose(one.x, z, tol.SYNTHESIS_SOLUTIONS_SAME) for _, z in found
         ):
             found.append((one.cost, one.x))
     found.sort(key=lambda pair: pair[0])
-    return [Generated(*(float(value) for value in y)) for _, y in found]
+    return [Generated(*y.tolist()) for _, y in found]
 
 
-def _four_bar_deviation(y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sign: float) -> np.ndarray:
-    """Output minus function [rad]; NaN where the loop does not close."""
+def _four_bar_deviation(
+    y: np.ndarray, phi: np.ndarray, psi: np.ndarray, sign: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Output minus function [rad], NaN where the loop does not close, and its derivatives."""
     crank, coupler, rocker, first, second = y
-    q = crank * np.exp(1j * (phi + first)) - 1.0  # from O4 to A
+    arm = np.exp(1j * (phi + first))
+    q = crank * arm - 1.0  # from O4 to A
     length = np.abs(q)
     with np.errstate(invalid="ignore"):
         opening = np.arccos((length**2 + rocker**2 - coupler**2) / (2.0 * rocker * length))
-    rotation = np.angle(q) + sign * opening - psi - second
-    return np.asarray(np.mod(rotation + np.pi, 2.0 * np.pi) - np.pi)
+    angle = np.angle(q) + sign * opening
+    out = np.exp(1j * angle)
+    slopes = _closure_slopes(y, arm, q - rocker * out, -out, -1j * rocker * out)
+    return np.mod(angle - psi - second + np.pi, 2.0 * np.pi) - np.pi, slopes
 
 
-def _slider_deviation(y: np.ndarray, phi: np.ndarray, x: np.ndarray, sign: float) -> np.ndarray:
-    """Travel minus function; NaN where the loop does not close."""
+def _slider_deviation(
+    y: np.ndarray, phi: np.ndarray, x: np.ndarray, sign: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Travel minus function, NaN where the loop does not close, and its derivatives."""
     crank, rod, offset, first, second = y
+    arm = np.exp(1j * (phi + first))
+    across = crank * arm.imag - offset
     with np.errstate(invalid="ignore"):
-        along = np.sqrt(rod**2 - (offset - crank * np.sin(phi + first)) ** 2)
-    return np.asarray(crank * np.cos(phi + first) + sign * along - x - second)
+        along = sign * np.sqrt(rod**2 - across**2)
+    slopes = _closure_slopes(y, arm, 1j * across - along, -1j, -1.0)
+    return crank * arm.real + along - x - second, slopes
+
+
+def _closure_slopes(y: np.ndarray, arm: Any, link: Any, by_third: Any, by_output: Any) -> Any:
+    """Derivatives of the output by y, from |link|² = y₁²: (points, 5)."""
+    parts = (arm, 0.0, by_third, 1j * y[0] * arm, 0.0, by_output)
+    slopes = np.stack([(link.conj() * part).real for part in parts], axis=1)
+    slopes[:, 1] = -y[1]
+    slopes[:, 4] = slopes[:, 5]
+    return -slopes[:, :5] / slopes[:, 5:]
 
 
 #: Circle points of three and four poses that are combined with one another.

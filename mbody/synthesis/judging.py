@@ -14,6 +14,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import least_squares
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model import save
@@ -582,16 +583,8 @@ class MissProblem:
         """
         if not np.isfinite(self.residual(self.begin)).all():
             return None
-        return nearest(
-            self.residual,
-            self.begin,
-            self.jacobian,
-            (self.low, self.high),
-            ftol=tol.LEAST_SQUARES_ENDS,
-            xtol=tol.LEAST_SQUARES_ENDS,
-            gtol=tol.LEAST_SQUARES_ENDS,
-            max_nfev=most,
-        )
+        bounds = self.low, self.high
+        return least_squares(self.residual, self.jacobian, self.begin, bounds, most=most).x
 
 
 def led_to_conditions(
@@ -635,43 +628,13 @@ def led_to_conditions(
     for weight in (1.0, *LED_WEIGHTS):
         if not np.isfinite(rows(y)).all():
             return None
-        inside = np.clip(y, *within)
-        y = nearest(rows, inside, slopes, within, max_nfev=LED_STEPS)
+        y = least_squares(rows, slopes, y, within, most=LED_STEPS).x
         lacking = np.maximum(targets - margin(y), 0.0)
         if weight >= LED_WEIGHTS[0]:
             targets = targets + lacking
         if (margin(y) >= 0.0).all():
             break
     return problem.candidate(y)
-
-
-def nearest(
-    residual: Callable[[np.ndarray], np.ndarray],
-    begin: np.ndarray,
-    jacobian: Callable[[np.ndarray], np.ndarray],
-    within: tuple[np.ndarray, np.ndarray],
-    **settings: Any,
-) -> np.ndarray:
-    """The numbers of the least sum of squares within bounds, of which equal ones hold a number."""
-    from scipy.optimize import least_squares
-
-    low, high = within
-    free = low < high
-
-    def whole(part: np.ndarray) -> np.ndarray:
-        y = low.copy()
-        y[free] = part
-        return y
-
-    found = least_squares(
-        lambda part: residual(whole(part)),
-        begin[free],
-        lambda part: jacobian(whole(part))[:, free],
-        bounds=(low[free], high[free]),
-        x_scale="jac",
-        **settings,
-    )
-    return whole(found.x)
 
 
 class Candidate(Protocol):

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.least_squares import least_squares
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
@@ -202,33 +203,26 @@ def shortest(A: np.ndarray, b: np.ndarray, floor: float) -> np.ndarray:
 
 def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     """Move the workspace to where the rows not in `kept` are violated least while those in `kept`
-    (rows,) hold; returns the dimensionless Φ there. Gauss–Newton with a growing penalty.
+    (rows,) hold; returns the dimensionless Φ there. Least squares with a growing penalty.
     """
     size = 3 * system.layout.bodies
-    scale = system.coordinate_units
+    start, scale = work.q[:size, 0].copy(), system.coordinate_units
+
+    def about(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        work.q[:size, 0] = start + scale * x
+        return dense(system, work)
+
+    x = np.zeros(size)
     for penalty in (1e1, 1e3, 1e5):
         weight = np.where(kept, penalty, 1.0)
-        phi, G = dense(system, work)
-        damping, here = tol.LOOP_CLOSURE_RANK_DAMPING, np.linalg.norm(weight * phi)
-        for _ in range(100):
-            A = np.vstack([weight[:, None] * G, damping * np.eye(size)])
-            step = np.linalg.lstsq(A, np.append(-weight * phi, np.zeros(size)), rcond=None)[0]
-            step *= min(1.0, 0.5 / max(np.abs(step).max(), tol.TINY))
-            before = work.q[:size, 0].copy()
-            work.q[:size, 0] += scale * step
-            new_phi, new_G = dense(system, work)
-            now = np.linalg.norm(weight * new_phi)
-            if now < here:
-                done = here - now < tol.LOOP_CLOSURE_RANK_GAIN * here
-                phi, G, here, damping = new_phi, new_G, now, 0.3 * damping
-                if done or here < tol.LOOP_CLOSURE_RESIDUAL:
-                    break
-            else:
-                work.q[:size, 0] = before
-                damping = max(10.0 * damping, tol.LOOP_CLOSURE_RANK_DAMPING_LEAST)
-                if damping > tol.LOOP_CLOSURE_RANK_DAMPING_LOST:
-                    break
-    return dense(system, work)[0]
+        x = least_squares(
+            lambda x, weight=weight: weight * about(x)[0],  # type: ignore[misc]
+            lambda x, weight=weight: weight[:, None] * about(x)[1],  # type: ignore[misc]
+            x,
+            most=100,
+            ends=tol.LOOP_CLOSURE_RANK_GAIN,
+        ).x
+    return about(x)[0]
 
 
 # -- Rank and free motions of large systems by orthogonal elimination, body by body ------------
