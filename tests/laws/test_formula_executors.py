@@ -19,7 +19,7 @@ from mbody.solution.tracing import Recording, Rule
 
 ONE = ["sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log", "sign", "step"]
 TWO = ["atan2", "hypot", "min", "max", "deadband"]
-POWERS = ["2", "3", "-1", "0.5", "1.5", "-2", "0", "1"]
+POWERS = ["2", "3", "-1", "1.5", "-2", "0", "1"]
 SPECIAL = (0.0, 1.0, -1.0, 0.5, -0.5, 2.0, 1e-8, 1e8, -1e8, 1e200, math.pi / 2)
 NAMES = ("u", "w", "p")
 #: Factors of the inputs, of which the first leaves them as they are.
@@ -29,7 +29,7 @@ NEARBY = (1.0, 1.0 - 1e-14, 1.0 + 1e-14)
 def drawn(rng, depth):
     """The text of a random formula."""
     if depth == 0 or rng.random() < 0.12:
-        return str(rng.choice([*NAMES, *NAMES, "0", "3", "pi", f"{rng.uniform(0.0, 2.0):.2f}"]))
+        return str(rng.choice([*NAMES, *NAMES, "1", "3", "pi", f"{rng.uniform(0.0, 2.0):.2f}"]))
     a, b, c = (drawn(rng, depth - 1) for _ in range(3))
     kind = rng.random()
     if kind < 0.4:
