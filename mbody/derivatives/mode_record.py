@@ -156,7 +156,7 @@ def unfollowed_jumps(system: System, values: Mapping[str, Any]) -> dict[str, Arr
             if jumps or _holds(law):
                 found[f"the law of '{load.name}' jumps, which is not followed"] = True
     # as they are written: what a formula calls has no other list
-    written = repr((*machine.loads, *machine.states, *machine.drivers))
+    written = repr((*machine.loads, *machine.states, *machine.drivers, *machine.quantities))
     for name, curve in machine.curves.items():
         if _holds(curve.law) and re.search(rf"\b{name}\s*\(", written):
             found[f"the curve '{name}' jumps, which is not followed"] = True

@@ -179,7 +179,8 @@ class Editor:
     # -- names and numbers -------------------------------------------------------------------------
 
     def _names(self) -> set[str]:
-        tables = ("parameters", "inputs", "curves", "bodies", "states", "measures", *SECTIONS)
+        tables = ["parameters", "inputs", "curves", "bodies", "states", "quantities", "measures"]
+        tables += SECTIONS
         used = {"ground", *(name for table in tables for name in self.tree.get(table, {}))}
         points = [self.tree.get("ground", {}), *self.tree.get("bodies", {}).values()]
         return used.union(*(one.get("points", {}) for one in points))

@@ -13,11 +13,11 @@ from mbody.files.model.toml_text import key_text, toml_value
 from mbody.files.toml_spans import Path, Spans, Splice, value_at
 
 #: Tables of elements, whose entries go with what they refer to.
-ELEMENTS = (*SECTIONS, "states", "inputs")
+ELEMENTS = (*SECTIONS, "states", "inputs", "quantities")
 #: Tables of studies by name, and those of one study.
 STUDIES, TASKS = ("measures", "solve", "optimize"), ("ask", "simulate", "fit", "report")
 #: Tables whose names are words of formulas; the others have a dot and a quantity behind them.
-WORDS = ("parameters", "inputs", "states", "curves")
+WORDS = ("parameters", "inputs", "states", "quantities", "curves")
 #: Keys whose text names no element.
 SILENT = ("name", "source", "note", "title", "unit", "units", "file", "column", "$schema")
 
@@ -52,7 +52,7 @@ def mention(tree: Mapping[str, Any], path: Path, section: str, name: str) -> re.
         end = r"(?!)" if reference else r"(?!\w|\.[^\W\d])"
     elif section == "measures":
         end = r"(?!\w)" if study and path[0] != section and alone else r"(?!)"
-    elif section == "points" or reference or ((study or path[0] in ELEMENTS[-3:]) and alone):
+    elif section == "points" or reference or ((study or path[0] in ELEMENTS[-4:]) and alone):
         end = r"(?!\w)"
     return re.compile(rf"(?<![\w.]){re.escape(name)}{end}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -54,6 +55,7 @@ from mbody.model.joints import (
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
+from mbody.model.states import expanded
 from mbody.quantities.units import UnitSystem
 from mbody.solution.solution import Solution
 from mbody.system.system import System
@@ -741,7 +743,9 @@ class ElementWriter(ClosureWriter):
             return "its law is a formula of measured quantities, which MJCF has not"
         if type(load) not in (Force, Torque):
             return f"MJCF has no {type(load).__name__} by a formula"
-        law = linear_law(self.system.law_of(load, "value"))  # type: ignore[arg-type]  # a formula
+        whole: Any = self.system.law_of(load, "value")
+        formula = functools.partial(self.system.law_of, field="formula")
+        law = linear_law(expanded(whole, self.machine, formula))
         inputs = {one.name: one for one in self.machine.inputs}
         used = [key for key in (law.parts if law else ()) if key in inputs]
         measured = {key for key in (law.parts if law else ()) if key not in inputs} - {PLAIN}

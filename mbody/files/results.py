@@ -164,11 +164,11 @@ def _loads(solution: Solution, table: ResultTable) -> dict[str, Any]:
 def _signals(solution: Solution, table: ResultTable) -> dict[str, Any]:
     """Histories of inputs and of auxiliary states, with their units, where there are some."""
     return {
-        f"{role}s": {
+        key: {
             name: {"unit": one[""].unit, "values": as_list(one[""].values)}
             for name, one in own.items()
         }
-        for role in ("input", "state")
+        for key, role in (("inputs", "input"), ("states", "state"), ("quantities", "quantity"))
         if (own := table.by_owner(role))
     }
 

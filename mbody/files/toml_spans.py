@@ -30,8 +30,8 @@ _PLAIN = re.compile(r"[^\s,\]}#]++(?: [0-9][^\s,\]}#]*+)?")
 #: Order in which sections are written into a file that has none of them yet.
 SECTION_ORDER = (
     "output_units", "parameters", "curves", "inputs", "ground", "bodies", "joints", "contacts",
-    "couplings", "states", "drivers", "loads", "gravity", "measures", "ask", "simulate", "solve",
-    "optimize", "fit", "report",
+    "couplings", "states", "quantities", "drivers", "loads", "gravity", "measures", "ask",
+    "simulate", "solve", "optimize", "fit", "report",
 )  # fmt: skip
 
 

@@ -37,13 +37,14 @@ def compiled_state(machine: Described, state: State) -> tuple[State, dict[str, F
 
 def compiled_stop(machine: Described, stop: Stop) -> tuple[Stop, dict[str, Formula]]:
     """A stop with its formula as a law, and what the numbers of that were made of."""
-    from mbody.model.states import measured_names
+    from mbody.model.states import measured_names, names_measured
 
     try:
         quantities = measured_names(machine, stop.names(machine.measures))
     except FormulaError as error:
         raise ModelError(f"stop '{stop.name}': {error}", stop.name) from None
-    return stop.compiled(machine.parameters.scope(), machine.measures, quantities)
+    read = names_measured(machine, quantities) - {"t"}
+    return stop.compiled(machine.parameters.scope(), machine.measures, quantities, read)
 
 
 def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
@@ -53,6 +54,8 @@ def snapshot(machine: Mechanism, *, groups: bool = False) -> Mechanism:
     if machine.is_closed:
         return machine
     kept = machine if groups else _with_single_contacts(machine)
+    for one in kept.quantities:
+        one.refuse_measure(kept.measures)
     elements, formulas = {one.name: one for one in kept}, dict(kept.formulas)
     for state in kept.described_states:
         elements[state.name], own = compiled_state(kept, state)

@@ -28,7 +28,14 @@ from mbody.model.primitives import Signal
 from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope, evaluate, parse
 from mbody.quantities.formula import formulas_in, is_pending, number, substituted
 from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, called, expanded
-from mbody.quantities.types import Converted, Number, NumberField, Quantity, default, required
+from mbody.quantities.types import (
+    Converted,
+    Number,
+    NumberField,
+    QuantityWithUnit,
+    default,
+    required,
+)
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 # -- Names of elements and of their points -----------------------------------------------------
@@ -173,7 +180,7 @@ def polar(r: Number, angle: Number) -> Polar:
 ENDS = ("low", "high")
 #: A point as an element keeps it, and what it is given as.
 Point: TypeAlias = "tuple[float, float] | Polar"
-PointLike: TypeAlias = "tuple[Number, Number] | list[Any] | FloatArray | Quantity | Polar"
+PointLike: TypeAlias = "tuple[Number, Number] | list[Any] | FloatArray | QuantityWithUnit | Polar"
 
 
 def as_point(value: Any, element: str, field: str) -> Point:
@@ -528,6 +535,17 @@ class Element:
                 plain = set(own) == {"value"}
                 result |= {name if plain else f"{name}.{k}": v for k, v in own.items()}
         return result
+
+
+def check_identifier(element: Element) -> None:
+    """Refuse a name that no formula could have."""
+    if not element.name.isidentifier():
+        what = "an input" if element.role == "input" else f"a {element.role}"
+        raise ModelError(
+            f"'{element.name}' cannot name {what}: formulas name it, so it has letters, digits "
+            "and _ only, and begins with a letter",
+            element.name,
+        )
 
 
 def two_bodies(element: Element) -> None:

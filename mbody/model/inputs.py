@@ -10,7 +10,14 @@ from typing import Any, ClassVar, TypeAlias
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Cam, Law, Polynomial, as_law
-from mbody.model.element import Element, LawLike, law_field, listed, number_field
+from mbody.model.element import (
+    Element,
+    LawLike,
+    check_identifier,
+    law_field,
+    listed,
+    number_field,
+)
 from mbody.quantities import FUNCTIONS, VARIABLES, Formula, FormulaError, Scope, Valued, evaluate
 from mbody.quantities.formula import number, read
 from mbody.quantities.types import Converted, NumberField, default, required
@@ -50,12 +57,7 @@ class Input(Element):
     dimension: Dimension | None = default(None)
 
     def _enter(self) -> None:
-        if not self.name.isidentifier():
-            raise ModelError(
-                f"'{self.name}' cannot name an input: formulas name it, so it has letters, digits "
-                "and _ only, and begins with a letter",
-                self.name,
-            )
+        check_identifier(self)
         super()._enter()
 
     def _law(self, field: dataclasses.Field[Any], value: Any) -> Law | Formula:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from mbody.model.curves import NamedCurve
     from mbody.model.inputs import Controller, Input
     from mbody.model.simulation import SimulationSettings
-    from mbody.model.states import State
+    from mbody.model.states import Quantity, State
     from mbody.model.stop import Stop
     from mbody.model.study import Instants, Measure, Question
     from mbody.model.touching_shapes import ShapeLike
@@ -111,12 +111,13 @@ def whole(machine: Any) -> tuple[Any, ...]:
     }
     title = machine.name, machine.units, machine.g, machine.ground, machine.source, machine.note
     elements = machine.bodies, machine.joints, machine.couplings, machine.drivers, machine.loads
-    signals = machine.inputs, machine.described_states, machine.controllers, machine.curves
+    quantities = {one.name: one for one in machine.quantities}
+    signals = machine.inputs, machine.described_states, quantities, machine.controllers
     parameters = {name: _stated(machine, value) for name, value in machine.parameters.items()}
     instants = machine.ask and replace(machine.ask, at={})
     questions = {n: replace(q, unknowns="x", at={}) for n, q in machine.questions.items()}
     studies = machine.measures, instants, positions, sought, _simulated(machine), questions
-    contacts = machine.contacts, machine.groups
+    contacts = machine.curves, machine.contacts, machine.groups
     shown = machine.output_units
     return (*title, *elements, *signals, *contacts, parameters, following, *studies, shown)
 
@@ -124,7 +125,7 @@ def whole(machine: Any) -> tuple[Any, ...]:
 E = TypeVar("E", bound=Element)
 
 #: Roles of what is neither a body nor a constraint nor a load.
-DESCRIBED = ("input", "state", "controller")
+DESCRIBED = ("input", "state", "quantity", "controller")
 
 
 class Mechanism:
@@ -384,7 +385,7 @@ class Mechanism:
         others = [driver for driver in self.drivers if driver.name not in drivers]
         from mbody.model.states import check_unmeasured
 
-        measuring = (*self.loads, *self.described_states, *others)
+        measuring = (*self.loads, *self.described_states, *self.quantities, *others)
         check_unmeasured(measuring, self.formulas, set(drivers))
         made = copy.copy(self)
         made._sorted, gone = None, set(drivers)
@@ -414,8 +415,8 @@ class Mechanism:
             elif isinstance(element, type):
                 remedy = f": make one, {element.__name__}(...)"
             raise ModelError(
-                "a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and "
-                f"controllers, not {reprlib.repr(element)}{remedy}"
+                "a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, "
+                f"quantities and controllers, not {reprlib.repr(element)}{remedy}"
             )
         group = _groups_in((element,))
         for one in group:
@@ -426,7 +427,7 @@ class Mechanism:
             raise ModelError(
                 f"the name '{name}' is taken by a {what}: names are unique, choose another", name
             )
-        if element.role in ("input", "state"):
+        if element.role in ("input", "state", "quantity"):
             from mbody.model.inputs import check_formula_name
 
             check_formula_name(element, self.parameters)
@@ -454,6 +455,10 @@ class Mechanism:
         whole: Any = element
         if element.role == "state":
             whole, formulas = whole.entered(scope)
+            self.formulas |= formulas
+            return cast(E, whole)
+        if element.role == "quantity":
+            whole, formulas = whole.compiled(self, scope)
             self.formulas |= formulas
             return cast(E, whole)
         if element.role == "input":
@@ -583,6 +588,11 @@ class Mechanism:
         return self._of_role("state")
 
     @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The named quantities, in the order of the description."""
+        return self._of_role("quantity")
+
+    @property
     def states(self) -> tuple[State | AuxiliaryState, ...]:
         """The states that are integrated with the motion: those that the user described, then
         those that elements bring, in the order of the description.
@@ -621,6 +631,7 @@ class Mechanism:
             (len(self.groups), "group of contacts", "groups of contacts"),
             (len(self.inputs), "input", "inputs"),
             (len(self.described_states), "state", "states"),
+            (len(self.quantities), "quantity", "quantities"),
         )
         counts = ", ".join(
             f"{n} {one if n == 1 else more}"

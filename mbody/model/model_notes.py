@@ -31,7 +31,7 @@ def model_notes(mechanism: Mechanism) -> tuple[str, ...]:
         *_tables(mechanism),
         *_formulas(mechanism),
         *traps(mechanism),
-        *_unused_inputs(mechanism),
+        *_unused(mechanism),
     )
 
 
@@ -104,7 +104,8 @@ def _formulas(mechanism: Mechanism) -> Iterator[str]:
 
 def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
     """Whether a formula adds plain numbers to measured angles: it has no units."""
-    if not any("." in name for name in formula.names):
+    named = {one.name for one in mechanism.quantities}
+    if not any("." in name or name in named for name in formula.names):
         return False
     from mbody.model.states import measured_names
 
@@ -119,9 +120,10 @@ def _of_plain_angles(mechanism: Mechanism, formula: Formula) -> bool:
     )
 
 
-def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
-    """Inputs that no formula of a load, a state, a measure or a controller names."""
-    if not mechanism.inputs:
+def _unused(mechanism: Mechanism) -> Iterator[str]:
+    """Inputs and quantities that no formula of a load, a state, a measure or a controller names."""
+    signals = *mechanism.inputs, *mechanism.quantities
+    if not signals:
         return
     from mbody.model.states import rate_names
 
@@ -130,11 +132,15 @@ def _unused_inputs(mechanism: Mechanism) -> Iterator[str]:
     used |= {name for measure in mechanism.measures.values() for name in measure.names}
     texts = [text for one in mechanism.controllers for text in one.reads]
     used |= {name for text in texts for name in read(text, None).names}
-    for one in mechanism.inputs:
+    for stop in mechanism.stops:
+        used |= stop.names(mechanism.measures)
+    for question in mechanism.questions.values():
+        used |= question.names
+    for one in signals:
         if one.name not in used:
             yield (
-                f"nothing uses input '{one.name}': name it in the formula of a load or a state, or "
-                "leave it out"
+                f"nothing uses {one.role} '{one.name}': name it in the formula of a load or a "
+                "state, or leave it out"
             )
 
 

@@ -93,7 +93,7 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
         return mechanism.parameters.scope().names[name].dimension
     owner, _, key = name.partition(".")
     element: Any = mechanism[owner]
-    if element.role in ("input", "state"):
+    if element.role in ("input", "state", "quantity"):
         return _of_signal(element, key)
     for field in dataclasses.fields(element):
         if key == field.name and "dimension" in field.metadata:
@@ -112,14 +112,14 @@ def dimension_named(mechanism: Mechanism, name: str) -> Dimension | None:
 
 
 def _of_signal(element: Any, key: str) -> Dimension | None:
-    """The dimension of a number of an input or an auxiliary state; None of a plain number, and of
-    the parts of a rate.
+    """The dimension of a number of an input, an auxiliary state or a quantity; None of a plain
+    number, and of the parts of a formula.
     """
     field, _, part = key.partition(".")
     if field == "value" and part:
         value = element.dimension or NUMBER
         return _of_numbers(element.value, value, DIMENSIONS["time"], part)
-    found: Dimension | None = element.dimension if field != "rate" else None
+    found: Dimension | None = element.dimension if field not in ("rate", "formula") else None
     return found
 
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Law, MeasuredFormula, compile_measured
 from mbody.model.driver import DRIVEN
-from mbody.model.element import Element, listed
-from mbody.quantities import Formula, FormulaError, Scope
+from mbody.model.element import Element, check_identifier, listed
+from mbody.quantities import Formula, FormulaError, Scope, Valued, evaluate
 from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
@@ -46,6 +46,10 @@ class Described(Protocol):
         """Its auxiliary states."""
 
     @property
+    def quantities(self) -> Sequence[Any]:
+        """Its named quantities."""
+
+    @property
     def parameters(self) -> Any:
         """Its parameters."""
 
@@ -65,10 +69,11 @@ class Described(Protocol):
 
 def measured_names(machine: Described, names: frozenset[str]) -> dict[str, Dimension | None]:
     """Those of the names in a formula that are no numbers of the description, with the dimension
-    of each: inputs, auxiliary states, and dotted names.
+    of each: inputs, auxiliary states, named quantities, and dotted names.
     """
-    own = {one.name: one.dimension for one in machine.inputs}
-    own |= {one.name: one.dimension for one in machine.states}
+    own = {
+        one.name: one.dimension for one in (*machine.inputs, *machine.states, *machine.quantities)
+    }
     found: dict[str, Dimension | None] = {}
     for name in sorted(names):
         if name in own:
@@ -138,6 +143,208 @@ def _described(load: Element) -> dict[str, str]:
     return found
 
 
+# -- Formulas that an element has as text: states and named quantities -------------------------
+
+
+def formula_given(element: Element, field: str, example: str) -> Formula | Law:
+    """The formula of a field as it was given, read."""
+    given = getattr(element, field)
+    if isinstance(given, MeasuredFormula | Formula):
+        return given
+    text = f"{given!r}" if isinstance(given, float | int) else given
+    if not isinstance(text, str):
+        raise ModelError(
+            f"'{element.name}': {field} must be a formula such as \"{example}\", not "
+            f"{brief(given)}",
+            element.name,
+        )
+    try:
+        return read(text, None, curves=True)
+    except FormulaError as error:
+        raise ModelError(f"'{element.name}': {field}: {error}", element.name) from None
+
+
+def compiled_formula(
+    element: Element,
+    field: str,
+    scope: Scope,
+    quantities: Mapping[str, Dimension | None],
+    wanted: Dimension | None,
+) -> tuple[Any, dict[str, Formula]]:
+    """The formula of a field as a law, and what it and its numbers were made of; nothing of one
+    that is a law.
+    """
+    given = getattr(element, field)
+    if not isinstance(given, Formula):
+        return given, {}
+    names = dict(quantities) | ({"t": DIMENSIONS["time"]} if "t" in given.names else {})
+    try:
+        law, numbers = compile_measured(given, scope, names, wanted)
+    except FormulaError as error:
+        raise ModelError(f"'{element.name}': {field}: {error}", element.name) from None
+    own = f"{element.name}.{field}"
+    return law, {f"{own}.{key}": formula for key, formula in numbers.items()} | {own: given}
+
+
+def formula_dimension(
+    formula: Formula, scope: Scope, quantities: Mapping[str, Dimension | None]
+) -> Dimension | None:
+    """Dimension of a formula; None where plain numbers leave it open."""
+    measured = {name: Valued(1.0, dimension) for name, dimension in quantities.items()}
+    whole = Scope(scope.system, {**scope.names, **measured})
+    plain = any(scope.names[n].dimension is None for n in formula.names & scope.names.keys())
+    try:
+        return evaluate(formula.tree, whole, with_units=True).dimension
+    except FormulaError:
+        if plain:
+            return None
+        raise
+
+
+#: Most operations of a quantity with those of all that it names.
+MOST_EXPANDED = 20_000
+
+
+@dataclass(frozen=True)
+class Quantity(Element):
+    """A named quantity of the instant: a formula that later formulas name.
+
+    Loads, drivers, states, stops, conditions, controllers and measures may name it, and quantities
+    that are added after it. It is computed once in each formula that names it, however often.
+
+    Parameters
+    ----------
+    name : str
+        Unique in the mechanism; formulas name it.
+    formula : str
+        A formula of measured positions and rates, inputs, states, parameters, ``t`` and quantities
+        that were added before, such as ``"crank.angle - target"``. Its dimension follows from it;
+        plain numbers are in the units of the mechanism.
+
+    Examples
+    --------
+    >>> from mbody import Body, Mechanism, Revolute, Torque
+    >>> machine = Mechanism("crank")
+    >>> machine.add(Body("crank", mass=1.0, inertia=0.1), Revolute("O", "ground", "crank"))
+    >>> machine.add(Quantity("error", "30 deg - crank.angle"))
+    >>> law = "4 N*m/rad*error - 2 N*m*s/rad*crank.omega"
+    >>> machine.add(Torque("motor", "crank", value=law))
+    >>> machine.quantities[0].name
+    'error'
+    """
+
+    main: ClassVar[tuple[str, ...]] = ("formula",)
+    role: ClassVar[str] = "quantity"
+
+    formula: Converted[Any, str] = required()
+    #: What it measures; None of a plain number. The mechanism that takes it finds it.
+    dimension: Dimension | None = default(None)
+
+    def _enter(self) -> None:
+        check_identifier(self)
+        object.__setattr__(self, "formula", formula_given(self, "formula", "crank.angle - target"))
+
+    def numbers(self) -> dict[str, Any]:
+        """The numbers of its formula."""
+        if not isinstance(self.formula, Law):
+            return {}
+        return {f"{self.name}.formula.{key}": v for key, v in self.formula.numbers().items()}
+
+    def refuse_measure(self, measures: Iterable[str]) -> None:
+        """Refuse a measure of its name."""
+        if self.name in measures:
+            raise ModelError(
+                f"'{self.name}' is a quantity and a measure: formulas name both, give one of them "
+                "another name",
+                self.name,
+            )
+
+    def compiled(self, machine: Described, scope: Scope) -> tuple[Quantity, dict[str, Formula]]:
+        """The quantity with its formula as a law, and what the numbers of that were made of."""
+        given: Any = self.formula
+        if not isinstance(given, Formula):
+            return self, {}
+        if self.name in given.names:
+            raise ModelError(
+                f"'{self.name}': formula: '{self.name}' names itself: a quantity names what was "
+                "added before it; for a memory use a State",
+                self.name,
+            )
+        try:
+            known = measured_names(machine, given.names)
+            law, made = compiled_formula(self, "formula", scope, known, None)
+            times = {"t": DIMENSIONS["time"]} if "t" in given.names else {}
+            dimension = formula_dimension(given, scope, known | times)
+        except FormulaError as error:
+            raise ModelError(f"'{self.name}': formula: {error}", self.name) from None
+        sizes: dict[str, int] = {}
+        for one in quantities_named(machine, law.variables):
+            sizes[one.name] = _size(one.formula, sizes)
+        count = _size(law, sizes)
+        if count > MOST_EXPANDED:
+            raise ModelError(
+                f"'{self.name}': formula: with the quantities that it names it has {count} "
+                f"operations, at most {MOST_EXPANDED} are possible: name a quantity once, or keep "
+                "a State",
+                self.name,
+            )
+        return dataclasses.replace(self, formula=law, dimension=dimension), made
+
+
+def _size(law: Any, sizes: Mapping[str, int]) -> int:
+    return len(law.operations) + sum(sizes.get(name, 0) for name in law.variables)
+
+
+def quantities_named(machine: Described, names: Iterable[str]) -> list[Quantity]:
+    """The named quantities that a formula needs, each after those that it names."""
+    needed, found = set(names), list[Quantity]()
+    for one in reversed(machine.quantities):
+        if one.name in needed and isinstance(one.formula, MeasuredFormula):
+            found.append(one)
+            needed |= set(one.formula.variables)
+    return found[::-1]
+
+
+def names_measured(machine: Described, names: Iterable[str]) -> frozenset[str]:
+    """The names in a formula, with those of its quantities in the place of these."""
+    whole, found = set(names), quantities_named(machine, names)
+    for one in found:
+        whole |= set(one.formula.variables)
+    return frozenset(whole - {one.name for one in found})
+
+
+def expanded(
+    law: MeasuredFormula, machine: Described, law_of: Callable[[Quantity], Any]
+) -> MeasuredFormula:
+    """A formula with those of its quantities in the place of these. `law_of`: That of a quantity,
+    with the numbers that are in force.
+    """
+    known: dict[str, MeasuredFormula] = {}
+    for one in quantities_named(machine, law.variables):
+        known[one.name] = _spliced(law_of(one), known)
+    return _spliced(law, known)
+
+
+def _spliced(law: MeasuredFormula, known: Mapping[str, MeasuredFormula]) -> MeasuredFormula:
+    if not known.keys() & set(law.variables):
+        return law
+    operations, variables, constants = list[str](), list[str](), list[float]()
+    names, own = iter(law.variables), iter(law.constants)
+    for operation in law.operations:
+        name = next(names) if operation == "variable" else ""
+        if name in known:
+            operations += known[name].operations
+            variables += known[name].variables
+            constants += known[name].constants
+            continue
+        operations.append(operation)
+        variables += [name] if name else []
+        constants += [next(own)] if operation.endswith("constant") else []
+    return MeasuredFormula(law.text, tuple(operations), tuple(variables), tuple(constants))
+
+
+# -- States of one's own -----------------------------------------------------------------------
+
 #: The start at which the rate vanishes.
 STEADY = "steady"
 
@@ -184,12 +391,7 @@ class State(Element):
     dimension: Dimension | None = default(None)
 
     def _enter(self) -> None:
-        if not self.name.isidentifier():
-            raise ModelError(
-                f"'{self.name}' cannot name a state: formulas name it, so it has letters, digits "
-                "and _ only, and begins with a letter",
-                self.name,
-            )
+        check_identifier(self)
         if self.start is None:
             raise ModelError(
                 f"state '{self.name}' has no start: give a number with its unit, or \"{STEADY}\" "
@@ -200,28 +402,12 @@ class State(Element):
             if given is not None and not (field == "start" and given == STEADY):
                 value = constant_or_formula(given, None, f"'{self.name}': {field}", self.name)
                 object.__setattr__(self, field, value)
-        object.__setattr__(self, "rate", self._rate())
+        object.__setattr__(self, "rate", formula_given(self, "rate", "target - crank.angle"))
         if isinstance(self.size, float) and self.size <= 0.0:
             raise ModelError(
                 f"'{self.name}': size is {self.size:g}, it must be positive: give more than 0",
                 self.name,
             )
-
-    def _rate(self) -> Formula | Law:
-        """The rate as it was given, read."""
-        if isinstance(self.rate, MeasuredFormula | Formula):
-            return self.rate
-        given = f"{self.rate!r}" if isinstance(self.rate, float | int) else self.rate
-        if not isinstance(given, str):
-            raise ModelError(
-                f"'{self.name}': rate must be a formula such as \"target - crank.angle\", not "
-                f"{brief(self.rate)}",
-                self.name,
-            )
-        try:
-            return read(given, None, curves=True)
-        except FormulaError as error:
-            raise ModelError(f"'{self.name}': rate: {error}", self.name) from None
 
     @property
     def start_number(self) -> str:
@@ -265,22 +451,9 @@ class State(Element):
 
         quantities: the dimension of each measured quantity in the rate.
         """
-        if not isinstance(self.rate, Formula):
-            return self, {}
         wanted = None if self.dimension is None else self.dimension / DIMENSIONS["time"]
-        names = dict(quantities)
-        if "t" in self.rate.names:
-            names["t"] = DIMENSIONS["time"]
-        try:
-            law, numbers = compile_measured(self.rate, scope, names, wanted)
-        except FormulaError as error:
-            raise ModelError(f"'{self.name}': rate: {error}", self.name) from None
-        made = {f"{self.name}.rate.{key}": formula for key, formula in numbers.items()}
-        compiled_law: Any = law
-        return dataclasses.replace(self, rate=compiled_law), {
-            **made,
-            f"{self.name}.rate": self.rate,
-        }
+        law, made = compiled_formula(self, "rate", scope, quantities, wanted)
+        return dataclasses.replace(self, rate=law), made
 
 
 def rate_names(state: State) -> frozenset[str]:

@@ -11,8 +11,9 @@ from mbody.laws import MeasuredFormula, compile_measured
 from mbody.model.contact import ContactCandidate, OneSided, refuse_coefficients, restitutions
 from mbody.model.element import InheritedPlace, number_field, place_field, two_bodies
 from mbody.model.primitives import ConstraintPrimitive
-from mbody.quantities import Formula, FormulaError, Scope, evaluate, read
-from mbody.quantities.evaluate import Valued, dimension_text
+from mbody.model.states import formula_dimension
+from mbody.quantities import Formula, FormulaError, Scope, read
+from mbody.quantities.evaluate import dimension_text
 from mbody.quantities.types import NumberField
 from mbody.quantities.units import DIMENSIONS, Dimension
 
@@ -115,7 +116,11 @@ class Stop(OneSided):
         return measures[self.of].of if self.of in measures else self.of
 
     def compiled(
-        self, scope: Scope, measures: Mapping[str, Any], quantities: Mapping[str, Dimension | None]
+        self,
+        scope: Scope,
+        measures: Mapping[str, Any],
+        quantities: Mapping[str, Dimension | None],
+        read: frozenset[str],
     ) -> tuple[Stop, dict[str, Formula]]:
         """The stop with its formula as a law, and what the numbers of that were made of.
 
@@ -127,6 +132,8 @@ class Stop(OneSided):
             The measures of the mechanism by name.
         quantities : mapping
             The dimension of each measured quantity in the formula.
+        read : frozenset of str
+            What it measures, also by named quantities.
 
         Raises
         ------
@@ -134,14 +141,14 @@ class Stop(OneSided):
             For what is no coordinate, and units that do not fit.
         """
         formula = self._formula(self._text(measures))
-        for name in quantities:
+        for name in sorted(read):
             if name.rpartition(".")[2] not in COORDINATES or "." not in name:
                 raise ModelError(
                     f"stop '{self.name}': '{name}' is no coordinate: take x, y and angle of bodies "
                     "and points",
                     self.name,
                 )
-        if not quantities:
+        if not read:
             raise ModelError(
                 f"stop '{self.name}': '{self.of}' has no coordinate: name x, y or angle of a body "
                 "or a point",
@@ -149,7 +156,7 @@ class Stop(OneSided):
             )
         known = dict(quantities) | ({"t": DIMENSIONS["time"]} if "t" in formula.names else {})
         try:
-            dimension = _dimension(formula, scope, known)
+            dimension = formula_dimension(formula, scope, known)
             law, numbers = compile_measured(formula, scope, known, dimension)
         except FormulaError as error:
             raise ModelError(f"stop '{self.name}': {error}", self.name) from None
@@ -183,23 +190,6 @@ class Stop(OneSided):
             f"the motion begins beyond the stop '{self.name}': '{self.of}' is {-depth:.6g} "
             f"{units.of('angle' if self.row == 'a' else 'length')}; begin where it is not negative"
         )
-
-
-def _dimension(
-    formula: Formula, scope: Scope, quantities: Mapping[str, Dimension | None]
-) -> Dimension | None:
-    """Dimension of a formula; None where plain numbers leave it open."""
-    measured = {
-        name: Valued(1.0, quantity_dimension) for name, quantity_dimension in quantities.items()
-    }
-    whole = Scope(scope.system, {**scope.names, **measured})
-    plain = any(scope.names[n].dimension is None for n in formula.names & scope.names.keys())
-    try:
-        return evaluate(formula.tree, whole, with_units=True).dimension
-    except FormulaError:
-        if plain:
-            return None
-        raise
 
 
 # -- Freewheels: clutches that hold one way ----------------------------------------------------

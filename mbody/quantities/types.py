@@ -20,7 +20,7 @@ Read = TypeVar("Read", covariant=True)
 Given = TypeVar("Given", contravariant=True)
 
 
-class Quantity(Protocol):
+class QuantityWithUnit(Protocol):
     """A number with a unit, as pint has them."""
 
     @property
@@ -44,9 +44,9 @@ class Converted(Generic[Read, Given]):
 
 #: A number in the units of the mechanism, text such as ``"1.5 lbf"`` or ``"2*a"``, or a quantity;
 #: or text that has been read.
-Number: TypeAlias = "float | str | np.floating[Any] | np.integer[Any] | Quantity | Formula"
+Number: TypeAlias = "float | str | np.floating[Any] | np.integer[Any] | QuantityWithUnit | Formula"
 #: Several of them in a row.
-NumberRow: TypeAlias = "Sequence[Number] | np.ndarray[Any, Any] | Quantity"
+NumberRow: TypeAlias = "Sequence[Number] | np.ndarray[Any, Any] | QuantityWithUnit"
 #: A number in the units of the mechanism, without text.
 PlainNumber: TypeAlias = "float | np.floating[Any] | np.integer[Any]"
 #: One of them, or a row: instants, values of a driver, numbers of a batch.

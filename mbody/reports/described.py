@@ -81,10 +81,15 @@ def inputs(subject: Subject) -> list[Block]:
         ("couplings", "Couplings"),
         ("drivers", "Drivers"),
         ("states", "States"),
+        ("quantities", "Quantities"),
         ("loads", "Loads"),
     ):
         if data.get(section) and section == "states":
             blocks.append(_states(data[section]))
+        elif data.get(section) and section == "quantities":
+            formulas = [_flat(text) for text in data[section].values()]
+            columns = [Column("quantity", list(data[section]), text=True)]
+            blocks.append(Grid(title, [*columns, Column("formula", formulas, text=True)]))
         elif data.get(section):
             blocks += first_rows(_elements(title, data[section]))
     if data.get("gravity"):

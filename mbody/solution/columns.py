@@ -22,7 +22,7 @@ class ResultColumn:
     `owner`, `key`: The element or point, and what of it: "crank", "omega"; of a measure, an input
       and a state the key is empty.
     `role`: What the owner is: "time", "body", "point", "joint", "contact", "coupling", "driver",
-      "load", "input", "state", "measure".
+      "load", "input", "state", "quantity", "measure".
     `dimension`, `unit`: Of the values; the unit of a plain number is empty.
     `doubts`: Of the result, those that name the owner or no element.
     """

@@ -16,6 +16,7 @@ from mbody.model.driver import DRIVEN
 from mbody.model.element import Marker, Numbers, as_marker, listed, owned, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
+from mbody.model.states import quantities_named
 from mbody.model.study import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,
@@ -48,6 +49,7 @@ from mbody.system.system import polar_points
 if TYPE_CHECKING:
     from mbody.model.curves import NamedCurve
     from mbody.model.loads import Load
+    from mbody.model.states import Quantity
     from mbody.system.formula_steps import StepList
 
 # -- Motion of a place on a body ---------------------------------------------------------------
@@ -428,6 +430,11 @@ def measured(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dime
     return values, dimension, unit
 
 
+def quantity_history(solution: Result, name: str) -> np.ndarray:
+    """The history of a named quantity, (instants,), of a batch (designs, instants)."""
+    return measured(solution, name)[0]
+
+
 def shown_measure(solution: Result, measure: Measure | str) -> tuple[np.ndarray, Dimension, str]:
     """As `measured`, in the unit that people read: its own, or that of `Mechanism.shown`."""
     wanted = measure if isinstance(measure, Measure) else Measure(measure)
@@ -624,6 +631,7 @@ class _Histories(dict[str, Valued]):
         #: Inputs and auxiliary states with what they measure.
         self.own = {one.name: one.dimension for one in mechanism.inputs}
         self.own |= {one.name: one.dimension for one in mechanism.states}
+        self.quantities = {one.name: one for one in mechanism.quantities}
         self["t"] = Valued(1.0, DIMENSIONS["time"])
 
     def get(self, name: str, default: Any = None) -> Any:
@@ -637,11 +645,28 @@ class _Histories(dict[str, Valued]):
             if fixed is not None:
                 self[name] = Valued(self._load_value(owner, name), fixed)
                 return self[name]
-            dimension = _dimension(self.mechanism, owner, key)
+            if _is_law_of_time(self.mechanism, owner, key):
+                field = type(self.mechanism[owner]).__dataclass_fields__[key]
+                dimension = dimension_of(field.metadata["law"])
+            else:
+                dimension = _dimension(self.mechanism, owner, key)
             self[name] = Valued(self.history(owner, key), dimension)
         elif name in self.own and name not in self:
             self[name] = Valued(self.history("", name), self.own[name])
+        elif name in self.quantities and name not in self:
+            for one in quantities_named(self.mechanism, (name,)):
+                if one.name not in self:
+                    self[one.name] = Valued(self._of_quantity(one), one.dimension)
         return super().get(name, default)
+
+    def _of_quantity(self, one: Quantity) -> Any:
+        """A named quantity by its formula."""
+        law: Any = one.formula
+        numbers = {k.rpartition(".")[2]: self.number(k, v) for k, v in one.numbers().items()}
+        with np.errstate(all="ignore"):
+            return formula_value(
+                law, numbers, lambda name: self.get(name).value, self.mechanism.curves
+            )
 
     def _of_output(self, owner: str, text: str, output: str) -> Valued:
         """A quantity that a load makes of its numbers, its rate and its states."""
@@ -680,6 +705,16 @@ def _fixed(mechanism: Mechanism, owner: str, key: str) -> Dimension | None:
         return None
     meta = load.__dataclass_fields__[key].metadata if key in load.__dataclass_fields__ else {}
     return dimension_of(meta["dimension"]) if "dimension" in meta else None
+
+
+def _is_law_of_time(mechanism: Mechanism, owner: str, key: str) -> bool:
+    """Whether a quantity is the value of a law of time of a load, as a motor's voltage."""
+    if owner not in mechanism or mechanism[owner].role != "load":
+        return False
+    load: Any = mechanism[owner]
+    field = load.__dataclass_fields__.get(key)
+    named = field is not None and key not in load.quantities() and getattr(load, key) is not None
+    return named and field.metadata.get("of") == "time"
 
 
 def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
@@ -781,9 +816,24 @@ def _of_load(run: Result, load: Any, kept: list[LoadHistory], key: str) -> Any:
     name = f"{load.name}.{key}"
     if any(one.name == name for one in load.auxiliary_states()):
         return auxiliary_history(run, name)
+    if _is_law_of_time(run.mechanism, load.name, key):
+        return _law_history(run, load, key)
     if not kept:
         kept.append(run.load(load.name))
     return getattr(kept[0], key)
+
+
+def _law_history(run: Result, load: Any, key: str) -> Any:
+    """The value of a law of time of a load, or of its formula."""
+    from mbody.core.recorded_numbers import Untraceable
+
+    if not isinstance(run.t, np.ndarray):
+        raise Untraceable("the value of a law of time of a load")
+    if isinstance(law := getattr(load, key), MeasuredFormula):
+        return formula_history(run, law, f"{load.name}.{key}")
+    designs = range(run.record.count) if run.record.batch else (None,)
+    found = np.array([run.system.law_of(load, key, design=n)(run.t) for n in designs])
+    return found if run.record.batch else found[0]
 
 
 def _of_driver(run: Result, name: str, key: str) -> Any:

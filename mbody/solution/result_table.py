@@ -19,7 +19,13 @@ from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
-from mbody.solution.measures import found_by, histories_of, measured, unit_measured
+from mbody.solution.measures import (
+    found_by,
+    histories_of,
+    measured,
+    quantity_history,
+    unit_measured,
+)
 from mbody.solution.solution import SHOWN_TABLE, Solution
 
 #: Of a body, in the order of tables; of a point its place and the rates of it.
@@ -29,7 +35,7 @@ ACCELERATIONS = ("ax", "ay", "alpha")
 #: What columns are of.
 ROLES = (
     "time", "body", "point", "joint", "contact", "coupling", "driver", "load", "input", "state",
-    "measure",
+    "quantity", "measure",
 )  # fmt: skip
 #: What needs no forces, of joints, loads and drivers.
 FORCES = ("fx", "fy", "force", "torque", "loss", "contact", "effort", "power")
@@ -45,8 +51,8 @@ def result_table(
 
     Time first, then nine columns a body (mass centre and angle) and six a point that moves (of a
     pin that on the first of its links), or of the `points`; of joints, contacts, couplings, drivers
-    and loads what they declare; then inputs, auxiliary states and measures. Kinematics has no
-    forces, statics no rates of drivers.
+    and loads what they declare; then inputs, auxiliary states, quantities and measures.
+    Kinematics has no forces, statics no rates of drivers.
     """
     one_design(solution, "a table is of one design")
     if not isinstance(units, OutputUnits):
@@ -100,6 +106,9 @@ class _TableReader:
             for one in signals if role in roles else ():
                 read = functools.partial(auxiliary_history, run, one.name)
                 yield self._column(one.name, "", role, one.dimension or NUMBER, read)
+        for one in machine.quantities if "quantity" in roles else ():
+            read = functools.partial(quantity_history, run, one.name)
+            yield self._column(one.name, "", "quantity", one.dimension or NUMBER, read)
         for name, measure in machine.measures.items() if "measure" in roles else ():
             if found_by(run, measure):
                 yield self._measure(name, measure)

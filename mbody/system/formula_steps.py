@@ -18,7 +18,7 @@ from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.states import ORIGIN
+from mbody.model.states import ORIGIN, quantities_named
 from mbody.quantities.evaluate import ONE, TWO
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
@@ -65,6 +65,8 @@ class StepList:
         self.numbers: list[Any] = []
         self.laws: list[Signal] = []
         self._known: dict[tuple[Any, ...], int] = {}
+        #: Named quantities that are computed already.
+        self.quantities: dict[str, Recorded] = {}
 
     def read(self, *what: Any) -> Recorded:
         """A number of the instant."""
@@ -169,6 +171,14 @@ def _quantity(
         return steps.read("signal", name)
     if any(name == one.name for one in machine.states):
         return steps.read("own", name)
+    if "." not in name:
+        for one in quantities_named(machine, (name,)):
+            if one.name not in steps.quantities:
+                own = at.law(one, "formula")
+                steps.quantities[one.name] = _evaluated(
+                    steps, one.formula, own.parameters, machine, at
+                )
+        return steps.quantities[name]
     owner, _, key = name.rpartition(".")
     element, _, point = owner.partition(".")
     owned: Any = machine[element]

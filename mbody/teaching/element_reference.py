@@ -68,6 +68,10 @@ OTHER_TABLES: dict[str, tuple[str, str]] = {
         "first-order equations of your own, z′ = rate",
         '[states]\nz = { rate = "(u - z)/(10 ms)", start = "0 N*m", size = "1 N*m" }',
     ),
+    "quantities": (
+        "formulas that later formulas name",
+        '[quantities]\nerror = "30 deg - arm.angle"',
+    ),
     "measures": ("quantities that results have by name", '[measures]\nreach = "arm.B.x"'),
     "ask": ("the instants that the command analyses", '[ask]\nover = "motor"'),
     "simulate": (

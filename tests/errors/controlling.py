@@ -3,19 +3,23 @@
 import numpy as np
 
 from mbody import (
+    AngleDriver,
     Body,
     Controller,
     Distance,
     Force,
     Input,
     Mechanism,
+    Quantity,
     Revolute,
     Spring,
     State,
+    Stop,
     Torque,
     simulate,
 )
 from mbody.laws import Table
+from mbody.model.study import Measure
 from tests.errors.models import four_bar
 from tests.errors.starting import chain
 
@@ -60,6 +64,32 @@ def steady_never():
     return simulate(arm(State("i", rate="1 + 0*i", start="steady")), 1.0)
 
 
+def measured_twice():
+    machine = arm(Quantity("q", "arm.angle"))
+    machine.measures["q"] = Measure("arm.omega")
+    return simulate(machine, 1.0)
+
+
+def doubling(count):
+    yield Quantity("q0", "arm.angle")
+    for n in range(1, count):
+        yield Quantity(f"q{n}", f"q{n - 1}*q{n - 1}")
+
+
+def following_a_rate():
+    yield Body("wheel", mass=1.0, inertia=0.1)
+    yield Revolute("P", "ground", "wheel")
+    yield Quantity("rate", "arm.omega*(1 s)")
+    yield AngleDriver("d", "wheel", "rate")
+
+
+def measuring_a_driver():
+    yield Body("wheel", mass=1.0, inertia=0.1)
+    yield Revolute("P", "ground", "wheel")
+    yield AngleDriver("d", "wheel", "1 rad/s*t")
+    yield Quantity("q", "d.value")
+
+
 SCENARIOS = {
     "a formula of a body that is not there": torque("-k*leg.angle"),
     "a formula of a point that is not there": torque("-5 N*arm.Q.y"),
@@ -96,6 +126,22 @@ SCENARIOS = {
     "a table that holds its values, of a load": lambda: Torque(
         "t", "arm", value=Table([0.0, 1.0], [0.0, 1.0], interpolation="hold")
     ),
+    "a quantity that cannot be named": lambda: Quantity("my error", "1"),
+    "a quantity of the name of a parameter": lambda: arm(Quantity("k", "arm.angle")),
+    "a quantity of the name of an input": lambda: arm(Quantity("u", "arm.angle")),
+    "a quantity of the name of a measure": measured_twice,
+    "a quantity without a formula": lambda: Quantity("q", None),
+    "a quantity by a formula that is none": lambda: Quantity("q", "1 +"),
+    "a quantity of units that do not fit": lambda: arm(Quantity("q", "arm.angle + arm.P.y")),
+    "a quantity of what is not there": lambda: arm(Quantity("q", "later + arm.angle")),
+    "a quantity of itself": lambda: arm(Quantity("q", "q + arm.angle")),
+    "a quantity of forces of the same instant": lambda: arm(Quantity("q", "2*O.force")),
+    "quantities that multiply beyond bounds": lambda: arm(*doubling(16)),
+    "a stop by a quantity that is no coordinate": lambda: simulate(
+        arm(Quantity("rate", "arm.omega"), Stop("end", "rate")), 1.0
+    ),
+    "a driver by a quantity of a rate": lambda: simulate(arm(*following_a_rate()), 1.0),
+    "a driver that a quantity measures, released": lambda: arm(*measuring_a_driver()).without("d"),
     "a controller that is no function": lambda: Controller("pid", 3.0, 0.1, sets=["u"]),
     "a controller whose reads are no texts": lambda: Controller("pid", max, 0.1, [3], ["u"]),
     "a controller that sets nothing": lambda: Controller("pid", max, 0.1, ["arm.angle"]),
@@ -153,6 +199,20 @@ a state with a method that has none | ModelError | lag | the method 'rattle4' is
 a controller from a singular position | ModelError | pid | the motion begins at a singular position, where there are no accelerations yet for controllers such as 'pid' to sample: begin a little beside it
 a state that is never steady | SolveError | i | no steady start is found for 'i': the rates do not vanish near the values tried; give start a number
 a table that holds its values, of a load | ModelError | t | 't': value is a table that holds its values, which jump: give it to an Input, which formulas name, or choose another interpolation
+a quantity that cannot be named | ModelError | my error | 'my error' cannot name a quantity: formulas name it, so it has letters, digits and _ only, and begins with a letter
+a quantity of the name of a parameter | ModelError | k | 'k' is the name of a parameter in formulas: choose another name for the quantity
+a quantity of the name of an input | ModelError | u | the name 'u' is taken by a Input: names are unique, choose another
+a quantity of the name of a measure | ModelError | q | 'q' is a quantity and a measure: formulas name both, give one of them another name
+a quantity without a formula | ModelError | q | 'q': formula must be a formula such as "crank.angle - target", not None
+a quantity by a formula that is none | ModelError | q | 'q': formula: '1 +' ends where a number is expected
+a quantity of units that do not fit | ModelError | q | 'q': formula: it adds an angle (rad) and a length (m)
+a quantity of what is not there | ModelError | q | 'q': formula: there is no parameter 'later' (there are: 'k', 'plain', 'arm.angle')
+a quantity of itself | ModelError | q | 'q': formula: 'q' names itself: a quantity names what was added before it; for a memory use a State
+a quantity of forces of the same instant | ModelError | q | 'q': formula: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or let a controller read it at its samples and set an Input
+quantities that multiply beyond bounds | ModelError | q13 | 'q13': formula: with the quantities that it names it has 32765 operations, at most 20000 are possible: name a quantity once, or keep a State
+a stop by a quantity that is no coordinate | ModelError | end | stop 'end': 'arm.omega' is no coordinate: take x, y and angle of bodies and points
+a driver by a quantity of a rate | ModelError | d | 'd': law is 'rate', which measures a rate: a driver prescribes a position, and this would prescribe how positions change, which no position fulfils (a nonholonomic constraint). Follow positions, or use a Torque or a Force whose formula measures the rate
+a driver that a quantity measures, released | ModelError | q | driver 'd' cannot be released, 'q' measures it: measure the body that it drives, or a joint
 a controller that is no function | ModelError | pid | 'pid': function must be a function of (t, *reads), not 3.0
 a controller whose reads are no texts | ModelError | pid | 'pid': reads must be a list of text, not [3]
 a controller that sets nothing | ModelError | pid | 'pid' sets no input: name one or more, as in sets=["u"]

@@ -304,10 +304,10 @@ adding a spring at no point | ModelError | S | 'S' refers to point 'C' of 'crank
 adding a name twice | ModelError | crank | the name 'crank' is taken by a Body: names are unique, choose another
 adding a load by the name of a body | ModelError | crank | the name 'crank' is taken by a Body: names are unique, choose another
 adding a second ground | ModelError | ground | the name 'ground' is taken by a fixed link: names are unique, choose another
-adding a name alone | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not 'crank'
-adding nothing | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not None
-adding a class | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not <class 'mbody...el.body.Body'>: make one, Body(...)
-adding a list | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not [Body(name='ro... section=None)]: give them one by one, add(*elements)
+adding a name alone | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, quantities and controllers, not 'crank'
+adding nothing | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, quantities and controllers, not None
+adding a class | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, quantities and controllers, not <class 'mbody...el.body.Body'>: make one, Body(...)
+adding a list | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, quantities and controllers, not [Body(name='ro... section=None)]: give them one by one, add(*elements)
 a body among very many | ModelError | F | 'F' refers to body 'x', which is not there (there are: 'ground', 'b0', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6' and 93 more): add bodies first
 adding to what is assembled | ModelError | - | 'm' has been assembled: add to the mechanism that you described, and assemble it again
 another unit system | ModelError | - | there is no unit system 'inch': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'

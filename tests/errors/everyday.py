@@ -153,7 +153,7 @@ a quantity by another word | ModelError | - | measure 'crank.speed': 'crank' has
 a sum of unlike quantities | ModelError | - | measure 'crank.omega + crank.x': it adds an angular velocity (rad/s) and a length (m)
 a point in text | ModelError | a | 'a': A must be a pair (x, y) or polar(r, angle), not '1,2'
 bodies for places | ModelError | O | 'O': i must be a place such as crank.at('A') or "crank.A", not Body(name='a', mass=None, weight=None, inertia=0.0, cg=(0...
-a list of elements | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states and controllers, not [Body(name='x'... section=None)]: give them one by one, add(*elements)
+a list of elements | ModelError | - | a mechanism takes bodies, joints, couplings, drivers, loads, inputs, states, quantities and controllers, not [Body(name='x'... section=None)]: give them one by one, add(*elements)
 a link twice | ModelError | crank | the name 'crank' is taken by a Body: names are unique, choose another
 points of the ground in a list | ModelError | ground | 'ground': points must be a dict such as {"A": (x, y)}, not [(0, 0)]
 a number that is misspelt | ModelError | crank.A.xx | there is no number 'crank.A.xx' to change (there are: 'crank.mass', 'crank.inertia', 'crank.cg.x', 'crank.cg.y', 'crank.A.x', 'crank.A.y')

@@ -15,7 +15,7 @@ MEASURES = {
     "a quantity that a point has not": "crank.A.angle",
     "a quantity that a joint has not": "A.x",
     "a quantity that a driver has not": "motor.angle",
-    "a load": "brake.value",
+    "a load": "brake.colour",
     "gravity": "weight.fx",
     "a length and an angle": "crank.x + crank.angle",
     "a body alone": "crank",
@@ -108,7 +108,7 @@ measuring a quantity that a body has not | ModelError | - | measure 'crank.force
 measuring a quantity that a point has not | ModelError | - | measure 'crank.A.angle': 'crank.A' has no 'angle' (it has: x, y, vx, vy, ax, ay)
 measuring a quantity that a joint has not | ModelError | - | measure 'A.x': 'A' has no 'x' (it has: fx, fy, force, torque, angle, rate)
 measuring a quantity that a driver has not | ModelError | - | measure 'motor.angle': 'motor' has no 'angle' (it has: effort, power, value, rate, acceleration)
-measuring a load | ModelError | - | measure 'brake.value': 'brake' has no 'value' (it has: torque)
+measuring a load | ModelError | - | measure 'brake.colour': 'brake' has no 'colour' (it has: torque)
 measuring gravity | ModelError | - | measure 'weight.fx': 'weight' acts on every body, it has no history of its own: measure what it does to a body from Python, run.load(name, on=body)
 measuring a length and an angle | ModelError | - | measure 'crank.x + crank.angle': it adds a length (m) and an angle (rad)
 measuring a body alone | ModelError | - | measure 'crank': 'crank' has many histories: name one, as in 'crank.x'

@@ -71,9 +71,9 @@ NTH = ("the first number of ", "the second number of ")
 
 
 def open_curves(mechanism: Mechanism) -> Iterator[tuple[Any, str, MeasuredFormula]]:
-    """Formulas of loads and states that call curves which give numbers beyond their points."""
+    """Formulas of loads, states and quantities that call curves which go on beyond their points."""
     known = {name for name, curve in mechanism.curves.items() if _ranges(curve)}
-    for element in (*mechanism.loads, *mechanism.states) if known else ():
+    for element in (*mechanism.loads, *mechanism.states, *mechanism.quantities) if known else ():
         for field in dataclasses.fields(element):
             law = getattr(element, field.name)
             if isinstance(law, MeasuredFormula) and known.intersection(law.operations):

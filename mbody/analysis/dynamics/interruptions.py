@@ -27,7 +27,7 @@ from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.inputs import Controller
-from mbody.model.states import State
+from mbody.model.states import Quantity, State, expanded
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution
@@ -471,11 +471,17 @@ def laws_with_corners(system: System, elements: Iterable[Any]) -> Iterator[Law]:
     """Laws of time that may have corners, with the numbers that are in force; of formulas of
     measured quantities the parts that follow from time alone.
     """
+
+    def law_of(one: Quantity) -> MeasuredFormula:
+        return in_force(system, one.formula, f"{one.name}.formula")
+
+    machine = system.mechanism
     for element in elements:
         for key, of in _law_fields(cast(Any, type(element))):
             law, name = getattr(element, key), f"{element.name}.{key}"
             if isinstance(law, MeasuredFormula):
-                parts = in_force(system, law, name).laws_of_time(system.mechanism.curves)
+                whole = expanded(in_force(system, law, name), machine, law_of)
+                parts = whole.laws_of_time(machine.curves)
                 yield from (part for part in parts if part.may_have_corners)
             elif of == "time" and isinstance(law, Law) and law.may_have_corners:
                 yield in_force(system, law, name)

@@ -89,7 +89,7 @@ Array = np.ndarray
 
 #: What a motion depends on; what else a description has may differ.
 SAME_PARTS: tuple[str, ...] = ("units", "ground", "bodies", "joints", "couplings", "drivers")
-SAME_PARTS += ("contacts", "loads", "curves", "states", "controllers")
+SAME_PARTS += ("contacts", "loads", "curves", "states", "quantities", "controllers")
 
 
 def stops_of(run: Solution) -> list[str]:

@@ -30,6 +30,7 @@ from mbody.model.element import Marker
 from mbody.model.joint_limits import JointLimit, limits_of
 from mbody.model.joints import Revolute
 from mbody.model.mechanism import Mechanism
+from mbody.model.states import names_measured
 from mbody.model.stop import Stop
 from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, Vertex
 from mbody.solution.contact_forces import acting_contacts
@@ -125,7 +126,7 @@ def _rebound(contact: Stop | JointLimit) -> float:
 def _coordinate(contact: Stop | JointLimit, reference: Reference, q: Any) -> Any:
     """What cannot fall below zero, at coordinates (3n + 3,) that are floats or jets."""
     if isinstance(contact, Stop):
-        if contact.gap is None or "t" in contact.gap.variables:
+        if contact.gap is None or "t" in names_measured(reference.mechanism, contact.gap.variables):
             raise NotImplementedError(f"'{contact.name}': it has no stop that moves by itself")
         return formula_of_positions(reference, contact.gap, q, 0.0, {})
     joint: Any = contact.joint

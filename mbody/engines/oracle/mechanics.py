@@ -31,6 +31,7 @@ from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.mechanism import Mechanism
+from mbody.model.states import quantities_named
 
 
 class ReferenceNumbers:
@@ -190,6 +191,9 @@ def _value(
         name: float(one.value) for name, one in scope.items() if name not in machine.curves
     }
     names |= {name: functools.partial(law_at, one.law) for name, one in machine.curves.items()}
+    for one in quantities_named(machine, law.variables):
+        if one.name not in known:
+            known = {**known, one.name: _value(reference, one.formula, known, measure)}
     names |= known
     text = law.text
     for n, name in enumerate(sorted(set(law.variables), key=len, reverse=True)):

@@ -11,11 +11,11 @@ from mbody.files.model.fields import plain
 from mbody.files.model.read import built
 from mbody.files.model.write import Writer
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import State, measured_names
+from mbody.model.states import measured_names
 from mbody.quantities import VARIABLES, Formula, FormulaError, Scope, evaluate
 from mbody.quantities.evaluate import PLAIN_FUNCTIONS, Valued, has_units
 from mbody.quantities.tree import Call, walk
-from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, UnitSystem, unit_system
+from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
 
 def in_units(mechanism: Mechanism, units: str | UnitSystem) -> Mechanism:
@@ -99,11 +99,10 @@ class _Converter(Writer):
                 return super().wanted(value, dimension)
         return self.written(value, dimension)
 
-    def rate_text(self, state: State, rate: Formula) -> Any:
-        """The formula of a rate, where all its numbers have units."""
-        measured = measured_names(self.mechanism, rate.names)
-        wanted = (state.dimension or NUMBER) / DIMENSIONS["time"]
-        return self.measured_text(rate.of(wanted), measured, state.name)
+    def formula_text(self, element: str, formula: Formula, dimension: Dimension) -> Any:
+        """The formula of an element, where all its numbers have units."""
+        measured = measured_names(self.mechanism, formula.names)
+        return self.measured_text(formula.of(dimension), measured, element)
 
     def measured_text(
         self, formula: Formula, measured: Mapping[str, Dimension | None], element: str

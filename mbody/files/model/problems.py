@@ -284,7 +284,7 @@ MOST = 20  # problems that are reported
 ENOUGH = 80  # that are looked at, and put in order; the others are counted
 LONGEST = 600  # characters of a sentence
 TABLES = ("bodies", *SECTIONS, "ground", "gravity", "parameters", "curves", "inputs", "states")
-TABLES += ("measures", "ask", "simulate")
+TABLES += ("quantities", "measures", "ask", "simulate")
 
 
 @dataclass(frozen=True)
@@ -391,5 +391,7 @@ def _element(problem: Problem) -> str | None:
     section = problem.path[0] if problem.path else None
     if section in ("ground", "gravity"):
         return str(section)
-    named = section in (*SECTIONS, "bodies", "parameters", "curves", "inputs", "states", "measures")
-    return str(problem.path[1]) if named and len(problem.path) > 1 else None
+    tables = ("bodies", "parameters", "curves", "inputs", "states", "quantities", "measures")
+    return (
+        str(problem.path[1]) if section in (*SECTIONS, *tables) and len(problem.path) > 1 else None
+    )

@@ -36,8 +36,9 @@ from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import State
+from mbody.model.states import Quantity, State
 from mbody.model.study import Instants, Measure, OptimizationTask, Question
+from mbody.quantities import FormulaError, read
 from mbody.quantities.evaluate import dimension_text
 from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
 from mbody.quantities.parse import MAX_CHARACTERS
@@ -114,8 +115,22 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         return None, [_framed(given, error)]
     problems += _shown(given.get("output_units", {}), mechanism)
     missing: set[str] = set()
+    waiting = dict(given.get("quantities", {}))
+    coming = set(waiting).union(*(given.get(key, {}) for key in ("bodies", "states", *SECTIONS)))
+
+    def add_ready() -> None:
+        """Add the quantities that name nothing that is still to come."""
+        for name, text in list(waiting.items()):
+            if not (_owners(text) & coming) - {name} and name in waiting:
+                del waiting[name]
+                add(("quantities", name), Quantity, {"formula": text})
 
     def add(path: KeyPath, cls: type[Element], fields: dict[str, Any]) -> None:
+        entered(path, cls, fields)
+        coming.discard(str(path[-1]))
+        add_ready()
+
+    def entered(path: KeyPath, cls: type[Element], fields: dict[str, Any]) -> None:
         name = str(path[-1])
         if len(problems) >= ENOUGH:
             return
@@ -129,7 +144,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
             if _names_one(fields, missing):
                 missing.add(name)
                 return
-            text = _unnamed(str(error), name)
+            text = _unnamed(str(error), name).removeprefix("formula: ")
             field, _, rest = text.partition(" ")
             key = field.removesuffix(":")  # of a file, but for "value", which the kind's word has
             own = key in fields and key != "value" and (key != field or rest.startswith("is "))
@@ -140,6 +155,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         from mbody.model.inputs import Input
 
         add(("inputs", name), Input, {"value": value})
+    add_ready()
     for name, body in given.get("bodies", {}).items():
         add(("bodies", name), Body, body)
     for name, state in given.get("states", {}).items():  # clutches, drivers and loads measure them
@@ -147,6 +163,8 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
     for section in SECTIONS:
         for name, (cls, arguments) in given.get(section, {}).items():
             add((section, name), cls, arguments)
+    coming.clear()
+    add_ready()
     if "gravity" in given:
         add(("gravity",), Gravity, given["gravity"])
     if not problems:
@@ -155,6 +173,14 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
     if not problems:
         problems += _formulas(mechanism, mechanism.stops, compiled_stop)
     return mechanism, problems
+
+
+def _owners(formula: Any) -> set[str]:
+    """What a formula names, without the quantities of it."""
+    try:
+        return {name.partition(".")[0] for name in read(str(formula), None, curves=True).names}
+    except FormulaError:  # which is refused where it is added
+        return set()
 
 
 def _shown(given: dict[str, str], mechanism: Mechanism) -> list[Problem]:
@@ -222,6 +248,8 @@ def _keep_study(given: dict[str, Any], machine: Mechanism, key: str, name: str) 
         from mbody.solution.measures import check_measure
 
         measure = Measure(fields) if isinstance(fields, str) else Measure(**fields)
+        for one in machine.quantities:
+            one.refuse_measure((name,))
         machine.measures[name] = measure
         check_measure(machine, measure.history)
     elif key == "ask":

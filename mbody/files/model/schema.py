@@ -260,6 +260,7 @@ def file_table() -> TableCodec:
         ),
         "bodies": (table_of_kind(Body), "The moving links by name."),
         "states": (STATE, "States of one's own, integrated with the motion, by name."),
+        "quantities": (FormulaText(), "Formulas that later formulas name."),
         **{name: (Section(name), text) for name, text in about.items()},
         "measures": (studies["measures"], "Quantities to be measured on every result, by name."),
         "solve": (studies["solve"], "Questions that `mbody solve` answers, by name."),

@@ -28,7 +28,7 @@ from mbody.model.element import Element
 from mbody.model.inputs import Input
 from mbody.model.joint_limits import as_described
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import STEADY, State
+from mbody.model.states import STEADY, Quantity, State
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.formula import LeftOut
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
@@ -230,6 +230,8 @@ class Writer:
             # drivers may follow them, and loads measure them
             if section == "drivers" and machine.described_states:
                 data["states"] = {one.name: self.state(one) for one in machine.described_states}
+            if section == "drivers" and machine.quantities:
+                data["quantities"] = {one.name: self.quantity(one) for one in machine.quantities}
             elements = getattr(machine, section)
             if section == "contacts":
                 elements = (*elements, *machine.groups)
@@ -281,7 +283,8 @@ class Writer:
     def state(self, own: State) -> dict[str, Any]:
         """The table of an auxiliary state."""
         rate: Any = self.formulas.get(f"{own.name}.rate", own.rate)
-        table: dict[str, Any] = {"rate": self.rate_text(own, rate)}
+        measure = (own.dimension or NUMBER) / DIMENSIONS["time"]
+        table: dict[str, Any] = {"rate": self.formula_text(own.name, rate, measure)}
         if own.start == STEADY:
             table["start"] = STEADY
         for key in ("start", "size"):
@@ -292,9 +295,14 @@ class Writer:
                 table[key] = self.open_number(name, value, own.dimension)
         return table
 
-    def rate_text(self, state: State, rate: Formula) -> Any:
-        """The formula of a rate."""
-        return self.text(rate)
+    def quantity(self, own: Quantity) -> Any:
+        """The formula of a quantity."""
+        formula = self.formulas[f"{own.name}.formula"]
+        return self.formula_text(own.name, formula, own.dimension or NUMBER)
+
+    def formula_text(self, element: str, formula: Formula, dimension: Dimension) -> Any:
+        """The formula of measured quantities that an element has as text."""
+        return self.text(formula)
 
     def open_number(self, name: str, value: float, dimension: Dimension | None) -> Any:
         """A number whose text tells what it measures."""
