@@ -82,9 +82,9 @@ from mbody.model.loads import TorsionDamper as TorsionDamper
 from mbody.model.loads import TorsionSpring as TorsionSpring
 from mbody.model.loads import Tyre as Tyre
 from mbody.model.mechanism import Mechanism as Mechanism
+from mbody.model.named_quantities import Quantity as Quantity
 from mbody.model.simulation import Event as Event
 from mbody.model.simulation import SimulationSettings as SimulationSettings
-from mbody.model.states import Quantity as Quantity
 from mbody.model.states import State as State
 from mbody.model.stop import Freewheel as Freewheel
 from mbody.model.stop import Stop as Stop

@@ -54,8 +54,8 @@ from mbody.model.joints import (
 )
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
+from mbody.model.named_quantities import expanded
 from mbody.model.numbers import number_in
-from mbody.model.states import expanded
 from mbody.quantities.units import UnitSystem
 from mbody.solution.solution import Solution
 from mbody.system.system import System

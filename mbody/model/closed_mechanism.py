@@ -37,7 +37,8 @@ def compiled_state(machine: Described, state: State) -> tuple[State, dict[str, F
 
 def compiled_stop(machine: Described, stop: Stop) -> tuple[Stop, dict[str, Formula]]:
     """A stop with its formula as a law, and what the numbers of that were made of."""
-    from mbody.model.states import measured_names, names_measured
+    from mbody.model.named_quantities import names_measured
+    from mbody.model.states import measured_names
 
     try:
         quantities = measured_names(machine, stop.names(machine.measures))

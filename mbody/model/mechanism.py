@@ -38,8 +38,9 @@ if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
     from mbody.model.curves import NamedCurve
     from mbody.model.inputs import Controller, Input
+    from mbody.model.named_quantities import Quantity
     from mbody.model.simulation import SimulationSettings
-    from mbody.model.states import Quantity, State
+    from mbody.model.states import State
     from mbody.model.stop import Stop
     from mbody.model.study import Instants, Measure, Question
     from mbody.model.touching_shapes import ShapeLike

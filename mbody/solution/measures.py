@@ -16,7 +16,6 @@ from mbody.model.driver import DRIVEN
 from mbody.model.element import Marker, Numbers, as_marker, listed, owned, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import quantities_named
 from mbody.model.study import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,
@@ -49,7 +48,7 @@ from mbody.system.system import polar_points
 if TYPE_CHECKING:
     from mbody.model.curves import NamedCurve
     from mbody.model.loads import Load
-    from mbody.model.states import Quantity
+    from mbody.model.named_quantities import Quantity
     from mbody.system.formula_steps import StepList
 
 # -- Motion of a place on a body ---------------------------------------------------------------
@@ -654,6 +653,8 @@ class _Histories(dict[str, Valued]):
         elif name in self.own and name not in self:
             self[name] = Valued(self.history("", name), self.own[name])
         elif name in self.quantities and name not in self:
+            from mbody.model.named_quantities import quantities_named
+
             for one in quantities_named(self.mechanism, (name,)):
                 if one.name not in self:
                     self[one.name] = Valued(self._of_quantity(one), one.dimension)

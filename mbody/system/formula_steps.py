@@ -18,7 +18,7 @@ from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.states import ORIGIN, quantities_named
+from mbody.model.states import ORIGIN
 from mbody.quantities.evaluate import ONE, TWO
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
@@ -172,6 +172,8 @@ def _quantity(
     if any(name == one.name for one in machine.states):
         return steps.read("own", name)
     if "." not in name:
+        from mbody.model.named_quantities import quantities_named
+
         for one in quantities_named(machine, (name,)):
             if one.name not in steps.quantities:
                 own = at.law(one, "formula")

@@ -27,7 +27,8 @@ from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, Table
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.inputs import Controller
-from mbody.model.states import Quantity, State, expanded
+from mbody.model.named_quantities import Quantity, expanded
+from mbody.model.states import State
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record
 from mbody.solution.solution import Solution

@@ -31,7 +31,7 @@ from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import quantities_named
+from mbody.model.named_quantities import quantities_named
 
 
 class ReferenceNumbers:

@@ -36,7 +36,7 @@ from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import Quantity, State
+from mbody.model.states import State
 from mbody.model.study import Instants, Measure, OptimizationTask, Question
 from mbody.quantities import FormulaError, read
 from mbody.quantities.evaluate import dimension_text
@@ -122,6 +122,8 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         """Add the quantities that name nothing that is still to come."""
         for name, text in list(waiting.items()):
             if not (_owners(text) & coming) - {name} and name in waiting:
+                from mbody.model.named_quantities import Quantity
+
                 del waiting[name]
                 add(("quantities", name), Quantity, {"formula": text})
 

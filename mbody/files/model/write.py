@@ -28,7 +28,8 @@ from mbody.model.element import Element
 from mbody.model.inputs import Input
 from mbody.model.joint_limits import as_described
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import STEADY, Quantity, State
+from mbody.model.named_quantities import Quantity
+from mbody.model.states import STEADY, State
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.formula import LeftOut
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
