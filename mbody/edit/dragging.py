@@ -101,8 +101,8 @@ class Dragging:
 
     >>> from mbody.edit.places import evaluate
     >>> drag = Dragging(evaluate("[bodies.link]\npoints = { A = [1, 2] }"))
-    >>> drag.move("link", (0.0, 0.0), (5.0, 6.0)).now.place("link.A")
-    (1.0, 2.0)
+    >>> drag.move("link", (0.0, 0.0), (0.5, 0.25)).now.place("link.A")
+    (1.5, 2.25)
     """
 
     def __init__(self, drawn: DrawingState) -> None:

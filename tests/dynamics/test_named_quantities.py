@@ -24,7 +24,7 @@ from mbody import (
 from mbody.derivatives.gradient import gradient
 from mbody.laws import Table
 from mbody.model.model_notes import model_notes
-from mbody.model.states import MOST_EXPANDED
+from mbody.model.named_quantities import MOST_EXPANDED
 
 #: The quantities of `arm` written out.
 ERROR = "(target - arm.angle)"
