@@ -36,6 +36,7 @@ from mbody import (
     ModelError,
     PinSlot,
     Prismatic,
+    Quantity,
     RackPinion,
     Revolute,
     Rolling,
@@ -152,6 +153,7 @@ EXAMPLES = {
     Stop: {"of": "a.x + 9 m"},
     Freewheel: {"i": "a.P", "j": "b.Q"},
     State: {"rate": "1"},
+    Quantity: {"formula": "1"},
     Controller: {"function": max, "every": 1.0, "sets": ["u"]},
 }
 
