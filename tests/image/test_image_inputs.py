@@ -11,6 +11,7 @@ from mbody import (
     Gravity,
     Input,
     Mechanism,
+    Quantity,
     Revolute,
     SimulationSettings,
     Spring,
@@ -44,6 +45,7 @@ def arm(*more, level="steady"):
         Input("wave", "2*sin(3*t)"),
         State("lag", rate="5*(first.angle - lag)", start="0.2 rad"),
         State("level", rate="3*(u - level) + A.rate", start=level),
+        Quantity("drag", "0.2*first.A.vx"),
         *more,
         Spring(
             "spring", "ground.C", "second.P", law="k*x + 0.3*x^3 + first.omega", free_length=0.2
@@ -51,7 +53,7 @@ def arm(*more, level="steady"):
         Damper("damper", "second.P", "ground.C", law="2.5*x*(1 + 0.1*second.y^2)"),
         TorsionSpring("coil", "second", "first", law="4*x + 0.1*lag"),
         Force("push", "second.P", "u*cos(first.angle) - spring.length + ground.C.y", angle=0.7),
-        Torque("load", "first", value="wave - 0.2*first.A.vx"),
+        Torque("load", "first", value="wave - drag"),
     )
     return made
 
