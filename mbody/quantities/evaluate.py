@@ -7,9 +7,10 @@ its value is in the unit that plain numbers of its field have.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -81,6 +82,50 @@ TWO: dict[str, Callable[[Any, Any], Any]] = {
     "^": np.power,
     **OF_TWO,
 }
+
+
+def postfix_value(
+    operations: Iterable[str],
+    constants: Iterable[Any],
+    variables: Iterable[Any],
+    applied: Callable[..., Any],
+    curves: Mapping[str, Any] = MappingProxyType({}),
+) -> Any:
+    """The value of a program in postfix order, in numbers of any kind.
+
+    `operations`: By their names in `mbody.laws.kernels.OPERATIONS`, and names of `curves`.
+    `constants`, `variables`: Read in the order in which the program takes them.
+    `applied`: What an operation or a curve, by its name, gives of its arguments.
+
+    >>> postfix_value(("variable", "* constant", "negative"), [2.0], [3.0], by_numpy)
+    np.float64(-6.0)
+    """
+    stack: list[Any] = []
+    own, names = iter(constants), iter(variables)
+    for name in operations:
+        operation, _, constant = name.partition(" ")
+        if name == "variable":
+            stack.append(next(names))
+        elif name == "constant":
+            stack.append(next(own))
+        elif constant:
+            stack.append(applied(operation, stack.pop(), next(own)))
+        elif name in ONE:
+            stack.append(applied(name, stack.pop()))
+        else:
+            count = len(curves[name].takes) if name in curves else 2
+            arguments = [stack.pop() for _ in range(count)][::-1]
+            stack.append(applied(name, *arguments))
+    return stack.pop()
+
+
+def by_numpy(operation: str, *arguments: Any) -> Any:
+    """What NumPy's function of an operation gives.
+
+    >>> float(by_numpy("hypot", 3.0, 4.0))
+    5.0
+    """
+    return (ONE[operation] if operation in ONE else TWO[operation])(*arguments)
 
 
 ANGLE = DIMENSIONS["angle"]

@@ -27,7 +27,7 @@ from mbody.quantities import (
     parse,
     parse_unit,
 )
-from mbody.quantities.evaluate import ONE, TWO
+from mbody.quantities.evaluate import by_numpy, postfix_value
 from mbody.quantities.output_units import unit_text
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 from mbody.solution.histories import (
@@ -863,24 +863,13 @@ def formula_value(
     >>> float(formula_value(law, law.numbers(), {"u": 3.0}.get))
     5.0
     """
-    constants, names = iter(law.parameters(numbers)), iter(law.variables)
-    stack: list[Any] = []
-    for operation in law.operations:
-        if operation == "variable":
-            stack.append(variables(next(names)))
-        elif operation == "constant":
-            stack.append(next(constants))
-        elif curves and operation in curves:
-            curve = curves[operation]
-            arguments = [stack.pop() for _ in curve.takes][::-1]
-            stack.append(curve.at(*arguments))
-        elif operation in ONE:
-            stack.append(ONE[operation](stack.pop()))
-        else:
-            sign, _, constant = operation.partition(" ")
-            b = next(constants) if constant else stack.pop()
-            stack.append(TWO[sign](stack.pop(), b))
-    return stack.pop()
+    curves = curves or {}
+
+    def applied(name: str, *arguments: Any) -> Any:
+        return curves[name].at(*arguments) if name in curves else by_numpy(name, *arguments)
+
+    taken = map(variables, law.variables)
+    return postfix_value(law.operations, law.parameters(numbers), taken, applied, curves)
 
 
 def formula_history(solution: Result, law: MeasuredFormula, name: str) -> Array:

@@ -11,7 +11,7 @@ import operator
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise
+from itertools import pairwise, repeat
 from typing import Any
 
 import numpy as np
@@ -20,14 +20,14 @@ from mbody.core.recorded_numbers import Untraceable
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.number_program import NumberProgram
 from mbody.laws import Expression, MeasuredFormula, Table
-from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT
+from mbody.laws.kernels import OPERATIONS
 from mbody.model.study import Measure, measure_named
-from mbody.quantities.evaluate import ONE, TWO
+from mbody.quantities.evaluate import ONE, TWO, by_numpy, postfix_value
 from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history
 from mbody.solution.measures import check_measure, evaluate_measure, relative_angle, stretched
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, driven_motion, of_what_is_read
-from mbody.system.formula_steps import record_formula
+from mbody.system.formula_steps import record_formula, recorded_values
 from mbody.system.system import System
 
 #: What a body has, in the order in which the kernels keep it.
@@ -61,8 +61,7 @@ class TracedRecord:
         raise Untraceable("compiled code computes it")
 
 
-#: Steps of formulas that read the instant, and what those of positions and velocities read.
-READ = ("position", "velocity", "turn", "time", "signal", "own")
+#: What steps of formulas read as positions and velocities.
 MOTIONS = {"position": ORDER[:3], "velocity": ORDER[3:6]}
 
 
@@ -137,19 +136,7 @@ class TracedInstant(Solution):
         """The value of a formula of measured quantities, step by step as the kernels take them."""
         system = self.system
         found = record_formula(law, list(constants), system.mechanism, system.numbers, load)
-        values: list[Any] = []
-        for kind, *arguments in found.steps:
-            if kind == "parameter":
-                values.append(found.numbers[arguments[0]])
-            elif kind in READ:
-                values.append(self._read(kind, *arguments))
-            elif kind == "law":
-                if len(arguments) > 2:
-                    raise Untraceable("the value of a table of two variables")
-                values.append(_law(found.laws[arguments[0]], values[arguments[1]]))
-            else:
-                values.append(FUNCTIONS[kind](*(values[place] for place in arguments)))
-        return values[found.value]
+        return recorded_values(found, [found.value], self._read, _curve)[0]
 
     def _read(self, kind: str, owner: str = "", axis: int = 0) -> Any:
         """A number of the instant, as `mbody.system.formula_steps.StepList` names it."""
@@ -164,6 +151,12 @@ class TracedInstant(Solution):
         return getattr(self[owner], MOTIONS[kind][axis])
 
 
+def _curve(signal: Any, _order: int, arguments: list[Any]) -> Any:
+    if len(arguments) > 1:
+        raise Untraceable("the value of a table of two variables")
+    return _law(signal, *arguments)
+
+
 def _law(signal: Any, x: Any) -> Any:
     """The value of a law at x, from its numbers."""
     law, numbers = signal.law, signal.parameters
@@ -176,7 +169,8 @@ def _law(signal: Any, x: Any) -> Any:
         mean, amplitude, frequency, phase = numbers
         return mean + amplitude * np.sin(frequency * x + phase)
     if isinstance(law, Expression):
-        return _expression(law, list(numbers), x)
+        operations = [OPERATIONS[code] for code in law.program]
+        return postfix_value(operations, numbers, repeat(x), by_numpy)
     if isinstance(law, Table) and (law.interpolation, law.outside) == ("linear", "hold"):
         # each straight part adds what it rises between its ends
         value = law.y[0]
@@ -184,25 +178,6 @@ def _law(signal: Any, x: Any) -> Any:
             value = value + (d - c) / (b - a) * np.maximum(np.minimum(x - a, b - a), 0.0)
         return value
     raise Untraceable(f"the value of a {type(law).__name__} law")
-
-
-def _expression(law: Expression, constants: list[Any], x: Any) -> Any:
-    """The value of a formula at x: see `mbody.laws.kernels`."""
-    stack: list[Any] = []
-    for code in law.program:
-        name = OPERATIONS[code]
-        if code < CONSTANT:
-            stack.append(x)
-        elif code == CONSTANT:
-            stack.append(constants.pop(0))
-        elif code <= POWER_CONSTANT:
-            stack.append(FUNCTIONS[name.partition(" ")[0]](stack.pop(), constants.pop(0)))
-        elif code <= LOG:
-            stack.append(FUNCTIONS[name](stack.pop()))
-        else:
-            b, a = stack.pop(), stack.pop()
-            stack.append(FUNCTIONS[name](a, b))
-    return stack[0]
 
 
 # -- Measured quantities of the present instant as operations, recorded once for each -----------

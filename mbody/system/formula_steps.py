@@ -8,21 +8,21 @@ takes (its constants, body-fixed positions of points) become parameters.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from mbody.laws import Constant, Law, MeasuredFormula
-from mbody.laws.kernels import CONSTANT, LOG, OPERATIONS, POWER_CONSTANT, FloatArray, evaluate
+from mbody.laws.kernels import OPERATIONS, FloatArray, evaluate
 from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
 from mbody.model.states import ORIGIN
-from mbody.quantities.evaluate import ONE, TWO
+from mbody.quantities.evaluate import by_numpy, postfix_value
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
-VARIABLE = CODES["variable"]
 
 
 class Recorded:
@@ -134,28 +134,17 @@ def _evaluated(
     argument: Element | None = None,
 ) -> Recorded:
     """The value of a formula."""
-    remaining, variables = iter(constants), iter(law.variables)
-    stack: list[Recorded] = []
-    for name in law.operations:
-        if name not in CODES:
-            curve = machine.curves[name]
-            operands = [stack.pop() for _ in curve.takes][::-1]
-            stack.append(steps.law(Signal(curve.law, curve.parameters), *operands))
-            continue
-        code = CODES[name]
-        if code == VARIABLE:
-            stack.append(_quantity(steps, next(variables), machine, at, argument))
-        elif code == CONSTANT:
-            stack.append(steps.number(next(remaining)))
-        elif code <= POWER_CONSTANT:
-            last = steps.number(next(remaining))
-            stack.append(steps.operation(name.partition(" ")[0], stack.pop(), last))
-        elif code <= LOG:
-            stack.append(steps.operation(name, stack.pop()))
-        else:
-            b, a = stack.pop(), stack.pop()
-            stack.append(steps.operation(name, a, b))
-    return stack[-1]
+
+    def applied(name: str, *operands: Recorded) -> Recorded:
+        curve = machine.curves.get(name)
+        if curve is None:
+            return steps.operation(name, *operands)
+        return steps.law(Signal(curve.law, curve.parameters), *operands)
+
+    variables = (_quantity(steps, name, machine, at, argument) for name in law.variables)
+    numbers = map(steps.number, constants)
+    found: Recorded = postfix_value(law.operations, numbers, variables, applied, machine.curves)
+    return found
 
 
 def _quantity(
@@ -533,31 +522,38 @@ def _pair_derivative(steps: StepList, body: str, part: int) -> Recorded:
 LAW_ORDERS = ("law", "law rate", "law acceleration")
 
 
+def recorded_values(
+    steps: StepList, goals: Sequence[int], read: Callable[..., Any], curve: Callable[..., Any]
+) -> list[Any]:
+    """The numbers at some places of a list of steps, of any kind.
+
+    `read`: Gives a number of the instant, `curve` one of (f, f′, f″) of a law at its arguments.
+    """
+    known: dict[int, Any] = {}
+    for place in steps.needed(goals):
+        kind, *arguments = steps.steps[place]
+        operands = [known[one] for one in steps.operands(place)]
+        if kind == "parameter":
+            known[place] = steps.numbers[arguments[0]]
+        elif kind in LAW_ORDERS:
+            known[place] = curve(steps.laws[arguments[0]], LAW_ORDERS.index(kind), operands)
+        elif kind in CODES:
+            known[place] = by_numpy(kind, *operands)
+        else:
+            known[place] = read(kind, *arguments)
+    return [known[goal] for goal in goals]
+
+
 def step_values(
     steps: StepList, goals: Sequence[int], read: Callable[..., Any], shape: tuple[int, ...]
 ) -> list[FloatArray]:
     """The numbers at some places of a list of steps, each of that shape."""
-    known: dict[int, Any] = {}
     with np.errstate(all="ignore"):
-        for place in steps.needed(goals):
-            kind, *arguments = steps.steps[place]
-            operands = [known[one] for one in steps.operands(place)]
-            if kind == "parameter":
-                known[place] = steps.numbers[arguments[0]]
-            elif kind in LAW_ORDERS:
-                known[place] = _curve(
-                    steps.laws[arguments[0]], LAW_ORDERS.index(kind), operands, shape
-                )
-            elif kind in ONE:
-                known[place] = ONE[kind](*operands)
-            elif kind in TWO:
-                known[place] = TWO[kind](*operands)
-            else:
-                known[place] = read(kind, *arguments)
-    return [np.broadcast_to(np.asarray(known[goal], dtype=float), shape) for goal in goals]
+        found = recorded_values(steps, goals, read, partial(_curve, shape))
+    return [np.broadcast_to(np.asarray(one, dtype=float), shape) for one in found]
 
 
-def _curve(signal: Signal, order: int, operands: list[Any], shape: tuple[int, ...]) -> FloatArray:
+def _curve(shape: tuple[int, ...], signal: Signal, order: int, operands: list[Any]) -> FloatArray:
     """A curve, or a derivative of it, with the numbers that it has there."""
     law: Any = signal.law
     places = [

@@ -149,7 +149,7 @@ def test_measures_are_arithmetic_of_histories(of, unit, expected):
         ("B.x", "", "has no 'x' (it has: fx, fy, force, torque, angle, rate)"),
         ("motor.x", "", "has no 'x' (it has: effort, power, value, rate, acceleration)"),
         ("s.effort", "", "'s' has no 'effort' (it has: fx, fy, force, length, rate)"),
-        ("gravity.y", "", "acts on every body, it has no history of its own"),
+        ("gravity.fx", "", "acts on every body, it has no history of its own"),
         ("B.P.x", "", "there is no body 'B'"),
         ("zzz", "", "there is no parameter 'zzz'"),
         ("crank.x + t", "", "it adds a length (m) and a time (s)"),
