@@ -35,6 +35,16 @@ from mbody.quantities.types import (
 if TYPE_CHECKING:
     from mbody.model.touching_shapes import Shape, ShapeLike
 
+#: What can be measured of a body, with its dimension; of a point all but the angles.
+MOTION = {
+    **dict.fromkeys(("x", "y"), "length"),
+    **dict.fromkeys(("vx", "vy"), "velocity"),
+    **dict.fromkeys(("ax", "ay"), "acceleration"),
+}
+ROTATION = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
+#: The origin of a link's axes, unless it has a point of that name.
+ORIGIN = "origin"
+
 # -- Cross-sections of links that are bars: rectangle, tube, round -----------------------------
 
 #: The two named points between which a bar goes; none where its joints say so.

@@ -62,6 +62,9 @@ def check_name(name: Any, what: str) -> None:
         )
 
 
+#: The start of a state at which its rate vanishes.
+STEADY = "steady"
+
 # -- Equations that an element brings with it: states of its own, and laws made of its numbers -
 # An element writes them as text, by the names of its own fields and states: a DC motor ``"constant
 # * current"``. They become formulas of measured quantities, in which each of these names has the

@@ -210,7 +210,7 @@ def kept_states(
     >>> kept_states(machine, {"heat": 3.0}, "statics")
     ("state 'heat' keeps its start, 3, in statics: simulate integrates it",)
     """
-    from mbody.model.states import STEADY
+    from mbody.model.element import STEADY
 
     found = []
     for one in mechanism.states:

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, Protocol
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Law, MeasuredFormula, compile_measured
+from mbody.model.body import MOTION, ORIGIN, ROTATION
 from mbody.model.driver import DRIVEN
-from mbody.model.element import Element, check_identifier, listed
+from mbody.model.element import STEADY, Element, check_identifier, listed
 from mbody.quantities import Formula, FormulaError, Scope, Valued, evaluate
 from mbody.quantities.formula import constant_or_formula, read
 from mbody.quantities.types import Converted, Number, default, required
@@ -18,15 +19,6 @@ from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 # -- Quantities that formulas of the present instant may measure -------------------------------
 
-#: What can be measured of a body, with its dimension; of a point all but the angles.
-MOTION = {
-    **dict.fromkeys(("x", "y"), "length"),
-    **dict.fromkeys(("vx", "vy"), "velocity"),
-    **dict.fromkeys(("ax", "ay"), "acceleration"),
-}
-ROTATION = {"angle": "angle", "omega": "angular velocity", "alpha": "angular acceleration"}
-#: The origin of a link's axes, unless it has a point of that name.
-ORIGIN = "origin"
 #: Keys of quantities that follow from forces: they are known when the formula has been evaluated.
 OF_FORCES = (
     "ax", "ay", "alpha", "acceleration", "effort", "power", "fx", "fy", "force", "torque", "loss",
@@ -202,9 +194,6 @@ def formula_dimension(
 
 
 # -- States of one's own -----------------------------------------------------------------------
-
-#: The start at which the rate vanishes.
-STEADY = "steady"
 
 
 @dataclass(frozen=True)

@@ -722,7 +722,7 @@ def _dimension(mechanism: Mechanism, owner: str, key: str) -> Dimension:
     """Dimension of the history `key` of a body, a point, a joint, a load or a driver; FormulaError
     where there is none.
     """
-    from mbody.model.states import MOTION, ORIGIN, ROTATION
+    from mbody.model.body import MOTION, ORIGIN, ROTATION
 
     element, _, point = owner.partition(".")
     known_name = element == "ground" or element in mechanism
@@ -769,7 +769,7 @@ def _coordinate(run: Result, joint: Joint, key: str) -> Any:
 
 def moving_history(run: Result, owner: str) -> Any:
     """The history of a body, or of a point by its dotted name."""
-    from mbody.model.states import ORIGIN
+    from mbody.model.body import ORIGIN
 
     element, _, point = owner.partition(".")
     if not point:

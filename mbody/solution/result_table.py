@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from mbody.model.body import MOTION, ROTATION
 from mbody.model.closed_mechanism import moving_points
-from mbody.model.states import MOTION, ROTATION
 from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import NUMBER, Dimension, dimension_of
 from mbody.solution.columns import ResultColumn, ResultTable

@@ -21,9 +21,9 @@ from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.kernels.step_state import TIME
+from mbody.model.body import ORIGIN
 from mbody.model.element import as_marker, listed, unknown_name
 from mbody.model.loads import Gravity
-from mbody.model.states import ORIGIN
 from mbody.model.study import Measure
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import EventRecord, Unique, with_fields

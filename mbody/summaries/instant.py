@@ -11,10 +11,10 @@ import numpy as np
 from mbody.analysis.driven.free_body import member_forces
 from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE
 from mbody.laws import MeasuredFormula
+from mbody.model.body import MOTION
 from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.model.element import AuxiliaryState
-from mbody.model.states import MOTION
 from mbody.model.study import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
 from mbody.solution.histories import reported_states

@@ -15,11 +15,11 @@ import numpy as np
 
 from mbody.laws import Constant, Law, MeasuredFormula
 from mbody.laws.kernels import OPERATIONS, FloatArray, evaluate
+from mbody.model.body import ORIGIN
 from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import Signal
-from mbody.model.states import ORIGIN
 from mbody.quantities.evaluate import by_numpy, postfix_value
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}

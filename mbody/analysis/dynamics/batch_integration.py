@@ -41,7 +41,7 @@ from mbody.kernels.runge_kutta_lanes import (
 )
 from mbody.kernels.step_state import Tolerances
 from mbody.kernels.tableaus import Explicit, order_5, order_8
-from mbody.model.states import STEADY
+from mbody.model.element import STEADY
 from mbody.system.system import System
 
 Array = np.ndarray

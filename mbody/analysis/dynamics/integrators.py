@@ -26,7 +26,7 @@ from mbody.kernels.step_state import (
     Tolerances,
 )
 from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
-from mbody.model.states import STEADY
+from mbody.model.element import STEADY
 from mbody.quantities.units import Dimension
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System

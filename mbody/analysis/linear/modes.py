@@ -16,10 +16,9 @@ from mbody.analysis.position.tangent_space import Array
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.body import Guesses
+from mbody.model.body import ORIGIN, Guesses
 from mbody.model.element import Marker, listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import ORIGIN
 from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution

@@ -36,7 +36,6 @@ from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.states import State
 from mbody.model.study import Instants, Measure, OptimizationTask, Question
 from mbody.quantities import FormulaError, read
 from mbody.quantities.evaluate import dimension_text
@@ -161,6 +160,8 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
     for name, body in given.get("bodies", {}).items():
         add(("bodies", name), Body, body)
     for name, state in given.get("states", {}).items():  # clutches, drivers and loads measure them
+        from mbody.model.states import State
+
         add(("states", name), State, state)
     for section in SECTIONS:
         for name, (cls, arguments) in given.get(section, {}).items():

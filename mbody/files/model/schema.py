@@ -49,8 +49,7 @@ from mbody.files.model.problems import (
     written_fields,
 )
 from mbody.model.body import Body, Guess
-from mbody.model.element import Element
-from mbody.model.states import STEADY
+from mbody.model.element import STEADY, Element
 from mbody.quantities.units import DIMENSIONS, UNIT_SYSTEMS, dimension_of
 
 # -- Descriptions of fields, from the docstrings of element classes ----------------------------

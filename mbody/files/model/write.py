@@ -24,12 +24,12 @@ from mbody.files.model.study_tables import tables_of_studies
 from mbody.files.model.toml_text import toml
 from mbody.laws import Constant
 from mbody.model.body import Body
-from mbody.model.element import Element
+from mbody.model.element import STEADY, Element
 from mbody.model.inputs import Input
 from mbody.model.joint_limits import as_described
 from mbody.model.mechanism import Mechanism
 from mbody.model.named_quantities import Quantity
-from mbody.model.states import STEADY, State
+from mbody.model.states import State
 from mbody.quantities import Formula, FormulaError, evaluate, parse
 from mbody.quantities.formula import LeftOut
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
