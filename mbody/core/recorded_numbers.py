@@ -209,6 +209,8 @@ class NumberRecording:
 
     def place_of(self, value: Any) -> int:
         """Where a number is: a traced one of this recording, or a constant."""
+        if isinstance(value, np.ndarray):  # of one number
+            value = value[()]
         if isinstance(value, Traced):
             if value.recording is not self:
                 raise Untraceable("numbers of two recordings")

@@ -151,8 +151,6 @@ def measured_quantities(changeable: Changeable) -> MeasuredProgram:
     for name, kind_of, make in _wanted(instant):
         try:
             value, dimension, unit = make()
-            if isinstance(value, np.ndarray):
-                value = value[()]
             recording.place_of(value)
         except Exception as error:  # whatever Python does with a number that is none
             why = (

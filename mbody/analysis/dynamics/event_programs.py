@@ -18,8 +18,8 @@ from mbody.model.simulation import Event
 from mbody.model.study import Measure
 from mbody.quantities import parse
 from mbody.solution.measures import evaluate_measure
-from mbody.solution.traced_instant import TracedInstant, TracedRecord
-from mbody.solution.tracing import Recording, Rule, of_what_is_read
+from mbody.solution.traced_instant import recorded_instant
+from mbody.solution.tracing import of_what_is_read
 from mbody.system.system import System
 
 #: Programs of measures, and the rows that they read, by their systems.
@@ -107,20 +107,9 @@ def _program(
     system: System, measures: Sequence[Measure]
 ) -> tuple[NumberProgram, np.ndarray] | None:
     """The program of measures, and which rows of a record it reads, and the time after these."""
-    rows = system.record_rows
-    inputs = {f"row {n}": Rule(0.0) for n in range(rows)} | {"time": Rule(0.0)}
-    recording = Recording(inputs)
-    *traced, time = recording.inputs.values()
-    instant = TracedInstant(
-        system=system,
-        analysis="simulate",
-        t=time,  # type: ignore[arg-type]
-        record=TracedRecord(traced),  # type: ignore[arg-type]
-        given=None,
-    )
+    recording, instant = recorded_instant(system)
     try:
         targets = [evaluate_measure(instant, measure)[0] for measure in measures]
-        targets = [one[()] if isinstance(one, np.ndarray) else one for one in targets]
         return of_what_is_read(recording.program(targets))
     except Exception:  # whatever Python does with a number that is none
         return None
