@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.bracket import last_place
 from mbody.core.presentation import Presented
 from mbody.derivatives.gradient import Gradient, gradient
 from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
@@ -392,11 +393,7 @@ def _factor(holds: Callable[[float], bool]) -> float:
     low = 1.0
     while not holds(low) and low > tol.TINY:
         low *= 0.5
-    high = min(1.0, 2.0 * low)
-    for _ in range(HALVINGS if low < 1.0 else 0):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
+    return last_place(holds, low, min(1.0, 2.0 * low), low * 0.5**HALVINGS)
 
 
 def _ratio(how: Scatter) -> float:

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
+from mbody.analysis.driven.transmission import greatest_between, pose_at
 from mbody.core import tolerances as tol
+from mbody.core.bracket import zero_between
 from mbody.core.presentation import Presented
-from mbody.engineering.motion_polygons import check_moving, pose_at
-from mbody.errors import ModelError, SolveError, brief
+from mbody.engineering.motion_polygons import check_moving
+from mbody.errors import ModelError, brief
 from mbody.laws import Law
 from mbody.model.element import listed
 from mbody.model.joints import CamFollower, Prismatic, Revolute
@@ -280,8 +282,8 @@ class CamAnalysis(Inherited, Presented):
 
 # -- Followers on a guide or an arm, their motion kept, over base circles of other radii -------
 
-#: How many base circles are tried, and how often the limit between two of them is halved.
-TRIED, HALVED = 400, 50
+#: How many base circles are tried.
+TRIED = 400
 #: The greatest base circle of a follower on a guide, by the greatest radius of the pitch curve.
 GREATEST = 30.0
 
@@ -381,11 +383,10 @@ class FollowerPath:
             return self.shifted(tried[0][1]).base_radius()
         for (before, low), (here, high) in itertools.pairwise(tried):
             if here <= 0.0 < before:
-                for _ in range(HALVED):
-                    middle = 0.5 * (low + high)
-                    inside = worst(self.shifted(middle)) <= 0.0
-                    low, high = (low, middle) if inside else (middle, high)
-                base = self.shifted(high).base_radius()
+                good = zero_between(
+                    lambda s: -worst(self.shifted(s)), (low, high), (-before, -here)
+                ).above
+                base = self.shifted(good).base_radius()
                 return base if base > tol.CAM_CIRCLE_NONE * float(np.abs(self.place).max()) else 0.0
         return None
 
@@ -485,8 +486,6 @@ def follower_path(run: Solution, joint: CamFollower) -> FollowerPath | None:
 
 #: Instants of the revolution in which base circles are tried.
 FINE = 3601
-#: The greatest pressure angle is searched between instants on finer grids.
-ZOOMS, GRID = 5, 21
 
 
 def cam_analysis(
@@ -660,27 +659,18 @@ def _greatest(run: Solution, cam: CamFollower, pressure: Array, psi: Array) -> C
         return None
     k = int(np.nanargmax(sizes))
     best = CamPlace(float(sizes[k]), float(psi[k]))
-    independent = run.system.independent_drivers
-    if len(independent) != 1 or len(run) < 3:
+    drivers = run.system.independent_drivers
+    if not drivers:
         return best
-    x = np.asarray(run.driven(independent[0].name)[0], dtype=float)
-    steps = np.diff(x)
-    if not ((steps > 0.0).all() or (steps < 0.0).all()):
-        return best
-    low, high, pose = float(x[max(k - 1, 0)]), float(x[min(k + 1, len(x) - 1)]), pose_at(run, k)
-    sign = math.copysign(1.0, steps[0])
-    for _ in range(ZOOMS):
-        values = np.linspace(low, high, GRID)
-        try:
-            finer = kinematics(run.system, drive={independent[0].name: (values, sign)}, guess=pose)
-        except SolveError:
-            return best
-        found, where = _pressure(finer, cam)
-        n = int(np.nanargmax(np.abs(found)))
-        if abs(found[n]) >= best.value:
-            best = CamPlace(float(abs(found[n])), float(where[n]))
-        low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
-        pose = pose_at(finer, max(n - 1, 0))
+
+    def sizes_of(finer: Solution, _: Array) -> tuple[Array, Array]:
+        pressure, psi = _pressure(finer, cam)
+        return np.abs(pressure), psi
+
+    x = np.asarray(run.driven(drivers[0].name)[0], dtype=float)
+    for value, place in greatest_between(run, x, k, sizes_of):
+        if value >= best.value:
+            best = CamPlace(value, place)
     return best
 
 

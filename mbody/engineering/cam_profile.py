@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
+from mbody.core.bracket import last_place
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import CAM_CIRCLE_ENDLESS, CAM_CIRCLE_NONE, TABLE_CLOSES
 from mbody.engineering.cam_limits import AT, CamPlace, cam_places, named_cam
@@ -125,9 +125,6 @@ def cam_profile(
 
 
 Array = np.ndarray
-
-#: How often the limit between two sizes is halved: to the last bit.
-HALVED = 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -313,14 +310,6 @@ def _convex(R: Array, R1: Array, R2: Array) -> Array:
     return np.divide(speed, curvature_term, out=np.full(len(R), np.inf), where=curvature_term > 0.0)
 
 
-def _limit(keeps: Callable[[float], bool], low: float, high: float) -> float:
-    """Between a size that does not keep a condition and one that does, where it begins to."""
-    for _ in range(HALVED):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if keeps(middle) else (middle, high)
-    return high
-
-
 def _least_raise(R: Array, R1: Array, R2: Array, roller: float) -> float:
     """How much a pitch curve has to be raised, or may be lowered (negative), to be nowhere bent
     more sharply than the roller.
@@ -331,11 +320,11 @@ def _least_raise(R: Array, R1: Array, R2: Array, roller: float) -> float:
 
     down = roller - float(R.min())  # the contour shrinks to its centre
     if keeps(0.0):
-        return down if keeps(down) else _limit(keeps, down, 0.0)
+        return down if keeps(down) else last_place(keeps, 0.0, down)
     up = roller
     while not keeps(up):
         up *= 2.0
-    return _limit(keeps, 0.0, up)
+    return last_place(keeps, up, 0.0)
 
 
 def _greatest_roller(lift: Array, R1: Array, R2: Array) -> float | None:
@@ -353,7 +342,7 @@ def _greatest_roller(lift: Array, R1: Array, R2: Array) -> float | None:
         high *= 2.0
         if high > CAM_CIRCLE_ENDLESS * float(lift.max()):
             return math.inf
-    return _limit(cuts, 0.0, high)
+    return last_place(cuts, high, 0.0)
 
 
 def _ranges(psi: Array, cut: Array) -> Array:

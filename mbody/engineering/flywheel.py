@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
+from mbody.core.bracket import zero_between
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import RATE_CONSTANT, RTOL_FINE
 from mbody.engineering.fluctuation import Fluctuation, angle_driver, fluctuation, link_energy
@@ -32,8 +33,6 @@ Array = np.ndarray
 
 #: Places between two instants at which the speed is computed.
 BETWEEN = 8
-#: Passes of bisection for a speed, an inertia: halves to the last bit.
-PASSES = 200
 #: Instants of a simulated cycle, a revolution of it.
 INSTANTS = 720
 #: Said in place of a fluctuation that is infinite.
@@ -311,37 +310,31 @@ def _coefficient(kinetic: Array, gained: Array, flywheel_energy: float) -> tuple
     def ratios(whole: float) -> Array:
         return np.sqrt(np.maximum(whole + gained, 0.0) / carried)
 
-    def middle(whole: float) -> float:
+    def beyond(whole: float) -> float:
         s = ratios(whole)
-        return 0.5 * (_top(s) - _top(-s))
+        return 0.5 * (_top(s) - _top(-s)) - 1.0
 
     low = -float(gained.min())
-    if middle(low) > 1.0:  # it stands still before the mean is as low as that
+    least = beyond(low)
+    if least > 0.0:  # it stands still before the mean is as low as that
         return math.inf, np.full(kinetic.shape, np.nan)
     high = low + 2.0 * float(carried.max())
-    while middle(high) < 1.0:
+    while (most := beyond(high)) < 0.0:
         high *= 2.0
-    for _ in range(PASSES):
-        between = 0.5 * (low + high)
-        if between in (low, high):
-            break
-        low, high = (between, high) if middle(between) < 1.0 else (low, between)
-    s = ratios(high)
+    s = ratios(zero_between(beyond, (low, high), (least, most)).above)
     return _top(s) + _top(-s), s
 
 
 def _least_energy(kinetic: Array, gained: Array, wanted: float, size: float) -> float:
     """Energy of the flywheel at the mean speed with which the coefficient is as wanted."""
-    low, high = 0.0, size / wanted
-    while _coefficient(kinetic, gained, high)[0] > wanted:
+
+    def reserve(energy: float) -> float:
+        return wanted - _coefficient(kinetic, gained, energy)[0]
+
+    high = size / wanted
+    while reserve(high) < 0.0:
         high *= 2.0
-    for _ in range(PASSES):
-        between = 0.5 * (low + high)
-        if between in (low, high):
-            break
-        above = _coefficient(kinetic, gained, between)[0] > wanted
-        low, high = (between, high) if above else (low, between)
-    return high
+    return zero_between(reserve, (0.0, high), (reserve(0.0), reserve(high))).above
 
 
 def _spread(values: Array) -> float:

@@ -10,10 +10,11 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics
 from mbody.analysis.driven.free_body import free_body
+from mbody.analysis.driven.transmission import pose_at
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import ACCELERATION_NONE, POINT_SAME
 from mbody.errors import ModelError
-from mbody.model.element import Marker, listed
+from mbody.model.element import listed
 from mbody.model.joints import Distance, Fixed, Joint, Revolute
 from mbody.model.touching_shapes import middles_of_arcs
 from mbody.solution.declared_result import Value
@@ -110,21 +111,6 @@ def _accelerates(run: Solution, k: int) -> bool:
             alone.append(force.force / mass / length if mass > 0.0 else 0.0)
             alone.append(abs(float(moment)) / inertia if inertia > 0.0 else 0.0)
     return max(found) > ACCELERATION_NONE * max(alone)
-
-
-def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
-    """(x, y, angle) of the link axes of every body at one instant of one design: a guess.
-
-    >>> import mbody
-    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), [0.0])
-    >>> print(*np.round(pose_at(run, 0)["crank"], 6))
-    0.0 0.0 1.047198
-    """
-    found = {}
-    for body in run.mechanism.bodies:
-        origin = run.point(Marker(body.name, (0.0, 0.0)))
-        found[body.name] = float(origin.x[k]), float(origin.y[k]), float(run[body.name].angle[k])
-    return found
 
 
 def relative_path(

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.bracket import last_place, zero_between
 from mbody.inverse.roots import Affine, Residuals, newton, spread
 from mbody.inverse.trials import SearchVariable
 from mbody.optimization.aims_and_limits import AimRows
@@ -33,8 +34,6 @@ SAMPLES, CHECKS, MOST = 120, 41, 1500
 STRIDE = 8
 #: Summits that are followed in one round.
 PEAKS = 12
-#: Steps of a search for a zero or a summit.
-STEPS = 100
 
 #: What is at a place: the side conditions or bounds decide, or a value in between; the place is the
 #: last that can be analysed; the values grow without bound towards it.
@@ -193,15 +192,8 @@ class Profile:
         sides = np.where(self.evaluated[k], k, k + 1), np.where(self.evaluated[k], k + 1, k)
         width = self.spacing
         for outside, bad in zip(*(self.x[side].tolist() for side in sides), strict=True):
-            good = outside
-            while abs(good - bad) > tol.EXTREMUM_BRACKET * (abs(good) + abs(bad) + width):
-                middle = 0.5 * (good + bad)
-                if middle in (good, bad):
-                    break
-                if np.isfinite(self.at(middle)).all():
-                    good = middle
-                else:
-                    bad = middle
+            rounding = tol.EXTREMUM_BRACKET * (abs(outside) + abs(bad) + width)
+            good = last_place(lambda x: bool(np.isfinite(self.at(x)).all()), outside, bad, rounding)
             if good == outside:  # a bound of the number itself, as zero of a mass
                 continue
             sign = math.copysign(width, outside - bad)
@@ -259,31 +251,16 @@ class Profile:
 
     def _zero(self, column: int, a: float, b: float) -> None:
         """Sample the last place of a side condition that is met, between two of different sign."""
-        (fa, fb), side = (self.at(x)[column] for x in (a, b)), 0
-        weak = [fa, fb]
-        for _ in range(STEPS):
-            if abs(b - a) <= tol.EXTREMUM_BRACKET * (abs(a) + abs(b) + self.spacing) or 0.0 in (
-                fa,
-                fb,
-            ):
-                break
-            x = (a * weak[1] - b * weak[0]) / (weak[1] - weak[0])
-            if not min(a, b) < x < max(a, b):
-                x = 0.5 * (a + b)
-            if x in (a, b):
-                break
+
+        def value(x: float) -> float:
             f = float(self.values(np.array([x]))[0][0, column])
-            if not math.isfinite(f):
-                return
-            if (f >= 0.0) == (fb >= 0.0):
-                b, fb = x, f
-                weak = [0.5 * weak[0] if side == 1 else weak[0], f]
-                side = 1
-            else:
-                a, fa = x, f
-                weak = [f, 0.5 * weak[1] if side == -1 else weak[1]]
-                side = -1
-        self.add(np.array([a if fa >= 0.0 else b]))
+            return f if math.isfinite(f) else math.nan
+
+        values = float(self.at(a)[column]), float(self.at(b)[column])
+        width = tol.EXTREMUM_BRACKET * (abs(a) + abs(b) + self.spacing)
+        found = zero_between(value, (a, b), values, width)
+        if found.converged:
+            self.add(np.array([found.above]))
 
     # -- greatest values -----------------------------------------------------------------------
 
@@ -343,35 +320,29 @@ class Profile:
 
 def summit(look: Callable[[float], tuple[float, float]], a: float, x: float, c: float) -> float:
     """The place of the greatest value between a and c, x being greater than both: where the
-    derivative changes its sign, at a nonsmooth point as well (regula falsi, Illinois).
+    derivative changes its sign, at a nonsmooth point as well.
     """
     top, derivative = look(x)
-    best = top, x
-    # the derivative is positive at `low`; at `high` it is not, or the value is less than at `low`
-    low, high, bottom = (x, c, top) if derivative > 0.0 else (a, x, -math.inf)
-    rising, falling = (derivative, math.nan) if derivative > 0.0 else (math.nan, derivative)
-    side = 0
-    for _ in range(STEPS):
-        if (
-            high - low
-            <= tol.EXTREMUM_BRACKET * (abs(low) + abs(high)) + tol.EXTREMUM_BRACKET_PART * (c - a)
-            or derivative == 0.0
-        ):
-            break
-        middle = (low * falling - high * rising) / (falling - rising)
-        if not low < middle < high:
-            middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        value, derivative = look(middle)
-        best = max(best, (value, middle))
-        if derivative > 0.0 and value >= bottom:
-            falling = 0.5 * falling if side == 1 else falling
-            low, bottom, rising, side = middle, value, derivative, 1
-        else:
-            rising = 0.5 * rising if side == -1 else rising
-            high, falling, side = middle, derivative if derivative <= 0.0 else math.nan, -1
-    return best[1]
+    tried = [(top, x)]
+    bottom = top if derivative > 0.0 else -math.inf
+
+    def rising(place: float) -> float:
+        """The derivative; where the value is less than at a place before it, it has fallen."""
+        nonlocal bottom
+        value, derivative = look(place)
+        tried.append((value, place))
+        if derivative <= 0.0:
+            return derivative
+        if value < bottom:
+            return -math.inf
+        bottom = value
+        return derivative
+
+    right = derivative > 0.0
+    ends, values = ((x, c), (derivative, -math.inf)) if right else ((a, x), (math.inf, derivative))
+    width = tol.EXTREMUM_BRACKET * (abs(a) + abs(c)) + tol.EXTREMUM_BRACKET_PART * (c - a)
+    zero_between(rising, ends, values, width)
+    return max(tried)[1]
 
 
 #: An unknown without bounds is sought up to so many steps from the start, then farther.

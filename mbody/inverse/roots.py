@@ -14,10 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.bracket import zero_between
 
 Array = np.ndarray
-#: An unknown and what is left of a row there.
-Place = tuple[float, float]
 
 #: Places of a grid that are tried together.
 STRIDE = 8
@@ -153,6 +152,10 @@ def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]
 
     The grid is walked from the start to both sides, no further than where trials begin to fail.
     """
+
+    def row(x: float) -> float:
+        return float(rows(np.array([[x]]))[0][0, chosen])
+
     middle = int(np.searchsorted(grid, start))
     residuals = np.full(len(grid), np.nan)
     for side in (np.arange(middle, len(grid)), np.arange(middle - 1, -1, -1)):
@@ -166,36 +169,14 @@ def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]
         if here == 0.0:
             found.append(grid[k : k + 1])
         elif k and here * residuals[k - 1] < 0.0:
-            found.append(_bracketed(rows, chosen, (grid[k - 1], residuals[k - 1]), (grid[k], here)))
+            ends, values = (grid[k - 1], grid[k]), (residuals[k - 1], here)
+            width = tol.UNKNOWN_BRACKET * max(abs(one) for one in ends)
+            found.append(np.array([zero_between(row, ends, values, width).x]))
         elif 0 < k < len(grid) - 1 and abs(here) <= min(
             abs(residuals[k - 1]), abs(residuals[k + 1])
         ):
             found.append(grid[k : k + 1])
     return found
-
-
-def _bracketed(rows: Residuals, chosen: int, left: Place, right: Place) -> Array:
-    """A zero between two places of different sign (Illinois method), near enough for Newton's."""
-    (a, fa), (b, fb), side = left, right, 0
-    for _ in range(60):
-        x = (a * fb - b * fa) / (fb - fa)
-        f = float(rows(np.array([[x]]))[0][0, chosen])
-        if (
-            not np.isfinite(f)
-            or f == 0.0
-            or abs(b - a) < tol.UNKNOWN_BRACKET * max(abs(a), abs(b), tol.TINY)
-        ):
-            return np.array([x])
-        if f * fb > 0.0:
-            b, fb = x, f
-            fa, side = (0.5 * fa, -1) if side == -1 else (fa, -1)
-        else:
-            a, fa = x, f
-            fb, side = (0.5 * fb, 1) if side == 1 else (fb, 1)
-        small = abs(f) < tol.UNKNOWN_NEAR_VALUE * max(abs(fa), abs(fb))
-        if small and abs(b - a) < tol.UNKNOWN_NEAR_BRACKET * max(abs(a), abs(b)):
-            return np.array([x])
-    return np.array([0.5 * (a + b)])
 
 
 def spread(grids: Sequence[Array], count: int) -> Array:

@@ -13,6 +13,7 @@ from mbody.analysis.driven.driven import ANALYSES, revolving_driver
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
+from mbody.core.bracket import zeros_between
 from mbody.core.least_squares import nonnegative
 from mbody.errors import ModelError, brief
 from mbody.files.model.other_numbers import file_unit
@@ -172,11 +173,11 @@ def tolerance_band(
     first = np.where(fine.all(axis=1), PLACES, (~fine).argmax(axis=1))
     known = np.append(0.0, places)
     low, high = known[first], known[np.minimum(first + 1, PLACES)]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        fine = good(middle[:, None])[:, 0]
-        low, high = np.where(fine, middle, low), np.where(fine, high, middle)
-    found = x[who] + low * (ends - x[who])
+    signs, width = np.ones(2 * n), (high - low) * 0.5**HALVINGS
+    brackets = zeros_between(
+        lambda parts: 2.0 * good(parts[:, None])[:, 0] - 1.0, low, high, signs, -signs, width
+    )
+    found = x[who] + np.array([one.above for one in brackets]) * (ends - x[who])
     return np.column_stack([found[:n], found[n:]])
 
 

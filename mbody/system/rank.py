@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import heapq
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -107,6 +107,27 @@ def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
     phi, G = jacobian(system, work)
     unit = system.row_units
     return unit * phi, unit[:, None] * G * system.coordinate_units
+
+
+def close_rows(
+    rows: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    x: np.ndarray,
+    small: float,
+    zero: float,
+    most: int,
+    chosen: slice | np.ndarray = slice(None),
+) -> tuple[np.ndarray, bool]:
+    """The place near x at which chosen rows vanish, or are least, by Newton steps of least norm;
+    whether the last step was as `small` a part of x. `rows`: Φ and Φ_q, all without units. `zero`:
+    Singular values below this part of the greatest count as none.
+    """
+    for _ in range(most):
+        phi, G = rows(x)
+        step = np.linalg.lstsq(G[chosen], phi[chosen], rcond=zero)[0]
+        x = x - step
+        if np.abs(step).max() <= small * (1.0 + np.abs(x).max()):
+            return x, True
+    return x, False
 
 
 def dense_rates(system: System, work: Work) -> np.ndarray:

@@ -24,6 +24,7 @@ from mbody.analysis.assemblies.assembly_modes import (
 )
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
 from mbody.core import tolerances as tol
+from mbody.core.bracket import place_between
 from mbody.core.presentation import Presented
 from mbody.model.driver import Driver
 from mbody.model.element import takes_one_design
@@ -31,13 +32,15 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
 from mbody.solution.declared_result import IncludedResult, ItemTable, Value
 from mbody.solution.doubts import Doubt, Inherited, status_of
-from mbody.system.rank import dense
+from mbody.system.rank import close_rows, dense
 from mbody.system.system import System
 
 # -- Curve of positions with one driver released, walked step by step --------------------------
 
-#: Halvings of an interval with a dead centre in it; steps of one walk.
+#: Halvings of a step that bracket a dead centre in it; steps of one walk.
 HALVINGS, STEPS = 50, 20_000
+#: Last step, singular values that are none, and steps of a position that is closed.
+CLOSURE = tol.LOOP_CLOSURE_CORRECTION, tol.LEAST_SQUARES_RANK_SEARCH, 8
 #: How far a length may go, in model lengths.
 LONGEST_TRAVEL = 100.0
 
@@ -92,13 +95,8 @@ class JointCurve:
         return along if along @ ahead >= 0.0 else -along
 
     def _closed(self, q: np.ndarray) -> np.ndarray | None:
-        for _ in range(8):
-            phi, G = self._rows(q)
-            step = np.linalg.lstsq(G[self.others], phi[self.others], rcond=None)[0]
-            q = q - step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
-                return q
-        return None
+        q, good = close_rows(self._rows, q, *CLOSURE, self.others)
+        return q if good else None
 
     def walk(
         self,
@@ -135,7 +133,7 @@ class JointCurve:
             there = self.value(new)
             parts = [(q, new, x, there)]
             if reverses:
-                middle = self._turning_point(q, t, step, rate)
+                middle = self._turning_point(q, new, t, step)
                 end = self.value(middle)
                 found.dead_centres.append(end)
                 found.low, found.high = min(found.low, end), max(found.high, end)
@@ -199,30 +197,30 @@ class JointCurve:
         self, a: np.ndarray, b: np.ndarray, low: float, high: float, value: float
     ) -> np.ndarray:
         """The position at a value between two near positions, with the units of coordinates."""
-        q = a + (b - a) * ((value - low) / (high - low))
-        for _ in range(8):
+
+        def rows(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             phi, G = self._rows(q)
             phi[self.row] -= (value - self.x) / self.unit
-            step = np.linalg.lstsq(G, phi, rcond=None)[0]
-            q = q - step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION * (1.0 + np.abs(q).max()):
-                break
-        return np.asarray(q * self.system.coordinate_units)
+            return phi, G
 
-    def _turning_point(self, q: np.ndarray, t: np.ndarray, step: float, rate: float) -> np.ndarray:
-        """The position between two at which the driver's value turns back."""
-        low, high, middle = 0.0, step, q
-        for _ in range(HALVINGS):
-            along = 0.5 * (low + high)
-            there = self._closed(q + along * t)
-            if there is None:
-                break
-            middle, G = there, self._rows(there)[1]
-            if float(G[self.row] @ self._tangent(G, t)) * rate > 0.0:
-                low = along
-            else:
-                high = along
-        return middle
+        q = a + (b - a) * ((value - low) / (high - low))
+        return np.asarray(close_rows(rows, q, *CLOSURE)[0] * self.system.coordinate_units)
+
+    def _turning_point(
+        self, q: np.ndarray, new: np.ndarray, t: np.ndarray, step: float
+    ) -> np.ndarray:
+        """The position between two, a step apart, at which the driver's value turns back."""
+
+        def rate(there: np.ndarray) -> float:
+            G = self._rows(there)[1]
+            return float(G[self.row] @ self._tangent(G, t))
+
+        return place_between(
+            lambda along: self._closed(q + along * t),
+            rate,
+            {0.0: q, step: new},
+            step * 0.5**HALVINGS,
+        )[0]
 
 
 REVOLUTION = 2.0 * math.pi

@@ -24,7 +24,7 @@ from mbody.model.body import Guesses
 from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited
-from mbody.system.rank import dense, jacobian
+from mbody.system.rank import close_rows, dense, jacobian
 from mbody.system.system import System
 
 #: Distance along a length, in model lengths, after which it is said to have no end.
@@ -98,6 +98,7 @@ class _Curve:
         self.work = start.work
         first = system.rows - len(system.drivers)
         self.row = first + self.which
+        self.others = np.arange(system.rows) != self.row
         self.size = system.coordinate_units
         self.unit = driver.unit(system.length)
         # the signals may be those of another instant: where the drivers are, the position says
@@ -129,7 +130,7 @@ class _Curve:
         if stopped is None:
             return None
         sign = math.copysign(1.0, change)
-        found = self._turning_point(places[-1], sign)
+        found = self._turning_point(places[-1] / self.size, sign)
         if found is None:
             found = self._extrapolated(stopped, sign)
         return stopped if found is None else found
@@ -180,27 +181,20 @@ class _Curve:
 
     # -- the turning point, in model lengths and radians
 
-    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _rows(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Φ and Φ_q without units."""
         work, n = self.work, self.system.coordinates
         kept = work.q[:n].copy()
-        work.q[:n, 0] = q
+        work.q[:n, 0] = self.size * x
         found = dense(self.system, work)
         work.q[:n] = kept
         return found
 
-    def _closed(self, q: np.ndarray) -> np.ndarray | None:
+    def _closed(self, x: np.ndarray) -> np.ndarray | None:
         """The nearest position at which all but the driver's row hold."""
-        for _ in range(ITERATIONS):
-            phi, G = self._rows(q)
-            others = np.arange(len(phi)) != self.row
-            step = np.linalg.lstsq(G[others], -phi[others], rcond=tol.LEAST_SQUARES_RANK)[0]
-            q = q + self.size * step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_FIRST_INSTANT * (
-                1.0 + np.abs(q / self.size).max()
-            ):
-                return q
-        return None
+        small, zero = tol.LOOP_CLOSURE_FIRST_INSTANT, tol.LEAST_SQUARES_RANK
+        x, good = close_rows(self._rows, x, small, zero, ITERATIONS, self.others)
+        return x if good else None
 
     def _derivative(
         self,
@@ -210,8 +204,7 @@ class _Curve:
     ) -> tuple[float, np.ndarray] | None:
         """x′ along the curve and its direction, on from `ahead`; None where branches meet."""
         _, G = self._rows(q)
-        others = np.arange(len(G)) != self.row
-        _, sizes, vt = np.linalg.svd(G[others])
+        _, sizes, vt = np.linalg.svd(G[self.others])
         if sizes[len(q) - 2] < least * sizes[0]:
             return None
         along = vt[len(q) - 1]
@@ -230,7 +223,7 @@ class _Curve:
             derivative, along = -derivative, -along
         step = tol.PATH_STEP_FIRST
         for _ in range(ITERATIONS):
-            there = self._closed(here + self.size * along * step)
+            there = self._closed(here + along * step)
             found = None if there is None else self._derivative(there, along)
             if there is None or found is None:
                 return None
@@ -251,7 +244,7 @@ class _Curve:
         polynomial along the curve, beyond which the turning point is a small part of them away.
         """
         x = stopped - sign * min(tol.PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
-        q = self._path(x - self.value)[1][-1]
+        q = self._path(x - self.value)[1][-1] / self.size
         found = self._derivative(q, None)
         if found is None:
             return None
@@ -263,9 +256,9 @@ class _Curve:
         places: list[tuple[float, float]] = []
         while step > stride / PLACES and len(places) < 3 * PLACES:
             phi, _ = self._rows(q)
-            places.append((float((q - origin) / self.size @ first), float(phi[self.row])))
+            places.append((float((q - origin) @ first), float(phi[self.row])))
             while step > stride / PLACES:
-                there = self._closed(q + self.size * along * step)
+                there = self._closed(q + along * step)
                 found = (
                     None
                     if there is None

@@ -15,6 +15,7 @@ the lock holds it, and none where it is loose.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import combinations
@@ -457,7 +458,7 @@ class _Phase:
         return Transferred(by, angle, ratio, advantage, index)
 
 
-#: The least angle is searched between instants on finer grids, each so many times as fine.
+#: A greatest value is searched between instants on finer grids, and places of each.
 ZOOMS, GRID = 6, 21
 
 
@@ -686,32 +687,58 @@ def _least(
         return None
     k = int(np.nanargmin(angle))
     best = LeastAngle(float(angle[k]), float(x[k]), float(run.t[k]))
-    steps = np.diff(x)
-    one_way = len(x) > 2 and ((steps > 0).all() or (steps < 0).all())
-    if run.analysis == "simulate" or len(run.system.independent_drivers) != 1 or not one_way:
+    if run.analysis == "simulate":
         return best
-    low, high = float(x[max(k - 1, 0)]), float(x[min(k + 1, len(x) - 1)])
-    pose = {name: _link_axes(run, name, k) for name in (b.name for b in run.mechanism.bodies)}
     point = output.partition(".")
-    for _ in range(ZOOMS):
-        values = np.linspace(low, high, GRID)
-        try:
-            finer_run = kinematics(run.system, drive={driver.name: values}, guess=pose)
-        except SolveError:
-            return best
-        finer = ForcePath(finer_run, driver, point[0], point[2], joint)
-        found = np.array([finer.at(n).angle for n in range(GRID)])
-        if not np.isfinite(found).any():
-            return best
-        n = int(np.nanargmin(found))
-        if found[n] <= best.value:
-            best = LeastAngle(float(found[n]), float(values[n]), best.t)
-        low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
-        pose = {name: _link_axes(finer_run, name, max(n - 1, 0)) for name in pose}
+
+    def less(finer: Solution, values: Array) -> tuple[Array, Array]:
+        path = ForcePath(finer, driver, point[0], point[2], joint)
+        return -np.array([path.at(n).angle for n in range(GRID)]), values
+
+    for value, place in greatest_between(run, x, k, less):
+        if -value <= best.value:
+            best = LeastAngle(-value, place, best.t)
     return best
 
 
-def _link_axes(run: Solution, name: str, k: int) -> tuple[float, float, float]:
-    body = run[name]
-    pose = (float(values[k]) for values in (body.x, body.y, body.angle))
-    return run.system.numbers.link_axes(name, *pose)
+def greatest_between(
+    run: Solution, x: Array, k: int, look: Callable[[Solution, Array], tuple[Array, Array]]
+) -> Iterator[tuple[float, float]]:
+    """Greatest values on finer and finer grids between the instants on either side of the k-th, and
+    where; of motions by one driver that goes one way. `x`: Its values. `look`: From a motion and
+    its driver's values to values and places.
+    """
+    steps, independent = np.diff(x), run.system.independent_drivers
+    one_way = len(x) > 2 and ((steps > 0.0).all() or (steps < 0.0).all())
+    if len(independent) != 1 or not one_way:
+        return
+    low, high, pose = float(x[max(k - 1, 0)]), float(x[min(k + 1, len(x) - 1)]), pose_at(run, k)
+    for _ in range(ZOOMS):
+        values = np.linspace(low, high, GRID)
+        try:
+            finer = kinematics(run.system, drive={independent[0].name: values}, guess=pose)
+        except SolveError:
+            return
+        found, where = look(finer, values)
+        if not np.isfinite(found).any():
+            return
+        n = int(np.nanargmax(found))
+        yield float(found[n]), float(where[n])
+        low, high = float(values[max(n - 1, 0)]), float(values[min(n + 1, GRID - 1)])
+        pose = pose_at(finer, max(n - 1, 0))
+
+
+def pose_at(run: Solution, k: int) -> dict[str, tuple[float, float, float]]:
+    """(x, y, angle) of the link axes of every body at one instant of one design: a guess.
+
+    >>> import mbody
+    >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), [0.0])
+    >>> print(*np.round(pose_at(run, 0)["crank"], 6))
+    0.0 0.0 1.047198
+    """
+    found = {}
+    for body in run.mechanism.bodies:
+        one = run[body.name]
+        pose = (float(values[k]) for values in (one.x, one.y, one.angle))
+        found[body.name] = run.system.numbers.link_axes(body.name, *pose)
+    return found

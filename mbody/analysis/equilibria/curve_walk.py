@@ -17,6 +17,7 @@ import numpy as np
 from mbody.analysis.position.closed_position import place
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import tolerances as tol
+from mbody.core.bracket import place_between, zero_between
 
 #: How much steps grow where the curve is straight.
 GROWTH = 1.9
@@ -516,44 +517,30 @@ class _CurveIsolation:
             return -1
         return int(p[0] * p[-1] < 0.0 or p[-1] == 0.0)
 
-    def _root(self, one: Node, other: Node) -> None:
+    def _root(self, one: Node, other: Node, begins: bool = True) -> None:
         """The zero between two nodes of different sign, or at the second of them."""
         if other.residual == 0.0:
             self.found.equilibria.append(other)
             return
-        low, high = one, other
-        best = min((low, high), key=lambda node: abs(node.residual))
-        for _ in range(80):
-            size = float(np.abs((high.place.q - low.place.q) / self.curve.scale).max())
-            if abs(best.residual) <= 1e-3 * self.zero or size < tol.EQUILIBRIUM_STEP_ROUNDING:
-                break
-            part = _zero(self.cubic(low, high))
-            node = between(self.curve, low, high, part)
-            if node is None:
-                break
-            better = abs(node.residual) < 0.3 * abs(best.residual)
-            if abs(node.residual) <= abs(best.residual):
-                best = node
-            if node.residual * low.residual > 0.0:
-                low = node
-            else:
-                high = node
-            if not better and size < tol.EQUILIBRIUM_STEP_STALLED:
-                break
-            if not better:  # as of a jump: by halves
-                node = between(self.curve, low, high, 0.5)
-                if node is None:
-                    break
-                best = min((best, node), key=lambda node: abs(node.residual))
-                if node.residual * low.residual > 0.0:
-                    low = node
-                else:
-                    high = node
+        part = _zero(self.cubic(one, other))
+        node = between(self.curve, one, other, part) if begins else None
+        if node is not None:  # the next cubic has the derivative there
+            ahead = node.residual * one.residual > 0.0
+            self._root(*((node, other) if ahead else (one, node)), begins=False)
+            return
+        size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
+        root, low, high = place_between(
+            lambda part: between(self.curve, one, other, part),
+            lambda node: node.residual if abs(node.residual) > 1e-3 * self.zero else 0.0,
+            {0.0: one, 1.0: other},
+            tol.EQUILIBRIUM_STEP_ROUNDING / size,
+            part,
+        )
         steep = max(abs(low.derivative), abs(high.derivative)) * self.size(low, high)
         if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
-        self.found.equilibria.append(best)
+        self.found.equilibria.append(root)
 
     def _small(self, one: Node, other: Node) -> None:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
@@ -589,14 +576,9 @@ def _extrema(cubic: Array) -> Array:
 
 def _zero(cubic: Array) -> float:
     """The zero of a cubic between 0 and 1, where its ends have different signs."""
-    a, b = float(cubic[0]), float(cubic.sum())
-    low, high, x = 0.0, 1.0, a / (a - b) if a != b else 0.5
-    for _ in range(60):
-        value = ((cubic[3] * x + cubic[2]) * x + cubic[1]) * x + cubic[0]
-        if value == 0.0 or high - low < tol.WALK_ZERO_BRACKET:
-            break
-        low, high = (x, high) if value * a > 0.0 else (low, x)
-        derivative = (3.0 * cubic[3] * x + 2.0 * cubic[2]) * x + cubic[1]
-        step = x - value / derivative if derivative else low
-        x = step if low < step < high else 0.5 * (low + high)
-    return float(min(max(x, tol.WALK_ZERO_INSIDE), 1.0 - tol.WALK_ZERO_INSIDE))
+    a, b, c, d = cubic.tolist()
+    ends = a, a + b + c + d
+    x = zero_between(
+        lambda x: ((d * x + c) * x + b) * x + a, (0.0, 1.0), ends, tol.WALK_ZERO_BRACKET
+    ).x
+    return min(max(x, tol.WALK_ZERO_INSIDE), 1.0 - tol.WALK_ZERO_INSIDE)

@@ -28,6 +28,7 @@ from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
+from mbody.core.bracket import place_between, zero_between
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
@@ -97,8 +98,8 @@ Sample = tuple[Node, float, bool]
 
 #: Parts of a step of the walk at which the reserve of friction is sampled.
 PARTS = 4
-#: Halvings of an interval that holds an end, and steps of the search for a least reserve.
-HALVINGS, GOLDEN = 60, 40
+#: Half of the way, of that between two nodes, over which the rise of a reserve is compared.
+APART = 0.5**20
 
 
 @dataclass(frozen=True, eq=False)
@@ -332,63 +333,37 @@ class _Located:
             yield from (sample, found) if ahead else (found, sample)
 
     def _nearest(self, one: Node, other: Node, sign: float) -> tuple[Node, float] | None:
-        """Place at which the sign times the reserve is least between two nodes, by golden sections;
-        the first place at which it is negative.
+        """Place at which the sign times the reserve is least between two nodes, where its rise over
+        a short way changes its sign; the first place at which it is negative.
         """
-        ratio = 0.5 * (np.sqrt(5.0) - 1.0)
-        low, high, best = 0.0, 1.0, None
-        inner: dict[float, tuple[Node, float]] = {}
-        for _ in range(GOLDEN):
-            parts = (high - ratio * (high - low), low + ratio * (high - low))
-            for part in parts:
-                if part not in inner:
-                    node = between(self.curve, one, other, part)
-                    if node is None:
-                        return best
-                    inner[part] = node, self.value(node)
-                if best is None or sign * inner[part][1] < sign * best[1]:
-                    best = inner[part]
-            if best is not None and sign * best[1] < 0.0:
-                return best
-            if sign * inner[parts[0]][1] <= sign * inner[parts[1]][1]:
-                high = parts[1]
-            else:
-                low = parts[0]
-        return best
+        tried: list[tuple[Node, float]] = []
+
+        def rise(part: float) -> float:
+            for place in (part - APART, part + APART):
+                node = between(self.curve, one, other, place)
+                if node is None:
+                    return np.nan
+                tried.append((node, self.value(node)))
+                if sign * tried[-1][1] < 0.0:
+                    return np.nan
+            # where it is level, as it is limited, the middle was less
+            return sign * (tried[-1][1] - tried[-2][1]) or part - 0.5
+
+        zero_between(rise, (0.0, 1.0), (-np.inf, np.inf), APART)
+        return min(tried, key=lambda pair: sign * pair[1], default=None)
 
     def end(self, left: Sample, right: Sample) -> Node:
         """Zero of the reserve between two neighbours; across a corner the one that holds."""
-        (one, a, smooth), (other, b, _) = left, right
-        holding = one if a >= 0.0 else other
+        (one, a, smooth), (other, _, _) = left, right
         if not smooth:
-            return holding
-        low, high, below, above = 0.0, 1.0, a, b
-        scale = self.curve.scale
-        size = float(np.abs((other.place.q - one.place.q) / scale).max())
-        best, side = holding, 0
-        for _ in range(HALVINGS):
-            if (high - low) * size <= tol.FRICTION_BAND_END:
-                break
-            # the Illinois rule: a false position that does not stay at one end
-            part = (low * above - high * below) / (above - below)
-            if not low < part < high:
-                part = 0.5 * (low + high)
-            node = between(self.curve, one, other, part)
-            if node is None:
-                break
-            value = min(self.reserve(node.place, node.along), self.most)
-            best = node
-            if value == 0.0:
-                break
-            if (value >= 0.0) == (b >= 0.0):
-                high, above = part, value
-                below *= 0.5 if side > 0 else 1.0
-                side = 1
-            else:
-                low, below = part, value
-                above *= 0.5 if side < 0 else 1.0
-                side = -1
-        return best
+            return one if a >= 0.0 else other
+        size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
+        return place_between(
+            lambda part: between(self.curve, one, other, part),
+            lambda node: min(self.reserve(node.place, node.along), self.most),
+            {0.0: one, 1.0: other},
+            tol.FRICTION_BAND_END / max(size, tol.TINY),
+        )[0]
 
 
 # -- Base of results at several equilibria -----------------------------------------------------

@@ -18,6 +18,7 @@ from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import tolerances as tol
+from mbody.core.bracket import place_between
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
@@ -216,25 +217,14 @@ class Follower:
         return None
 
     def between(self, here: Point, there: Point, function: Callable[[Point], float]) -> Point:
-        """Zero of what changes its sign between two points of the curve (Illinois)."""
-        low, high = here, there
-        first, last = function(low), function(high)
-        top = max(abs(first), abs(last))
-        while (
-            abs(last) > tol.CURVE_ZERO_VALUE * top
-            and abs(high.arc - low.arc) > tol.CURVE_ZERO_BRACKET
-        ):
-            arc = high.arc - last * (high.arc - low.arc) / (last - first)
-            found = self._point_at(here, there, arc)
-            if found is None:
-                break
-            value = function(found)
-            if value * last <= 0.0:
-                low, first = high, last
-            else:
-                first *= 0.5
-            high, last = found, value
-        return min((low, high), key=lambda point: abs(function(point)))
+        """Zero of what changes its sign between two points of the curve."""
+        none = tol.CURVE_ZERO_VALUE * max(abs(function(here)), abs(function(there)))
+        return place_between(
+            lambda arc: self._point_at(here, there, arc),
+            lambda point: value if abs(value := function(point)) > none else 0.0,
+            {here.arc: here, there.arc: there},
+            tol.CURVE_ZERO_BRACKET,
+        )[0]
 
     def _point_at(self, here: Point, there: Point, arc: float) -> Point | None:
         """The point of the curve at an arclength, from that of two others that leads there."""

@@ -23,6 +23,7 @@ from mbody.analysis.position.tangent_space import (
     orthonormal,
 )
 from mbody.core import tolerances as tol
+from mbody.core.bracket import zeros_between
 from mbody.model.loads import Load
 from mbody.system.system import System
 
@@ -415,13 +416,16 @@ def _least(r: Array, K: Array, radius: Array) -> Array:
     """The least |r − K y| of |y| up to the radius: (places,), r (places, 2), K (places, 2, 2)."""
     u, s, _ = np.linalg.svd(K)
     part = np.einsum("nba,nb->na", u, r)
-    low, high = np.zeros(len(r)), np.linalg.norm(part, axis=1) * s[:, 0] / radius + tol.TINY
-    for _ in range(40):  # the multiplier of |y| = radius
-        middle = 0.5 * (low + high)
-        y = s * part / (s**2 + middle[:, None])
-        long = np.linalg.norm(y, axis=1) > radius
-        low, high = np.where(long, middle, low), np.where(long, high, middle)
-    y = s * part / (s**2 + high[:, None])
+    high = np.linalg.norm(part, axis=1) * s[:, 0] / radius + tol.TINY
+    low = high * 0.5**40
+
+    def short(multiplier: Array) -> Array:
+        """By how much |y| is less than the radius."""
+        y = s * part / (s**2 + multiplier[:, None])
+        return np.asarray(radius - np.linalg.norm(y, axis=1))
+
+    brackets = zeros_between(short, low, high, short(low), short(high), low)
+    y = s * part / (s**2 + np.array([[one.above] for one in brackets]))
     return np.asarray(np.linalg.norm(part - s * y, axis=1))
 
 

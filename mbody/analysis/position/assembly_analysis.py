@@ -388,18 +388,18 @@ def refuse_near_redundant(system: System, work: Work, start: np.ndarray) -> None
 
 def _least(system: System, work: Work, joints: int) -> np.ndarray:
     """Move to the nearest position at which the joints, without drivers, are violated least."""
-    from mbody.system.rank import dense
+    from mbody.system.rank import close_rows, dense
 
     scale = system.coordinate_units
-    phi = np.zeros(joints)
-    for _ in range(10):
-        phi, G = dense(system, work)
-        # dependent rows are left alone, so that the free motion is, too
-        step = np.linalg.lstsq(G[:joints], -phi[:joints], rcond=tol.SINGULAR_VALUE_SLIGHT)[0]
-        work.q[: len(scale), 0] += scale * step
-        if np.abs(step).max() < tol.LOOP_CLOSURE_CORRECTION:
-            break
-    return np.asarray(dense(system, work)[0][:joints])
+
+    def rows(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        work.q[: len(scale), 0] = scale * x
+        return dense(system, work)
+
+    # dependent rows are left alone, so that the free motion is, too
+    small, zero = tol.LOOP_CLOSURE_CORRECTION, tol.SINGULAR_VALUE_SLIGHT
+    start = work.q[: len(scale), 0] / scale
+    return rows(close_rows(rows, start, small, zero, 10, slice(joints))[0])[0][:joints]
 
 
 def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:

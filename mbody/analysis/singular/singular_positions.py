@@ -25,7 +25,7 @@ from mbody.core import tolerances as tol
 from mbody.errors import SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
-from mbody.system.rank import dense
+from mbody.system.rank import close_rows, dense
 from mbody.system.system import System, too_large
 
 # -- Real solutions of quadrics yᵀ A_i y = 0 that also meet linear conditions P y = p ----------
@@ -630,16 +630,13 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
     """The position at a place that is away from the singular one, by Newton's method."""
     chart = T @ here.N
     x = here.x + place @ here.directions + 0.5 * here.second_order(T, place)
-    for _ in range(8):
+
+    def rows(x: Array) -> tuple[Array, Array]:
         here.rows.at(x)
         off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)
-        step = np.linalg.lstsq(np.vstack([here.rows.G, chart]), off, rcond=tol.SINGULAR_VALUE_ZERO)[
-            0
-        ]
-        x = x - step
-        if np.abs(step).max() <= tol.LOOP_CLOSURE_FIRST_INSTANT:
-            break
-    return np.asarray(x)
+        return off, np.vstack([here.rows.G, chart])
+
+    return close_rows(rows, x, tol.LOOP_CLOSURE_FIRST_INSTANT, tol.SINGULAR_VALUE_ZERO, 8)[0]
 
 
 def still(T: Array, clock: Array) -> Array:

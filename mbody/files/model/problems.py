@@ -122,11 +122,6 @@ def kind_of(element: Element) -> str | None:
     return _words().get(type(element), ("", None))[1]
 
 
-def section_of(element: Element) -> str:
-    """The section of an element."""
-    return _words()[type(element)][0]
-
-
 # -- The line of a file that has a key: found only when there is an error to report ------------
 
 KeyPath = tuple[Any, ...]
