@@ -130,6 +130,24 @@ def close_rows(
     return x, False
 
 
+def side_of(
+    rows: np.ndarray, along: np.ndarray, before: np.ndarray | None
+) -> tuple[float, np.ndarray | None]:
+    """Sign of the determinant of the rows of a curve and its tangent, and the frame (coordinates −
+    1, rows) of the space that dependent rows span, in which it is taken; `before`: that of a point
+    nearby, with which this one has its orientation in common.
+    """
+    frame, rank = None, len(along) - 1
+    if len(rows) != rank:
+        frame = np.linalg.svd(rows, full_matrices=False)[0][:, :rank].T
+        if len(frame) < rank:
+            return 0.0, None
+        if before is not None and np.linalg.slogdet(frame @ before.T)[0] < 0.0:
+            frame[0] *= -1.0
+        rows = frame @ rows
+    return float(np.linalg.slogdet(np.vstack([rows, along]))[0]), frame
+
+
 def dense_rates(system: System, work: Work) -> np.ndarray:
     """ν of every row in the workspace, lengths by the model length."""
     primitive, row, _ = system.row_table

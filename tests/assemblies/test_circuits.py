@@ -67,6 +67,23 @@ def test_four_bars_by_the_law_of_cosines(kind):
     assert walked == pytest.approx(limits(*lengths), abs=1e-9)
 
 
+@pytest.mark.parametrize("off", [1e-7, -1e-7, 1e-5, -1e-5, 1e-3, -1e-3])
+@pytest.mark.parametrize("lengths", [(1, 2, 4, 5), (5, 2, 4, 1), (2, 4, 1, 5), (4, 1, 2, 5)])
+def test_circuits_that_nearly_meet_are_told_apart(lengths, off):
+    """Beside Grashof's limit branches pass each other at the root of what is left: on one side of
+    it there are two circuits, on the other one; dead centres by the law of cosines, once a circuit.
+    """
+    lengths = [one + off if one == 5 else one for one in lengths]
+    ends = limits(*lengths)
+    found = mbody.circuits(mbody.makers.four_bar(*lengths, start=start_of(lengths)))
+    assert found.complete and len(found) == (2 if off < 0.0 else 1)
+    for circuit in found:
+        values = [value % (2.0 * math.pi) for value in circuit.dead_centres]
+        assert all(min(abs(value - end) for end in ends) < 1e-7 for value in values)
+        assert len({round(value, 6) for value in values}) == len(values)
+        assert off < 0.0 or len(values) == len(ends)
+
+
 def unused(system):
     """No position of the mechanism: which mode its guesses lead to is not asked."""
     return np.full(system.coordinates + 3, np.nan)

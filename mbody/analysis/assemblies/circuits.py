@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -23,8 +23,9 @@ from mbody.analysis.assemblies.assembly_modes import (
     same_pose,
 )
 from mbody.analysis.position.assembly_analysis import as_system, set_driver_values
+from mbody.analysis.position.joint_curve import PACE, JointCurve
+from mbody.core import arclength
 from mbody.core import tolerances as tol
-from mbody.core.bracket import place_between
 from mbody.core.presentation import Presented
 from mbody.model.driver import Driver
 from mbody.model.element import takes_one_design
@@ -32,13 +33,12 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import Number
 from mbody.solution.declared_result import IncludedResult, ItemTable, Value
 from mbody.solution.doubts import Doubt, Inherited, status_of
-from mbody.system.rank import close_rows, dense
 from mbody.system.system import System
 
 # -- Curve of positions with one driver released, walked step by step --------------------------
 
-#: Halvings of a step that bracket a dead centre in it; steps of one walk.
-HALVINGS, STEPS = 50, 20_000
+#: Steps of one walk.
+STEPS = 20_000
 #: Last step, singular values that are none, and steps of a position that is closed.
 CLOSURE = tol.LOOP_CLOSURE_CORRECTION, tol.LEAST_SQUARES_RANK_SEARCH, 8
 #: How far a length may go, in model lengths.
@@ -54,6 +54,7 @@ class CircuitWalk:
     `dead_centres`: Values of the driver, unwrapped from the first value.
     `low`, `high`: How far the driver went.
     `advance`: By how much the driver's value has changed when the circuit closed.
+    `leapt`: Whether it went straight on where branches meet, or come too near to be told apart.
     `trouble`: Why the walk ended before that; empty where it closed.
     """
 
@@ -63,40 +64,20 @@ class CircuitWalk:
     low: float = 0.0
     high: float = 0.0
     advance: float = 0.0
+    leapt: bool = False
     trouble: str = ""
 
 
-class JointCurve:
-    """Positions without units of a system whose one driver is released."""
+class CircuitCurve:
+    """The curve that the joints leave with a driver released, walked to find its modes."""
 
     def __init__(
         self, system: System, driver: Driver, driver_values: dict[str, float], x: float
     ) -> None:
-        self.system, self.work = system, system.work()
-        set_driver_values(system, self.work, 0.0, {**driver_values, driver.name: x})
-        self.n, self.x, self.unit = system.coordinates, x, driver.unit(system.length)
+        work = system.work()
+        set_driver_values(system, work, 0.0, {**driver_values, driver.name: x})
+        self.curve = JointCurve(system, work, driver, CLOSURE)
         self.period = 2.0 * math.pi if driver.angular else math.inf
-        self.row = (
-            system.rows - len(system.drivers) + [d.name for d in system.drivers].index(driver.name)
-        )
-        self.others = np.arange(system.rows) != self.row
-
-    def _rows(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        self.work.q[: self.n, 0] = q * self.system.coordinate_units
-        phi, G = dense(self.system, self.work)
-        return phi, G
-
-    def value(self, q: np.ndarray) -> float:
-        """The driver's value."""
-        return self.x + float(self._rows(q)[0][self.row]) * self.unit
-
-    def _tangent(self, G: np.ndarray, ahead: np.ndarray) -> np.ndarray:
-        along = np.linalg.svd(G[self.others])[2][-1]
-        return along if along @ ahead >= 0.0 else -along
-
-    def _closed(self, q: np.ndarray) -> np.ndarray | None:
-        q, good = close_rows(self._rows, q, *CLOSURE, self.others)
-        return q if good else None
 
     def walk(
         self,
@@ -109,40 +90,24 @@ class JointCurve:
         """Walk from a mode, the driver's value growing first, until it is passed again. `pose`
         (coordinates + 3,).
         """
-        q = pose[: self.n] / self.system.coordinate_units
-        G = self._rows(q)[1]
-        found = CircuitWalk(passed=[begin], stretches=[[begin]])
-        t = self._tangent(G, G[self.row])
-        x = first = self._known(self.value(q), values[begin[0]])
-        found.low = found.high = x
-        step, steps = tol.CIRCUIT_STEP_FIRST, 0
-        while steps < STEPS:
-            steps += 1
-            new = self._closed(q + step * t)
-            s = None if new is None else self._tangent(self._rows(new)[1], t)
-            bad = new is None or s is None or s @ t < tol.CIRCUIT_STEP_COSINE
-            if bad or np.linalg.norm(new - q - step * t) > tol.CIRCUIT_STEP_OFF * step:
-                step *= 0.5
-                if step < tol.CIRCUIT_STEP_SHORTEST:
-                    found.trouble = "branches meet on the way (a change point)"
-                    return found
-                continue
-            assert new is not None and s is not None
-            rate = float(self._rows(q)[1][self.row] @ t)
-            reverses = rate * float(self._rows(new)[1][self.row] @ s) < 0.0
-            there = self.value(new)
-            parts = [(q, new, x, there)]
-            if reverses:
-                middle = self._turning_point(q, new, t, step)
-                end = self.value(middle)
-                found.dead_centres.append(end)
-                found.low, found.high = min(found.low, end), max(found.high, end)
-                parts = [(q, middle, x, end), (middle, new, end, there)]
-            for k, (a, b, low, high) in enumerate(parts):
+        curve, found = self.curve, CircuitWalk(passed=[begin], stretches=[[begin]])
+        start = curve.point(pose[: curve.n] / curve.system.coordinate_units)
+        start = replace(start, value=self._known(start.value, values[begin[0]]))
+        found.low = found.high = start.value
+        steps = arclength.walk(start, curve.close, PACE, curve.leaps)
+        for here, there, leapt in islice(steps, STEPS):
+            found.leapt |= leapt
+            reverses = here.rate * there.rate < 0.0
+            path = [here, curve.dead_centre(here, there), there] if reverses else [here, there]
+            for k, (one, other) in enumerate(pairwise(path)):
                 if k:
+                    found.dead_centres.append(one.value)
                     found.stretches.append([])
-                for number, value in self._between(values, low, high):
-                    mode = mode_at(number, self._position_at_value(a, b, low, high, value))
+                found.low, found.high = min(found.low, one.value), max(found.high, one.value)
+                for number, value in self._between(values, one.value, other.value):
+                    part = (value - one.value) / (other.value - one.value)
+                    q = curve.at_value(one.x + part * (other.x - one.x), value)
+                    mode = mode_at(number, q)
                     if mode is None:
                         if geared:
                             continue
@@ -151,15 +116,16 @@ class JointCurve:
                     found.passed.append((number, mode))
                     found.stretches[-1].append((number, mode))
                     if (number, mode) == begin and len(found.dead_centres) % 2 == 0:
-                        found.advance = value - first
+                        found.low, found.high = min(found.low, value), max(found.high, value)
+                        found.advance = value - start.value
                         return self._joined(found)
-            q, t, x = new, s, there
-            found.low, found.high = min(found.low, x), max(found.high, x)
-            if self.period == math.inf and abs(x - first) > LONGEST_TRAVEL * self.unit:
+            travel = abs(there.value - start.value)
+            if self.period == math.inf and travel > LONGEST_TRAVEL * curve.unit:
                 found.trouble = "the driver can go on without end"
                 return found
-            step = min(1.3 * step, tol.CIRCUIT_STEP_LONGEST)
-        found.trouble = f"the path does not close within {STEPS} steps"
+        found.trouble = "branches meet on the way (a change point)"
+        if next(steps, None) is not None:
+            found.trouble = f"the path does not close within {STEPS} steps"
         return found
 
     def _known(self, x: float, value: float) -> float:
@@ -167,9 +133,8 @@ class JointCurve:
         once more at the start.
         """
         whole = 0.0 if self.period == math.inf else self.period * round((x - value) / self.period)
-        return (
-            value + whole if abs(x - value - whole) < tol.LOOP_CLOSURE_CORRECTION * self.unit else x
-        )
+        small = tol.LOOP_CLOSURE_CORRECTION * self.curve.unit
+        return value + whole if abs(x - value - whole) < small else x
 
     @staticmethod
     def _joined(found: CircuitWalk) -> CircuitWalk:
@@ -192,35 +157,6 @@ class JointCurve:
                 if candidate != low and (candidate - low) * (candidate - high) <= 0.0:
                     found.append((number, candidate))
         return sorted(found, key=lambda one: abs(one[1] - low))
-
-    def _position_at_value(
-        self, a: np.ndarray, b: np.ndarray, low: float, high: float, value: float
-    ) -> np.ndarray:
-        """The position at a value between two near positions, with the units of coordinates."""
-
-        def rows(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            phi, G = self._rows(q)
-            phi[self.row] -= (value - self.x) / self.unit
-            return phi, G
-
-        q = a + (b - a) * ((value - low) / (high - low))
-        return np.asarray(close_rows(rows, q, *CLOSURE)[0] * self.system.coordinate_units)
-
-    def _turning_point(
-        self, q: np.ndarray, new: np.ndarray, t: np.ndarray, step: float
-    ) -> np.ndarray:
-        """The position between two, a step apart, at which the driver's value turns back."""
-
-        def rate(there: np.ndarray) -> float:
-            G = self._rows(there)[1]
-            return float(G[self.row] @ self._tangent(G, t))
-
-        return place_between(
-            lambda along: self._closed(q + along * t),
-            rate,
-            {0.0: q, step: new},
-            step * 0.5**HALVINGS,
-        )[0]
 
 
 REVOLUTION = 2.0 * math.pi
@@ -454,7 +390,7 @@ def circuits_of(
         known.append(there)
         values.append(middle)
         complete = complete and there.complete
-    walks = _walks(system, JointCurve(system, found, others, value), values, known)
+    walks = _walks(system, CircuitCurve(system, found, others, value), values, known)
     made, notes = [], []
     for number, walk in enumerate(walks, 1):
         _settle(walk, dead)
@@ -462,6 +398,9 @@ def circuits_of(
         if walk.trouble:
             complete = False
             notes.append(f"circuit {number} is not followed to its end: {walk.trouble}")
+        elif walk.leapt:
+            complete = False
+            notes.append(f"circuit {number} goes through a change point, or very near to one")
     ends = [x for one in made for x in one.dead_centres]
     if dead.complete:
         same = _same(dead, tol.POSITION_SAME)
@@ -556,7 +495,7 @@ def _incomplete(driver: str, dead: DeadCentres, notes: list[str]) -> Doubt:
 
 
 def _walks(
-    system: System, curve: JointCurve, values: list[float], known: list[AssemblyModes]
+    system: System, curve: CircuitCurve, values: list[float], known: list[AssemblyModes]
 ) -> list[CircuitWalk]:
     def mode_at(number: int, q: np.ndarray) -> int | None:
         pose = np.concatenate([q, np.zeros(3)])
@@ -570,9 +509,9 @@ def _walks(
     found = []
     while left:
         number, mode = left[0]
-        walk = curve.walk(known[number][mode - 1].pose, (number, mode), values, mode_at, geared)
-        found.append(walk)
-        passed = set(walk.passed)
+        one = curve.walk(known[number][mode - 1].pose, (number, mode), values, mode_at, geared)
+        found.append(one)
+        passed = set(one.passed)
         left = [one for one in left if one not in passed]
     return found
 

@@ -1,30 +1,33 @@
 """How far a driver can go from a closed position: the dead centres on both sides.
 
 The motion is followed until it can no further. The joints alone leave one freedom there; along it
-the driven coordinate x has a turning point, x′ = 0, which Newton's method finds on the curve of
-closed positions. x changes with the square of the distance to that point, so it is right to
+the driven coordinate x has a turning point, x′ = 0, which is found on the curve of closed
+positions. x changes with the square of the distance to that point, so it is right to
 rounding.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from mbody.analysis.position.assembly_analysis import as_system, check_determined, closed, drivers
 from mbody.analysis.position.closed_position import ClosedPosition
+from mbody.analysis.position.joint_curve import PACE, JointCurve, JointPoint
 from mbody.core import tolerances as tol
+from mbody.core.arclength import walk
 from mbody.errors import ModelError, SolveError, brief
 from mbody.kernels import continuation
 from mbody.model.body import Guesses
 from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.solution.doubts import Inherited
-from mbody.system.rank import close_rows, dense, jacobian
+from mbody.system.rank import jacobian
 from mbody.system.system import System
 
 #: Distance along a length, in model lengths, after which it is said to have no end.
@@ -37,7 +40,10 @@ LARGEST = 300
 #: Where branches meet in the turning point: degree of the polynomial through places before it, and
 #: how many these are.
 DEGREE, PLACES = 12, 60
+#: Corrections of a position, and steps to the end; the lengths of these.
 ITERATIONS = 30
+CLOSURE = tol.LOOP_CLOSURE_CORRECTION, tol.LEAST_SQUARES_RANK, ITERATIONS
+STEPS = PACE._replace(first=tol.PATH_STEP_FIRST, longest=tol.PATH_STEP_LONGEST)
 
 
 @dataclass(frozen=True)
@@ -95,15 +101,14 @@ class _Curve:
     def __init__(self, system: System, start: ClosedPosition, driver: Any) -> None:
         self.system, self.start, self.driver = system, start, driver
         self.which = [d.name for d in system.drivers].index(driver.name)
-        self.work = start.work
         first = system.rows - len(system.drivers)
-        self.row = first + self.which
-        self.others = np.arange(system.rows) != self.row
         self.size = system.coordinate_units
         self.unit = driver.unit(system.length)
+        work = system.work()
+        work.time[:], work.signal[:] = start.work.time, start.work.signal
+        self.curve = JointCurve(system, work, driver, CLOSURE)
         # the signals may be those of another instant: where the drivers are, the position says
         requested = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
-        self.requested = float(requested[self.which])
         self.values = requested + jacobian(system, start.work)[0][first:]
         self.value = float(self.values[self.which])
 
@@ -130,7 +135,7 @@ class _Curve:
         if stopped is None:
             return None
         sign = math.copysign(1.0, change)
-        found = self._turning_point(places[-1] / self.size, sign)
+        found = self._turning_point(places, sign)
         if found is None:
             found = self._extrapolated(stopped, sign)
         return stopped if found is None else found
@@ -181,102 +186,67 @@ class _Curve:
 
     # -- the turning point, in model lengths and radians
 
-    def _rows(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Φ and Φ_q without units."""
-        work, n = self.work, self.system.coordinates
-        kept = work.q[:n].copy()
-        work.q[:n, 0] = self.size * x
-        found = dense(self.system, work)
-        work.q[:n] = kept
-        return found
+    def _turning_point(self, places: np.ndarray, sign: float) -> float | None:
+        """The value at the turning point behind the last places of a path; None where there is none
+        or branches meet before it.
+        """
+        for x in places[:-3:-1] / self.size:
+            start = self._begin(x, sign)
+            steps = walk(start, self._regular(), STEPS, self.curve.leaps) if start else ()
+            for here, there, leapt in islice(steps, ITERATIONS):
+                if leapt:
+                    break
+                if here.rate * there.rate <= 0.0:
+                    found = self.curve.dead_centre(here, there)
+                    if abs(found.rate) <= 1e3 * tol.PATH_DERIVATIVE_NONE:
+                        return found.value
+                    break
+        return None
 
-    def _closed(self, x: np.ndarray) -> np.ndarray | None:
-        """The nearest position at which all but the driver's row hold."""
-        small, zero = tol.LOOP_CLOSURE_FIRST_INSTANT, tol.LEAST_SQUARES_RANK
-        x, good = close_rows(self._rows, x, small, zero, ITERATIONS, self.others)
-        return x if good else None
+    def _regular(
+        self, least: float = tol.SINGULAR_VALUE_NEAR_SINGULAR, sign: float = 0.0
+    ) -> Callable[[JointPoint | None, np.ndarray, np.ndarray | None], JointPoint | None]:
+        """Closes positions where branches do not meet and the value goes on in a direction."""
 
-    def _derivative(
-        self,
-        q: np.ndarray,
-        ahead: np.ndarray | None,
-        least: float = tol.SINGULAR_VALUE_NEAR_SINGULAR,
-    ) -> tuple[float, np.ndarray] | None:
-        """x′ along the curve and its direction, on from `ahead`; None where branches meet."""
-        _, G = self._rows(q)
-        _, sizes, vt = np.linalg.svd(G[self.others])
-        if sizes[len(q) - 2] < least * sizes[0]:
-            return None
-        along = vt[len(q) - 1]
-        if ahead is not None and along @ ahead < 0.0:
-            along = -along
-        return float(G[self.row] @ along), along
-
-    def _turning_point(self, q: np.ndarray, sign: float) -> float | None:
-        """x at the turning point near q; None where none is found."""
-        here = self._closed(q)
-        found = None if here is None else self._derivative(here, None)
-        if here is None or found is None:
-            return None
-        derivative, along = found
-        if derivative * sign < 0.0:
-            derivative, along = -derivative, -along
-        step = tol.PATH_STEP_FIRST
-        for _ in range(ITERATIONS):
-            there = self._closed(here + along * step)
-            found = None if there is None else self._derivative(there, along)
-            if there is None or found is None:
+        def close(
+            here: JointPoint | None, x: np.ndarray, ahead: np.ndarray | None
+        ) -> JointPoint | None:
+            there = self.curve.close(here, x, ahead)
+            if there is None or there.regularity < least or there.rate * sign < 0.0:
                 return None
-            second_derivative = (found[0] - derivative) / step
-            here, (derivative, along) = there, found
-            if abs(derivative) < tol.PATH_DERIVATIVE_NONE or second_derivative == 0.0:
-                break
-            step = -derivative / second_derivative
-            if abs(step) > tol.PATH_STEP_LONGEST:
-                step = math.copysign(tol.PATH_STEP_LONGEST, step)
-        if abs(derivative) > 1e3 * tol.PATH_DERIVATIVE_NONE:
-            return None
-        phi, _ = self._rows(here)
-        return self.requested + float(phi[self.row]) * self.unit
+            return there
+
+        return close
+
+    def _begin(self, x: np.ndarray, sign: float) -> JointPoint | None:
+        """A point of the curve near x, the driver's value going in a direction from there."""
+        found = self._regular()(None, x, None)
+        return found.reversed() if found and sign < 0.0 else found
 
     def _extrapolated(self, stopped: float, sign: float) -> float | None:
         """x at a turning point in which branches meet, too: from the places before it, as a
         polynomial along the curve, beyond which the turning point is a small part of them away.
         """
         x = stopped - sign * min(tol.PATH_PLACE_BEFORE * self.unit, abs(stopped - self.value))
-        q = self._path(x - self.value)[1][-1] / self.size
-        found = self._derivative(q, None)
-        if found is None:
+        start = self._begin(self._path(x - self.value)[1][-1] / self.size, sign)
+        if start is None:
             return None
-        derivative, first = found
-        along = first = first if derivative * sign > 0.0 else -first
         # x falls with the square of the distance that is left
-        stride = 2.0 * abs(stopped - x) / (self.unit * abs(derivative)) / PLACES
-        origin, step = q, stride
-        places: list[tuple[float, float]] = []
-        while step > stride / PLACES and len(places) < 3 * PLACES:
-            phi, _ = self._rows(q)
-            places.append((float((q - origin) @ first), float(phi[self.row])))
-            while step > stride / PLACES:
-                there = self._closed(q + along * step)
-                found = (
-                    None
-                    if there is None
-                    else self._derivative(there, along, tol.SINGULAR_VALUE_REGULAR)
-                )
-                if there is not None and found is not None and found[0] * sign > 0.0:
-                    q, along = there, found[1]
-                    break
-                step *= 0.5
-        p, values = np.array(places).T
-        if len(p) < 2 * DEGREE:
+        stride = 2.0 * abs(stopped - x) / (self.unit * abs(start.rate)) / PLACES
+
+        pace = STEPS._replace(first=stride, shortest=stride / PLACES, growth=1.0)
+        before = self._regular(tol.SINGULAR_VALUE_REGULAR, sign)
+        steps = islice(walk(start, before, pace), 3 * PLACES - 1)
+        points = [start, *(there for _, there, _ in steps)]
+        if len(points) < 2 * DEGREE:
             return None
-        fit = np.polynomial.Polynomial.fit(p, values, DEGREE)
+        p = np.array([(point.x - start.x) @ start.along for point in points])
+        fit = np.polynomial.Polynomial.fit(p, [point.value for point in points], DEGREE)
         roots = fit.deriv().roots()
         ahead = roots.real[(np.abs(roots.imag) < tol.ROOT_REAL) & (roots.real > p[-1])]
         if not ahead.size or ahead.min() - p[-1] > 0.2 * np.ptp(p):
             return None
-        return self.requested + float(fit(ahead.min())) * self.unit
+        return float(fit(ahead.min()))
 
 
 # -- Range of a driver up to its dead centres --------------------------------------------------
