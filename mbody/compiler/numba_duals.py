@@ -567,8 +567,9 @@ def _overload_power(x: Any, p: Any) -> Any:
     def of_dual(x: Any, p: Any) -> Any:
         a, b = value(x), value(p)
         f = np.power(a, b)
-        found = chained(f, b * np.power(a, b - 1.0), x)
-        if not constant(p):
+        # a factor of zero counts, also where the other is infinite
+        found = chained(f, b * np.power(a, b - 1.0) if b != 0.0 else 0.0, x)
+        if not constant(p) and f != 0.0:
             found = found + chained(0.0, f * np.log(a), p)
         return found
 

@@ -168,7 +168,7 @@ _DERIVATIVES: dict[str, Any] = {
     "add": lambda x, y: (1.0, 1.0),
     "subtract": lambda x, y: (1.0, -1.0),
     "multiply": lambda x, y: (y, x),
-    "divide": lambda x, y: (1.0 / y, -x / (y * y)),
+    "divide": lambda x, y: (1.0 / y, -x / y / y),
     "reciprocal": lambda x: (-1.0 / (x * x),),
     "square": lambda x: (2.0 * x,),
     "sqrt": lambda x: (0.5 / np.sqrt(x),),
@@ -192,13 +192,18 @@ _DERIVATIVES: dict[str, Any] = {
     "hypot": lambda x, y: (x / np.hypot(x, y), y / np.hypot(x, y)),
     "arctan2": lambda x, y: (y / (x * x + y * y), -x / (x * x + y * y)),
     "remainder": lambda x, y: (1.0, -np.floor_divide(x, y)),
-    "power": lambda x, y: (y * np.power(x, y - 1.0), np.power(x, y) * np.log(x)),
-    "float_power": lambda x, y: (y * np.power(x, y - 1.0), np.power(x, y) * np.log(x)),
 }
 
 
+def _power(x: Any, y: Any) -> tuple[Any, Any]:
+    """y x^(y−1) and x^y log x: 0 where the factor before is, also where the other is infinite."""
+    f = np.power(x, y)
+    by_x = np.where(y == 0.0, 0.0, y * np.power(x, y - 1.0))
+    return by_x, np.where(f == 0.0, 0.0, f * np.log(x))
+
+
 def _first(x: Any, y: Any, before: Any) -> Any:
-    """Where the first of two is taken: NaN is taken, as it must not be hidden."""
+    """Where the first of two is taken, as of `mbody.core.lanes.smaller`."""
     return np.isnan(x) | before(x, y)
 
 
@@ -213,6 +218,7 @@ def _larger(x: Any, y: Any) -> tuple[Any, Any]:
 
 
 _DERIVATIVES["minimum"], _DERIVATIVES["maximum"] = _smaller, _larger
+_DERIVATIVES["power"] = _DERIVATIVES["float_power"] = _power
 #: Functions that ask about values.
 _ABOUT = {
     "less",
@@ -244,7 +250,9 @@ def _applied(ufunc: Any, inputs: tuple[Any, ...]) -> Any:
         if name not in _DERIVATIVES:
             raise TypeError(f"numpy.{name} has no derivative here")
         change: Any = 0.0
-        for one, slope in zip(inputs, _DERIVATIVES[name](*values), strict=True):
+        # Python's own floats would stop at 1/0, where NumPy's go on
+        slopes = _DERIVATIVES[name](*(np.asarray(each)[()] for each in values))
+        for one, slope in zip(inputs, slopes, strict=True):
             if isinstance(one, DualNumber):
                 tangents = one.tangents
                 if one.ndim < np.ndim(found):

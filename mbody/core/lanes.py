@@ -124,7 +124,7 @@ def select_le(a: Number, b: Number, x: Number, y: Number) -> Number:
 
 
 def smaller(a: Number, b: Number) -> Number:
-    """Lane by lane the smaller of two; NaN where either is NaN."""
+    """Lane by lane the smaller of two, the second of equal ones; NaN where either is NaN."""
     if _any_traced(a, b):
         return apply("minimum", (a, b))
     if _any_dual(a, b):
@@ -133,7 +133,7 @@ def smaller(a: Number, b: Number) -> Number:
 
 
 def larger(a: Number, b: Number) -> Number:
-    """Lane by lane the larger of two; NaN where either is NaN."""
+    """Lane by lane the larger of two, the second of equal ones; NaN where either is NaN."""
     if _any_traced(a, b):
         return apply("maximum", (a, b))
     if _any_dual(a, b):

@@ -20,7 +20,7 @@ from mbody.core.bundle import Floats, Rows
 from mbody.core.callbacks import FRAME_NUMBERS, numbers_in_frame
 from mbody.core.decorators import PLAIN, inline, kernel, njit
 from mbody.core.dual_number import value
-from mbody.core.duals import constant, entry
+from mbody.core.duals import chained, constant, entry
 from mbody.core.lanes import larger, smaller
 from mbody.core.tolerances import TABLE_RANGE_MARGIN
 
@@ -138,11 +138,12 @@ def unary(code: int, a: float, a1: float, a2: float) -> Three:
     if code == NEGATIVE:
         return -a, -a1, -a2
     if code == ABS:
-        return (-a, -a1, -a2) if less(a, a1, a2, 0.0, 0.0, 0.0) else (a, a1, a2)
+        sign = -1.0 if less(a, a1, a2, 0.0, 0.0, 0.0) else 1.0
+        return chained(np.abs(value(a)), sign, a), sign * a1, sign * a2  # also of −0
     if code == SIGN:  # a NaN remains one
-        return (1.0 if a > 0.0 else -1.0 if a < 0.0 else a), 0.0, 0.0
+        return (1.0 if a > 0.0 else -1.0 if a < 0.0 else value(a)), 0.0, 0.0
     if code == STEP:
-        return (1.0 if a >= 0.0 else 0.0 if a < 0.0 else a), 0.0, 0.0
+        return (1.0 if a >= 0.0 else 0.0 if a < 0.0 else value(a)), 0.0, 0.0
     if code == SIN:
         g, g1 = np.sin(a), np.cos(a)
         g2 = -g
@@ -203,9 +204,9 @@ def binary(code: int, a: float, a1: float, a2: float, b: float, b1: float, b2: f
     if code == HYPOT:
         return length(a, a1, a2, b, b1, b2)
     if code >= MIN:
-        # a NaN is selected, so that it is not hidden
-        first = a != a or (b == b and less(a, a1, a2, b, b1, b2) == (code == MIN))
-        return (a, a1, a2) if first else (b, b1, b2)
+        # of equal ones, and a NaN, as `mbody.core.lanes.smaller` selects
+        before = less(a, a1, a2, b, b1, b2) if code == MIN else less(b, b1, b2, a, a1, a2)
+        return (a, a1, a2) if before or a != a else (b, b1, b2)
     return power(a, a1, a2, b, b1, b2)
 
 

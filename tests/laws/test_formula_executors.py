@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mbody import Body, Force, Input, Mechanism, ModelError, Prismatic, assemble
+from mbody.core.dual_number import DualNumber
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.constraints import TO_SIGNAL
 from mbody.kernels.finished_instants import each_load
@@ -143,19 +144,62 @@ def test_a_present_reading_hides_no_nan(name):
     assert math.isnan(STRICT[name](1.0, math.nan)) and math.isnan(STRICT[name](math.nan, 1.0))
 
 
+def in_duals(formula, x, y):
+    """Value and slopes by x and y: of Python's dual numbers, and of the kernel of recorded ones."""
+    recording = Recording({"x": Rule(0.0), "y": Rule(0.0)})
+    numbers = DualNumber(x, [1.0, 0.0]), DualNumber(y, [0.0, 1.0])
+    python, traced = (
+        evaluate(parse(formula), Scope(names={"x": Valued(a), "y": Valued(b)}), checked=False).value
+        for a, b in (numbers, recording.inputs.values())
+    )
+    program = recording.program([traced])
+    slots, found = aligned(max(8, len(program.slots)), LANES), aligned(1, LANES)
+    slots[0, :3], slots[1, :3] = (x, 1.0, 0.0), (y, 0.0, 1.0)
+    number_duals(program, slots, found)
+    return [python.value, *python.tangents], found[0, :3].tolist()
+
+
 @pytest.mark.parametrize("x", [1e200, 5e-324, -5e-324, -1e200, math.inf])
 def test_a_sign_is_one_however_large_or_small_its_number(x):
     """Recorded as a product that overflowed, it was NaN in dual numbers beyond 1.8e8."""
-    recording = Recording({"x": Rule(0.0)})
-    given = recording.inputs["x"]
     for formula, wanted in (("sign(x)", math.copysign(1.0, x)), ("step(x)", float(x > 0.0))):
-        traced = evaluate(parse(formula), Scope(names={"x": Valued(given)})).value
-        slots, found = aligned(8, LANES), aligned(1, LANES)
-        program = recording.program([traced])
-        slots[: len(program.slots), 0] = program.slots
-        slots[0, 0], slots[0, 1] = x, 1.0
-        number_duals(program, slots, found)
-        assert found[0, :2].tolist() == [wanted, 0.0]
+        assert in_duals(formula, x, 0.0) == ([wanted, 0.0, 0.0],) * 2
+
+
+@pytest.mark.parametrize(
+    ("formula", "x", "y", "wanted"),
+    [
+        ("max(x, y)", 1.0, 1.0, [1.0, 0.0, 1.0]),  # the second of equal ones
+        ("min(x, y)", 1.0, 1.0, [1.0, 0.0, 1.0]),
+        ("max(x, y)", 2.0, 1.0, [2.0, 1.0, 0.0]),
+        ("abs(x)", -0.0, 0.0, [0.0, 1.0, 0.0]),
+        ("sign(x)", 0.0, 0.0, [0.0, 0.0, 0.0]),
+        ("x^0", 0.0, 0.0, [1.0, 0.0, 0.0]),
+        ("x^y", 0.0, 3.0, [0.0, 0.0, 0.0]),
+    ],
+)
+def test_slopes_at_corners_are_chosen_alike(formula, x, y, wanted):
+    for found in in_duals(formula, x, y):
+        assert found == wanted
+        assert math.copysign(1.0, found[0]) == 1.0  # |−0| is 0
+
+
+@pytest.mark.parametrize(
+    ("function", "slope"),
+    [
+        (lambda x: 1.0 / x, -math.inf),
+        (np.log, math.inf),
+        (lambda x: np.arctan2(x, 0.0), math.nan),
+        (lambda x: np.arctan2(0.0, x), math.nan),
+        (lambda x: np.power(x, -1.0), -math.inf),
+    ],
+)
+def test_dual_numbers_go_on_at_zero_as_floats_of_numpy_do(function, slope):
+    """Python's floats would stop there; what does not change leaves no trace."""
+    with np.errstate(all="ignore"):
+        found = function(DualNumber(0.0, [1.0, 0.0]))
+        assert found.value == function(np.float64(0.0))
+    np.testing.assert_array_equal(found.tangents, [slope, 0.0])
 
 
 def test_a_step_of_no_number_is_none():
