@@ -52,7 +52,7 @@ def least_squares(
     free = low < high
     low, high = low[free], high[free]
     left, J = residual(x), jacobian(x)[:, free]
-    damping, failed, D, settled = tol.FIT_DAMPING_FIRST, 2.0, np.zeros(J.shape[1]), False
+    damping, failed, D, settled = tol.LEAST_SQUARES_DAMPING_FIRST, 2.0, np.zeros(J.shape[1]), False
     curved = False
 
     def moved(step: Array) -> Array:
@@ -72,9 +72,8 @@ def least_squares(
             break
         try:
             if curved:
-                # by a difference along the step
-                part = (residual(moved(tol.FIT_BEND_STEP * step)) - left) / tol.FIT_BEND_STEP
-                bend = 2.0 / tol.FIT_BEND_STEP * (part - change)
+                h = tol.LEAST_SQUARES_BEND_STEP  # of a difference along the step
+                bend = 2.0 / h * ((residual(moved(h * step)) - left) / h - change)
                 if np.isfinite(bend).all():
                     more = _bounded_step(J, bend, D, damping, low - high, high - low)
                     if np.linalg.norm(D * more) <= np.linalg.norm(D * step):
@@ -83,10 +82,10 @@ def least_squares(
             fall = cost - float(new @ new)
         except (SolveError, ModelError):
             fall = -math.inf
-        if fall > tol.FIT_FALLS * foreseen:
+        if fall > tol.LEAST_SQUARES_FALLS * foreseen:
             x, left = moved(step), new
             # slowly up at first and fast down: the way along a narrow curved valley
-            damping, failed = max(damping / 5.0, tol.FIT_DAMPING_LEAST), 2.0
+            damping, failed = max(damping / 5.0, tol.LEAST_SQUARES_DAMPING_LEAST), 2.0
             if not settled:
                 J = jacobian(x)[:, free]
         else:

@@ -123,11 +123,7 @@ WAY_STEP_SMALL = 2.0**-2  # The same where no smaller step came on, either.
 POSITION_PRESCRIBED_STEP = 0.2
 #: The dense oracle's closing ends below this where steps no longer shrink.
 LOOP_CLOSURE_ORACLE_STALLED = 1e-12
-#: A position whose rank is asked for is closed where a step gains less than this part, too;
-LOOP_CLOSURE_RANK_GAIN = 1e-12
-LOOP_CLOSURE_RANK_DAMPING = 1e-3  # the damping it begins with,
-LOOP_CLOSURE_RANK_DAMPING_LEAST = 1e-12  # the least after a step that failed,
-LOOP_CLOSURE_RANK_DAMPING_LOST = 1e8  # and the one above which it has lost its way.
+LOOP_GAP_ENDS = 1e-12  # The same as LEAST_SQUARES_ENDS of the smallest gap of a loop.
 LOOP_GAPS_TIE = 1e-6  # Joints whose gaps differ by less than this part are equally open.
 #: Values of a driver, in model lengths and radians, as a part of 1 + the greatest, that differ from
 #: its law by more are other positions.
@@ -167,6 +163,12 @@ LEAST_SQUARES_RANK_SEARCH = 1e-14
 LEAST_SQUARES_RANK_COARSE = 1e-6  # The same beside places where the rank falls.
 #: The same of joints that are closed again at a random position nearby.
 LEAST_SQUARES_RANK_NEARBY = 1e-4
+#: Part of the sum of squares that the last step of a search for the least one promises: rounding.
+LEAST_SQUARES_ENDS = 1e-15
+LEAST_SQUARES_DAMPING_FIRST = 1e-4  # Damping of its first step,
+LEAST_SQUARES_DAMPING_LEAST = 1e-12  # and the least.
+LEAST_SQUARES_BEND_STEP = 0.1  # Part of a step over which its second order is a difference.
+LEAST_SQUARES_FALLS = 1e-4  # Part of what is foreseen by which a step must make the sum less.
 ROWS_DEPENDENT = 1e-9  # Rows that depend on others by less than this part are dependent.
 ROWS_SAME = 1e-9  # Rows that differ by less are the same.
 #: A row or a body takes part in a dependency or a motion with this part of the greatest.
@@ -707,7 +709,6 @@ TANGENTS_DIFFER_AT_REST = (
 TANGENTS_LEFT = 1e-6
 #: By what part of the greatest value an instant may differ when it is solved once more.
 INSTANT_SAME_AGAIN = 1e-4
-CONTROL_POINTS_CLEAR = 0.01  # Control points keep this part of their spread from zero.
 
 # -- Equilibria ------------------------------------------------------------------------------------
 #: A residual force below this part of the greatest force is none: 1e-13 is left where there is
@@ -843,7 +844,6 @@ DIFFERENCE_STEP_NUMBERS = 1e-4
 #: square.
 DIFFERENCE_STEP_INPUTS = 1e-5
 DIFFERENCE_STEP_DAMPING = 1e-5  # For damping, as a part of the natural rate, at least.
-DIFFERENCE_STEP_RATES = 1e-4  # For rates, as a part of a step.
 DIFFERENCE_STEP_UNKNOWNS = 1e-6  # Of unknowns that are solved for.
 #: Of a length, in parts of that of the model, and of an angle, for shapes that follow.
 DIFFERENCE_STEP_SHAPES = 1e-6
@@ -941,10 +941,7 @@ FIT_DEVIATION_LEAST = 1e-12  # A deviation is at least this part of the greatest
 FIT_DIRECTION_NONE = 1e-6  # A part of a direction that is rounding.
 FIT_RESIDUAL_ROUNDING = 1e-9  # Residuals below this part of the greatest datum are rounding.
 FIT_CORRELATION_CHANCE = 4.0  # Standard errors of a correlation of residuals that are no chance.
-FIT_ENDS = 1e-12  # Part by which the last step of a fit makes the sum of squares less.
-FIT_DAMPING_FIRST, FIT_DAMPING_LEAST = 1e-4, 1e-12  # Damping of its first step, and the least.
-FIT_BEND_STEP = 0.1  # Part of a step over which its second order is a difference.
-FIT_FALLS = 1e-4  # Part of what is foreseen by which a step must make the sum less.
+FIT_ENDS = 1e-12  # The same as LEAST_SQUARES_ENDS of a fit.
 FIT_BOUND_NEAR = 1e-6  # An unknown this near to a bound, as a part of its size, is at it.
 FIT_BOUND_CHANCE = 4.0  # Deviations beyond a bound to which data lead that are no chance.
 FIT_IMPROVES = 1e-6  # Part by which the sum of squares falls where another start is better,
@@ -956,7 +953,6 @@ FIT_FAMILY_HOLDS = {True: 1e-6, False: 1e-2}
 FIT_FAMILY_STEP = {True: 2.0**-8, False: 2.0**-4}
 TOLERANCE_FIRST_ORDER = 0.1  # Part of a half band by which a tolerance of first order may leave it.
 TOLERANCE_WIDEST = 100.0  # Tolerances of a number without a size that are tried.
-LEAST_SQUARES_ENDS = 1e-15  # The same of exact designs and balances: rounding.
 SYNTHESIS_PINS_SAME = 1e-6  # Relative distance of pivots or pins that are one.
 #: Share of the size of a motion or a link by which a point is met, a path is closed and a point of
 #: the coupler lies at one of its pins.
@@ -971,9 +967,6 @@ SYNTHESIS_ANGLES_DISTINCT = 1e-10
 UNKNOWN_STEP_ROUNDING = 1e-16  # A step of unknowns that is rounding.
 UNKNOWN_STEP_GAIN = 1e-4  # Part that a step of unknowns gains at least.
 UNKNOWN_BRACKET = 1e-9  # A bracket of one unknown this narrow, as a part of its ends, is its zero.
-#: Newton's method takes over where a value is below this part of the bracket's
-UNKNOWN_NEAR_VALUE = 1e-6
-UNKNOWN_NEAR_BRACKET = 1e-3  # and the bracket is this narrow.
 UNKNOWN_LOOSE = 1e-3  # Part of the greatest weight with which an unknown is left open.
 EXTREMUM_SPACING_WIDE = 1e-7  # Samples nearer than this part of the spacing show no cubic.
 EXTREMUM_UNKNOWN_NONE = 1e-15  # An unknown below this part of 1 + its start is zero.
@@ -983,7 +976,7 @@ OPTIMUM_ENDS = 1e-10  # Relative change of the objective at which SLSQP ends.
 #: A coefficient, as a part of the others, that is none: a link or a point without end.
 SYNTHESIS_COEFFICIENT_NONE = 1e-12
 SYNTHESIS_SLIDER_NONE = 1e-14  # A crank of a slider-crank that is none.
-SYNTHESIS_ENDS = 1e-14  # Relative change of the numbers at which a refinement of three poses ends.
+SYNTHESIS_ENDS = 1e-14  # The same as LEAST_SQUARES_ENDS of generators of functions.
 SYNTHESIS_SOLUTIONS_SAME = 1e-5  # Solutions whose numbers differ by less than this part are one.
 SYNTHESIS_LED = 1e-8  # By what part of its size a condition is met that a search leads to.
 SYNTHESIS_LED_STEP = 1e-6  # Difference of a number by which a condition is derived, in its range.

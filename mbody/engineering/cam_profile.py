@@ -16,6 +16,7 @@ from mbody.errors import ModelError
 from mbody.laws import Law, Table
 from mbody.model.closed_mechanism import with_element
 from mbody.model.joints import CamFollower
+from mbody.model.joints.cam import least_raise, pitch_radius
 from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import Heading, Sentence, Value
 from mbody.solution.doubts import Inherited
@@ -257,12 +258,12 @@ def cam_undercut(model: Mechanism | System, joint: str | None = None) -> CamUnde
     cam = named_cam(machine, joint)
     psi = cam_places(cam)
     R, R1, R2, roller = _profile(model, cam, psi)
-    rho = R + R2 if cam.flat else _convex(R, R1, R2)
+    rho = R + R2 if cam.flat else pitch_radius(R, R1, R2)
     base, least_base, greatest = float(R.min()) - roller, 0.0, None
     if cam.flat:
         least_base = base - float(rho.min())
     elif roller > 0.0:
-        least_base = base + _least_raise(R, R1, R2, roller)
+        least_base = base + least_raise(R, R1, R2, roller)
         grows = cam.base_radius is not None
         greatest = _greatest_roller(R - roller, R1, R2) if grows else float(rho.min())
     undercut = bool(rho.min() <= roller) and (cam.flat or roller > 0.0)
@@ -303,37 +304,13 @@ def _profile(
     return R, R1, R2, float(roller)
 
 
-def _convex(R: Array, R1: Array, R2: Array) -> Array:
-    """Radius of curvature of a pitch curve, inf where it is straight or hollow."""
-    curvature_term = R * R + 2.0 * R1 * R1 - R * R2
-    speed = (R * R + R1 * R1) ** 1.5
-    return np.divide(speed, curvature_term, out=np.full(len(R), np.inf), where=curvature_term > 0.0)
-
-
-def _least_raise(R: Array, R1: Array, R2: Array, roller: float) -> float:
-    """How much a pitch curve has to be raised, or may be lowered (negative), to be nowhere bent
-    more sharply than the roller.
-    """
-
-    def keeps(by: float) -> bool:
-        return bool(_convex(R + by, R1, R2).min() > roller)
-
-    down = roller - float(R.min())  # the contour shrinks to its centre
-    if keeps(0.0):
-        return down if keeps(down) else last_place(keeps, 0.0, down)
-    up = roller
-    while not keeps(up):
-        up *= 2.0
-    return last_place(keeps, up, 0.0)
-
-
 def _greatest_roller(lift: Array, R1: Array, R2: Array) -> float | None:
     """The greatest roller on the pitch curve that is as far as it outside a contour: (R less the
     roller). None where even a knife edge would be bent.
     """
 
     def cuts(size: float) -> bool:
-        return bool(_convex(lift + size, R1, R2).min() <= size)
+        return bool(pitch_radius(lift + size, R1, R2).min() <= size)
 
     if lift.min() <= 0.0 or cuts(0.0):
         return None

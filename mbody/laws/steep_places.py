@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbody.core.tolerances import FORMULA_SAME
+from mbody.core.bracket import zeros_between
+from mbody.core.tolerances import FORMULA_SAME, TINY
 from mbody.laws.kernels import (
     ABS,
     ADD,
@@ -44,8 +45,6 @@ SHORT, ISOLATED = 1.0 / 32.0, 0.2
 #: Operations that make no corners, and no pulses but by high powers; low ones.
 SMOOTH = frozenset((*range(COS + 1), ADD, SUBTRACT, MULTIPLY))
 LOW_POWERS = (0.0, 1.0, 2.0, 3.0, 4.0)
-#: Bisections to the last bit.
-BITS = 64
 
 Codes = tuple[int, ...]
 #: A `mbody.laws.expression.Expression`, which asks here for its corners.
@@ -136,14 +135,15 @@ def _changes(law: Expression, low: FloatArray, high: FloatArray, order: int = 0)
     """Where the value, or a derivative, becomes negative or ceases to be within brackets (n,): the
     first number behind; none of a bracket without a change.
     """
-    negative = law.raw(low)[:, order] < 0.0
-    changing = (law.raw(high)[:, order] < 0.0) != negative
-    low, high, negative = low[changing], high[changing], negative[changing]
-    for _ in range(BITS if low.size else 0):
-        middle = 0.5 * (low + high)
-        same = (law.raw(middle)[:, order] < 0.0) == negative
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return high
+
+    def values(x: FloatArray) -> FloatArray:
+        found = law.raw(x)[:, order]
+        return np.where(found < 0.0, found, np.fmax(found, TINY))  # zero and NaN are on one side
+
+    columns = np.array([low, high, values(low), values(high), 0.0 * low])
+    changing = (columns[2] < 0.0) != (columns[3] < 0.0)
+    found = zeros_between(values, *columns[:, changing])
+    return np.array([max(one.above, one.below) for one in found])
 
 
 def _pulses(

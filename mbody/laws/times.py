@@ -123,14 +123,14 @@ def _with_extremes(
 
 
 def _zeros(law: Law, column: int, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where f′ or f″ changes its sign within intervals, (n,), by bisection."""
-    low, high = low.copy(), high.copy()
-    above = law.raw(low)[:, column] > 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        same = (law.raw(middle)[:, column] > 0.0) == above
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return low
+    """Where f′ or f″ changes its sign within intervals, (n,)."""
+    from mbody.core.bracket import zeros_between
+
+    def values(x: FloatArray) -> FloatArray:
+        return law.raw(x)[:, column]
+
+    columns = low, high, values(low), values(high), np.zeros(low.size)
+    return np.array([one.x for one in zeros_between(values, *columns)])
 
 
 SAMPLES = 32  # per scale of a Python function, in the search for turning points
@@ -308,6 +308,8 @@ def _refined(law: Law, sign: float, begin: float, rest: float, t0: float) -> Flo
 
 def _sampled(law: Function, sign: float, begin: float, rest: float, t0: float) -> FloatArray:
     """Samples of a Python function until it has gained `rest` or turned back."""
+    from mbody.core.bracket import last_place
+
     step = law.scale / SAMPLES
     nodes, best = [t0], 0.0
     for i in range(1, SAMPLES * MAX_SCALES + 1):
@@ -316,15 +318,10 @@ def _sampled(law: Function, sign: float, begin: float, rest: float, t0: float) -
         if gain >= rest:
             break
         if gain < best:  # turned back: find the extreme
-            low, high = nodes[max(i - 2, 0)], nodes[i]
+            low = nodes[max(i - 2, 0)]
             if i == 1 and sign * law.derivatives(low)[1] <= 0.0:
                 break
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                if sign * law.derivatives(middle)[1] > 0.0:
-                    low = middle
-                else:
-                    high = middle
+            low = last_place(lambda t: sign * law.derivatives(t)[1] > 0.0, low, nodes[i])
             nodes = [t for t in nodes if t < low] + [low, nodes[-1]]
             break
         best = gain

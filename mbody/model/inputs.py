@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
 from mbody.errors import ModelError, brief
 from mbody.laws import Cam, Law, Polynomial, as_law
@@ -120,10 +120,6 @@ def _formulas(value: Any) -> Iterator[tuple[Formula, int]]:
 
 
 # -- Sampled controllers: Python that is called at a fixed rate and sets inputs ----------------
-
-#: Called with the time and what the controller reads; gives what it sets: one number, one for each
-#: input in a row, or a mapping by name.
-ControlFunction: TypeAlias = "Callable[..., float | Sequence[float] | Mapping[str, float]]"
 
 
 @dataclass(frozen=True)

@@ -259,7 +259,7 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
             lambda x, weight=weight: weight[:, None] * about(x)[1],  # type: ignore[misc]
             x,
             most=100,
-            ends=tol.LOOP_CLOSURE_RANK_GAIN,
+            ends=tol.LOOP_GAP_ENDS,
         ).x
     return about(x)[0]
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 # -- Users' own physics, looked at where an analysis begins: purity, and derivatives of joints -
 
 Array = np.ndarray
-#: What is wrong, in which row, what was given, what it should be, and by which rule.
-Finding = tuple[str, int, float, float, str]
 Hook = Callable[[Array, Array], None]
 
 #: Steps of differences, in radians, model lengths and units of time: a right derivative agrees with

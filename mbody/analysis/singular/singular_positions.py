@@ -431,10 +431,6 @@ class Singular:
             return np.asarray(part)
         return np.append(part - self.N @ self.directions[-1], 1.0)
 
-    def admits(self, y: Array, part: float) -> bool:
-        """Whether rates are those of a motion, within a part of them."""
-        return bool(np.abs(values(self.A, y)).max(initial=0.0) <= part * size(self.A, y))
-
     def branches(self, y: Array) -> ConeBranches:
         """The branches that contain y."""
         return through(self.A, y)

@@ -249,11 +249,11 @@ class CamFollower(FrictionalJoint, StrikingJoint):
                 "must be positive: give a greater base_radius, or raise the profile",
                 self.name,
             )
-        rho = R + R2 if self.flat else _convex(R, R1, R2)
+        rho = R + R2 if self.flat else pitch_radius(R, R1, R2)
         n = int(rho.argmin())
         if rho[n] > wheel or not (self.flat or wheel):
             return
-        more = -rho[n] if self.flat else _raised(R, R1, R2, wheel)
+        more = -rho[n] if self.flat else least_raise(R, R1, R2, wheel)
         what = "flat follower: the radius of curvature of the cam"
         if not self.flat:
             what = f"roller of {wheel:.4g} {unit}: the radius of curvature of the pitch curve"
@@ -294,22 +294,29 @@ def _angle(n: int) -> str:
     return f"{360.0 * n / (PLACES - 1):.4g} deg"
 
 
-def _convex(R: Any, R1: Any, R2: Any) -> Any:
+def pitch_radius(R: Any, R1: Any, R2: Any) -> Any:
     """Radius of curvature of a pitch curve, inf where it is straight or hollow."""
     curvature_term = R * R + 2.0 * R1 * R1 - R * R2
     speed = (R * R + R1 * R1) ** 1.5
     return np.divide(speed, curvature_term, out=np.full(len(R), np.inf), where=curvature_term > 0.0)
 
 
-def _raised(R: Any, R1: Any, R2: Any, wheel: float) -> float:
-    """How much a pitch curve must be raised to be nowhere more sharply bent than the wheel."""
-    low, high = 0.0, wheel
-    while _convex(R + high, R1, R2).min() <= wheel:
-        low, high = high, 2.0 * high
-    for _ in range(60):
-        mid = 0.5 * (low + high)
-        low, high = (low, mid) if _convex(R + mid, R1, R2).min() > wheel else (mid, high)
-    return high
+def least_raise(R: Any, R1: Any, R2: Any, roller: float) -> float:
+    """How much a pitch curve has to be raised, or may be lowered (negative), to be nowhere bent
+    more sharply than the roller.
+    """
+    from mbody.core.bracket import last_place
+
+    def keeps(by: float) -> bool:
+        return bool(pitch_radius(R + by, R1, R2).min() > roller)
+
+    down = roller - float(R.min())  # the contour shrinks to its centre
+    if keeps(0.0):
+        return down if keeps(down) else last_place(keeps, 0.0, down)
+    up = roller
+    while not keeps(up):
+        up *= 2.0
+    return last_place(keeps, up, 0.0)
 
 
 @inline
