@@ -181,6 +181,8 @@ PARTICIPATION_NONE = 1e-6  # A part of a dependency below which a row has none i
 PARTICIPATION_NONE_DIAGNOSIS = 1e-7  # The same in a diagnosis.
 #: A pivot below this part of its diagonal is rounding of a row that depends on others.
 PIVOT_VANISHED = 1e-15
+#: A pivot of the matrix of algebraic loops below this part of what it was summed of is none.
+ALGEBRAIC_LOOP_SINGULAR = 1e-12
 PIVOT_SUSPICIOUS = 1e-10  # A pivot below this part of its diagonal calls for a look at the rank.
 #: A pivot below this part of its diagonal is that of a singular position: few digits are left.
 PIVOT_SINGULAR = 1e-6

@@ -18,14 +18,22 @@ regularised (redundant rows), (a, λ) is refined by the residuals of both rows,
     S δλ = c,             a ← a + W⁻¹ r − W⁻¹ Gᵀ δλ,   λ ← λ + δλ,
 
 which is one step of iterative refinement with [W Gᵀ; G 0] in place of the augmented matrix.
+
+Formulas that measure accelerations and reactions are evaluated when these are known. Where loads
+follow some of them, s = g(a(s), λ(s)), an algebraic loop: f has the load B s, so that a and λ are
+straight functions of s, and g of these by what it was checked for (`mbody.system.algebraic_loops`).
+So I − ∂g/∂s has one column a loop, each the difference of two solutions by the factor at hand, and
+s follows from it with one refinement by the residual g − s.
 """
 
 from __future__ import annotations
 
-from mbody.core.decorators import kernel, njit
-from mbody.core.lanes import highest, ld, st
-from mbody.core.tolerances import PIVOT_VANISHED
-from mbody.kernels.constraints import body_rotations, rows
+import numpy as np
+
+from mbody.core.decorators import inline, kernel, njit
+from mbody.core.lanes import highest, larger, ld, select_le, st
+from mbody.core.tolerances import ALGEBRAIC_LOOP_SINGULAR, PIVOT_VANISHED
+from mbody.kernels.constraints import body_rotations, rows, steps
 from mbody.kernels.forces import forces, signals
 from mbody.kernels.friction import (
     add_sliding,
@@ -36,12 +44,16 @@ from mbody.kernels.friction import (
     store_sliding,
     viscous_friction,
 )
-from mbody.kernels.layout import Layout, Work
-from mbody.kernels.position_velocity import clear, weigh
+from mbody.kernels.layout import Layout, Work, keep_primitives
+from mbody.kernels.position_velocity import clear, multipliers, weigh
 from mbody.kernels.schur_ldl import apply_g, apply_gt, factor, solve
 
 #: Solutions with friction as a load, at most: one as a rule, more where rows are redundant.
 FRICTION_PASSES = 6
+#: Solutions of an algebraic loop after that of its matrix: the second corrects rounding.
+LOOP_PASSES = 2
+#: In the place of a number of refinements: the accelerations are known, the multipliers follow.
+KNOWN_MOTION = -1
 
 
 @njit
@@ -56,8 +68,146 @@ def free_accelerations(L, W, w, regularization, refinements):
 
 @njit
 def augmented_solution(L, W, w, refinements):
-    """W.a and W.lam ← a and λ by the present rows and their factor, refined so many times."""
+    """W.a and W.lam ← a and λ by the present rows and their factor, refined so many times, and the
+    formulas that measure them.
+    """
+    open_loops(L, W, w)
+    loaded_motion(L, W, w, refinements)
+    if L.force_steps < L.formula_step.shape[0]:
+        formulas_of_forces(L, W, w)
+    if L.loop_row.shape[0] > 0:
+        algebraic_loops(L, W, w, L.loop_row.shape[0], refinements)
+
+
+@njit
+def loaded_multipliers(L, W, w):
+    """W.lam ← λ of a motion that is known, or of rest, with all loads, and the formulas that
+    measure accelerations and reactions; returns as `multipliers`.
+    """
+    open_loops(L, W, w)
+    if L.friction_kind.shape[0] > 0:
+        viscous_friction(L, W, w)
+    rest = multipliers(L, W, w)
+    if L.force_steps < L.formula_step.shape[0]:
+        formulas_of_forces(L, W, w)
+    if L.loop_row.shape[0] > 0:
+        algebraic_loops(L, W, w, L.loop_row.shape[0], KNOWN_MOTION)
+    return rest
+
+
+@inline
+def open_loops(L, W, w):
+    """All loads, as if what algebraic loops give them were zero."""
+    for n in range(L.loop_row.shape[0]):
+        st(W.signal, L.loop_row[n], 0.0, w)
     forces(L, W, w, -1)
+
+
+@njit
+def formulas_of_forces(L, W, w):
+    """Evaluate the formulas that measure accelerations and reactions, at W.a and W.lam."""
+    keep_primitives(L, W, w, W.reaction, 0)
+    steps(L, W, w, L.force_steps, L.formula_step.shape[0])
+
+
+@njit
+def loops_again(L, W, w, refinements):
+    """a and λ by the present signals of loops, and what their formulas give there."""
+    forces(L, W, w, -2)
+    if refinements == KNOWN_MOTION:
+        if L.friction_kind.shape[0] > 0:
+            viscous_friction(L, W, w)
+        multipliers(L, W, w)
+    else:
+        loaded_motion(L, W, w, refinements)
+    formulas_of_forces(L, W, w)
+
+
+@njit
+def algebraic_loops(L, W, w, count, refinements):
+    """a, λ and the signals s of loops with s = g(a, λ); the signals are g of s = 0 to begin with.
+    NaN where these equations have no unique solution.
+    """
+    # W.loop: I − ∂g/∂s, its inverse, what each of its numbers was summed of; g − s; s
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    magnitude, rest = 2 * count * count, 3 * count * count
+    unit = 0.0 * one
+    for k in range(count):
+        g = ld(W.signal, L.loop_row[k], w)
+        st(W.loop, rest + k, g, w)
+        st(W.loop, rest + count + k, 0.0 * one, w)
+        unit = larger(unit, larger(g, -g))
+    unit = select_le(unit, 0.0 * one, one, unit)
+    for c in range(count):
+        for k in range(count):
+            st(W.signal, L.loop_row[k], (1.0 if k == c else 0.0) * unit, w)
+        loops_again(L, W, w, refinements)
+        for k in range(count):
+            rate = (ld(W.signal, L.loop_row[k], w) - ld(W.loop, rest + k, w)) / unit
+            same = (1.0 if k == c else 0.0) * one
+            st(W.loop, count * k + c, same - rate, w)
+            st(W.loop, magnitude + count * k + c, same + larger(rate, -rate), w)
+    invert_loops(W, w, count)
+    for _ in range(LOOP_PASSES):
+        for k in range(count):
+            s = ld(W.loop, rest + count + k, w)
+            for n in range(count):
+                s = s + ld(W.loop, count * (count + k) + n, w) * ld(W.loop, rest + n, w)
+            st(W.loop, rest + count + k, s, w)
+            st(W.signal, L.loop_row[k], s, w)
+        loops_again(L, W, w, refinements)
+        for k in range(count):
+            s = ld(W.loop, rest + count + k, w)
+            st(W.loop, rest + k, ld(W.signal, L.loop_row[k], w) - s, w)
+            st(W.signal, L.loop_row[k], s, w)
+
+
+@njit
+def invert_loops(W, w, count):
+    """The inverse of the matrix in W.loop by Gauss and Jordan, with the greatest pivot of each
+    column in every lane; NaN where a pivot is the rounding of what it was summed of.
+    """
+    inverse, magnitude = count * count, 2 * count * count
+    one = 0.0 * ld(W.size, 0, w) + 1.0
+    for k in range(count):
+        for n in range(count):
+            st(W.loop, inverse + count * k + n, (1.0 if k == n else 0.0) * one, w)
+    for c in range(count):
+        for r in range(c + 1, count):
+            x, y = ld(W.loop, count * r + c, w), ld(W.loop, count * c + c, w)
+            x, y = larger(x, -x), larger(y, -y)
+            for part in range(3):
+                o = part * count * count
+                for n in range(count):
+                    p, q = ld(W.loop, o + count * r + n, w), ld(W.loop, o + count * c + n, w)
+                    st(W.loop, o + count * r + n, select_le(x, y, p, q), w)
+                    st(W.loop, o + count * c + n, select_le(x, y, q, p), w)
+        pivot = ld(W.loop, count * c + c, w)
+        least = ALGEBRAIC_LOOP_SINGULAR * ld(W.loop, magnitude + count * c + c, w)
+        per = 1.0 / select_le(larger(pivot, -pivot), least, np.nan * one, pivot)
+        scale_loop(W, w, count, c, c, per, 0.0)
+        for r in range(count):
+            if r != c:
+                scale_loop(W, w, count, r, c, one, ld(W.loop, count * r + c, w))
+
+
+@inline
+def scale_loop(W, w, count, r, c, per, part):
+    """Row r ← per · row r − part · row c, of the matrix and its inverse; sums of magnitudes."""
+    for n in range(2 * count):
+        o = count * count * (n // count) + n % count
+        x = per * ld(W.loop, o + count * r, w) - part * ld(W.loop, o + count * c, w)
+        st(W.loop, o + count * r, x, w)
+    o = 2 * count * count
+    size, other = larger(per, -per), larger(part, -part)
+    for n in range(count):
+        x = size * ld(W.loop, o + count * r + n, w) + other * ld(W.loop, o + count * c + n, w)
+        st(W.loop, o + count * r + n, x, w)
+
+
+@njit
+def loaded_motion(L, W, w, refinements):
+    """W.a and W.lam ← a and λ for the loads in W.force, with friction."""
     if L.friction_kind.shape[0] == 0:
         balanced_motion(L, W, w, refinements)
         return

@@ -258,10 +258,11 @@ def relative(array, row, lane, k, unit):
 # place): it reads a number of the instant, or computes with those at the places a and b, by the
 # operations of `mbody.laws.postfix`, or hands the number at a over to a signal, a rate or a
 # constraint row. There is nothing to choose while it runs, so that lanes take it as single motions
-# do. The list has three parts: what drivers follow of time, inputs and auxiliary states, with both
+# do. The list has four parts: what drivers follow of time, inputs and auxiliary states, with both
 # derivatives by time, is evaluated with the laws of time; rows of drivers that follow positions, Φ,
-# Φ_q and ν, then γ, with the rows of all joints; the rest where the loads are, at their position,
-# velocity and time. Derivatives are steps too (`mbody.system.formula_derivatives`).
+# Φ_q and ν, then γ, with the rows of all joints; laws of loads and rates of states where the loads
+# are, at their position, velocity and time; and what measures accelerations and forces when these
+# are known (`mbody.kernels.accelerations`). Derivatives are steps too.
 
 FIRST = len(OPERATIONS)
 #: Steps that read row a: of the position, of the velocity, of the cosines and sines of the bodies,
@@ -274,8 +275,10 @@ LAW = FIRST + 7
 TO_SIGNAL, TO_RATE = FIRST + 10, FIRST + 11
 #: The same to a row of Φ, of the blocks of Φ_q, of ν and of γ.
 TO_PHI, TO_BLOCK, TO_NU, TO_GAMMA = range(FIRST + 12, FIRST + 16)
+#: Steps that read row a: of the accelerations, of the reactions as `keep_primitive` gives them.
+ACCELERATION, REACTION = FIRST + 16, FIRST + 17
 #: The table of two variables that is law n, at the numbers at places a and b: SURFACE + n.
-SURFACE = FIRST + 16
+SURFACE = FIRST + 18
 
 
 @njit
@@ -298,9 +301,9 @@ def formula_rows(L, W, w, e, position, velocity):
 @njit
 def measured_formulas(L, W, w):
     """Evaluate the formulas of loads and auxiliary states at W.q, W.v, W.turn, W.time, W.own and
-    the signals of time.
+    the signals of time; not those that measure accelerations and forces.
     """
-    steps(L, W, w, L.load_steps, L.formula_step.shape[0])
+    steps(L, W, w, L.load_steps, L.force_steps)
 
 
 @njit
@@ -339,6 +342,10 @@ def steps(L, W, w, first, end):
             st_varying(W.nu, place, ld(W.formula, a, w), w)
         elif code == TO_GAMMA:
             st_varying(W.gamma, place, ld(W.formula, a, w), w)
+        elif code == ACCELERATION:
+            st(W.formula, place, ld(W.a, a, w), w)
+        elif code == REACTION:
+            st(W.formula, place, ld(W.reaction, a, w), w)
         else:
             surface_of_numbers(L, W, w, L.law_table[code - SURFACE], a, b, place)
 

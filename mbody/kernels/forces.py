@@ -58,10 +58,10 @@ def polynomial(L, W, w, m, o):
 
 @njit
 def forces(L, W, w, cause):
-    """Sum of all loads on the coordinates; of the one of that cause, if it is not negative, with
-    the formulas of measured quantities as they were evaluated last.
+    """Sum of all loads on the coordinates; of the one of that cause, if it is not negative. Unless
+    cause is −1 the formulas of measured quantities are as they were evaluated last.
     """
-    if cause < 0:
+    if cause == -1:
         measured_formulas(L, W, w)
     for n in range(3 * (L.bodies + 1)):
         st(W.force, n, 0.0, w)

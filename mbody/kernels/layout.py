@@ -103,11 +103,14 @@ class Layout(Bundle):
     varying: int
     # formulas of measured quantities: see `mbody.kernels.constraints`, (steps, 4); how many
     # of them give signals of drivers, of every primitive where its steps for Φ begin, those for γ,
-    # and the end, (primitives, 3), and the first step of loads and auxiliary states
+    # and the end, (primitives, 3), the first step of loads and auxiliary states, the first of those
+    # that measure accelerations and forces, and the signal rows that these give to loads
     formula_step: Tables
     driver_steps: int
     primitive_steps: Tables
     load_steps: int
+    force_steps: int
+    loop_row: Ints
     # signal row of every input, in the order of the description
     input_row: Ints
     # signal row and node of every driver, in the order of the description, and one where it follows
@@ -150,6 +153,8 @@ class Work(Bundle):
     formula: Rows  # numbers of the formulas of measured quantities
     own: Rows  # states of a user's own
     auxiliary_rate: Rows  # their rates
+    reaction: Rows  # of all primitives, for formulas that measure them
+    loop: Rows  # matrix, magnitudes and vectors of algebraic loops (`mbody.kernels.accelerations`)
     block: Rows  # 2×3 numbers of each side, both sides of each node, then further sides
     phi: Rows
     nu: Rows
@@ -268,13 +273,15 @@ def frame_of(layout: Layout, parameters: int, signals: int, lanes: int) -> Frame
     """The frame of the workspaces of a system."""
     L = layout
     numbers = L.bodies, L.slots, L.nodes, len(L.block_row), len(L.more), L.owns
-    shape = (*numbers, L.formula_numbers, len(L.active_set), len(L.friction_kind))
+    measuring = L.force_steps < len(L.formula_step)
+    late = PER_PRIMITIVE * len(L.primitive_node) if measuring else 0, len(L.loop_row)
+    shape = (*numbers, L.formula_numbers, len(L.active_set), len(L.friction_kind), *late)
     return _frame(shape, parameters, signals, lanes)
 
 
 @functools.lru_cache(maxsize=256)
 def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) -> Frame:
-    bodies, slots, nodes, blocks, more, owns, formulas, active_set, pairs = shape
+    bodies, slots, nodes, blocks, more, owns, formulas, active_set, pairs, reactions, loops = shape
     written = first_beyond(nodes, more) + active_set if active_set else nodes
     coordinates, columns = 3 * (bodies + 1), 3 * (slots + 1)
     rows = {
@@ -290,6 +297,8 @@ def _frame(shape: tuple[int, ...], parameters: int, signals: int, lanes: int) ->
         "formula": formulas,
         "own": owns,
         "auxiliary_rate": owns,
+        "reaction": reactions,
+        "loop": loops * (3 * loops + 2),
         # what further sides of rows of the active set give lies beyond all nodes
         "block": max(12 * nodes + 6 * more, 12 * written + (6 * more if active_set else 0)),
         "phi": 2 * written,

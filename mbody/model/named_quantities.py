@@ -11,6 +11,7 @@ from mbody.errors import ModelError
 from mbody.laws import Law, MeasuredFormula
 from mbody.model.element import Element, check_identifier
 from mbody.model.states import (
+    OF_FORCES,
     Described,
     compiled_formula,
     formula_dimension,
@@ -131,6 +132,25 @@ def names_measured(machine: Described, names: Iterable[str]) -> frozenset[str]:
     for one in found:
         whole |= set(one.formula.variables)
     return frozenset(whole - {one.name for one in found})
+
+
+def loads_in_loops(machine: Any) -> list[str]:
+    """Names of the loads whose formulas measure accelerations, reactions or efforts."""
+
+    def of_solution(name: str) -> bool:
+        owner, _, key = name.rpartition(".")
+        whose = machine[owner.partition(".")[0]].role if owner else ""
+        return key in OF_FORCES and whose in ("body", "joint", "driver")
+
+    laws = {
+        load.name: [law for law in vars(load).values() if isinstance(law, MeasuredFormula)]
+        for load in machine.loads
+    }
+    return [
+        name
+        for name, own in laws.items()
+        if any(of_solution(one) for law in own for one in names_measured(machine, law.variables))
+    ]
 
 
 def expanded(

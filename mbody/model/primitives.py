@@ -13,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import numpy as np
+
 from mbody.laws import Law
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -160,6 +162,13 @@ class FrictionPrimitive:
     presses: int
     parameters: list[Any]
     capacity: Signal | None = None
+
+    @property
+    def bends(self) -> bool:
+        """Whether its friction is not linear in velocities and forces: it is more than viscous."""
+        counted = (0, 1, 5) if self.kind == "couple" else (0, 1)
+        always = self.capacity is not None or self.kind in ("apart", "pull")
+        return always or any(bool(np.any(self.parameters[n])) for n in counted)
 
 
 @dataclass(frozen=True)

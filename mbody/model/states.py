@@ -19,7 +19,7 @@ from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 # -- Quantities that formulas of the present instant may measure -------------------------------
 
-#: Keys of quantities that follow from forces: they are known when the formula has been evaluated.
+#: Keys of quantities that are known when the equations of motion are solved.
 OF_FORCES = (
     "ax", "ay", "alpha", "acceleration", "effort", "power", "fx", "fy", "force", "torque", "loss",
     "contact",
@@ -90,9 +90,9 @@ def state_quantity(machine: Described, name: str) -> Dimension:
         return dimension_of(known[key])
     if key in OF_FORCES:
         raise FormulaError(
-            f"'{name}' follows from the forces of the same instant, which follow from this "
-            f"formula: measure positions and rates (of '{owner}': {listed(known)}), or let a "
-            "controller read it at its samples and set an Input"
+            f"'{name}' is no quantity that formulas measure in the instant that they are evaluated "
+            f"at: measure others (of '{owner}': {listed(known)}), or let a controller read it at "
+            "its samples and set an Input"
         )
     raise FormulaError(f"'{owner}' has no '{key}' to measure here (it has: {listed(known)})")
 
@@ -106,14 +106,16 @@ def _known(element: Element, point: str) -> Mapping[str, str]:
             raise FormulaError(
                 f"'{element.name}' has no point '{point}' (it has: {listed(points)})"
             )
-        whole = MOTION if point else MOTION | ROTATION
-        return {key: dimension for key, dimension in whole.items() if key not in OF_FORCES}
+        return MOTION if point else MOTION | ROTATION
     if point:
         raise FormulaError(f"'{element.name}' has no points: it is no body")
     if element.role == "driver":
-        return {key: element.quantities()[key] for key in DRIVEN[:2]}
+        return {key: element.quantities()[key] for key in (*DRIVEN[:2], "effort", "power")}
+    kept = _reaction(element) if element.role == "joint" else ()
     found = {
-        key: dimension for key, dimension in element.quantities().items() if key not in OF_FORCES
+        key: dimension
+        for key, dimension in element.quantities().items()
+        if key not in OF_FORCES or key in kept
     }
     if element.role != "load":
         return found
@@ -121,6 +123,18 @@ def _known(element: Element, point: str) -> Mapping[str, str]:
     made = {key: dimension for key, (_, dimension) in load.outputs().items()}
     states = {one.name.rpartition(".")[2]: one.measure for one in load.auxiliary_states()}
     return found | made | states | _described(element)
+
+
+def _reaction(joint: Any) -> tuple[str, ...]:
+    """What of a joint's reaction formulas measure: of what may open, which contacts stand for in
+    `simulate`, nothing; no torque about a place that moves on the body.
+    """
+    from mbody.model.joints import Joint
+
+    if joint.can_separate:
+        return ()
+    force = ("fx", "fy", "force")
+    return (*force, "torque") if type(joint).reaction_point is Joint.reaction_point else force
 
 
 def _described(load: Element) -> dict[str, str]:

@@ -163,7 +163,7 @@ class Evaluator:
 
     def _closed(self, system: System, grid: TimeGrid) -> ClosedPosition:
         t, first = float(grid.t[0]), grid.first(system)
-        if self.regular and not system.has_user_code:
+        if self.regular and not (system.has_user_code or system.has_loops):
             values = np.array([[first.get(d.name, np.nan) for d in system.drivers]])
             small = float(rounding(system, self.pose))
             # from the last design, which is near as a rule, else from the description

@@ -62,7 +62,7 @@ class TracedRecord:
 
 
 #: What steps of formulas read as positions and velocities.
-MOTIONS = {"position": ORDER[:3], "velocity": ORDER[3:6]}
+MOTIONS = {"position": ORDER[:3], "velocity": ORDER[3:6], "acceleration": ORDER[6:]}
 
 
 class _Absent:

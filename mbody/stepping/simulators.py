@@ -319,7 +319,7 @@ class Simulators(LaneReadings):
         first = self._sim(0)
         begun = first.state
         self.system = whole if whole.batch is not None else first.system
-        names, rows = first.inputs.names, self.system.layout.input_row
+        names, rows = first.inputs.names, self.system.input_rows
         places = {one.name: int(row) for one, row in zip(whole.mechanism.inputs, rows, strict=True)}
         self._input_names = names
         #: Whether ordinary steps are taken on lanes.

@@ -37,8 +37,16 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.touching_shapes import Polygon, Segment, points_of
 from mbody.quantities import Formula
-from mbody.system.formula_rows import FormulaRows, RecordedLaw, driver_law, following, recorded
-from mbody.system.system import System, polar_points
+from mbody.system.formula_rows import (
+    LEAD_THROUGH,
+    FormulaRows,
+    RecordedLaw,
+    check_loop,
+    driver_law,
+    following,
+    recorded,
+)
+from mbody.system.system import System, numbered, polar_points
 
 if TYPE_CHECKING:
     from mbody.model.states import State
@@ -796,12 +804,16 @@ class _Compiler:
         if numbers is self.numbers:
             # those of the description were made already
             pairs = [pair for _, pair in self.pairs]
+            owned = self.pairs
             primitives, actions, laws = self.first_primitives, self.first_actions, self.first_laws
         else:
             made = self.frictions(at)
+            owned = [(one, pair) for one in self.frictional for pair in made[one.name]]
             pairs = [pair for own in made.values() for pair in own]
             primitives, actions = self.primitives(at, made), self.actions(at)
             laws = self.laws(primitives, actions, pairs, at)
+        if self.loops:
+            self._check_loops(owned)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_position_on_j(element, at)]
@@ -832,6 +844,30 @@ class _Compiler:
         names = self._law_names(laws)
         found += [(n, law.law.hook(law.derivatives)) for n, law in zip(names, laws, strict=True)]
         return tuple(found)
+
+    @functools.cached_property
+    def loops(self) -> list[int]:
+        """Numbers of the laws that give loads what follows from accelerations and forces."""
+        laws = self.first_laws
+        end = len(laws) - sum(len(law.laws) for law in laws) - len(self.mechanism.states)
+        return [n for n in range(end) if laws[n].of_solution]
+
+    def _check_loops(self, pairs: Iterable[tuple[Constraint, FrictionPrimitive]]) -> None:
+        """Refuse algebraic loops that are not linear, and what is not linear beside them."""
+        laws, machine = self.first_laws, self.mechanism
+        names = self._law_names(laws)
+        for n in self.loops:
+            check_loop(names[n], laws[n])
+        beside: list[Element] = [*machine.contacts, *machine.groups, *machine.stops]
+        beside += [joint for joint in machine.joints if joint.can_separate or joint.limited]
+        beside += [one for one, pair in pairs if pair.bends]
+        if beside:
+            raise ModelError(
+                f"'{names[self.loops[0]]}' follows accelerations or forces that follow from it in "
+                "turn: an algebraic loop is solved where all is linear, and the forces of "
+                f"'{beside[0].name}' are not. {LEAD_THROUGH}",
+                names[self.loops[0]],
+            )
 
     def _law_names(self, laws: list[RecordedLaw]) -> list[str]:
         """Name of the element that each law belongs to."""
@@ -879,7 +915,10 @@ class _Compiler:
             integers([-1 if part.law is None else next(own) for part in parts])
             for parts in (actions, primitives)
         )
-        formulas = FormulaRows(index, self.input_row, [one.name for one in self.mechanism.states])
+        states = self.mechanism.states
+        formulas = FormulaRows(
+            index, self.input_row, [one.name for one in states], numbered(self.owners)
+        )
         # number of the first law that each formula evaluates
         called = [len(law.laws) for law in laws]
         first = (len(laws) - sum(called) + np.cumsum([0, *called])).tolist()
@@ -902,19 +941,22 @@ class _Compiler:
                     recorded_row, offset[a + n], first[n], 3 * n, 2 * written[e], blocks[e]
                 )
         load_steps = len(formulas.rows)
-        for n, law in enumerate(laws[:of_time]):
-            formulas.add(law, offset[a + n], laws=first[n], signal=3 * n)
+        given = {n: 3 * n for n in range(of_time) if laws[n].steps is not None}
         for action in np.flatnonzero(action_law >= 0):
-            n = action_law[action]
+            n = int(action_law[action])
             if laws[n].steps is not None:
-                row = 3 * (of_time + self.formula_signals)
+                given[n] = 3 * (of_time + self.formula_signals)
                 self.formula_signals += 1
-                formulas.add(laws[n], offset[a + n], laws=first[n], signal=row)
-                action_law[action] = -1 - row
-        states = self.mechanism.states
-        for n in range(len(states)):
-            k = len(laws) - sum(called) - len(states) + n
-            formulas.add(laws[k], offset[a + k], laws=first[k], rate=n)
+                action_law[action] = -1 - given[n]
+        rates = {len(laws) - sum(called) - len(states) + n: n for n in range(len(states))}
+        loops = [given[n] for n in self.loops]
+        force_steps = 0
+        for late in (False, True):
+            force_steps = len(formulas.rows)
+            for n in (*given, *rates):
+                if laws[n].of_solution == late:
+                    row, rate = given.get(n), rates.get(n)
+                    formulas.add(laws[n], offset[a + n], laws=first[n], signal=row, rate=rate)
         primitive_of = {element.name: e for e, (element, _) in enumerate(self.owners)}
         driven = [primitive_of[driver.name] for driver in self.mechanism.drivers]
         moving = [
@@ -968,7 +1010,10 @@ class _Compiler:
             driver_steps=driver_steps,
             primitive_steps=spans,
             load_steps=load_steps,
-            input_row=integers(list(self.input_row.values())),
+            force_steps=force_steps,
+            loop_row=integers(loops),
+            # what loops give to loads is kept as inputs are
+            input_row=integers([*self.input_row.values(), *loops]),
             driver_row=integers([self.primitive_signal[e] for e in driven]),
             driver_node=integers([place[e] for e in driven]),
             driver_dependent=integers(dependent),

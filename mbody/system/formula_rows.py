@@ -10,6 +10,7 @@ import numpy as np
 
 from mbody.errors import ModelError
 from mbody.kernels import constraints
+from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.laws import Law, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS, FloatArray
 from mbody.model.element import Element, Numbers
@@ -83,8 +84,18 @@ def recorded_driver(
     steps = record_formula(law, signal.parameters, machine, at)
     value = Recorded(steps, steps.value)
 
+    def known(one: Recorded) -> Recorded:
+        if _measures_solution(steps, one.place):
+            raise ModelError(
+                f"'{driver.name}': law is '{law.text}', which follows accelerations or forces: "
+                "these follow from the driven motion; measure positions, or use a Torque or a "
+                "Force",
+                driver.name,
+            )
+        return one
+
     def rate_of(state: str) -> Recorded:
-        return state_rate(steps, state, machine, at)
+        return known(state_rate(steps, state, machine, at))
 
     def steady_rate_of(state: str) -> Recorded:
         # a rate that jumps would be one of the driver
@@ -93,6 +104,7 @@ def recorded_driver(
     def zero_or(one: Recorded | None) -> Recorded:
         return steps.number(0.0) if one is None else one
 
+    known(value)
     along = Differentiated(steps, along_motion(rate_of))
     still = Differentiated(steps, by_time(steady_rate_of))
     try:
@@ -383,9 +395,53 @@ class RecordedLaw:
         return self.signal.parameters if steps is None else steps.numbers
 
     @property
+    def of_solution(self) -> bool:
+        """Whether it measures accelerations or reactions."""
+        return self.steps is not None and _measures_solution(self.steps, self.steps.value)
+
+    @property
     def timed(self) -> bool:
         """Whether it is a law of time, which the kernels evaluate as a function of one number."""
         return self.steps is None and self.driven is None
+
+
+def _measures_solution(steps: StepList, *places: int) -> bool:
+    """Whether some numbers measure accelerations or reactions."""
+    from mbody.system.formula_steps import OF_SOLUTION
+
+    return any(steps.steps[place][0] in OF_SOLUTION for place in steps.needed(places))
+
+
+def check_loop(owner: str, law: RecordedLaw) -> None:
+    """Refuse an algebraic loop that is not linear: a load whose formula is no straight function of
+    the accelerations and reactions that it measures.
+    """
+    from mbody.system.formula_steps import OF_SOLUTION
+
+    steps: Any = law.steps
+    follows: set[int] = set()
+    for place in steps.needed([steps.value]):
+        kind, *_ = steps.steps[place]
+        of = [one in follows for one in steps.operands(place)]
+        if kind in OF_SOLUTION:
+            follows.add(place)
+        elif any(of):
+            follows.add(place)
+            straight = kind in ("+", "-", "negative") or (kind == "*" and not all(of))
+            if not (straight or (kind == "/" and not of[1])):
+                raise ModelError(
+                    f"'{owner}' follows accelerations or forces that follow from it in turn, by "
+                    f"'{kind}' in '{law.signal.law.text}': an algebraic loop is solved where it "
+                    "is linear, as in fx, fy, ax and alpha. " + LEAD_THROUGH,
+                    owner,
+                )
+
+
+#: The remedy of what an algebraic loop cannot be.
+LEAD_THROUGH = (
+    'Lead what it measures through a State, as State("felt", rate="(pin.fx - felt)/0.01 s", '
+    'start="0 N"), and name that'
+)
 
 
 def recorded(
@@ -426,9 +482,14 @@ class FormulaRows:
     """
 
     def __init__(
-        self, bodies: Mapping[str, int], inputs: Mapping[str, int], states: Sequence[str]
+        self,
+        bodies: Mapping[str, int],
+        inputs: Mapping[str, int],
+        states: Sequence[str],
+        primitives: Mapping[str, Sequence[int]],
     ) -> None:
         self.bodies, self.inputs, self.states = bodies, inputs, list(states)
+        self.primitives = primitives
         self.rows: list[tuple[int, int, int, int]] = []
         self.count = 0
         self._known: dict[tuple[int, int, int], int] = {}
@@ -504,6 +565,9 @@ class FormulaRows:
         places: dict[int, int] = {}
         for place in needed:
             what = steps.steps[place]
+            if what[0] == "reaction":
+                places[place] = self._reaction(what[1], what[2])
+                continue
             if what[0].startswith("law"):
                 code, a, b = self._law(what, laws, places)
             else:
@@ -511,6 +575,17 @@ class FormulaRows:
             places[place] = self._row_of(code, a, b)
         for code, number, row in goals:
             self.rows.append((code, places[number], 0, row))
+
+    def _reaction(self, name: str, part: int) -> int:
+        """Place of a part of the reaction of a joint, the sum of those of its primitives; of a
+        driver of the multiplier of its own.
+        """
+        first, *more = [PER_PRIMITIVE * e + part for e in self.primitives[name]]
+        found = self._row_of(constraints.REACTION, first, 0)
+        for row in more if part > 1 else ():
+            other = self._row_of(constraints.REACTION, row, 0)
+            found = self._row_of(CODES["+"], found, other)
+        return found
 
     def table(self) -> np.ndarray:
         """(steps, 4)."""
@@ -533,6 +608,8 @@ class FormulaRows:
             return constraints.POSITION, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "velocity":
             return constraints.VELOCITY, 3 * self.bodies[arguments[0]] + arguments[1], 0
+        if kind == "acceleration":
+            return constraints.ACCELERATION, 3 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "turn":
             return constraints.TURN, 2 * self.bodies[arguments[0]] + arguments[1], 0
         if kind == "time":

@@ -23,6 +23,12 @@ from mbody.model.primitives import Signal
 from mbody.quantities.evaluate import by_numpy, postfix_value
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
+#: What steps read of the rotation and of the place of a body, by key, and of a reaction.
+TURNING = {"angle": "position", "omega": "velocity", "alpha": "acceleration"}
+TRAVELLING = {"v": "velocity", "a": "acceleration"}
+REACTIONS = {"fx": 2, "fy": 3, "torque": 4}
+#: What is known when the equations of motion are solved.
+OF_SOLUTION = ("acceleration", "reaction")
 
 
 class Recorded:
@@ -51,6 +57,7 @@ class StepList:
 
     `steps`: What each place is: ("position", body, axis), ("velocity", body, axis), ("turn", body,
       0 or 1), ("time",), ("parameter", n), ("signal", name of an input), ("own", name of a state),
+      ("acceleration", body, axis), ("reaction", joint or driver, row of `keep_primitive`),
       or ("law", n, places of its arguments), or an operation with the places that it takes; as
       derivatives ("signal rate", input), ("signal acceleration", input), ("law rate", n, place) and
       ("law acceleration", n, place).
@@ -181,6 +188,14 @@ def _quantity(
         whole = equation(owned.outputs()[key][0], element)
         return _evaluated(steps, whole, list(whole.constants), machine, at)
     rate = key in ("rate", "vx", "vy")
+    if key in ("effort", "power"):
+        effort = steps.number(-1.0) * steps.read("reaction", element, 0)
+        return effort * driven_coordinate(steps, owned, at, True) if key == "power" else effort
+    if key in REACTIONS and owned.role == "joint":
+        return steps.read("reaction", element, REACTIONS[key])
+    if key == "force" and owned.role == "joint":
+        parts = (steps.read("reaction", element, REACTIONS[part]) for part in ("fx", "fy"))
+        return steps.operation("hypot", *parts)
     if owned.role == "driver":
         return driven_coordinate(steps, owned, at, rate)
     if owned.role == "load" and owned.on_line:
@@ -232,18 +247,30 @@ def _number_or_law(
 
 def _of_body(steps: StepList, body: str, point: str, key: str, at: Numbers) -> Recorded:
     """Motion of a mass centre, or of a point of a body."""
-    if key in ("angle", "omega"):
-        return steps.read("position" if key == "angle" else "velocity", body, 2)
-    axis = 0 if key in ("x", "vx") else 1
+    if key in TURNING:
+        return steps.read(TURNING[key], body, 2)
+    axis, kind = 0 if key.endswith("x") else 1, TRAVELLING.get(key[0], "position")
     if not point:
-        return steps.read("velocity" if key.startswith("v") else "position", body, axis)
+        return steps.read(kind, body, axis)
     marker = f"{body}.{point}"
     cx, cy = at.point(f"{body}.cg")
     at_origin = point == ORIGIN and not at.has_point(marker)
     x, y = (0.0, 0.0) if at_origin else at.point(marker)
     position = x - cx, y - cy
+    if kind == "acceleration":
+        return _accelerated(steps, body, position)[axis]
     place, velocity = _moving(steps, body, position)
-    return velocity[axis] if key.startswith("v") else place[axis]
+    return velocity[axis] if kind == "velocity" else place[axis]
+
+
+def _accelerated(
+    steps: StepList, body: str, position: tuple[Any, Any]
+) -> tuple[Recorded, Recorded]:
+    """World acceleration of what is at `position` from the mass centre of a body."""
+    px, py = _directed(steps, body, position)
+    ax, ay, alpha = (steps.read("acceleration", body, axis) for axis in (0, 1, 2))
+    w = steps.read("velocity", body, 2)
+    return ax - alpha * py - w * w * px, ay + alpha * px - w * w * py
 
 
 def _moving(

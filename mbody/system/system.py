@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import weakref
-from collections.abc import Callable, Container, Hashable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -113,6 +113,14 @@ def polar_points(mechanism: Mechanism) -> frozenset[str]:
 
 #: Elements whose laws hold within limits that `mbody.analysis.driven.law_doubts` knows.
 LIMITED = ("Tyre", "HydraulicCylinder", "PistonPressure", "ReciprocatingCylinder", "Belt")
+
+
+def numbered(owners: Iterable[tuple[Element, int]]) -> dict[str, list[int]]:
+    """Numbers of the primitives of every element, in the order of its parts."""
+    found: dict[str, list[tuple[int, int]]] = {}
+    for e, (element, part) in enumerate(owners):
+        found.setdefault(element.name, []).append((part, e))
+    return {name: [e for _, e in sorted(parts)] for name, parts in found.items()}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -263,11 +271,13 @@ class System:
     @functools.cached_property
     def primitives_of(self) -> dict[str, list[int]]:
         """Primitives of every joint, coupling, then driver, by name, in order of description."""
-        found: dict[str, list[tuple[int, int]]] = {}
-        for e, (element, part) in enumerate(self.owners):
-            found.setdefault(element.name, []).append((part, e))
-        names = [constraint.name for constraint in self.mechanism.constraints]
-        return {name: [e for _, e in sorted(found[name])] for name in names}
+        found = numbered(self.owners)
+        return {one.name: found[one.name] for one in self.mechanism.constraints}
+
+    @property
+    def input_rows(self) -> np.ndarray:
+        """The signal row of every input; those of algebraic loops follow in the layout."""
+        return self.layout.input_row[: len(self.mechanism.inputs)]
 
     @functools.cached_property
     def drivers(self) -> tuple[Driver, ...]:
@@ -279,6 +289,29 @@ class System:
         """The drivers that do not follow positions, in the order of the description."""
         dependent = self.layout.driver_dependent.tolist()
         return tuple(d for d, one in zip(self.drivers, dependent, strict=True) if not one)
+
+    @property
+    def has_loops(self) -> bool:
+        """Whether loads follow accelerations or forces that follow from them in turn."""
+        return bool(len(self.layout.loop_row))
+
+    def refuse_loops(self, what: str) -> None:
+        """Refuse an analysis that does not solve algebraic loops, by a sentence that says what."""
+        if self.has_loops:
+            from mbody.model.named_quantities import loads_in_loops
+
+            names = loads_in_loops(self.mechanism)
+            raise ModelError(
+                f"{what} no algebraic loops: {listed(names)} measure accelerations or forces that "
+                "follow from them in turn; simulate with 'dop853', kinetostatics or statics solve "
+                "that, or lead what is measured through a State",
+                names[0],
+            )
+
+    @property
+    def measures_forces(self) -> bool:
+        """Whether formulas of loads or auxiliary states measure accelerations or reactions."""
+        return self.layout.force_steps < len(self.layout.formula_step)
 
     @functools.cached_property
     def has_user_code(self) -> bool:

@@ -263,8 +263,10 @@ def _layout(
             bodies=bodies,
             slots=len(slots.body),
             nodes=len(slots.sides),
-            **dict.fromkeys(("owns", "formula_numbers", "driver_steps", "load_steps"), 0),
-            **dict.fromkeys(("active_set", "moving", "input_row"), none),
+            **dict.fromkeys(
+                ("owns", "formula_numbers", "driver_steps", "load_steps", "force_steps"), 0
+            ),
+            **dict.fromkeys(("active_set", "moving", "input_row", "loop_row"), none),
             **{f"friction_{key}": none for key in ("kind", "node", "tangent", "par", "signal")},
             primitive_kind=kind,
             primitive_i=ends[:, 0],

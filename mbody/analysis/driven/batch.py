@@ -235,7 +235,7 @@ def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
     first = grid.first(system)
     pose = start.work.q[:, 0].copy()
     poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
-    if not (start.regularization or system.has_user_code):
+    if not (start.regularization or system.has_user_code or system.has_loops):
         origin = system.par[:, 0].copy()
         found = closed_poses(system, grid, pose, origin, rounding(system, pose))
         poses, good = found.poses, found.good

@@ -585,7 +585,8 @@ class Runner:
         """Whether lanes can follow the motion: by laws or one driver, without redundant rows and
         without plain Python.
         """
-        regular = not (start.regularization or self.system.has_user_code)
+        alone = self.system.has_user_code or self.system.has_loops
+        regular = not (start.regularization or alone)
         return regular and grid.mode != BY_INSTANT
 
     def lane_instants(

@@ -96,6 +96,11 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
             f"that separate ({listed(dict.fromkeys(shapeless))}): take dop853",
             shapeless[0],
         )
+    if system.measures_forces:
+        raise ModelError(
+            "the method 'moreau' knows impulses of whole steps, and a formula measures "
+            "accelerations or forces: take dop853"
+        )
     if request.release:
         raise ModelError(
             f"the method 'moreau' releases no drivers ({listed(request.release)}): take dop853"

@@ -536,7 +536,7 @@ class Integration:
         """Inputs that are set from outside, with the signal row of each: those whose value is a
         number that no controller sets.
         """
-        machine, rows = self.system.mechanism, self.system.layout.input_row
+        machine, rows = self.system.mechanism, self.system.input_rows
         by_controllers = {name for one in machine.controllers for name in one.sets}
         return {
             one.name: int(row)

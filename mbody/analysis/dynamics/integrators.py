@@ -110,6 +110,13 @@ def refuse_auxiliary_states(system: System, method: str) -> None:
             f"controllers such as '{name}' to sample: begin a little beside it",
             name,
         )
+    if method == "singular start" and system.measures_forces:
+        raise ModelError(
+            "the motion begins at a singular position, where there are no accelerations yet that "
+            "a formula measures: begin a little beside it"
+        )
+    if method in WITHOUT:
+        system.refuse_loops(f"the method '{method}' knows")
     if not machine.states or method not in WITHOUT:
         return
     name = machine.states[0].name

@@ -250,7 +250,7 @@ def hold_inputs(system: System) -> dict[str, int]:
     """Inputs that keep their value between set times, with the signal row of each: those of a
     table that holds its values, and those that controllers set.
     """
-    machine, rows = system.mechanism, system.layout.input_row
+    machine, rows = system.mechanism, system.input_rows
     by_controllers = {name for one in machine.controllers for name in one.sets}
     return {
         one.name: int(row)

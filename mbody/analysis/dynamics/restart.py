@@ -300,10 +300,11 @@ def stopped(motion: Any, found: Solution, code: int) -> SolveError:
         if getattr(curve.law, "outside", "") == "error"
     ]
     motion.vanished = motion.settings.method != "radau5"
+    looped = ", or an algebraic loop has no unique solution" if motion.system.has_loops else ""
     ended = f", or are beyond the points of the curves {listed(curves)}" if curves else ""
     return SolveError(
         f"the steps vanish at {when}: the loads jump there, grow without bound, or are too "
-        f"stiff{ended}; smooth them, or ask for less accuracy",
+        f"stiff{ended}{looped}; smooth them, or ask for less accuracy",
         solution=found,
     )
 

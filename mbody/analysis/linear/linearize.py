@@ -166,7 +166,7 @@ class Moving:
         self.work.time[:] = self.t
         laws_of_time(self.system.runtime(), self.work)
         L, system = self.system.layout, self.system
-        rows = np.append(L.input_row, L.driver_row if still else []).astype(np.int64)
+        rows = np.append(system.input_rows, L.driver_row if still else []).astype(np.int64)
         self.runtime = without_hold(system.runtime(), {str(row): int(row) for row in rows})
         if still:
             for more in (1, 2):
@@ -178,12 +178,13 @@ class Moving:
             for work in (self.work, self.whole):
                 contacts.enter(work)
         self.memory = stepping(system.state_count, len(causes(system)), regularization)
-        own = self.work.signal[L.input_row, 0]
+        own = self.work.signal[system.input_rows, 0]
         self.own = (
             np.append(system.first_states[:, 0], own) if manifold.own is None else manifold.own
         )
         inputs = [natural_size(system, one.dimension) for one in system.mechanism.inputs]
         self.own_sizes = np.append(auxiliary_sizes(system), inputs)
+        self.own = self.own[: len(self.own_sizes)]
 
     def matrices(self, mass: Array) -> tuple[Array, Array, Array]:
         """C, K and what drives the leaders; mass (free, free) is theirs."""
@@ -231,7 +232,7 @@ class Moving:
         v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
         given = self.own if own is None else own
         S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
-        self.whole.signal[L.input_row, 0] = given[L.owns :]
+        self.whole.signal[self.system.input_rows, 0] = given[L.owns :]
         S.state[TIME] = self.t
         record = np.empty((self.system.record_rows, 1))
         initial_derivative(L, self.whole, S, REFINEMENTS, record)

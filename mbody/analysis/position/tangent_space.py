@@ -375,6 +375,7 @@ class ManyPositions:
         coordinates).
         """
         manifold = self.manifold
+        manifold.system.refuse_loops("searches for rest positions know")
         loads = len(manifold.system.mechanism.loads)
         output = np.zeros((len(q), loads, self.size))
         if loads and len(q):
