@@ -60,6 +60,7 @@ presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:e
 presentation.register("known_of", Solution="mbody.solution.known_forces:known_of")
 presentation.register("move_forces", Solution="mbody.analysis.driven.open_forces:move_forces")
 presentation.register("open_forces", Solution="mbody.analysis.driven.open_forces:open_forces")
+presentation.register("followed_forces", Solution="mbody.solution.known_forces:followed_forces")
 presentation.register("open_forces_note", Solution="mbody.solution.known_forces:open_forces_note")
 presentation.register("sensitivity", Solution="mbody.derivatives.gradient:sensitivity")
 presentation.register("then", Solution="mbody.analysis.dynamics.simulate:then")

@@ -134,17 +134,20 @@ def names_measured(machine: Described, names: Iterable[str]) -> frozenset[str]:
     return frozenset(whole - {one.name for one in found})
 
 
-def loads_in_loops(machine: Any) -> list[str]:
-    """Names of the loads whose formulas measure accelerations, reactions or efforts."""
+def measuring_forces(machine: Any, *, states: bool = False) -> list[str]:
+    """Names of the loads, and of the `states`, whose formulas measure accelerations, reactions or
+    efforts.
+    """
 
     def of_solution(name: str) -> bool:
         owner, _, key = name.rpartition(".")
         whose = machine[owner.partition(".")[0]].role if owner else ""
         return key in OF_FORCES and whose in ("body", "joint", "driver")
 
+    elements = (*machine.loads, *(machine.described_states if states else ()))
     laws = {
-        load.name: [law for law in vars(load).values() if isinstance(law, MeasuredFormula)]
-        for load in machine.loads
+        one.name: [law for law in vars(one).values() if isinstance(law, MeasuredFormula)]
+        for one in elements
     }
     return [
         name

@@ -222,7 +222,8 @@ class State(Element):
         Unique in the mechanism; formulas name it.
     rate : str
         A formula of measured quantities, inputs, states, parameters and ``t``, such as
-        ``"target - crank.angle"``; plain numbers are in the units of the mechanism.
+        ``"target - crank.angle"``; plain numbers are in the units of the mechanism. It may measure
+        accelerations, reactions and efforts of the instant; impulses of impacts are none.
     start : float, str
         Its value at the first instant, with its unit, by which its dimension is known; ``"steady"``
         chooses the value at which the rate vanishes.

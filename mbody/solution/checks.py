@@ -273,6 +273,10 @@ def certificate_of(solution: Result) -> Certificate:
     doubts = said.doubts
     if not any(doubt.kind == "residual" for doubt in doubts):
         doubts = (*doubts, *residual_doubts(solution))
+    if solution.system.measures_forces:
+        # copies with other forces read the certificate as it is so far
+        solution.__dict__["certificate"] = Certificate(said.status, doubts, said.notes)
+        doubts = (*doubts, *present("followed_forces", solution))
     added = [doubt.message for doubt in doubts if doubt.message not in said.notes]
     if solution.analysis == "simulate" and solution.shared is not None:
         added += present("open_forces_note", solution)

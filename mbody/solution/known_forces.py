@@ -20,9 +20,11 @@ from mbody.core import tolerances as tol
 from mbody.core.presentation import present
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import PER_PRIMITIVE
+from mbody.laws import MeasuredFormula
 from mbody.model.element import listed
 from mbody.model.study import Measure
 from mbody.solution.contact_forces import acting_contacts, friction_pairs
+from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Reaction, Record, with_fields
 from mbody.solution.shared_forces import free_parts, moved_within, no_limits, primitive_numbers
 from mbody.solution.solution import Solution
@@ -187,6 +189,33 @@ def open_forces_note(run: Solution) -> list[str]:
     ]
 
 
+def followed_forces(run: Solution) -> list[Doubt]:
+    """A doubt of each load and state that follows forces which are not unique: what it gives is one
+    of many.
+    """
+    if not run.system.measures_forces or not _may_be_open(run) or run.record.batch:
+        return []
+    from mbody.solution.measures import formula_history
+
+    machine = run.mechanism
+    laws = [
+        (one.name, field, law)
+        for one in (*machine.loads, *machine.described_states)
+        for field, law in vars(one).items()
+        if isinstance(law, MeasuredFormula) and "x" not in law.variables
+    ]
+    return [
+        Doubt(
+            "validity",
+            f"'{name}' follows '{law.text}', which is made of forces that are not unique, so that "
+            "it is one of many: take off the rows that repeat, or measure what they leave unique",
+            elements=(name,),
+        )
+        for name, field, law in laws
+        if run.known_of(functools.partial(formula_history, law=law, name=f"{name}.{field}"))
+    ]
+
+
 def _may_be_open(run: Solution) -> bool:
     """Whether anything may not be unique."""
     if not run.has_forces or type(run.record) is not Record:
@@ -207,9 +236,11 @@ def _function(quantity: Any) -> tuple[Callable[[Solution], Any], str]:
         machine = one.mechanism
         named = quantity not in machine.measures
         if named and (quantity in machine or machine.contacts_of(quantity)):
-            if machine.element_or_group(quantity).role in ("joint", "contact"):
+            role = machine.element_or_group(quantity).role
+            if role in ("joint", "contact"):
                 return one.reaction(quantity)
-            return one.effort(quantity)
+            if role in ("driver", "coupling"):
+                return one.effort(quantity)
         return one.measure(quantity)
 
     return read, quantity

@@ -376,6 +376,8 @@ def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[A
             return auxiliary_history(solution, arguments[0])
         if kind.startswith("signal"):
             return _signal(solution, arguments[0], SIGNALS.index(kind))
+        if kind == "reaction":
+            return reaction_part(solution, *arguments)
         body, axis = arguments
         if body == "ground":
             return 1.0 if kind == "turn" and axis == 0 else 0.0
@@ -386,6 +388,11 @@ def _values(solution: Result, steps: StepList, goals: tuple[int, ...]) -> list[A
         return solution.record.take(kinds.index(kind) * system.coordinates + row + axis)
 
     return step_values(steps, goals, read, shape)
+
+
+def reaction_part(solution: Any, name: str, part: int) -> Any:
+    """What a step reads of a joint's reaction, or the multiplier of a driver."""
+    return solution.joint_wrench(name)[part - 2] if part else -solution.effort(name)
 
 
 def _signal(solution: Result, name: str, order: int) -> Array:

@@ -24,7 +24,13 @@ from mbody.laws.kernels import OPERATIONS
 from mbody.model.study import Measure, measure_named
 from mbody.quantities.evaluate import ONE, TWO, by_numpy, postfix_value
 from mbody.solution.histories import LoadHistory, Reaction, auxiliary_history
-from mbody.solution.measures import check_measure, evaluate_measure, relative_angle, stretched
+from mbody.solution.measures import (
+    check_measure,
+    evaluate_measure,
+    reaction_part,
+    relative_angle,
+    stretched,
+)
 from mbody.solution.solution import Solution
 from mbody.solution.tracing import Recording, Rule, driven_motion, of_what_is_read
 from mbody.system.formula_steps import record_formula, recorded_values
@@ -144,6 +150,8 @@ class TracedInstant(Solution):
             return self.t
         if kind in ("signal", "own"):
             return auxiliary_history(self, owner)
+        if kind == "reaction":
+            return reaction_part(self, owner, axis)
         if owner == "ground":
             return 1.0 if (kind, axis) == ("turn", 0) else 0.0
         if kind == "turn":

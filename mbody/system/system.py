@@ -298,13 +298,13 @@ class System:
     def refuse_loops(self, what: str) -> None:
         """Refuse an analysis that does not solve algebraic loops, by a sentence that says what."""
         if self.has_loops:
-            from mbody.model.named_quantities import loads_in_loops
+            from mbody.model.named_quantities import measuring_forces
 
-            names = loads_in_loops(self.mechanism)
+            names = measuring_forces(self.mechanism)
             raise ModelError(
-                f"{what} no algebraic loops: {listed(names)} measure accelerations or forces that "
-                "follow from them in turn; simulate with 'dop853', kinetostatics or statics solve "
-                "that, or lead what is measured through a State",
+                f"{what} no algebraic loops: the formulas of {listed(names)} measure accelerations "
+                "or forces that follow from them in turn; take simulate with 'dop853', "
+                "kinetostatics or statics, or lead what is measured through a State",
                 names[0],
             )
 

@@ -5,6 +5,7 @@ import numpy as np
 from mbody import (
     AngleDriver,
     Body,
+    Clutch,
     Controller,
     Distance,
     Force,
@@ -16,11 +17,11 @@ from mbody import (
     State,
     Stop,
     Torque,
+    equilibrium,
     simulate,
 )
 from mbody.laws import Table
 from mbody.model.study import Measure
-from tests.errors.models import four_bar
 from tests.errors.starting import chain
 
 
@@ -31,6 +32,17 @@ def arm(*more):
     machine.add(Revolute("O", "ground", "arm"), Input("u", "0 N*m"))
     machine.add(*more, Torque("motor", "arm", value="u"))
     return machine
+
+
+def looped(*more):
+    """An arm whose torque measures the acceleration that it gives."""
+    return arm(*more, Torque("spring", "arm", value="-0.1 kg*m^2*arm.alpha"))
+
+
+def flat_with_a_loop():
+    machine = chain(1, c0=6.0, c1=6.0)
+    machine.add(Torque("push", "c0", value="-0.1 kg*m^2*c0.alpha"))
+    return simulate(machine)
 
 
 def torque(text):
@@ -95,8 +107,24 @@ SCENARIOS = {
     "a formula of a point that is not there": torque("-5 N*arm.Q.y"),
     "a formula of a point of a joint": torque("-k*O.P.angle"),
     "a formula of what there is not": torque("-k*arm.colour"),
-    "a formula of forces of the same instant": torque("0.1 m*O.force"),
-    "a formula of accelerations": torque("-1 kg*m^2*arm.alpha"),
+    "a loop of forces that is not linear": lambda: simulate(torque("0.1 m*O.force")(), 1.0),
+    "a loop beside friction": lambda: simulate(
+        looped(Clutch("c", "ground", "arm", torque=1.0)), 1.0
+    ),
+    "a loop without a unique solution": lambda: simulate(
+        arm(Torque("spring", "arm", value="0.14 kg*m^2*arm.alpha + 1 N*m")), 1.0
+    ),
+    "a loop that comes to no unique solution": lambda: simulate(
+        arm(Torque("spring", "arm", value="0.1 kg*m^2*(1 + arm.angle/(1 rad))*arm.alpha + 1 N*m")),
+        9.0,
+    ),
+    "a loop at rest": lambda: equilibrium(looped()),
+    "a loop with steps of positions": lambda: simulate(looped(), 1.0, method="rattle4", step=1e-3),
+    "a loop with impulses": lambda: simulate(looped(), 1.0, method="moreau", step=1e-3),
+    "a loop from a singular position": flat_with_a_loop,
+    "a driver by a formula of forces": lambda: simulate(
+        arm(Body("b"), Revolute("P", "ground", "b"), AngleDriver("d", "b", "1 rad/N*O.fx")), 1.0
+    ),
     "a formula of another dimension": torque("-5 N*arm.P.y/(1 s)"),
     "a formula that is too long": torque("1 N*m*(" + "+".join(["sin(arm.angle)"] * 100) + ")"),
     "a rod by a formula of what moves": lambda: arm(
@@ -135,7 +163,9 @@ SCENARIOS = {
     "a quantity of units that do not fit": lambda: arm(Quantity("q", "arm.angle + arm.P.y")),
     "a quantity of what is not there": lambda: arm(Quantity("q", "later + arm.angle")),
     "a quantity of itself": lambda: arm(Quantity("q", "q + arm.angle")),
-    "a quantity of forces of the same instant": lambda: arm(Quantity("q", "2*O.force")),
+    "a quantity of the force of a spring": lambda: arm(
+        Spring("s", "ground", "arm.P", stiffness=1.0), Quantity("q", "2*s.force")
+    ),
     "quantities that multiply beyond bounds": lambda: arm(*doubling(16)),
     "a stop by a quantity that is no coordinate": lambda: simulate(
         arm(Quantity("rate", "arm.omega"), Stop("end", "rate")), 1.0
@@ -165,9 +195,6 @@ SCENARIOS = {
     "a history of one number": lambda: simulate(arm(), 1.0, inputs={"u": np.ones(1)}),
     "a history of another dimension": lambda: simulate(arm(), 1.0, inputs={"u": "1 m"}),
     "a history that goes back": lambda: simulate(arm(), 1.0, inputs={"u": ([1, 0], [0, 1])}),
-    "a spring by a formula of forces": lambda: four_bar().add(
-        Spring("s", "ground.O2", "coupler.B", law="2*A.fx")
-    ),
     "a force by a formula of what is not there": lambda: arm(Force("f", "arm.P", value="leg.x")),
 }
 
@@ -176,8 +203,6 @@ a formula of a body that is not there | ModelError | spring | 'spring': value: t
 a formula of a point that is not there | ModelError | spring | 'spring': value: 'arm' has no point 'Q' (it has: 'P')
 a formula of a point of a joint | ModelError | spring | 'spring': value: 'O' has no points: it is no body
 a formula of what there is not | ModelError | spring | 'spring': value: 'arm' has no 'colour' to measure here (it has: 'x', 'y', 'vx', 'vy', 'angle', 'omega')
-a formula of forces of the same instant | ModelError | spring | 'spring': value: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or let a controller read it at its samples and set an Input
-a formula of accelerations | ModelError | spring | 'spring': value: 'arm.alpha' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'arm': 'x', 'y', 'vx', 'vy', 'angle', 'omega'), or let a controller read it at its samples and set an Input
 a formula of another dimension | ModelError | spring | 'spring': value: '-5 N*arm.P.y/(1 s)' is a power (N·m/s), where a torque (N·m) is wanted
 a formula that is too long | ModelError | spring | 'spring': value: '1 N*m*(sin(arm.angle)+sin(arm.angle)+sin(arm.angle)+sin(a...' has 300 operations, at most 200 are possible: give several loads a part each, or use a table
 a rod by a formula of what moves | ModelError | rod | 'rod': length is '0.1 m + arm.P.y', a formula of 'arm.P.y', which a joint cannot follow: a load or a driver may; for coordinates that follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint
@@ -208,7 +233,6 @@ a quantity by a formula that is none | ModelError | q | 'q': formula: '1 +' ends
 a quantity of units that do not fit | ModelError | q | 'q': formula: it adds an angle (rad) and a length (m)
 a quantity of what is not there | ModelError | q | 'q': formula: there is no parameter 'later' (there are: 'k', 'plain', 'arm.angle')
 a quantity of itself | ModelError | q | 'q': formula: 'q' names itself: a quantity names what was added before it; for a memory use a State
-a quantity of forces of the same instant | ModelError | q | 'q': formula: 'O.force' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'O': 'angle', 'rate'), or let a controller read it at its samples and set an Input
 quantities that multiply beyond bounds | ModelError | q13 | 'q13': formula: with the quantities that it names it has 32765 operations, at most 20000 are possible: name a quantity once, or keep a State
 a stop by a quantity that is no coordinate | ModelError | end | stop 'end': 'arm.omega' is no coordinate: take x, y and angle of bodies and points
 a driver by a quantity of a rate | ModelError | d | 'd': law is 'rate', which measures a rate: a driver prescribes a position, and this would prescribe how positions change, which no position fulfils (a nonholonomic constraint). Follow positions, or use a Torque or a Force whose formula measures the rate
@@ -232,6 +256,15 @@ a history of an input that a controller sets | ModelError | u | input 'u' is set
 a history of one number | ModelError | u | input 'u': a history is a row of at least two numbers, spread over the motion, or a pair (t, u) of rows, not of shape (1,)
 a history of another dimension | ModelError | u | input 'u' is a torque (N·m), the history is a length (m): give it in a unit of the former
 a history that goes back | ModelError | u | input 'u': x must increase from point to point, but x[1] = 0 follows x[0] = 1: sort the points and drop repeated ones
-a spring by a formula of forces | ModelError | s | 's': law: 'A.fx' follows from the forces of the same instant, which follow from this formula: measure positions and rates (of 'A': 'angle', 'rate'), or let a controller read it at its samples and set an Input
 a force by a formula of what is not there | ModelError | f | 'f': value: there is no 'leg' to measure 'leg.x' of (there are: 'ground', 'arm', 'O', 'u', 'f'): add it before, or correct the name
+a loop of forces that is not linear | ModelError | spring | 'spring' follows accelerations or forces that follow from it in turn, by 'hypot' in '0.1 m*O.force': an algebraic loop is solved where it is linear, as in fx, fy, ax and alpha. Lead what it measures through a State, as State("felt", rate="(pin.fx - felt)/0.01 s", start="0 N"), and name that
+a loop beside friction | ModelError | spring | 'spring' follows accelerations or forces that follow from it in turn: an algebraic loop is solved where all is linear, and the forces of 'c' are not. Lead what it measures through a State, as State("felt", rate="(pin.fx - felt)/0.01 s", start="0 N"), and name that
+a loop without a unique solution | SolveError | spring | 'spring' follows accelerations or forces that follow from it in turn, and at t = 0 s this algebraic loop has no unique solution: by its factors a change of the load gives as great a change of its formula; change them
+a loop that comes to no unique solution | SolveError | - | the steps vanish at t = 0.158533 s: the loads jump there, grow without bound, or are too stiff, or an algebraic loop has no unique solution; smooth them, or ask for less accuracy
+a loop at rest | ModelError | spring | searches for rest positions know no algebraic loops: the formulas of 'spring' measure accelerations or forces that follow from them in turn; take simulate with 'dop853', kinetostatics or statics, or lead what is measured through a State
+a loop with steps of positions | ModelError | spring | the method 'rattle4' knows no algebraic loops: the formulas of 'spring' measure accelerations or forces that follow from them in turn; take simulate with 'dop853', kinetostatics or statics, or lead what is measured through a State
+a loop with impulses | ModelError | spring | the method 'moreau' knows impulses of whole steps, and 'spring' measures accelerations or forces: take dop853
+a loop from a singular position | ModelError | push | the motion begins at a singular position, where there are no accelerations yet that 'push' measures: begin a little beside it
+a driver by a formula of forces | ModelError | d | 'd': law is '1 rad/N*O.fx', which follows accelerations or forces: these follow from the driven motion; measure positions, or use a Torque or a Force
+a quantity of the force of a spring | ModelError | q | 'q': formula: 's.force' is no quantity that formulas measure in the instant that they are evaluated at: measure others (of 's': 'length', 'rate', 'stiffness', 'free_length', 'preload'), or let a controller read it at its samples and set an Input
 """

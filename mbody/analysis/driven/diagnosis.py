@@ -20,7 +20,7 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import Expression
 from mbody.model.element import listed
-from mbody.model.named_quantities import loads_in_loops
+from mbody.model.named_quantities import measuring_forces
 from mbody.system.rank import Rank, dense, rank_of
 from mbody.system.system import System, too_large
 
@@ -42,7 +42,7 @@ def valueless(system: System, work: Work, t: float, q: Array, v: Array) -> Solve
         if isinstance(law, Expression):
             why = f"'{law.text}' is not defined there; choose a formula that is, by max or min"
     unit = system.mechanism.units.time
-    if system.has_loops and not set(bad) - set(loads_in_loops(system.mechanism)):
+    if system.has_loops and not set(bad) - set(measuring_forces(system.mechanism)):
         return SolveError(
             f"'{name}' follows accelerations or forces that follow from it in turn, and at t = "
             f"{t:.6g} {unit} this algebraic loop has no unique solution: by its factors a change "

@@ -69,6 +69,7 @@ from mbody.model.contact import Contact, Rope, shape_names
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of
 from mbody.model.mechanism import Mechanism
+from mbody.model.named_quantities import measuring_forces
 from mbody.solution.checks import residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record, reported_certificate, with_fields
@@ -97,9 +98,11 @@ def refuse_what_does_not_fit(system: System, request: MotionRequest) -> None:
             shapeless[0],
         )
     if system.measures_forces:
+        name = measuring_forces(machine, states=True)[0]
         raise ModelError(
-            "the method 'moreau' knows impulses of whole steps, and a formula measures "
-            "accelerations or forces: take dop853"
+            f"the method 'moreau' knows impulses of whole steps, and '{name}' measures "
+            "accelerations or forces: take dop853",
+            name,
         )
     if request.release:
         raise ModelError(

@@ -27,6 +27,7 @@ from mbody.kernels.step_state import (
 )
 from mbody.kernels.tableaus import Explicit, order_5, order_8, radau_5, suzuki_4
 from mbody.model.element import STEADY
+from mbody.model.named_quantities import measuring_forces
 from mbody.quantities.units import Dimension
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.system import System
@@ -111,9 +112,11 @@ def refuse_auxiliary_states(system: System, method: str) -> None:
             name,
         )
     if method == "singular start" and system.measures_forces:
+        name = measuring_forces(machine, states=True)[0]
         raise ModelError(
             "the motion begins at a singular position, where there are no accelerations yet that "
-            "a formula measures: begin a little beside it"
+            f"'{name}' measures: begin a little beside it",
+            name,
         )
     if method in WITHOUT:
         system.refuse_loops(f"the method '{method}' knows")
