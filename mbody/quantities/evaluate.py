@@ -315,7 +315,8 @@ class _Evaluation:
             return self.scaled(Fraction(1), unit), self._known(unit)
         if name in VARIABLES:
             raise FormulaError(misplaced_variable(name))
-        known = ", ".join(repr(known) for known in self._numbers()[:12] if known not in "tx")
+        numbers = [known for known in self._numbers() if "." not in known and known not in "tx"]
+        known = ", ".join(map(repr, numbers[:12]))
         raise FormulaError(
             f"there is no parameter '{name[:60]}' "
             + (f"(there are: {known})" if known else "(there are none)")

@@ -231,7 +231,7 @@ a quantity of the name of a measure | ModelError | q | 'q' is a quantity and a m
 a quantity without a formula | ModelError | q | 'q': formula must be a formula such as "crank.angle - target", not None
 a quantity by a formula that is none | ModelError | q | 'q': formula: '1 +' ends where a number is expected
 a quantity of units that do not fit | ModelError | q | 'q': formula: it adds an angle (rad) and a length (m)
-a quantity of what is not there | ModelError | q | 'q': formula: there is no parameter 'later' (there are: 'k', 'plain', 'arm.angle')
+a quantity of what is not there | ModelError | q | 'q': formula: there is no parameter 'later' (there are: 'k', 'plain')
 a quantity of itself | ModelError | q | 'q': formula: 'q' names itself: a quantity names what was added before it; for a memory use a State
 quantities that multiply beyond bounds | ModelError | q13 | 'q13': formula: with the quantities that it names it has 32765 operations, at most 20000 are possible: name a quantity once, or keep a State
 a stop by a quantity that is no coordinate | ModelError | end | stop 'end': 'arm.omega' is no coordinate: take x, y and angle of bodies and points
