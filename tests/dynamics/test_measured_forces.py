@@ -162,6 +162,15 @@ def test_every_executor_gives_the_same():
     run = simulate(machine, 0.1)
     for name in ("impulse", "pin.fx", "t.torque"):
         assert sim.measure(name) == pytest.approx(run.measure(name)[-1], rel=1e-7)
+    led = pendulum(AngleDriver("motor", "arm", "0.5*t"))
+    how = {"release": {"motor": 0.0}, "rtol": 1e-11, "atol": 1e-12, "instants": 2}
+    exact = gradient(led, "impulse", "arm.mass", analysis="simulate", until=0.1, **how)
+    ends = [
+        simulate(mbody.assemble(led).with_values({"arm.mass": mass}), 0.1, **how)
+        for mass in (MASS + 1e-4, MASS - 1e-4)
+    ]
+    change = (ends[0].measure("impulse")[-1] - ends[1].measure("impulse")[-1]) / 2e-4
+    assert exact.jacobian.ravel()[-1] == pytest.approx(change, rel=1e-6)  # of the difference
     found = linearize(machine, at=run.at(0.1))
     angle, omega, h = run["arm"].angle[-1], run["arm"].omega[-1], 1e-5
     by_angle = (alpha(angle + h, omega) - alpha(angle - h, omega)) / (2 * h)
