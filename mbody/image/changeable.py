@@ -17,7 +17,7 @@ from mbody.laws import Constant
 from mbody.model.element import Element, Numbers, listed
 from mbody.model.joints import Joint
 from mbody.solution.tracing import Recording, Rule
-from mbody.system.formula_rows import driver_inputs
+from mbody.system.formula_steps import driver_inputs
 from mbody.system.system import System, polar_points
 
 FIXED = "it is used in a table, a program, a guess or g, which an image cannot change"

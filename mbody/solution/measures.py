@@ -41,7 +41,8 @@ from mbody.solution.histories import (
     motion_rows,
     velocity,
 )
-from mbody.system.formula_rows import driver_states, recorded_driver
+from mbody.system.formula_rows import driver_states
+from mbody.system.formula_steps import recorded_driver
 from mbody.system.read_only import locked
 from mbody.system.system import polar_points
 

@@ -55,7 +55,7 @@ from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import Present, Read
 from mbody.stepping.input_values import Inputs
 from mbody.stepping.readings import MechanicsNow
-from mbody.system.formula_rows import driver_inputs
+from mbody.system.formula_steps import driver_inputs
 from mbody.system.rank import dense, rank_of
 from mbody.system.read_only import Locked
 from mbody.system.system import System, too_large

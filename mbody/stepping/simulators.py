@@ -53,7 +53,7 @@ from mbody.stepping.simulator import (
     nearest_state,
     prescribed_values,
 )
-from mbody.system.formula_rows import driver_inputs
+from mbody.system.formula_steps import driver_inputs
 from mbody.system.system import System
 
 # -- States of many motions by positions and rates, on lanes or one by one ---------------------

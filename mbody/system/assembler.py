@@ -38,10 +38,8 @@ from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, Friction
 from mbody.model.touching_shapes import Polygon, Segment, points_of
 from mbody.quantities import Formula
 from mbody.system.formula_rows import (
-    LEAD_THROUGH,
     FormulaRows,
     RecordedLaw,
-    check_loop,
     driver_law,
     following,
     recorded,
@@ -813,7 +811,11 @@ class _Compiler:
             primitives, actions = self.primitives(at, made), self.actions(at)
             laws = self.laws(primitives, actions, pairs, at)
         if self.loops:
-            self._check_loops(owned)
+            from mbody.system.formula_steps import check_loops
+
+            names = self._law_names(self.first_laws)
+            loops = [(names[n], self.first_laws[n]) for n in self.loops]
+            check_loops(self.mechanism, loops, owned)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_position_on_j(element, at)]
@@ -851,23 +853,6 @@ class _Compiler:
         laws = self.first_laws
         end = len(laws) - sum(len(law.laws) for law in laws) - len(self.mechanism.states)
         return [n for n in range(end) if laws[n].of_solution]
-
-    def _check_loops(self, pairs: Iterable[tuple[Constraint, FrictionPrimitive]]) -> None:
-        """Refuse algebraic loops that are not linear, and what is not linear beside them."""
-        laws, machine = self.first_laws, self.mechanism
-        names = self._law_names(laws)
-        for n in self.loops:
-            check_loop(names[n], laws[n])
-        beside: list[Element] = [*machine.contacts, *machine.groups, *machine.stops]
-        beside += [joint for joint in machine.joints if joint.can_separate or joint.limited]
-        beside += [one for one, pair in pairs if pair.bends]
-        if beside:
-            raise ModelError(
-                f"'{names[self.loops[0]]}' follows accelerations or forces that follow from it in "
-                "turn: an algebraic loop is solved where all is linear, and the forces of "
-                f"'{beside[0].name}' are not. {LEAD_THROUGH}",
-                names[self.loops[0]],
-            )
 
     def _law_names(self, laws: list[RecordedLaw]) -> list[str]:
         """Name of the element that each law belongs to."""

@@ -8,19 +8,25 @@ takes (its constants, body-fixed positions of points) become parameters.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mbody.laws import Constant, Law, MeasuredFormula
+from mbody.errors import ModelError
+from mbody.laws import Constant, Law, MeasuredFormula, Table
 from mbody.laws.kernels import OPERATIONS, FloatArray, evaluate
 from mbody.model.body import ORIGIN
 from mbody.model.driver import AngleDriver, DistanceDriver
 from mbody.model.element import AuxiliaryState, Element, Marker, Numbers, equation, signal_of
 from mbody.model.mechanism import Mechanism
-from mbody.model.primitives import Signal
+from mbody.model.primitives import FrictionPrimitive, Signal
 from mbody.quantities.evaluate import by_numpy, postfix_value
+
+if TYPE_CHECKING:
+    from mbody.model.stop import Stop
+    from mbody.system.formula_rows import RecordedLaw
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 #: What steps read of the rotation and of the place of a body, by key, and of a reaction.
@@ -295,9 +301,9 @@ def _ends(
 ) -> tuple[tuple[Recorded, Recorded], tuple[Recorded, Recorded]]:
     """The vector from the place on i to that on j, and its rate, in world axes."""
     found = []
-    for field in ("i", "j"):
-        marker: Marker = element.place(field)
-        found.append(_moving(steps, marker.body, at.arm(element, field)))
+    for end in ("i", "j"):
+        marker: Marker = element.place(end)
+        found.append(_moving(steps, marker.body, at.arm(element, end)))
     (a, va), (b, vb) = found
     return (b[0] - a[0], b[1] - a[1]), (vb[0] - va[0], vb[1] - va[1])
 
@@ -595,3 +601,311 @@ def _curve(shape: tuple[int, ...], signal: Signal, order: int, operands: list[An
         evaluate(law.code, par, 0, len(par), 0, law.table(), 0, places[0], table)
     values: FloatArray = table[:, order].reshape(shape)
     return values
+
+
+# -- Formulas of drivers in time, inputs, auxiliary states and positions -----------------------
+# A driver prescribes Φ = c − f = 0 for its coordinate c. Of time, inputs and auxiliary states
+# alone, f has the derivatives ḟ and f̈ by time, and nothing else changes. Where f measures
+# positions, Φ is a constraint of all their bodies:
+#
+#     Φ_q = c_q − f_q,    ν = −Φ_t = ∂f/∂t,    γ = −d²Φ/dt² at a = 0,
+#
+# so that Φ_q v = ν and Φ_q a = γ; its multiplier acts on every body that f measures, and its power
+# is that of ν alone. An auxiliary state of f changes at its rate, which may measure positions, not
+# rates.
+
+
+@dataclass(frozen=True)
+class DriverFormula:
+    """The formula of one driver, recorded.
+
+    `value`, `rate`, `acceleration`: The places of f and its derivatives by time; where it follows
+      positions, of f, ν and γ.
+    `measured_bodies`: The moving bodies whose positions Φ has; none where f has no positions.
+    `phi`: The place of Φ, where f has positions.
+    `gradient`: The places of Φ_q by body and axis, zero ones too.
+    `inputs`: Inputs on which f or its rate depends: they must not jump.
+    `states`: Auxiliary states on which it depends.
+    `explicit`: Whether f changes while all bodies rest.
+    """
+
+    steps: StepList
+    value: int
+    rate: int
+    acceleration: int
+    measured_bodies: tuple[str, ...] = ()
+    phi: int = -1
+    gradient: dict[tuple[str, int], int] = field(default_factory=dict)
+    inputs: frozenset[str] = frozenset()
+    states: frozenset[str] = frozenset()
+    explicit: bool = True
+
+    @property
+    def signals(self) -> frozenset[str]:
+        """Inputs whose derivatives it may need."""
+        return frozenset(what[1] for what in self.steps.steps if what[0].startswith("signal"))
+
+
+def recorded_driver(
+    driver: Element, signal: Signal, machine: Mechanism, at: Numbers
+) -> DriverFormula:
+    """Record the formula that a driver follows."""
+    law: Any = signal.law
+    steps = record_formula(law, signal.parameters, machine, at)
+    value = Recorded(steps, steps.value)
+
+    def known(one: Recorded) -> Recorded:
+        if measures_solution(steps, one.place):
+            raise ModelError(
+                f"'{driver.name}': law is '{law.text}', which follows accelerations or forces: "
+                "these follow from the driven motion; measure positions, or use a Torque or a "
+                "Force",
+                driver.name,
+            )
+        return one
+
+    def rate_of(state: str) -> Recorded:
+        return known(state_rate(steps, state, machine, at))
+
+    def steady_rate_of(state: str) -> Recorded:
+        # a rate that jumps would be one of the driver
+        return _without_jumps(rate_of(state))
+
+    def zero_or(one: Recorded | None) -> Recorded:
+        return steps.number(0.0) if one is None else one
+
+    known(value)
+    along = Differentiated(steps, along_motion(rate_of))
+    still = Differentiated(steps, by_time(steady_rate_of))
+    try:
+        rate = still.of(_without_jumps(value))
+        _check_rates(steps, value, rate, driver, law)
+        if not any(_reads(steps, one, "position", "turn") for one in (value, rate)):
+            acceleration = zero_or(along.of(rate))
+            found = DriverFormula(steps, value.place, zero_or(rate).place, acceleration.place)
+        else:
+            phi = driven_coordinate(steps, driver, at) - value
+            second = along.of(along.of(phi))
+            gamma = steps.number(0.0) if second is None else steps.number(-1.0) * second
+            bodies = _bodies_read(steps, phi, machine)
+            gradient = {}
+            for body in bodies:
+                for axis in range(3):
+                    by = Differentiated(steps, by_coordinate(body, axis))
+                    gradient[body, axis] = zero_or(by.of(phi)).place
+            found = DriverFormula(
+                steps,
+                value.place,
+                zero_or(rate).place,
+                gamma.place,
+                measured_bodies=bodies,
+                phi=phi.place,
+                gradient=gradient,
+                explicit=rate is not None,
+            )
+    except NotSmooth as error:
+        raise _not_smooth(driver, law, str(error)) from None
+    prescribed = [value.place, *([] if rate is None else [rate.place])]
+    named = [steps.steps[place] for place in steps.needed(prescribed)]
+    inputs = frozenset(str(what[1]) for what in named if what[0].startswith("signal"))
+    _check_jumps(driver, law, machine, inputs)
+    states = frozenset(str(what[1]) for what in named if what[0] == "own")
+    return DriverFormula(**{**found.__dict__, "inputs": inputs, "states": states})
+
+
+def driver_inputs(machine: Mechanism, at: Numbers) -> dict[str, str]:
+    """Inputs that must not jump, since the position or the rate of a driver follows them, with the
+    driver's name.
+    """
+    found: dict[str, str] = {}
+    for driver in machine.drivers:
+        signal = at.law(driver, "law")
+        if isinstance(signal.law, MeasuredFormula):
+            named = recorded_driver(driver, signal, machine, at).inputs
+            found |= dict.fromkeys(sorted(named), driver.name)
+    return found
+
+
+def _without_jumps(one: Recorded) -> Recorded:
+    """The given number; NotSmooth where it depends on a jump."""
+    for place in one.steps.needed([one.place]):
+        if one.steps.steps[place][0] in JUMPS:
+            raise NotSmooth(one.steps.steps[place][0])
+    return one
+
+
+def _reads(steps: StepList, one: Recorded | None, *kinds: str) -> bool:
+    """Whether a number depends on something that is read of that kind."""
+    if one is None:
+        return False
+    return any(steps.steps[place][0] in kinds for place in steps.needed([one.place]))
+
+
+def _bodies_read(steps: StepList, phi: Recorded, machine: Mechanism) -> tuple[str, ...]:
+    """The moving bodies on whose positions a number depends, in the order of the description."""
+    read = [steps.steps[place] for place in steps.needed([phi.place])]
+    named = {what[1] for what in read if what[0] in ("position", "turn")}
+    return tuple(body.name for body in machine.bodies if body.name in named)
+
+
+def _check_rates(
+    steps: StepList, value: Recorded, rate: Recorded | None, driver: Element, law: Any
+) -> None:
+    """Refuse a formula of rates, and one of states whose rates are."""
+    if _reads(steps, value, "velocity"):
+        what = f"law is '{law.text}', which measures a rate"
+    elif _reads(steps, rate, "velocity"):
+        what = f"law is '{law.text}', which follows a state whose rate measures rates of bodies"
+    else:
+        return
+    raise ModelError(
+        f"'{driver.name}': {what}: a driver prescribes a position, and this would prescribe how "
+        "positions change, which no position fulfils (a nonholonomic constraint). Follow "
+        "positions, or use a Torque or a Force whose formula measures the rate",
+        driver.name,
+    )
+
+
+def _not_smooth(driver: Element, law: Any, operation: str) -> ModelError:
+    """Why a driver cannot follow a formula that is not smooth."""
+    if operation in ("sign", "step"):
+        what, remedy = f"jumps at '{operation}'", "use smooth functions such as sin or atan"
+    else:
+        what = f"calls a {operation}, which has no second derivative"
+        remedy = "call Tables of one variable, or write a formula"
+    return ModelError(
+        f"'{driver.name}': law is '{law.text}', which {what}: its driver needs the rate and the "
+        f"acceleration of what it follows; {remedy}",
+        driver.name,
+    )
+
+
+def _check_jumps(driver: Element, law: Any, machine: Mechanism, inputs: frozenset[str]) -> None:
+    """Refuse inputs that jump between samples."""
+    setting = {name: one.name for one in machine.controllers for name in one.sets}
+    for one in machine.inputs:
+        if one.name not in inputs:
+            continue
+        is_hold_table = isinstance(one.value, Table) and one.value.interpolation == "hold"
+        if not is_hold_table and one.name not in setting:
+            continue
+        why = "has a history that holds its values"
+        if one.name in setting:
+            why = f"is set by the controller '{setting[one.name]}'"
+        raise ModelError(
+            f"'{driver.name}': law is '{law.text}', but the input '{one.name}' {why}, so that the "
+            "driven position or its rate would jump, which takes an infinite effort: lead it "
+            'through states, as State("speed", rate=...) and State("angle", rate="speed"), '
+            "or give a smooth history",
+            driver.name,
+        )
+
+
+# -- Coordinates of stops with their derivatives, as rows over the bodies that they measure ----
+# Of a coordinate g(q, t) the row is Φ = g, with Φ_q = g_q, ν = −∂g/∂t and γ = −d²g/dt² at a = 0.
+
+
+def recorded_stop(stop: Stop, machine: Mechanism, at: Numbers) -> DriverFormula:
+    """The coordinate of a stop, recorded."""
+    signal = at.law(stop, "gap")
+    steps = record_formula(signal.law, signal.parameters, machine, at)  # type: ignore[arg-type]
+    gap = Recorded(steps, steps.value)
+    read = {steps.steps[place] for place in steps.needed([gap.place])}
+    named = {str(what[1]) for what in read if what[0] in ("position", "turn")}
+    bodies = tuple(body.name for body in machine.bodies if body.name in named)
+
+    def none(state: str) -> Recorded:
+        raise AssertionError(stop.name, state)  # refused when it was described
+
+    def zero_or(one: Recorded | None, factor: float) -> int:
+        if one is None:
+            return steps.number(0.0).place
+        return (steps.number(factor) * one).place
+
+    along, still = Differentiated(steps, along_motion(none)), Differentiated(steps, by_time(none))
+    try:
+        rate = still.of(gap)
+        second = along.of(along.of(gap))
+        gradient = {
+            (body, axis): zero_or(Differentiated(steps, by_coordinate(body, axis)).of(gap), 1.0)
+            for body in bodies
+            for axis in range(3)
+        }
+    except NotSmooth as error:
+        raise ModelError(
+            f"stop '{stop.name}': '{stop.of}' has no second derivative by its {error}: use smooth "
+            "functions, or Tables of one variable",
+            stop.name,
+        ) from None
+    return DriverFormula(
+        steps,
+        gap.place,
+        zero_or(rate, -1.0),
+        zero_or(second, -1.0),
+        measured_bodies=bodies,
+        phi=gap.place,
+        gradient=gradient,
+        explicit=rate is not None,
+    )
+
+
+# -- Algebraic loops: loads that measure what follows from them --------------------------------
+
+
+def measures_solution(steps: StepList, *places: int) -> bool:
+    """Whether some numbers measure accelerations or reactions."""
+    return any(steps.steps[place][0] in OF_SOLUTION for place in steps.needed(places))
+
+
+def _check_loop(owner: str, law: RecordedLaw) -> None:
+    """Refuse an algebraic loop that is not linear: a load whose formula is no straight function of
+    the accelerations and reactions that it measures.
+    """
+    steps: Any = law.steps
+    text = getattr(law.signal.law, "text", "")
+    follows: set[int] = set()
+    for place in steps.needed([steps.value]):
+        kind, *_ = steps.steps[place]
+        of = [one in follows for one in steps.operands(place)]
+        if kind in OF_SOLUTION:
+            follows.add(place)
+        elif any(of):
+            follows.add(place)
+            straight = kind in ("+", "-", "negative") or (kind == "*" and not all(of))
+            if not (straight or (kind == "/" and not of[1])):
+                raise ModelError(
+                    f"'{owner}' follows accelerations or forces that follow from it in turn, by "
+                    f"'{kind}' in '{text}': an algebraic loop is solved where it "
+                    "is linear, as in fx, fy, ax and alpha. " + LEAD_THROUGH,
+                    owner,
+                )
+
+
+def check_loops(
+    machine: Mechanism,
+    loops: Sequence[tuple[str, RecordedLaw]],
+    pairs: Sequence[tuple[Element, FrictionPrimitive]],
+) -> None:
+    """Refuse algebraic loops, each the name of a load with its law, that are not linear, and what
+    is not linear beside them.
+    """
+    for owner, law in loops:
+        _check_loop(owner, law)
+    beside: list[Element] = [*machine.contacts, *machine.groups, *machine.stops]
+    beside += [joint for joint in machine.joints if joint.can_separate or joint.limited]
+    beside += [one for one, pair in pairs if pair.bends]
+    if beside:
+        owner = loops[0][0]
+        raise ModelError(
+            f"'{owner}' follows accelerations or forces that follow from it in turn: an algebraic "
+            f"loop is solved where all is linear, and the forces of '{beside[0].name}' are not. "
+            + LEAD_THROUGH,
+            owner,
+        )
+
+
+#: The remedy of what an algebraic loop cannot be.
+LEAD_THROUGH = (
+    'Lead what it measures through a State, as State("felt", rate="(pin.fx - felt)/0.01 s", '
+    'start="0 N"), and name that'
+)

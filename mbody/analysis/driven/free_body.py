@@ -24,7 +24,7 @@ from mbody.solution.doubts import Several
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.solution.known_forces import inherits
 from mbody.solution.solution import Solution, as_solution
-from mbody.system.formula_rows import recorded_driver, recorded_stop
+from mbody.system.formula_steps import recorded_driver, recorded_stop
 from mbody.system.rank import jacobian
 from mbody.system.system import System
 

@@ -20,7 +20,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.types import PlainNumbers
-from mbody.system.formula_rows import driver_states, recorded_driver
+from mbody.system.formula_rows import driver_states
 from mbody.system.system import System
 
 # -- Requests larger than the memory are refused before anything is begun ----------------------
@@ -319,6 +319,8 @@ def _check_independent(system: System, driver: Driver) -> None:
 
 def _check_still(system: System, driver: Driver) -> None:
     """Refuse a driver that moves by itself where positions are requested, not times."""
+    from mbody.system.formula_steps import recorded_driver
+
     formula = recorded_driver(
         driver, system.numbers.law(driver, "law"), system.mechanism, system.numbers
     )

@@ -40,7 +40,8 @@ from mbody.solution.energy import causes
 from mbody.solution.histories import Record
 from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.system.formula_rows import driver_inputs, driver_states
+from mbody.system.formula_rows import driver_states
+from mbody.system.formula_steps import driver_inputs
 from mbody.system.rank import dense, dense_rates, rank_of
 from mbody.system.system import System, too_large
 
