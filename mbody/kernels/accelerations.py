@@ -21,7 +21,7 @@ which is one step of iterative refinement with [W Gᵀ; G 0] in place of the aug
 
 Formulas that measure accelerations and reactions are evaluated when these are known. Where loads
 follow some of them, s = g(a(s), λ(s)), an algebraic loop: f has the load B s, so that a and λ are
-straight functions of s, and g of these by what it was checked for (`mbody.system.algebraic_loops`).
+straight functions of s, and g of these by what it was checked for (`mbody.system.formula_steps`).
 So I − ∂g/∂s has one column a loop, each the difference of two solutions by the factor at hand, and
 s follows from it with one refinement by the residual g − s.
 """
@@ -34,7 +34,7 @@ from mbody.core.decorators import inline, kernel, njit
 from mbody.core.lanes import highest, larger, ld, select_le, st
 from mbody.core.tolerances import ALGEBRAIC_LOOP_SINGULAR, PIVOT_VANISHED
 from mbody.kernels.constraints import body_rotations, rows, steps
-from mbody.kernels.forces import forces, signals
+from mbody.kernels.forces import all_loads, forces, signals
 from mbody.kernels.friction import (
     add_sliding,
     any_sliding,
@@ -71,36 +71,20 @@ def augmented_solution(L, W, w, refinements):
     """W.a and W.lam ← a and λ by the present rows and their factor, refined so many times, and the
     formulas that measure them.
     """
-    open_loops(L, W, w)
+    all_loads(L, W, w)
     loaded_motion(L, W, w, refinements)
     if L.force_steps < L.formula_step.shape[0]:
-        formulas_of_forces(L, W, w)
-    if L.loop_row.shape[0] > 0:
-        algebraic_loops(L, W, w, L.loop_row.shape[0], refinements)
+        measure_solution(L, W, w, refinements)
 
 
 @njit
-def loaded_multipliers(L, W, w):
-    """W.lam ← λ of a motion that is known, or of rest, with all loads, and the formulas that
-    measure accelerations and reactions; returns as `multipliers`.
+def measure_solution(L, W, w, refinements):
+    """Evaluate what measures the accelerations and reactions that are in W.a and W.lam, and solve
+    the algebraic loops of it. refinements: those of the solution, or `KNOWN_MOTION`.
     """
-    open_loops(L, W, w)
-    if L.friction_kind.shape[0] > 0:
-        viscous_friction(L, W, w)
-    rest = multipliers(L, W, w)
-    if L.force_steps < L.formula_step.shape[0]:
-        formulas_of_forces(L, W, w)
+    formulas_of_forces(L, W, w)
     if L.loop_row.shape[0] > 0:
-        algebraic_loops(L, W, w, L.loop_row.shape[0], KNOWN_MOTION)
-    return rest
-
-
-@inline
-def open_loops(L, W, w):
-    """All loads, as if what algebraic loops give them were zero."""
-    for n in range(L.loop_row.shape[0]):
-        st(W.signal, L.loop_row[n], 0.0, w)
-    forces(L, W, w, -1)
+        algebraic_loops(L, W, w, L.loop_row.shape[0], refinements)
 
 
 @njit

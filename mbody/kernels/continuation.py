@@ -57,12 +57,14 @@ from mbody.core.tolerances import (
     PIVOT_VANISHED,
     TINY,
 )
-from mbody.kernels.accelerations import loaded_multipliers
+from mbody.kernels.accelerations import KNOWN_MOTION, measure_solution
 from mbody.kernels.constraints import body_rotations, rows
-from mbody.kernels.forces import signals
+from mbody.kernels.forces import all_loads, signals
+from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.position_velocity import (
     accelerations,
+    multipliers,
     newton,
     set_rates,
     velocities,
@@ -660,7 +662,12 @@ def follow(L: Layout, W: Work, path: DrivenPath, found: PathOutput) -> int:
             h = next_step(left, limit)
         derivatives_by_time(L, W, w, path, k)
         if path.with_forces:
-            rest = loaded_multipliers(L, W, w)
+            all_loads(L, W, w)
+            if L.friction_kind.shape[0] > 0:
+                viscous_friction(L, W, w)
+            rest = multipliers(L, W, w)
+            if L.force_steps < L.formula_step.shape[0]:
+                measure_solution(L, W, w, KNOWN_MOTION)
             if not rest <= progress[UNBALANCED] and not np.isnan(progress[UNBALANCED]):
                 progress[UNBALANCED] = rest
         keep(L, W, w, found.output[k])

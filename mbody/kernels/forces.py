@@ -57,6 +57,14 @@ def polynomial(L, W, w, m, o):
 
 
 @njit
+def all_loads(L, W, w):
+    """Sum of all loads, with their formulas, as if what algebraic loops give them were zero."""
+    for n in range(L.loop_row.shape[0]):
+        st(W.signal, L.loop_row[n], 0.0, w)
+    forces(L, W, w, -1)
+
+
+@njit
 def forces(L, W, w, cause):
     """Sum of all loads on the coordinates; of the one of that cause, if it is not negative. Unless
     cause is −1 the formulas of measured quantities are as they were evaluated last.

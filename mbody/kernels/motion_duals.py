@@ -14,13 +14,19 @@ from mbody.core.tolerances import (
     TIME_END_ROUNDING,
     TIME_STEP_SHORTEST_DUALS,
 )
-from mbody.kernels.accelerations import augmented_solution, free_accelerations, loaded_multipliers
+from mbody.kernels.accelerations import (
+    KNOWN_MOTION,
+    augmented_solution,
+    free_accelerations,
+    measure_solution,
+)
 from mbody.kernels.constraints import body_rotations, rows
 from mbody.kernels.dense_output import combined, next_length, stage_state
-from mbody.kernels.forces import forces, signals
+from mbody.kernels.forces import all_loads, forces, signals
+from mbody.kernels.friction import viscous_friction
 from mbody.kernels.layout import Layout, Work, keep
 from mbody.kernels.loop_closure import project_velocity
-from mbody.kernels.position_velocity import accelerations, newton, velocities
+from mbody.kernels.position_velocity import accelerations, multipliers, newton, velocities
 from mbody.kernels.schur_ldl import factor
 from mbody.kernels.state_derivative import load_state, store_derivative, store_state
 from mbody.kernels.step_state import DONE, MORE, STEP_VANISHED
@@ -140,7 +146,12 @@ def one_instant(L, W, w, instants):
         velocities(L, W, w, True)
         accelerations(L, W, w, True)
     if instants.with_forces:
-        loaded_multipliers(L, W, w)
+        all_loads(L, W, w)
+        if L.friction_kind.shape[0] > 0:
+            viscous_friction(L, W, w)
+        multipliers(L, W, w)
+        if L.force_steps < L.formula_step.shape[0]:
+            measure_solution(L, W, w, KNOWN_MOTION)
 
 
 # -- Exact derivatives of free motions: the steps of a Runge–Kutta method in dual numbers ------

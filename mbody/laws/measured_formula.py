@@ -165,7 +165,7 @@ def compile_measured(
     if len(program.operations) > MOST_OPERATIONS:
         raise FormulaError(
             f"{shown(formula.text)} has {len(program.operations)} operations, at most "
-            f"{MOST_OPERATIONS} are possible: give several loads a part each, or use a table"
+            f"{MOST_OPERATIONS} are possible: name parts of it as quantities, or use a table"
         )
     parts = [Formula(text_of(part), tree=part) for part in program.constants]
     law = MeasuredFormula(

@@ -42,7 +42,6 @@ from mbody.solution.histories import (
     velocity,
 )
 from mbody.system.formula_rows import driver_states
-from mbody.system.formula_steps import recorded_driver
 from mbody.system.read_only import locked
 from mbody.system.system import polar_points
 
@@ -315,6 +314,8 @@ def prescribed_rate(solution: Result, driver: str) -> Array:
         return rate
     if not isinstance(solution.t, np.ndarray):
         raise Untraceable("the power of a driver that follows positions or states")
+    from mbody.system.formula_steps import recorded_driver
+
     at = _columns(solution)
     found = recorded_driver(element, at.law(element, "law"), solution.mechanism, at)
     return _values(solution, found.steps, (found.rate,))[0]

@@ -213,7 +213,7 @@ a loop with impulses | ModelError | spring | the method 'moreau' knows impulses 
 a loop from a singular position | ModelError | push | the motion begins at a singular position, where there are no accelerations yet that 'push' measures: begin a little beside it
 a driver by a formula of forces | ModelError | d | 'd': law is '1 rad/N*O.fx', which follows accelerations or forces: these follow from the driven motion; measure positions, or use a Torque or a Force
 a formula of another dimension | ModelError | spring | 'spring': value: '-5 N*arm.P.y/(1 s)' is a power (N·m/s), where a torque (N·m) is wanted
-a formula that is too long | ModelError | spring | 'spring': value: '1 N*m*(sin(arm.angle)+sin(arm.angle)+sin(arm.angle)+sin(a...' has 300 operations, at most 200 are possible: give several loads a part each, or use a table
+a formula that is too long | ModelError | spring | 'spring': value: '1 N*m*(sin(arm.angle)+sin(arm.angle)+sin(arm.angle)+sin(a...' has 300 operations, at most 200 are possible: name parts of it as quantities, or use a table
 a rod by a formula of what moves | ModelError | rod | 'rod': length is '0.1 m + arm.P.y', a formula of 'arm.P.y', which a joint cannot follow: a load or a driver may; for coordinates that follow each other use a Coupling, a Gear, a Cam, a driver or a CustomJoint
 a law of one number outside of a motion | ModelError | - | '-k*arm.angle' is a formula of measured quantities, which has values in a motion only: read from the result what the load does, as in run.load(name)
 an input that cannot be named | ModelError | speed set | 'speed set' cannot name an input: formulas name it, so it has letters, digits and _ only, and begins with a letter
