@@ -814,7 +814,8 @@ class _Compiler:
             from mbody.system.formula_steps import check_loops
 
             names = self._law_names(self.first_laws)
-            loops = [(names[n], self.first_laws[n]) for n in self.loops]
+            own: Any = self.first_laws
+            loops = [(names[n], own[n].law.text, own[n].steps) for n in self.loops]
             check_loops(self.mechanism, loops, owned)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):

@@ -26,7 +26,6 @@ from mbody.quantities.evaluate import by_numpy, postfix_value
 
 if TYPE_CHECKING:
     from mbody.model.stop import Stop
-    from mbody.system.formula_rows import RecordedLaw
 
 CODES = {name: n for n, name in enumerate(OPERATIONS)}
 #: What steps read of the rotation and of the place of a body, by key, and of a reaction.
@@ -857,12 +856,10 @@ def measures_solution(steps: StepList, *places: int) -> bool:
     return any(steps.steps[place][0] in OF_SOLUTION for place in steps.needed(places))
 
 
-def _check_loop(owner: str, law: RecordedLaw) -> None:
+def _check_loop(owner: str, text: str, steps: StepList) -> None:
     """Refuse an algebraic loop that is not linear: a load whose formula is no straight function of
     the accelerations and reactions that it measures.
     """
-    steps: Any = law.steps
-    text = getattr(law.signal.law, "text", "")
     follows: set[int] = set()
     for place in steps.needed([steps.value]):
         kind, *_ = steps.steps[place]
@@ -883,14 +880,14 @@ def _check_loop(owner: str, law: RecordedLaw) -> None:
 
 def check_loops(
     machine: Mechanism,
-    loops: Sequence[tuple[str, RecordedLaw]],
+    loops: Sequence[tuple[str, str, StepList]],
     pairs: Sequence[tuple[Element, FrictionPrimitive]],
 ) -> None:
-    """Refuse algebraic loops, each the name of a load with its law, that are not linear, and what
-    is not linear beside them.
+    """Refuse algebraic loops that are not linear, and what is not linear beside them. loops: of
+    each the name of its load, its formula and the steps of that.
     """
-    for owner, law in loops:
-        _check_loop(owner, law)
+    for one in loops:
+        _check_loop(*one)
     beside: list[Element] = [*machine.contacts, *machine.groups, *machine.stops]
     beside += [joint for joint in machine.joints if joint.can_separate or joint.limited]
     beside += [one for one, pair in pairs if pair.bends]
