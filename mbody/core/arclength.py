@@ -9,6 +9,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from mbody.core import tolerances as tol
 from mbody.core.bracket import place_between
 
 Array = np.ndarray
@@ -45,7 +46,7 @@ class Pace(NamedTuple):
     `first`, `longest`, `shortest`: Of steps; no shorter one is tried.
     `turn`: Greatest angle between the tangents of neighbours [rad]. The chord lies between them:
       its angle to the first is half of theirs where the curvature is constant.
-    `growth`, `shrink`: Of steps that turn by less than half of it, and of those that fail.
+    `growth`, `shrink`: Of steps, at most, and of those that fail.
     `leap`: Length down to which leaps are refused.
     """
 
@@ -106,8 +107,8 @@ def walk(
         yield here, there, leap
         curvature = (there.along - here.along) / length
         curvature -= float(curvature @ there.along) * there.along
-        if 1.0 - turned <= 0.25 * (1.0 - cosine):
-            step *= pace.growth
+        bound = 0.9 * pace.turn / max(norm(there.along - here.along), tol.TINY)
+        step *= min(bound, pace.growth)
         step = min(step, pace.longest if longest is None else longest(here, there))
         here = there
 
@@ -126,11 +127,15 @@ def between(close: Close[P], one: P, other: P, part: float) -> P | None:
 
 
 def zero_on(
-    close: Close[P], one: P, other: P, value: Callable[[P], float], width: float
+    close: Close[P],
+    one: P,
+    other: P,
+    value: Callable[[P], float],
+    width: float,
+    guess: float = math.nan,
 ) -> tuple[P, P, P]:
     """The point between two neighbours at which a value passes zero, and the ends of its bracket, a
     part of their chord wide.
     """
-    return place_between(
-        lambda part: between(close, one, other, part), value, {0.0: one, 1.0: other}, width
-    )
+    ends = {0.0: one, 1.0: other}
+    return place_between(lambda part: between(close, one, other, part), value, ends, width, guess)

@@ -10,37 +10,47 @@ derivative.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mbody.analysis.position.closed_position import place
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core import arclength
 from mbody.core import tolerances as tol
-from mbody.core.bracket import place_between, zero_between
+from mbody.core.bracket import zero_between
+from mbody.system.rank import side_of
 
-#: How much steps grow where the curve is straight.
-GROWTH = 1.9
 #: Steps in each direction, and the distance in model lengths beyond which bodies have run away.
 STEPS, RUN_AWAY = 120, 1e3
+#: Lengths of steps, those of the fastest coordinate.
+PACE = arclength.Pace(
+    tol.WALK_STEP,
+    tol.WALK_STEP,
+    tol.WALK_STEP_SHORTEST * tol.WALK_STEP,
+    tol.WALK_TURN_GREATEST,
+    leap=100.0 * tol.WALK_STEP_SHORTEST * tol.WALK_STEP,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class Node(arclength.CurvePoint):
     """A place of the walk.
 
     `place`: Angles go on over whole revolutions.
-    `along` (coordinates,): Unit tangent in the direction of the walk.
     `residual`, `derivative`: g and dg/ds.
-    `side`: Sign of the determinant of the independent rows and the tangent: it changes where
-      another branch is crossed, and there alone.
+    `frame`: That of its side, see `side_of`.
     """
 
     place: Place
-    along: Array
     residual: float
     derivative: float
-    side: float
+    frame: Array | None
+
+    def reversed(self) -> Node:
+        """The place as one comes to it from the other side."""
+        return replace(self, along=-self.along, residual=-self.residual, side=-self.side)
 
 
 @dataclass
@@ -69,40 +79,45 @@ class MotionCurve:
 
     def __init__(self, manifold: Manifold, start: Place) -> None:
         self.manifold, self.scale = manifold, manifold.scale
-        self.rows = independent(start.rows)
-        self.start = self.node(start, forward(start.motions[0]))
+        self.start, self._why = self.node(start, forward(start.motions[0])), ""
 
-    def node(self, place: Place, along: Array) -> Node:
+    def node(self, place: Place, along: Array, before: Node | None = None) -> Node:
         """Tangential residual force and its derivative at a position; `along` is near the tangent
         there.
         """
         found = along @ place.motions.T @ place.motions
         along = found / np.linalg.norm(found)
         derivative = float(along @ self.manifold.change(place, along))
-        side = float(np.linalg.slogdet(np.vstack([place.rows[self.rows], along]))[0])
-        return Node(place, along, float(place.force @ along), derivative, side)
+        side, frame = side_of(place.rows, along, before.frame if before else None)
+        residual = float(place.force @ along)
+        return Node(place.q / self.scale, along, side, place, residual, derivative, frame)
+
+    def close(self, here: Node, x: Array, ahead: Array) -> Node | None:
+        """The nearest node."""
+        there = self.manifold.moved(here.place, x - here.x)
+        if there is None:
+            # a load that has no value where a step leads ends the walk
+            q = self.manifold.closed(self.scale * x)
+            if q is not None and not np.isfinite(self.manifold.force(q)).all():
+                self._why = "no value"
+            return None
+        turned = np.linalg.norm(there.motions @ ahead)
+        return self.node(there, ahead, here) if turned > np.cos(PACE.turn) else None
+
+    def between(self, one: Node, other: Node, part: float) -> Node | None:
+        """The node at a part of the chord between two neighbours."""
+        return arclength.between(self.close, one, other, part)
 
     def walk(self, sign: float, longest: float = np.inf) -> Walk:
         """From the start on in the direction of the tangent, or against it, no further than
-        `reach`.
+        `longest`.
         """
-        first = self.start
-        here = Node(first.place, sign * first.along, sign * first.residual, first.derivative, 0.0)
-        here = self.node(here.place, here.along)
-        walk = Walk([here])
-        length, curvature, arclength = tol.WALK_STEP, np.zeros(len(here.along)), 0.0
-        for _ in range(STEPS):
-            there, length, why = self._step(here, curvature, length)
-            smooth = there is not None
-            if there is None:
-                there = self._across(here)
-                curvature, length = np.zeros(len(here.along)), tol.WALK_STEP
-            elif why == "crossing":
+        first = self.start if sign > 0.0 else self.start.reversed()
+        walk, length = Walk([first]), 0.0
+        for here, there, smooth, crossing in itertools.islice(self._steps(first), STEPS):
+            if crossing:
                 walk.crossings.append(there.place)
-            if there is None:
-                walk.end = why
-                return walk
-            last = self._closing(first.place, here, there, sign) if smooth else None
+            last = self._closing(first, here, there) if smooth else None
             if last is not None and len(walk.nodes) > 2:
                 walk.nodes.append(last)
                 walk.smooth.append(True)
@@ -110,37 +125,53 @@ class MotionCurve:
                 return walk
             walk.nodes.append(there)
             walk.smooth.append(smooth)
-            chord = float(np.linalg.norm((there.place.q - here.place.q) / self.scale))
-            arclength += chord
-            if self._has_run_away(there) or arclength > longest:
-                walk.end = "far" if arclength <= longest else "longest"
+            length += arclength.norm(there.x - here.x)
+            if self._has_run_away(there) or length > longest:
+                walk.end = "far" if length <= longest else "longest"
                 return walk
             if not smooth:
                 walk.corners.append(here.place)
-            else:
-                curvature = (there.along - here.along) / chord
-                # a straight path is followed in growing steps; what turns comes round
-                still = np.abs(there.along[2::3]).max() < tol.RATE_NONE
-                straight = np.linalg.norm(there.along - here.along) < tol.WALK_TURN_STRAIGHT
-                if still and straight and length < 0.1 * RUN_AWAY:
-                    length *= GROWTH
-                else:
-                    length = min(2.0 * length, tol.WALK_STEP)
-            here = there
-        walk.end = "long"
+        walk.end = "long" if len(walk.nodes) > STEPS else self._why
         return walk
+
+    def _steps(self, here: Node) -> Iterator[tuple[Node, Node, bool, bool]]:
+        """Neighbours, whether the curve is smooth between them, and whether branches meet there;
+        behind a corner it goes on.
+        """
+
+        def leaps(here: Node, there: Node) -> bool:
+            crosses = here.crosses(there)
+            self._why = "crossing" if crosses else self._why
+            return crosses
+
+        def longest(here: Node, there: Node) -> float:
+            # a straight path is followed in growing steps; what turns comes round
+            still = np.abs(there.along[2::3]).max() < tol.RATE_NONE
+            straight = arclength.norm(there.along - here.along) < tol.WALK_TURN_STRAIGHT
+            return 0.1 * RUN_AWAY if still and straight else PACE.longest
+
+        def fastest(along: Array) -> float:
+            return float(np.abs(along).max())
+
+        behind: Node | None = here
+        while behind is not None:
+            here, self._why = behind, "stuck"
+            for step in arclength.walk(here, self.close, PACE, leaps, longest, fastest):
+                yield step[0], step[1], True, step[2]
+                here, self._why = step[1], "stuck"
+            behind = self._across(here)
+            if behind is not None:
+                yield here, behind, False, False
 
     def arclengths(self, walk: Walk) -> Array:
         """Arc lengths of the nodes of a walk."""
-        q = np.array([node.place.q for node in walk.nodes]) / self.scale
+        q = np.array([node.x for node in walk.nodes])
         return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(q, axis=0), axis=1)))
 
     def arclength_of(self, node: Node, walk: Walk) -> float:
         """Arc length of a node of a walk."""
-        displacements = np.array(
-            [(one.place.q - walk.nodes[0].place.q) / self.scale for one in walk.nodes]
-        )
-        own = (node.place.q - walk.nodes[0].place.q) / self.scale
+        displacements = np.array([one.x - walk.nodes[0].x for one in walk.nodes])
+        own = node.x - walk.nodes[0].x
         arclengths = self.arclengths(walk)
         nearest = int(np.linalg.norm(displacements - own, axis=1).argmin())
         return float(
@@ -150,13 +181,13 @@ class MotionCurve:
     def passes(self, walk: Walk, place: Place) -> bool:
         """Whether a walk goes through a place, whole revolutions left out."""
         for one, other in zip(walk.nodes[:-1], walk.nodes[1:], strict=True):
-            chord = (other.place.q - one.place.q) / self.scale
-            to = (place.q - one.place.q) / self.scale
+            chord = other.x - one.x
+            to = place.q / self.scale - one.x
             to[2::3] = np.remainder(to[2::3] + np.pi, 2.0 * np.pi) - np.pi
             part = float(to @ chord / (chord @ chord))
             if not -0.01 < part < 1.01 or np.linalg.norm(to) > 2.0 * np.linalg.norm(chord):
                 continue
-            middle = between(self, one, other, part)
+            middle = self.between(one, other, part)
             if (
                 middle is not None
                 and self.manifold.distance(middle.place.q, place.q) < tol.POSITION_SAME_LOOSE
@@ -185,68 +216,32 @@ class MotionCurve:
         return not all((part > 0.0).all() for part in (*beyond[:2], beyond[2][before]))
 
     def _has_run_away(self, here: Node) -> bool:
-        displacement = (here.place.q - self.start.place.q) / self.scale
+        displacement = here.x - self.start.x
         return float(np.abs(displacement.reshape(-1, 3)[:, :2]).max(initial=0.0)) > RUN_AWAY
 
-    def _step(self, here: Node, curvature: Array, length: float) -> tuple[Node | None, float, str]:
-        """The next node, the step that led there, and why it ended; None where none closes
-        whose tangent goes on.
-        """
-        why = "stuck"
-        fastest = float(np.abs(here.along).max())
-        while length > tol.WALK_STEP_SHORTEST * tol.WALK_STEP:
-            step = length / fastest
-            curved = np.linalg.norm(curvature) * step < tol.WALK_TURN_GREATEST
-            increment = step * here.along + (0.5 * step**2 * curvature if curved else 0.0)
-            there = self.manifold.moved(here.place, increment)
-            if there is not None and len(there.motions):
-                onward = there.motions.T @ (there.motions @ here.along)
-                chord = (there.q - here.place.q) / self.scale
-                straight = (
-                    np.linalg.norm(onward) > np.cos(tol.WALK_TURN_GREATEST)
-                    and chord @ here.along > 0.7 * step
-                )
-                if straight:
-                    node = self.node(there, onward)
-                    if node.side * here.side >= 0.0:
-                        return node, length, ""
-                    if length < 100.0 * tol.WALK_STEP_SHORTEST * tol.WALK_STEP:
-                        return node, length, "crossing"
-                    why = "crossing"
-            elif there is None and self._without_value(here, increment):
-                why = "no value"
-            length *= 0.5
-        return None, length, why
-
-    def _without_value(self, here: Node, increment: Array) -> bool:
-        """Whether a load has no value where a step leads."""
-        q = self.manifold.closed(here.place.q + self.scale * increment)
-        return q is not None and not np.isfinite(self.manifold.force(q)).all()
-
-    def _closing(self, first: Place, here: Node, there: Node, sign: float) -> Node | None:
+    def _closing(self, first: Node, here: Node, there: Node) -> Node | None:
         """The node at which the walk is at its beginning again, if that lies in this step."""
-        revolutions = np.zeros(len(first.q))
-        revolutions[2::3] = 2.0 * np.pi * np.round((here.place.q - first.q)[2::3] / (2.0 * np.pi))
-        target = first.q + revolutions
-        chord = (there.place.q - here.place.q) / self.scale
-        size = float(np.linalg.norm(chord))
-        to = (target - here.place.q) / self.scale
+        revolutions = np.zeros(len(first.x))
+        revolutions[2::3] = 2.0 * np.pi * np.round((here.x - first.x)[2::3] / (2.0 * np.pi))
+        target, chord = first.x + revolutions, there.x - here.x
+        size = arclength.norm(chord)
+        to = target - here.x
         part = float(to @ chord) / size**2
-        start = sign * self.start.along
-        if not (0.0 < part <= 1.0 and start @ here.along > 0.5):
+        if not (0.0 < part <= 1.0 and first.along @ here.along > 0.5):
             return None
-        if np.linalg.norm(to - part * chord) > 0.2 * size:
+        if arclength.norm(to - part * chord) > 0.2 * size:
             return None
-        middle = between(self, here, there, part)
-        if middle is None or np.abs((middle.place.q - target) / self.scale).max() > 0.02 * size:
+        middle = self.between(here, there, part)
+        if middle is None or np.abs(middle.x - target).max() > 0.02 * size:
             return None
         # along the tangent both may still be apart, across it they are not on one curve
-        off = (middle.place.q - target) / self.scale
-        if np.linalg.norm(off - (off @ middle.along) * middle.along) > max(
-            1e-2 * abs(off @ middle.along), tol.POSITION_SAME_FINE
+        off = middle.x - target
+        along = float(off @ middle.along)
+        if arclength.norm(off - along * middle.along) > max(
+            1e-2 * abs(along), tol.POSITION_SAME_FINE
         ):
             return None
-        place = self.manifold.place(target)
+        place = self.manifold.place(self.scale * target)
         return None if place is None else self.node(place, middle.along)
 
     def _across(self, here: Node) -> Node | None:
@@ -302,38 +297,6 @@ def forward(motion: Array) -> Array:
     sizes = np.abs(motion)
     equal = np.flatnonzero(sizes > 0.999 * sizes.max())
     return np.asarray(motion * np.sign(motion[equal[-1]]))
-
-
-def independent(rows: Array) -> list[int]:
-    """Numbers of rows that span all of them, the greatest parts first."""
-    left = rows.copy()
-    found: list[int] = []
-    for _ in range(min(rows.shape)):
-        sizes = np.linalg.norm(left, axis=1)
-        n = int(sizes.argmax())
-        if sizes[n] < tol.WALK_ROW_NONE:
-            break
-        found.append(n)
-        direction = left[n] / sizes[n]
-        left = left - np.outer(left @ direction, direction)
-    return sorted(found)
-
-
-def between(curve: MotionCurve, one: Node, other: Node, part: float) -> Node | None:
-    """The node at a part of the chord between two neighbours, from the cubic through both."""
-    scale = curve.scale
-    chord = (other.place.q - one.place.q) / scale
-    size = float(np.linalg.norm(chord))
-    direction = chord / size
-    first, last = (size * node.along / float(node.along @ direction) for node in (one, other))
-    x = part
-    q = (x * x * (3.0 - 2.0 * x)) * chord + x * (1.0 - x) ** 2 * first - x * x * (1.0 - x) * last
-    place = curve.manifold.moved(one.place, q)
-    if place is None or not len(place.motions):
-        return None
-    along = 6.0 * x * (1.0 - x) * chord + (1.0 - x) * (1.0 - 3.0 * x) * first
-    along = along + x * (3.0 * x - 2.0) * last
-    return curve.node(place, along / np.linalg.norm(along))
 
 
 # -- Zeros of the residual force between neighbours of a walk, by value and derivative ---------
@@ -435,7 +398,7 @@ class _CurveIsolation:
 
     def size(self, one: Node, other: Node) -> float:
         """Length of the chord."""
-        return float(np.linalg.norm((other.place.q - one.place.q) / self.curve.scale))
+        return arclength.norm(other.x - one.x)
 
     def rotates_far(self, one: Node, other: Node) -> bool:
         """Whether a load along a line turns by a right angle or more between two nodes."""
@@ -452,7 +415,7 @@ class _CurveIsolation:
 
     def cubic(self, one: Node, other: Node) -> Array:
         """Coefficients, lowest first, of the residual force over the part x of the chord."""
-        chord = (other.place.q - one.place.q) / self.curve.scale
+        chord = other.x - one.x
         size = float(np.linalg.norm(chord))
         direction = chord / size
         a, b = one.residual, other.residual
@@ -472,11 +435,11 @@ class _CurveIsolation:
             if count == 1:
                 self._root(one, other)
                 return
-        size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
+        size = float(np.abs(other.x - one.x).max())
         if size < tol.WALK_INTERVAL_SMALLEST:
             self._small(one, other)
             return
-        middle = between(self.curve, one, other, 0.5) if self.left else None
+        middle = self.curve.between(one, other, 0.5) if self.left else None
         self.left -= 1
         if middle is None:
             self.found.unsure.append(one)
@@ -484,8 +447,8 @@ class _CurveIsolation:
                 self._root(one, other)
             return
         middle = self.snapped(middle)
-        chord = (other.place.q - one.place.q) / self.curve.scale
-        x = float((middle.place.q - one.place.q) / self.curve.scale @ chord / (chord @ chord))
+        chord = other.x - one.x
+        x = float((middle.x - one.x) @ chord / (chord @ chord))
         missed = abs(middle.residual - float(cubic @ x ** np.arange(4)))
         # by halves the error of a smooth residual force falls to a sixteenth; one that is greater
         # than its bound shows that this residual force is not smooth
@@ -523,16 +486,17 @@ class _CurveIsolation:
             self.found.equilibria.append(other)
             return
         part = _zero(self.cubic(one, other))
-        node = between(self.curve, one, other, part) if begins else None
+        node = self.curve.between(one, other, part) if begins else None
         if node is not None:  # the next cubic has the derivative there
             ahead = node.residual * one.residual > 0.0
             self._root(*((node, other) if ahead else (one, node)), begins=False)
             return
-        size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
-        root, low, high = place_between(
-            lambda part: between(self.curve, one, other, part),
+        size = float(np.abs(other.x - one.x).max())
+        root, low, high = arclength.zero_on(
+            self.curve.close,
+            one,
+            other,
             lambda node: node.residual if abs(node.residual) > 1e-3 * self.zero else 0.0,
-            {0.0: one, 1.0: other},
             tol.EQUILIBRIUM_STEP_ROUNDING / size,
             part,
         )
@@ -549,7 +513,7 @@ class _CurveIsolation:
             return
         nodes = [one, other]
         for x in _extrema(self.cubic(one, other)):
-            node = between(self.curve, one, other, float(x))
+            node = self.curve.between(one, other, float(x))
             nodes += [node] if node is not None else []
         # of a residual force that touches zero the place where it is least
         best = min(nodes, key=lambda node: abs(node.derivative))

@@ -15,7 +15,7 @@ from mbody.analysis.driven.contact_report import pulled
 from mbody.analysis.driven.open_forces import with_admissible_forces
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import by_time
-from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk, between
+from mbody.analysis.equilibria.curve_walk import MotionCurve, Node, Walk
 from mbody.analysis.equilibria.search import (
     EquilibriumPosition,
     EquilibriumSearch,
@@ -28,7 +28,8 @@ from mbody.analysis.freedom.mobility import single_design, single_time
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
-from mbody.core.bracket import place_between, zero_between
+from mbody.core.arclength import zero_on
+from mbody.core.bracket import zero_between
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, remedy
 from mbody.kernels.finished_instants import PER_PAIR, StoredMotion, forces_by_senses, rates_of_pairs
@@ -221,23 +222,24 @@ def bands_of(
     if round_ and len(bands) > 1 and bands[0].first is None and bands[-1].last is None:
         last = bands.pop()
         nodes = walks[0].nodes
-        back = nodes[0].place.q - nodes[-1].place.q
-        begun = [_revolutions_before(node, back) for node in last.inside]
-        first = None if last.first is None else _revolutions_before(last.first, back)
+        ends = nodes[0], nodes[-1]
+        begun = [_revolutions_before(node, *ends) for node in last.inside]
+        first = None if last.first is None else _revolutions_before(last.first, *ends)
         bands[0] = Band(first, bands[0].last, (*begun, *bands[0].inside))
-    return [band for band in bands if not _is_point(band, curve.scale)]
+    return [band for band in bands if not _is_point(band)]
 
 
-def _revolutions_before(node: Node, back: Array) -> Node:
-    """The node whole revolutions before."""
-    return replace(node, place=replace(node.place, q=node.place.q + back))
+def _revolutions_before(node: Node, back: Node, ahead: Node) -> Node:
+    """The node whole revolutions before, which are those from one node ahead to another."""
+    q, x = (node.place.q + (back.place.q - ahead.place.q)), node.x + (back.x - ahead.x)
+    return replace(node, x=x, place=replace(node.place, q=q))
 
 
-def _is_point(band: Band, scale: Array) -> bool:
+def _is_point(band: Band) -> bool:
     """Whether a band is an equilibrium alone, as one at which nothing with friction would slide."""
     if band.first is None or band.last is None or len(band.inside) > 1:
         return False
-    displacement = (band.last.place.q - band.first.place.q) / scale
+    displacement = band.last.x - band.first.x
     return bool(np.abs(displacement).max() < tol.FRICTION_BAND_ENDS_SAME)
 
 
@@ -287,17 +289,14 @@ class _Located:
         nodes, smooth = list(walks[0].nodes), list(walks[0].smooth)
         for walk in walks[1:]:
             # the way back, in the direction of the way on
-            back = [
-                Node(node.place, -node.along, -node.residual, node.derivative, node.side)
-                for node in reversed(walk.nodes[1:])
-            ]
+            back = [node.reversed() for node in reversed(walk.nodes[1:])]
             nodes, smooth = [*back, *nodes], [*reversed(walk.smooth), *smooth]
         for n, (one, other) in enumerate(itertools.pairwise(nodes)):
             yield one, self.reserve(one.place, one.along), smooth[n]
             if not smooth[n]:
                 continue
             for k in range(1, PARTS):
-                node = between(self.curve, one, other, k / PARTS)
+                node = self.curve.between(one, other, k / PARTS)
                 if node is not None:
                     yield node, self.reserve(node.place, node.along), True
         last = nodes[-1]
@@ -327,8 +326,7 @@ class _Located:
             if nearest is None or sign * nearest[1] >= 0.0:
                 yield sample
                 continue
-            chord = nearest[0].place.q - node.place.q
-            ahead = float(chord / self.curve.scale @ node.along) > 0.0
+            ahead = float((nearest[0].x - node.x) @ node.along) > 0.0
             found = (nearest[0], nearest[1], True)
             yield from (sample, found) if ahead else (found, sample)
 
@@ -340,7 +338,7 @@ class _Located:
 
         def rise(part: float) -> float:
             for place in (part - APART, part + APART):
-                node = between(self.curve, one, other, place)
+                node = self.curve.between(one, other, place)
                 if node is None:
                     return np.nan
                 tried.append((node, self.value(node)))
@@ -357,13 +355,12 @@ class _Located:
         (one, a, smooth), (other, _, _) = left, right
         if not smooth:
             return one if a >= 0.0 else other
-        size = float(np.abs((other.place.q - one.place.q) / self.curve.scale).max())
-        return place_between(
-            lambda part: between(self.curve, one, other, part),
-            lambda node: min(self.reserve(node.place, node.along), self.most),
-            {0.0: one, 1.0: other},
-            tol.FRICTION_BAND_END / max(size, tol.TINY),
-        )[0]
+        width = tol.FRICTION_BAND_END / max(float(np.abs(other.x - one.x).max()), tol.TINY)
+
+        def reserve(node: Node) -> float:
+            return min(self.reserve(node.place, node.along), self.most)
+
+        return zero_on(self.curve.close, one, other, reserve, width)[0]
 
 
 # -- Base of results at several equilibria -----------------------------------------------------
