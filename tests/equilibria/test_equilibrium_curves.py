@@ -25,6 +25,7 @@ from mbody.engineering import equilibrium_curve
 from mbody.model.body import Guess
 from mbody.model.loads import CentrifugalField
 from tests.support.rest_examples import angles, pendulum, whirling
+from tests.support.rest_linkages import FAMILIES
 
 pytestmark = pytest.mark.processor
 
@@ -183,6 +184,25 @@ def test_a_curve_from_a_rest_position():
     assert_allclose(curve["rod"].angle[0], start["rod"].angle[0], atol=ANGLE)
     assert curve.values[-1] == 8.0
     assert (np.diff(curve.arclength) > 0.0).all()
+
+
+def test_the_side_of_the_first_point_is_that_of_its_tangent():
+    """Two freedoms: a tangent that was turned to where the number grows has the other side, else
+    the first step seems to go over to another branch. The end is found again without a curve.
+    """
+    machine = FAMILIES[2][2](np.random.default_rng([47, 5])).machine
+    first = float(assemble(machine).values["s0.free_length"])
+    curve = equilibrium_curve(machine, "s0.free_length", (0.2 * first, 3.0 * first), at=first)
+    assert curve.values[-1] == 3.0 * first and not curve.doubts
+    ends = equilibrium(assemble(machine).with_values({"s0.free_length": 3.0 * first}))
+    apart = [
+        max(
+            abs(math.remainder(float(one[body].angle[0] - curve[body].angle[-1]), math.tau))
+            for body in one.solution
+        )
+        for one in ends
+    ]
+    assert min(apart) < ANGLE
 
 
 def test_points_that_are_not_enough():

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,8 +18,8 @@ from mbody.analysis.equilibria.search import EquilibriumPosition, EquilibriumSea
 from mbody.analysis.freedom.mobility import single_design
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
+from mbody.core import arclength
 from mbody.core import tolerances as tol
-from mbody.core.bracket import place_between
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError
 from mbody.model.body import Guesses
@@ -36,29 +37,32 @@ from mbody.system.system import System
 # change of the residual force with p. Arclength is without units: lengths by the model length, p by
 # its span.
 
-#: Corrections of one step.
+#: Corrections of one step, and lengths of steps.
 CORRECTIONS = 8
+PACE = arclength.Pace(
+    tol.CURVE_STEP_FIRST,
+    tol.CURVE_STEP_LONGEST,
+    tol.CURVE_STEP_SHORTEST,
+    math.acos(tol.CURVE_COSINE),
+    leap=tol.BRANCH_POINT_STEP_LEAST,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Point:
-    """An equilibrium on the curve.
+class Point(arclength.CurvePoint):
+    """An equilibrium on the curve; in `x` and `along` the number comes last. `side` is the
+    determinant of the equations of a step, by their size.
 
     `value`: The number, from 0 to 1 along its span.
-    `direction` (coordinates + 1,): Unit tangent of the curve, the number last.
     `stiffness` (free, free): In the free motions of the place.
     `arc`: Arclength from the first point.
-    `side`: Determinant of the equations of a step, by their size: its sign changes where another
-      branch crosses, and there alone.
     `size`: The greatest of K and of the change of the residual force with the number.
     """
 
     place: Place
     value: float
-    direction: Array
     stiffness: Array
     arc: float
-    side: float
     size: float
 
     @property
@@ -138,26 +142,25 @@ class Follower:
                 return (low, value) if shifted == high else (value, high)
         return low, high
 
-    def point(self, here: Place, value: float, before: Array | None, arc: float) -> Point:
-        """An equilibrium with the direction of the curve there, onward from the one before."""
+    def point(self, here: Place, value: float, ahead: Array, before: Point | None = None) -> Point:
+        """An equilibrium with the tangent there, onward in a direction, from the point before."""
         K = self.manifold(value).stiffness(here)
         parameter_motion, change = self.derivatives(here, value)
         size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
         vt = np.linalg.svd(np.column_stack([-K, change]) / size)[2]
         y, rate = vt[-1, :-1], vt[-1, -1]
-        direction = np.append(y @ here.motions + rate * parameter_motion, rate)
-        direction /= np.linalg.norm(direction)
-        tangent = vt[-1]
-        if before is not None and direction @ before < 0.0:
-            direction, tangent = -direction, -tangent
+        along = np.append(y @ here.motions + rate * parameter_motion, rate)
+        sign = -1.0 if along @ ahead < 0.0 else 1.0
+        along *= sign / np.linalg.norm(along)
+        tangent = sign * vt[-1]
         side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, tangent])))
-        return Point(here, value, direction, K, arc, side, size)
+        x = np.append(here.q / self.scale, value)
+        arc = before.arc + abs(float((x - before.x) @ before.along)) if before else 0.0
+        return Point(x, along, side, here, value, K, arc, size)
 
-    def ahead(self, here: Point, step: float) -> Point | None:
-        """The point of the curve at that distance along the direction of another."""
-        value = here.value + step * float(here.direction[-1])
-        q = here.place.q + step * self.scale * here.direction[:-1]
-        last = np.inf
+    def close(self, here: Point, x: Array, ahead: Array) -> Point | None:
+        """The point of the curve near x, in the plane through it across a direction."""
+        last, value, q = np.inf, float(x[-1]), self.scale * x[:-1]
         for n in range(CORRECTIONS):
             try:
                 manifold = self.manifold(value)
@@ -168,11 +171,9 @@ class Follower:
                 return None
             K = manifold.stiffness(place)
             parameter_motion, change = self.derivatives(place, value)
-            displacement = (place.q - here.place.q) / self.scale
-            off = step - displacement @ here.direction[:-1]
-            off -= (value - here.value) * float(here.direction[-1])
-            across = place.motions @ here.direction[:-1]
-            along = parameter_motion @ here.direction[:-1] + here.direction[-1]
+            off = (x - np.append(place.q / self.scale, value)) @ ahead
+            across = place.motions @ ahead[:-1]
+            along = parameter_motion @ ahead[:-1] + ahead[-1]
             size = max(float(np.abs(K).max()), float(np.abs(change).max()), tol.TINY)
             A = np.block(
                 [[-K / size, change[:, None] / size], [across[None, :], np.array([[along]])]]
@@ -185,24 +186,26 @@ class Follower:
             length = float(np.linalg.norm(move))
             if not length < 1.0 or (n > 1 and length > last):
                 if n > 1 and length < tol.EQUILIBRIUM_STEP_STALLED:
-                    return self.point(place, value, here.direction, here.arc + abs(step))
+                    return self.point(place, value, ahead, here)
                 return None
             q = place.q + self.scale * (move[:-1] @ place.motions + move[-1] * parameter_motion)
             value += float(move[-1])
             if length < tol.LOOP_CLOSURE_CORRECTION:
-                place = self.manifold(value).at(q)
-                if place is None:
-                    return None
-                return self.point(place, value, here.direction, here.arc + abs(step))
+                closed = self.manifold(value).at(q)
+                return None if closed is None else self.point(closed, value, ahead, here)
             last = length
         return None
+
+    def ahead(self, here: Point, step: float) -> Point | None:
+        """The point of the curve at that distance along the tangent of another."""
+        return self.close(here, here.x + step * here.along, here.along)
 
     def at_end(self, here: Point, value: float) -> Point | None:
         """The equilibrium where the number has that value, near a point of the curve."""
         manifold = self.manifold(value)
-        rate = float(here.direction[-1])
+        rate = float(here.along[-1])
         part = (value - here.value) / rate if rate else 0.0
-        place = manifold.at(here.place.q + part * self.scale * here.direction[:-1])
+        place = manifold.at(here.place.q + part * self.scale * here.along[:-1])
         for _ in range(CORRECTIONS):
             if place is None:
                 return None
@@ -213,27 +216,18 @@ class Follower:
                 return None
             place = manifold.moved(place, move @ place.motions)
             if length < tol.LOOP_CLOSURE_CORRECTION and place is not None:
-                return self.point(place, value, here.direction, here.arc + abs(part))
+                return self.point(place, value, here.along, here)
         return None
 
-    def between(self, here: Point, there: Point, function: Callable[[Point], float]) -> Point:
-        """Zero of what changes its sign between two points of the curve."""
-        none = tol.CURVE_ZERO_VALUE * max(abs(function(here)), abs(function(there)))
-        return place_between(
-            lambda arc: self._point_at(here, there, arc),
-            lambda point: value if abs(value := function(point)) > none else 0.0,
-            {here.arc: here, there.arc: there},
-            tol.CURVE_ZERO_BRACKET,
-        )[0]
+    def fold(self, here: Point, there: Point) -> Point:
+        """The point between two others at which the number turns round."""
+        none = tol.CURVE_ZERO_VALUE * max(abs(here.along[-1]), abs(there.along[-1]))
 
-    def _point_at(self, here: Point, there: Point, arc: float) -> Point | None:
-        """The point of the curve at an arclength, from that of two others that leads there."""
-        ends = sorted((here, there), key=lambda end: abs(end.arc - arc))
-        for end in ends:
-            found = self.ahead(end, arc - end.arc)
-            if found is not None:
-                return replace(found, arc=arc)
-        return None
+        def rate(point: Point) -> float:
+            return float(point.along[-1]) if abs(point.along[-1]) > none else 0.0
+
+        width = tol.CURVE_ZERO_BRACKET / (there.arc - here.arc)
+        return arclength.zero_on(self.close, here, there, rate, width)[0]
 
 
 # -- Branch points of equilibria, by a system of equations that is regular there ---------------
@@ -311,18 +305,15 @@ def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None
     if found is None:
         return None
     place, value, H, V, gap = found
-    before, after = (
-        np.append((place.q - end.place.q) / follower.scale, value - end.value)
-        for end in (here, there)
-    )
-    first, last = float(np.linalg.norm(before)), float(np.linalg.norm(after))
-    if first + last > 1.2 * float(np.linalg.norm(before - after)) + 1e-9:
+    x = np.append(place.q / follower.scale, value)
+    first, last = arclength.norm(x - here.x), arclength.norm(x - there.x)
+    if first + last > 1.2 * arclength.norm(there.x - here.x) + 1e-9:
         return None
     arc = here.arc + (there.arc - here.arc) * first / (first + last)
-    direction = last * here.direction + first * there.direction
-    direction /= np.linalg.norm(direction)
+    along = last * here.along + first * there.along
     stiffness = follower.manifold(value).stiffness(place)
-    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
+    along /= arclength.norm(along)
+    point = Point(x, along, 0.0, place, value, stiffness, arc, here.size)
     return BranchPoint(point, _kind(H, V), gap)
 
 
@@ -335,15 +326,13 @@ def _multiple(
     length = there.arc - here.arc
 
     def at(part: float) -> tuple[float, Array] | None:
-        """Function that changes sign, and value and position, at a part of the step; None where no
+        """Function that changes sign, and position and number, at a part of the step; None where no
         point is found.
         """
         point = follower.ahead(here, 0.5 * (1.0 + part) * length)
         if point is None:
             return None
-        return function(point), np.append(
-            point.value, (point.place.q - here.place.q) / follower.scale
-        )
+        return function(point), point.x
 
     nodes = np.polynomial.chebyshev.chebpts1(NODES)
     found = [at(part) for part in nodes]
@@ -373,16 +362,17 @@ def _multiple(
     fit = np.polynomial.chebyshev.chebfit(
         parameters, np.array([row for _, row in rows]), len(parameters) - 1
     )
-    middle = np.asarray(np.polynomial.chebyshev.chebval(part, fit))
-    value = float(middle[0])
-    place = follower.manifold(value).at(here.place.q + follower.scale * middle[1:])
+    x = np.asarray(np.polynomial.chebyshev.chebval(part, fit))
+    value = float(x[-1])
+    place = follower.manifold(value).at(follower.scale * x[:-1])
     if place is None:
         return None
     arc = here.arc + 0.5 * (1.0 + part) * length
-    direction = 0.5 * (1.0 - part) * here.direction + 0.5 * (1.0 + part) * there.direction
-    direction /= np.linalg.norm(direction)
+    along = 0.5 * (1.0 - part) * here.along + 0.5 * (1.0 + part) * there.along
+    along /= arclength.norm(along)
     stiffness = follower.manifold(value).stiffness(place)
-    point = Point(place, value, direction, stiffness, arc, 0.0, here.size)
+    x = np.append(place.q / follower.scale, value)
+    point = Point(x, along, 0.0, place, value, stiffness, arc, here.size)
     return BranchPoint(point, "multiple", gap)
 
 
@@ -693,31 +683,14 @@ class _Tracer:
 
     def traced(self, place: Place, value: float) -> EquilibriumCurve:
         """The curve from its first place on."""
-        here = self.follower.point(place, value, None, 0.0)
-        if here.direction[-1] < 0.0:
-            here = dataclasses.replace(here, direction=-here.direction)
-        self.path = [here]
-        step = tol.CURVE_STEP_FIRST
-        while len(self.path) < self.points:
-            there = self.follower.ahead(here, step)
-            cosine = 0.0 if there is None else float(there.direction @ here.direction)
-            if there is None or cosine < tol.CURVE_COSINE:
-                step *= 0.5
-                if step < tol.CURVE_STEP_SHORTEST:
-                    self._stops(here)
-                    break
-                continue
+        first = self.follower.point(place, value, np.eye(len(place.q) + 1)[-1])
+        self.path = [first]
+        for here, there, leapt in arclength.walk(first, self.follower.close, PACE, self._leaps):
             if not 0.0 <= there.value <= 1.0:
-                if not self._end(here, 1.0 if there.value > 1.0 else 0.0):
-                    if step > tol.BRANCH_POINT_STEP_LEAST:
-                        step *= 0.5
-                        continue
+                if leapt:
                     self._stops(here)
                 break
-            if not self._between(here, there):
-                if step > tol.BRANCH_POINT_STEP_LEAST:
-                    step *= 0.5  # it leapt from one branch to another that does not cross
-                    continue
+            if leapt:
                 said = (
                     f"near {self._where(there)} branches come so near each other that the curve "
                     "may have gone over to another one: change a number a little, and compare"
@@ -727,16 +700,24 @@ class _Tracer:
             if self._round(there):
                 self.notes.append("it closes on itself")
                 break
-            if np.abs((there.place.q - place.q) / self.follower.scale).max() > RUN_AWAY:
+            if np.abs((there.x - first.x)[:-1]).max() > RUN_AWAY:
                 self.notes.append(f"it leaves all bounds near {self._where(there)}")
                 break
-            if cosine > 1.0 - 0.25 * (1.0 - tol.CURVE_COSINE):
-                step = min(2.0 * step, tol.CURVE_STEP_LONGEST)
-            here = there
+            if len(self.path) >= self.points:
+                said = f"{self.points} points were not enough: give more points"
+                self.doubts.append(Doubt("incomplete", said))
+                break
         else:
-            said = f"{self.points} points were not enough: give more points"
-            self.doubts.append(Doubt("incomplete", said))
+            self._stops(self.path[-1])
         return self._curve()
+
+    def _leaps(self, here: Point, there: Point) -> bool:
+        """Whether neighbours are on different branches; folds, crossings and an end between them
+        are kept.
+        """
+        if 0.0 <= there.value <= 1.0:
+            return not self._between(here, there)
+        return not self._end(here, 1.0 if there.value > 1.0 else 0.0)
 
     def _where(self, point: Point) -> str:
         return f"{self.follower.parameter} = {self.follower.number(point.value):.6g}"
@@ -746,7 +727,7 @@ class _Tracer:
         first, parts = self.path[0], len(self.path)
         distance = self.follower.first.distance(first.place.q, there.place.q)
         close = max(distance, abs(first.value - there.value)) < 0.6 * tol.CURVE_STEP_LONGEST
-        return parts > 10 and close and bool(first.direction @ there.direction > tol.CURVE_COSINE)
+        return parts > 10 and close and bool(first.along @ there.along > tol.CURVE_COSINE)
 
     def _stops(self, here: Point) -> None:
         """The curve ends at a point within its span."""
@@ -774,8 +755,8 @@ class _Tracer:
                 return False
             self._crossed(found.point, found.kind)
             return True
-        if here.direction[-1] * there.direction[-1] < 0.0:
-            fold = self.follower.between(here, there, lambda point: float(point.direction[-1]))
+        if here.along[-1] * there.along[-1] < 0.0:
+            fold = self.follower.fold(here, there)
             self.path.append(fold)
             self.folds.append(fold)
             return True
