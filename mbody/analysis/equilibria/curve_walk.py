@@ -150,13 +150,10 @@ class MotionCurve:
             straight = arclength.norm(there.along - here.along) < tol.WALK_TURN_STRAIGHT
             return 0.1 * RUN_AWAY if still and straight else PACE.longest
 
-        def fastest(along: Array) -> float:
-            return float(np.abs(along).max())
-
         behind: Node | None = here
         while behind is not None:
             here, self._why = behind, "stuck"
-            for step in arclength.walk(here, self.close, PACE, leaps, longest, fastest):
+            for step in arclength.walk(here, self.close, PACE, leaps, longest, _greatest):
                 yield step[0], step[1], True, step[2]
                 here, self._why = step[1], "stuck"
             behind = self._across(here)
@@ -250,18 +247,9 @@ class MotionCurve:
         """
         scale, manifold = self.scale, self.manifold
         # walk up to the corner: the last place that goes on straight
-        length = tol.WALK_STEP
-        corner = here
-        while length > tol.WALK_BEHIND_CORNER:
-            there = manifold.moved(corner.place, length * corner.along / np.abs(corner.along).max())
-            if there is not None and len(there.motions) == 1:
-                # behind the corner the motion may be at right angles to the step, to the last bit
-                straight = abs(there.motions[0] @ corner.along) > np.cos(tol.WALK_TURN_GREATEST)
-                chord = (there.q - corner.place.q) / scale
-                if straight and chord @ corner.along > 0.5 * length:
-                    corner = self.node(there, corner.along)
-                    continue
-            length *= 0.5
+        pace = PACE._replace(shortest=tol.WALK_BEHIND_CORNER, growth=1.0, leap=0.0)
+        steps = arclength.walk(here, self.close, pace, _singular, size=_greatest)
+        corner = [here, *(there for _, there, _ in steps)][-1]
         fastest = corner.along / np.abs(corner.along).max()
         before = corner.place.rows.reshape(len(corner.place.rows), -1, 3)
         beyond = corner.place.q + scale * fastest * 4.0 * tol.WALK_BEHIND_CORNER
@@ -288,6 +276,16 @@ class MotionCurve:
             onward = place.motions[0] * np.sign(place.motions[0] @ fixed)
             return self.node(place, onward)
         return None
+
+
+def _singular(_: Node, there: Node) -> bool:
+    """Whether a node has several motions."""
+    return len(there.place.motions) != 1
+
+
+def _greatest(along: Array) -> float:
+    """How fast the fastest coordinate is."""
+    return float(np.abs(along).max())
 
 
 def forward(motion: Array) -> Array:
