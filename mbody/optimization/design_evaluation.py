@@ -174,7 +174,7 @@ class Evaluator:
                     start.work.q[:, 0] = found.poses[0]
                     return start
             raise _NotClosed
-        start = closed(system, t, first, None, 0, self.pose)
+        start = closed(system, t, first, pose=self.pose)
         check_determined(system, start, self.analysis)
         return start
 

@@ -17,6 +17,7 @@ from mbody.model.element import listed
 from mbody.solution.histories import (
     Certificate,
     Checks,
+    DesignReport,
     Reaction,
     Result,
     motion_at,
@@ -267,12 +268,20 @@ Array = np.ndarray
 
 def certificate_of(solution: Result) -> Certificate:
     """The report of the analysis, and what the residuals add to it."""
-    from mbody.solution.doubts import status_of
+    from mbody.solution.doubts import joined_doubts, joined_notes, status_of
 
     said = reported_certificate(solution)
-    doubts = said.doubts
-    if not any(doubt.kind == "residual" for doubt in doubts):
-        doubts = (*doubts, *residual_doubts(solution))
+    described = solution.system.notes
+    if solution.record.batch:
+        reports = solution.reports or (DesignReport(),) * solution.record.count
+        each = [_own_certificate(solution, one, n) for n, one in enumerate(reports)]
+        if solution.system.measures_forces:
+            alone = map(solution.design, range(solution.record.count))
+            each = [(one.doubts, one.notes) for one in alone]
+        every = (*said.notes, *described, *joined_notes([one for _, one in each]))
+        doubts = joined_doubts([one for one, _ in each])
+        return Certificate(status_of(said.status, doubts), doubts, tuple(dict.fromkeys(every)))
+    doubts, _ = _own_certificate(solution, said, 0)
     if solution.system.measures_forces:
         # copies with other forces read the certificate as it is so far
         solution.__dict__["certificate"] = Certificate(said.status, doubts, said.notes)
@@ -280,29 +289,41 @@ def certificate_of(solution: Result) -> Certificate:
     added = [doubt.message for doubt in doubts if doubt.message not in said.notes]
     if solution.analysis == "simulate" and solution.shared is not None:
         added += present("open_forces_note", solution)
-    described = [note for note in solution.system.notes if note not in said.notes]
+    described = tuple(note for note in described if note not in said.notes)
     return Certificate(status_of(said.status, doubts), doubts, (*said.notes, *described, *added))
 
 
-def residual_doubts(solution: Result) -> list[Doubt]:
-    """A doubt for each sort of residual that rounding and condition do not explain, of a batch for
-    each design; what is no number is in doubt.
+def _own_certificate(
+    solution: Result, said: Certificate | DesignReport, design: int
+) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
+    """Doubts of one design, and its notes with their sentences, by what was said of it and by its
+    residuals.
+    """
+    doubts = said.doubts
+    if not any(doubt.kind == "residual" for doubt in doubts):
+        incomplete = any(doubt.kind == "incomplete" for doubt in doubts)
+        doubts = (*doubts, *residual_doubts(solution, design, incomplete))
+    added = (doubt.message for doubt in doubts if doubt.message not in said.notes)
+    return doubts, (*said.notes, *added)
+
+
+def residual_doubts(solution: Result, design: int = 0, incomplete: bool = False) -> list[Doubt]:
+    """A doubt for each sort of residual of a design that rounding and condition do not explain;
+    what is no number is in doubt, unless the forces are said to be `incomplete`.
     """
     parts = solution.residuals
     if not parts.size:
         return []
     doubts = []
-    for design in range(len(parts)):
-        which = f"design {design}: " if solution.record.batch else ""
-        for what, size, limit in _limits(solution, parts[design], design):
-            wrong = np.flatnonzero(~(size <= limit))
-            if wrong.size:
-                doubts.append(_doubt(solution, which, what, size, wrong))
+    for what, size, limit in _limits(solution, parts[design], design, incomplete):
+        wrong = np.flatnonzero(~(size <= limit))
+        if wrong.size:
+            doubts.append(_doubt(solution, what, size, wrong))
     return doubts
 
 
 def _limits(
-    solution: Result, parts: Array, design: int
+    solution: Result, parts: Array, design: int, incomplete: bool
 ) -> Iterator[tuple[str, Array, Array | float]]:
     """Residuals (instants,) in words, and what rounding and condition explain of each."""
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
@@ -310,8 +331,7 @@ def _limits(
     system = solution.system
     constraint, power, flow = (parts[:, n] for n in (CONSTRAINT, POWER, FLOW))
     n = system.coordinates
-    records = solution.record.table(slice(None))
-    records = records[design] if solution.record.batch else records
+    records = solution.record.at(slice(None), np.arange(len(solution.t)), design)
     norm = 1.0 + system.extent(records)
     known = np.isfinite(records[:, : 3 * n]).all(axis=1)
     constraint = np.where(known, constraint, np.nan)
@@ -324,8 +344,7 @@ def _limits(
         return
     known &= np.isfinite(records).all(axis=1)
     # forces that are reported as missing are in no balance
-    reported = any(doubt.kind == "incomplete" for doubt in reported_certificate(solution).doubts)
-    unknown = 0.0 if reported else np.nan
+    unknown = 0.0 if incomplete else np.nan
     left, term = _by_parts(system, parts)
     tops, flowing = (
         np.nanmax(np.abs(term), axis=0, initial=0.0),
@@ -405,7 +424,7 @@ def _carried(system: System, records: Array, part: Array, parts: int) -> Array:
     return found[:parts].T
 
 
-def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -> Doubt:
+def _doubt(solution: Result, what: str, size: Array, wrong: Array) -> Doubt:
     """The doubt of one residual from its first instant on."""
     from mbody.solution.doubts import Doubt
 
@@ -415,7 +434,7 @@ def _doubt(solution: Result, which: str, what: str, size: Array, wrong: Array) -
     many = f"at {len(wrong)} of {len(size)} instants, first " if len(size) > 1 else ""
     return Doubt(
         "residual",
-        f"{which}{what.format(worst)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
+        f"{what.format(worst)} {many}at t = {t:.6g} {unit}, more than rounding explains: do "
         "not rely on the numbers there; check what is near a singular position, and the elements "
         "written in Python",
         t,

@@ -101,6 +101,46 @@ def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:
     return doubtful
 
 
+#: Designs of a batch that a sentence names.
+NAMED = 8
+
+
+def joined_notes(each: Sequence[Iterable[str]]) -> list[str]:
+    """The sentences of all designs of a batch, each once, with the designs that it is of; what all
+    say is said as of one.
+
+    >>> joined_notes([["it rests"], ["it rests", "it jams"]])
+    ['it rests', 'design 1: it jams']
+    """
+    found: dict[str, list[int]] = {}
+    for n, notes in enumerate(each):
+        for note in dict.fromkeys(notes):
+            found.setdefault(note, []).append(n)
+    return [f"{_which(designs, len(each))}{note}" for note, designs in found.items()]
+
+
+def joined_doubts(each: Sequence[Iterable[Doubt]]) -> tuple[Doubt, ...]:
+    """The doubts of all designs of a batch, as of `joined_notes`."""
+    found: dict[tuple[str, str], list[tuple[int, Doubt]]] = {}
+    for n, doubts in enumerate(each):
+        for one in doubts:
+            found.setdefault((one.kind, one.message), []).append((n, one))
+    joined = []
+    for (_, message), own in found.items():
+        times = [one.t for _, one in own if one.t is not None]
+        which = _which([n for n, _ in own], len(each))
+        joined.append(replace(own[0][1], message=which + message, t=min(times, default=None)))
+    return tuple(joined)
+
+
+def _which(designs: Sequence[int], count: int) -> str:
+    """Designs at the beginning of a sentence; nothing of all."""
+    if len(designs) == count:
+        return ""
+    more = f", … ({len(designs)} of {count})" if designs[NAMED:] else ""
+    return f"design{'s'[: len(designs) - 1]} {', '.join(map(str, designs[:NAMED]))}{more}: "
+
+
 def succeeded(status: str) -> bool:
     """Whether a result of this status is complete and certain: completed, or ended by a requested
     event; neither stopped by the user nor in doubt.

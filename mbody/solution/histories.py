@@ -82,6 +82,12 @@ class Record:
         lanes, places = np.divmod(instants, len(block))
         return np.ascontiguousarray(block[places, rows, lanes])
 
+    def design(self, n: int) -> Record:
+        """The rows of one design of a batch, a view of what is kept."""
+        part, lane = divmod(n, self.blocks[0].shape[2])
+        block = self.blocks[part][:, :, lane : lane + 1]
+        return Record([block], len(block), batch=False)
+
     def load_on(self, cause: int, first: int) -> tuple[Array, Array, Array] | None:
         """Force and torque of a load at the coordinates of a body from `first` on, where they are
         kept; None where kernels compute them, as for all that analyses give.
@@ -284,6 +290,10 @@ class Result(Protocol):
     @property
     def drive_states(self) -> Array | None:
         """Value, rate and acceleration of the drivers (instants, drivers, 3)."""
+
+    @property
+    def reports(self) -> tuple[DesignReport, ...]:
+        """Of a batch what is said of each design."""
 
     @property
     def released(self) -> Mapping[str, float]:
@@ -555,6 +565,20 @@ class Certificate:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class DesignReport:
+    """What an analysis of many designs says of one of them: fields of its `Solution`."""
+
+    status: str = "completed"
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[str, ...] = ()
+    regularization: float = 0.0
+    dependencies: dict[str, list[bool]] | None = None
+    branch: BranchDistance | None = None
+    modes: Mapping[str, Any] = field(default_factory=dict)
+    shared: SharedResult | None = None
+
+
 class Certified(Generic[T]):
     """A field of a `Solution` that is read from its certificate; what is assigned to it is the
     report of the analysis.
@@ -611,8 +635,8 @@ def one_design(solution: Result, what: str, element: str | None = None) -> None:
     """Refuse a batch of designs, in a sentence that begins with `what` there is of one design."""
     if solution.record.batch:
         raise ModelError(
-            f"{what}, this is a batch of {solution.record.count} designs: analyse one of them, "
-            "system.design(n)",
+            f"{what}, this is a batch of {solution.record.count} designs: take one of them, "
+            "run.design(n)",
             element,
         )
 

@@ -8,6 +8,7 @@ pins and guides, are attained; the range may be wider.
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -454,6 +455,15 @@ class SharedResult:
             if own is not None and np.abs(some := by[: own.free, k]).max(initial=0.0) > none:
                 found.setdefault((id(own), some.tobytes()), (own, some))
         return list(found.values())
+
+
+def forces_of_designs(each: Sequence[SharedResult | None], instants: int) -> SharedResult | None:
+    """Those of the designs of a batch, each over so many instants."""
+    named = next((one.named for one in each if one is not None), None)
+    if named is None:
+        return None
+    sets = [one.sets if one is not None else (None,) * instants for one in each]
+    return SharedResult(tuple(itertools.chain.from_iterable(sets)), named, len(each))
 
 
 def joined_forces(

@@ -23,6 +23,7 @@ from mbody.solution.histories import (
     BranchDistance,
     Certified,
     Checks,
+    DesignReport,
     EventRecord,
     LoadHistory,
     PointHistory,
@@ -200,6 +201,8 @@ class Solution(Attributes, Presented):
     stepped: SteppedContacts | None = None
     #: Admissible forces that no equation decides.
     shared: SharedResult | None = None
+    #: Of a batch what is said of each design.
+    reports: tuple[DesignReport, ...] = field(default=(), repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         # without what is made anew on demand: tables and read-only views cannot be packed
@@ -237,6 +240,25 @@ class Solution(Attributes, Presented):
             events=tuple(one for one in self.events if one.t <= last),
             restart=None,
         )
+
+    def design(self, index: int) -> Solution:
+        """One design of a batch as a result of its own, with its doubts and notes; of one design
+        the result itself is design 0.
+
+        Examples
+        --------
+        >>> import mbody
+        >>> system = mbody.assemble(mbody.makers.four_bar(1, 3, 2, 3.5, speed=10.0))
+        >>> run = mbody.kinetostatics(system.with_values({"crank.mass": [1.0, 2.0]}), t=[0.0, 0.1])
+        >>> run.effort("motor").shape, run.design(1).effort("motor").shape
+        ((2, 2), (2,))
+        """
+        system = self.system.design(index)
+        if not self.record.batch:
+            return self
+        n = range(self.record.count)[index]
+        own = vars(self.reports[n]) if self.reports else {}
+        return Solution(system, self.analysis, self.t, self.record.design(n), self.given, **own)
 
     def at(self, t: PlainNumbers) -> Solution:
         """The motion at other instants than those that were kept: followed again from its

@@ -228,9 +228,7 @@ class _GroupContinuation:
         group, row = self.group, int(self.group.row[linkage])
         runner, start = Runner(self.system, self.analysis), self._start(linkage)
         try:
-            found = runner.scalar(
-                start, self._grid(self.tau), design=linkage, position_norm=COORDINATE_NORM
-            )
+            found = runner.scalar(start, self._grid(self.tau), position_norm=COORDINATE_NORM)
         except PathEnded as stuck:
             self._fail(row, self._why(stuck, start.work, linkage), stuck.place)
             return

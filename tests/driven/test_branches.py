@@ -182,7 +182,9 @@ def test_what_is_no_nearer_than_rounding_is_passed_smoothly(short, instants):
 def test_change_points_of_a_batch_are_told():
     system = assemble(near_parallelogram(0.0)).with_values({"crank.A.x": [0.9, 1.0, 0.95]})
     run = kinematics(system, np.linspace(0.0, 0.6, 41))
-    assert run.notes == ("1 design goes on smoothly through change points, where branches meet: 1",)
+    (note,) = run.notes
+    assert note.startswith("design 1: the motion goes on smoothly through 2 change points")
+    assert note == f"design 1: {run.design(1).notes[0]}" and run.design(0).notes == ()
 
 
 # -- many turns between two instants ----------------------------------------------------------

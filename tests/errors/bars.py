@@ -52,7 +52,7 @@ SCENARIOS = {
 
 SENTENCES = r"""
 internal loads of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
-internal loads of a batch | ModelError | - | internal loads are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+internal loads of a batch | ModelError | - | internal loads are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 internal loads of no link | ModelError | piston | there is no moving body 'piston' (there are: 'crank', 'coupler', 'rocker')
 internal loads along no points | ModelError | coupler | 'coupler' is a bar along two of its points (there are: 'A', 'B'), not 'A', 'C'
 internal loads along one place | ModelError | plate | 'A' and 'B' of 'plate' are one place: a bar goes along two

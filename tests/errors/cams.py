@@ -52,7 +52,7 @@ one of two cams | ModelError | - | 'tappet' has 2 cams ('contact', 'lobe'): name
 a cam of a four-bar | ModelError | - | 'four-bar' has no cam: there is no joint of the type CamFollower in it
 a cam that is not there | ModelError | cam | there is no cam 'cam' (there are: 'contact')
 a cam at rest | ModelError | - | a cam is of a motion, and statics computes no velocities: use kinematics
-a cam of a batch | ModelError | - | a cam is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a cam of a batch | ModelError | - | a cam is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a limit beyond a right angle | ModelError | contact | the limit of the pressure angle of 'contact' is above 0 and below 90 deg, not 120 deg
 a contour of two points | ModelError | - | a contour has 4 to 1000000 points, not '2'
 a profile without a base circle | ModelError | - | a cam has a base circle above 0 and a roller from 0 on, not 0 and 0

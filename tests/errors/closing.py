@@ -76,7 +76,6 @@ def through(**options):
 SCENARIOS = {
     "an assembly mode that there is not": lambda: mbody.kinematics(four_bar(), assembly="folded"),
     "an assembly mode that is no name": lambda: mbody.kinematics(four_bar(), assembly=1.5),
-    "an assembly mode of a batch": lambda: mbody.kinematics(designs(), assembly="open"),
     "an assembly mode beside a guess": lambda: mbody.kinematics(
         four_bar(), assembly="open", guess={"rod": 1.0}
     ),
@@ -115,7 +114,6 @@ SCENARIOS = {
 SENTENCES = r"""
 an assembly mode that there is not | ModelError | - | there is no assembly mode 'folded' where the drivers begin (there are: '1 crossed', '2 open'): choose one of these, or begin at another value of a driver
 an assembly mode that is no name | ModelError | - | assembly is 1.5: give the name of a mode, such as "open", or its number
-an assembly mode of a batch | ModelError | - | assembly='open' is of one design: give a batch the guess of a mode, guess=modes[0]
 an assembly mode beside a guess | ModelError | - | give a guess or an assembly, not both: each chooses the branch
 assemblies of a batch | ModelError | - | assembly_modes takes one design: choose one of the batch with design(n)
 assemblies after half a box | ModelError | - | most must be a whole number from 1 on, not 0.5
@@ -129,7 +127,7 @@ assemblies of two positions | UsageError | - | assemblies are those of one posit
 circuits of a batch | ModelError | - | circuits takes one design: choose one of the batch with design(n)
 dead centres of a batch | ModelError | - | dead_centres takes one design: choose one of the batch with design(n)
 dead centres of one of two motors | ModelError | - | 'four-bar' has 2 drivers ('motor', 'fan'): name the one that you mean
-a transmission of a batch | ModelError | - | transmission is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a transmission of a batch | ModelError | - | transmission is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a transmission to nothing | ModelError | piston | there is no body 'piston' to be the output (there are: 'crank', 'coupler', 'rocker')
 a transmission to a point that is not there | ModelError | rocker.P | 'rocker' has no point 'P'
 a transmission from nothing | ModelError | engine | there is no driver 'engine' (there are: 'motor')

@@ -44,7 +44,7 @@ an engine that nobody knows | ModelError | - | there is no engine 'XYZ': there a
 engines that are no names | ModelError | - | against takes names of engines ('balance', 'oracle', 'pinocchio', 'pymunk', 'mujoco'), not 5
 an engine that is not installed | SolveError | - | Pinocchio is not installed: pip install pin (on Windows it is not packaged: use WSL, or leave it out of against)
 a cross-check on a batch | ModelError | - | crosscheck takes one design: choose one of the batch with design(n)
-a result of a batch | ModelError | - | crosscheck checks one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a result of a batch | ModelError | - | crosscheck checks one design, this is a batch of 2 designs: take one of them, run.design(n)
 a result without forces | ModelError | - | kinematics computes no forces to check: give a result of kinetostatics, statics or simulate
 a result of another mechanism | ModelError | - | the result is of another mechanism, its bodies are 'crank', 'coupler', 'rocker', not 'crank', 'coupler', 'rocker', 'wheel': analyse the same one
 no result at all | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type int: analyse first

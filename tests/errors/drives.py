@@ -46,7 +46,7 @@ SCENARIOS = {
 
 SENTENCES = r"""
 a motor of kinematics | ModelError | - | kinematics finds no torques: a motor is sized by kinetostatics
-a motor of a batch | ModelError | - | a motor is sized for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a motor of a batch | ModelError | - | a motor is sized for one design, this is a batch of 2 designs: take one of them, run.design(n)
 a motor at one instant | ModelError | - | a motor is sized over a cycle of time, this is one instant: analyse a turn, or several times
 a motor at rest | ModelError | motor | driver 'motor' does not move: a motor is sized for a motion
 a gear that gives more than it takes | ModelError | - | the efficiency of a gear is above 0 and at most 1, not 1.1
@@ -59,7 +59,7 @@ a motor whose speeds fall | ModelError | - | the speeds of a motor's curve rise 
 a motor without torque | ModelError | - | the torques of a motor's curve are above 0: end it at a speed where there is some
 a motor of negative inertia | ModelError | - | the inertia of a motor is not negative: -1
 a bearing of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
-a bearing of a batch | ModelError | - | loads of bearings are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a bearing of a batch | ModelError | - | loads of bearings are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a bearing that is no joint | ModelError | crank | there is no revolute joint 'crank' (there are: 'O2', 'A', 'B', 'O4')
 a bearing of another kind | ModelError | A | bearing 'A' is 'ball', 'roller', or its exponent from 1 to 20, not 'plain'
 a bearing at one instant | ModelError | A | the load of bearing 'A' is of a cycle of time, this is one instant: analyse a turn, or several times

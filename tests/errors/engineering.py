@@ -127,25 +127,25 @@ a fluctuation of one instant | ModelError | - | a fluctuation needs whole turns 
 a fluctuation of angles to and fro | ModelError | - | a fluctuation needs whole turns in one direction, both ends included; these 4 instants are 360 deg: analyse with turn=True
 a fluctuation that does not repeat | ModelError | - | the torque is 1.75884 at the beginning of the cycle and 3.76969 at its end: a fluctuation needs a periodic cycle: give the driver a constant speed, and use whole cycles of the loads (turns=2 where they take two turns)
 a fluctuation of a driver that is not there | ModelError | - | no driver 'engine' turns a body here (there are: 'motor'): name one of them
-a fluctuation of a batch | ModelError | - | a fluctuation is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a fluctuation of a batch | ModelError | - | a fluctuation is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a fluctuation of one of two motors | ModelError | - | several drivers turn a body here (there are: 'motor', 'fan'): name one of them
 a flywheel for no fluctuation | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not 0.0: a common one is 0.02
 a flywheel for per cent | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not '2 %': a common one is 0.02
 a flywheel at rest | ModelError | motor | driver 'motor' has no speed, which a flywheel needs: give its law a speed
 a flywheel of a motion in doubt | ModelWarning | - | flywheel: the motion for its size is doubtful: from t = 0.3 s on it is not certain on which branch the motion goes on: rows of 'A' become dependent there; begin a little beside
 a shaking force of kinematics | ModelError | - | kinematics computes no forces: use kinetostatics
-a shaking force of a batch | ModelError | - | the shaking force is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a shaking force of a batch | ModelError | - | the shaking force is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a shaking moment about a link | ModelError | - | the shaking moment is taken about a place on the ground, not on 'crank': name one such as "ground.O2"
 a diagram of no cylinder | ModelError | - | there is no cylinder with valves 'oil' (there are: none)
-a diagram of a batch | ModelError | air | the diagram of 'air' is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-centres of a batch | ModelError | - | instant centres are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a diagram of a batch | ModelError | air | the diagram of 'air' is of one design, this is a batch of 2 designs: take one of them, run.design(n)
+centres of a batch | ModelError | - | instant centres are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 centres of statics | ModelError | - | instant centres are of a motion, and statics computes no velocities: use kinematics
 centres of what does not move | ModelError | - | nothing moves in 'a wheel at rest', so that there are no instant centres: give a driver a speed, or take instants at which it moves
 a centre of one body | ModelError | - | there is no instant centre of ('crank', 'piston'): give two of the bodies 'crank', 'coupler', 'rocker', 'ground', as in centres["coupler", "ground"]
-a polygon of a batch | ModelError | - | a velocity polygon is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a polygon of a batch | ModelError | - | a velocity polygon is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a polygon of statics | ModelError | - | a velocity polygon is of a motion, and statics computes no velocities: use kinematics
 a side of no point | ModelError | - | 'rocker.P' is not in the polygon, which has 'ground.O2', 'crank.O2', 'crank.A', 'coupler.A', 'coupler.B', 'rocker.B', 'ground.O4', 'rocker.O4'
 an inflection circle of statics | ModelError | - | an inflection circle is of a motion, and statics computes no velocities: use kinematics
-an inflection circle of a batch | ModelError | - | an inflection circle is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+an inflection circle of a batch | ModelError | - | an inflection circle is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a diagram of the other side | ModelError | air | 'air' is single-acting, it has no opposite side: give it an opposite_area
 """

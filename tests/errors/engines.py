@@ -130,11 +130,11 @@ harmonics of two values | ModelError | - | harmonics of (2,) values at (33,) ang
 harmonics at unequal steps | ModelError | - | harmonics need equal steps of the driver's angle, these are off by up to 40.8 deg: analyse with turn=True
 a harmonic of too high an order | ModelError | - | 32 instants of 1 turn show orders up to 8, not 30: take four instants a period or more
 a harmonic that there is not | ModelError | - | there is no order 0.5 of a cycle of 1 turn: orders are whole numbers up to 8
-shaking orders of a batch | ModelError | - | harmonics are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+shaking orders of a batch | ModelError | - | harmonics are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 shafts at a speed that changes | ModelError | motor | balance shafts are for a constant speed, 'motor' has 0.9 to 1.1 rad/s: give its law a constant speed
 shafts of half an order | ModelError | - | there is no shaft of order 0.5: orders of this cycle are multiples of 1, above 0
 a couple of no body | ModelError | piston | there is no moving body 'piston' (there are: 'crank', 'coupler', 'rocker')
-a couple of a batch | ModelError | - | a rocking couple is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a couple of a batch | ModelError | - | a rocking couple is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 orders of shaking in words | UsageError | - | --orders takes numbers above 0 such as 2, not 'all'
 a firing order that leaves out a cylinder | ModelError | - | the firing order 1-3-4 does not fit 4 cylinders: cylinder 2 does not fire; name each from 1 to 4 once
 a firing order with a cylinder twice | ModelError | - | the firing order 1-3-4-3-2 does not fit 5 cylinders: cylinder 3 fires twice, cylinder 5 does not fire; name each from 1 to 5 once
@@ -147,7 +147,7 @@ firing intervals that are not the cycle | ModelError | - | 2 intervals of 171.88
 firing away from the dead centre | ModelError | - | cylinder 2 fires 240 deg after cylinder 1, where its piston is 120 deg of the crank away from the dead centre: choose another firing order, or give the intervals
 cranks of other cylinders | ModelError | - | there are cranks of the cylinders 1, 3, and the firing order has 1, 2: give one a cylinder
 a flywheel for three times the speed | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not 3.0: a common one is 0.02
-a flywheel of a batch | ModelError | - | a flywheel is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a flywheel of a batch | ModelError | - | a flywheel is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a flywheel simulated on an arm | ModelError | fan | 'fan' turns 'wheel' against 'arm': a flywheel is simulated on a shaft that turns in the ground
 a half order that there is not | ModelError | - | there is no order 0.3 of a cycle of 2 turns: orders are multiples of 1/2 up to 4
 a flywheel sized at rest | ModelError | motor | driver 'motor' has no speed, which a flywheel needs: give its law a speed

@@ -192,6 +192,6 @@ an efficiency without an output | ModelError | nobody | there is no load or driv
 an efficiency of one instant | ModelError | - | an efficiency is of a motion, this is one instant: analyse a turn, or several times
 an efficiency of kinematics | ModelError | - | kinematics finds no forces, and no work: use kinetostatics
 an efficiency without a driver that gives work | ModelError | - | the drivers of 'slider-crank' give no work over this motion: what gives it must be a driver, or take a part of the motion in which one drives
-an efficiency of a batch | ModelError | - | an efficiency is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+an efficiency of a batch | ModelError | - | an efficiency is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a drawer with an unknown load | ModelError | push | there is no load or driver 'push' (there are: 'load', 'pull'): name what the mechanism works against
 """

@@ -68,7 +68,7 @@ a view of nothing that moves | ModelError | - | nothing moves in this result of 
 a view of nothing that moves, at the command | ModelError | - | nothing moves in this result of 'Four-bar: dynamic force analysis' (1 instant): give --over turn, --at NAME=VALUE,VALUE,… or --to TIME; mbody draw shows one position
 a live view of other numbers | UsageError | - | --live solves the model file again: --vary takes its parameters, not 'crank.A.x'
 a view of an assembly that swings | ModelError | - | an assembly mode is of driven analyses, and this is a free motion: leave it out, or choose instants
-a view of a batch | ModelError | - | a view is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a view of a batch | ModelError | - | a view is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a view of a name | ModelError | - | a view is of a mechanism or of what an analysis found, not of an object of the type str
 a view of no motion | ModelError | - | a view needs a motion, the mapping has none: give it one
 a view of too many designs | ModelError | - | a view shows 6 designs at most, so that they can be told apart, not 7: choose some of them

@@ -63,7 +63,7 @@ a report of a name | ModelError | - | a report is of a mechanism or of what an a
 a report of an assembly of a result | ModelError | - | a result has its assembly mode already: give the mechanism, or leave assembly out
 a report of an assembly that swings | ModelError | - | an assembly mode is of driven analyses, and this is a free motion: leave it out, or choose instants
 a report of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
-a report of a batch | ModelError | - | reports are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a report of a batch | ModelError | - | reports are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a section that is not there | ModelError | - | a report has no section 'joint': did you mean 'joints'? there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
 a section like no other | ModelError | - | a report has no section 'weather': there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
 a report of a quantity that is not there | ModelError | - | measure 'C.force': there is no body 'C' (there are: 'ground', 'crank', 'rod', 'slider')

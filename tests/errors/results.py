@@ -165,10 +165,10 @@ equations of kinematics | ModelError | - | kinematics finds no forces: use kinet
 an instant that is not there | ModelError | - | there is no instant 3: give a whole number, 0 to 0
 half an instant | ModelError | - | there is no instant 0.5: give a whole number, 0 to 0
 equations of very many links | ModelError | - | 'welded' has 1503 unknowns, equations are written out for up to 1500: read reactions and efforts by name
-causes of a batch | ModelError | A | the breakdown of 'A' is for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-equations of a batch | ModelError | - | equations are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-columns of a batch | ModelError | - | a table is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
-data of a batch | ModelError | - | data are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+causes of a batch | ModelError | A | the breakdown of 'A' is for one design, this is a batch of 2 designs: take one of them, run.design(n)
+equations of a batch | ModelError | - | equations are of one design, this is a batch of 2 designs: take one of them, run.design(n)
+columns of a batch | ModelError | - | a table is of one design, this is a batch of 2 designs: take one of them, run.design(n)
+data of a batch | ModelError | - | data are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a column that is not there | ModelError | - | there is no column 'A.fx' (there are: 'A.angle', 'A.rate')
 output units of a misspelt quantity | ModelError | - | output units: there is no quantity 'torques', did you mean 'torque'?
 output units of no quantity | ModelError | - | output units: there is no quantity 'colour', name one as mass, torque, speed
@@ -178,10 +178,10 @@ an output unit that is a number | ModelError | - | output units: the unit of mas
 an output unit without a size | ModelError | - | output units: mass: 'kg*0' is no unit
 output units that differ for one dimension | ModelError | - | output units: torque has the same dimension as another quantity that is in J: give both one unit
 output units of a mechanism as text | ModelError | - | 'm': output_units names units by quantity, such as {'mass': 'kg'}, not 'SI'
-some instants of a batch | ModelError | - | instants are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+some instants of a batch | ModelError | - | instants are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a free body of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
 free bodies of a mechanism | ModelError | - | this reads the result of an analysis, as kinetostatics gives it, not an object of the type Mechanism: analyse first
-free bodies of a batch | ModelError | - | free bodies are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+free bodies of a batch | ModelError | - | free bodies are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a free body that is not there | ModelError | rod | there is no moving body 'rod' (there are: 'crank', 'coupler', 'rocker')
 free bodies at an instant that is not there | ModelError | - | there is no instant 3: give a whole number, 0 to 0
 a load that is not there | ModelError | spring | there is no load 'spring' (there are: none)

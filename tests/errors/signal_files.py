@@ -198,7 +198,7 @@ a driver that is released and measured | ModelError | push | driver 'motor' cann
 a plain state in other units | ModelError | way | 'way': the formula 'arm.vx' has plain numbers, which cannot be taken to other units: give its numbers, and the inputs and states that it names, their units
 a motion at a time after it | ModelError | - | at takes times of the motion, from 0 to 1 s: 2 s is not among them
 a motion that ends earlier another time | SolveError | - | the motion from t = 0, followed again, ends before 0.95 s: controllers or loads in Python that are not functions of what they are given make another motion
-a batch of motions again | ModelError | - | a motion is followed again for one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a batch of motions again | ModelError | - | a motion is followed again for one design, this is a batch of 2 designs: take one of them, run.design(n)
 a motion without instants joined | ModelError | - | then joins motions that have instants: one of them has none
 a motion at no time | ModelError | - | at takes times of the motion, from 0 to 1 s: none is given
 a motion at what is no time | ModelError | - | at takes times, in s, not 'soon'

@@ -419,5 +419,5 @@ a change point at which the motion turns back | SolveError | motor | branches of
 a change point with two drivers | SolveError | motor | branches of 'four-bar' meet at 180 deg of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; leave that instant out, the motion goes through there between others
 a law that jumps | SolveError | motor | the motion of 'four-bar' cannot be followed beyond 28.65 deg, t = 0.5 s, of 'crank': does the law of 'motor' jump there?
 a design that cannot close | SolveError | A | design 2 of the batch: loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
-a design with a dead centre | SolveError | ram | design 1 of the batch: dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; drive 'crank', or stop before
+a design with a dead centre | SolveError | ram | design 1 of the batch: dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; 'slider' can move from 2 to 4 m; drive 'crank', or stop before
 """

@@ -40,7 +40,7 @@ exercises the wrong way round | ModelError | a | exercises: 'a' varies from 50 t
 exercises that cannot be built | ModelError | - | exercises: of 174 drawn designs 0 can be built and turned with a transmission angle of at least 30 deg, 1 are wanted: vary within other bounds
 figures in no folder | ModelError | - | cannot make the folder '/dev/null/x' for the figures (Not a directory)
 a derivation in another form | ModelError | - | a derivation is written as text, markdown, latex, not as 'word'
-a derivation of designs | ModelError | - | a derivation is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a derivation of designs | ModelError | - | a derivation is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 an element nearly so called | ModelError | - | there is no element or law 'sprng': did you mean 'spring', 'torsion_spring', 'prismatic'?
 an element nearly called by another word | ModelError | - | there is no element or law 'slidr': did you mean 'prismatic'?
 an element like no other | ModelError | - | there is no element or law 'qqqq': mbody explain lists them

@@ -96,14 +96,14 @@ SCENARIOS = {
 
 SENTENCES = r"""
 a picture without matplotlib | ModelError | - | a picture needs matplotlib, which is not installed: pip install matplotlib
-a picture of a batch | ModelError | - | a picture is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a picture of a batch | ModelError | - | a picture is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a picture of a name | ModelError | - | a picture is of a mechanism or of what an analysis found, not of 'hoekens'
 an instant that there is not | ModelError | - | there is no instant 3: give a whole number, 0 to 0
 an instant that is text | ModelError | - | there is no instant '0': give a whole number, 0 to 0
 forces of kinematics | ModelError | O2 | kinematics finds no forces, as of 'O2': use kinetostatics
 forces of what nothing drives | SolveError | - | kinetostatics needs 0 free degrees of freedom, 'm' has 3 degrees left: nothing uses the point 'ground.O': join it, or add a driver, for example on 'crank'
 a path of a point that is not there | ModelError | coupler | body 'coupler' has no point 'P' (it has: 'A', 'B')
-a plot of a batch | ModelError | - | a picture is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a plot of a batch | ModelError | - | a picture is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a plot of one instant | ModelError | - | a plot needs several instants, this result has 1: analyse a turn (turn=True), or times
 a plot of nothing | ModelError | - | 'four-bar' has no measures: name what is to be plotted, as in 'crank.omega'
 a plot of what is not there | ModelError | - | measure 'C.force': there is no body 'C' (there are: 'ground', 'crank', 'coupler', 'rocker')
@@ -123,7 +123,7 @@ a plot in a unit that does not fit | ModelError | - | measure 'A.force': it is a
 a polar diagram of a joint that is not there | ModelError | C | there is no joint 'C' (there are: 'O2', 'A', 'B', 'O4')
 a polar diagram of what does not turn | ModelError | - | a polar diagram is over the angle of a driver, and none turns in this result: draw a hodograph, or analyse a turn
 a hodograph of one instant | ModelError | - | a curve needs several instants, this result has 1: analyse a turn
-a hodograph of a batch | ModelError | - | plots of forces are of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
+a hodograph of a batch | ModelError | - | plots of forces are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a hodograph without joints | ModelError | - | 'a stone' has no joint whose force could be plotted
 very many positions | UsageError | - | --positions takes a whole number, 1 to 200, not '1000'
 positions at places | UsageError | - | --positions are equal steps of the motion, --at names places: give one

@@ -74,7 +74,9 @@ def test_designs_that_jam_are_told():
     assert pull[:3, 0] == pytest.approx(10.0 / (1.0 - 2.0 * mu[:3]), rel=1e-11)
     assert np.isnan(pull[3:]).all()
     assert [jam.coefficient for jam in run.friction.jams] == pytest.approx([0.5] * 4, rel=1e-9)
-    assert run.status.startswith("doubtful: it jams at 4 of 10 instants")
+    assert run.status.startswith("doubtful: designs 3, 4: it jams at 2 of 2 instants")
+    assert run.design(2).status == "completed"
+    assert run.design(3).status.startswith("doubtful: it jams at 2 of 2 instants")
     assert run.friction.certified.tolist() == [[True] * 2] * 3 + [[False] * 2] * 2
 
 

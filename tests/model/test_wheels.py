@@ -100,7 +100,7 @@ def test_wheels_that_do_not_mesh_are_a_sentence():
 
 def test_wheels_of_every_design_must_mesh():
     designs = mbody.assemble(train()).with_values({"inner.radius_j": [1.0, 1.0, 0.8]})
-    sentence = r"'inner' does not fit: .* 2\.8 m apart, they are 3 m in design 2"
+    sentence = r"design 2 of the batch: 'inner' does not fit: .* 2\.8 m apart, they are 3 m: move"
     for analysis in (mbody.kinematics, mbody.kinetostatics, mbody.statics):
         with pytest.raises(SolveError, match=sentence):
             analysis(designs, t=[0.0, 0.1])

@@ -495,7 +495,7 @@ class _GroupSearch:
         for pose in poses:
             by_rows(system, pose, values, system.numbers)
         if len(poses):
-            assembly_analysis.check_fit(system, poses[0], 0)
+            assembly_analysis.check_fit(system, poses[0])
         meshed = linkage.meshed
         residuals = _residuals(system, given, poses)
         for residual, name in zip(residuals, names, strict=True):
@@ -658,10 +658,6 @@ def chosen_assembly(
     if isinstance(which, bool) or not isinstance(which, str | int):
         raise ModelError(
             f'assembly is {brief(which)}: give the name of a mode, such as "open", or its number'
-        )
-    if system.batch is not None:
-        raise ModelError(
-            f"assembly={which!r} is of one design: give a batch the guess of a mode, guess=modes[0]"
         )
     modes = assembly_modes(system, driver_values)
     for mode in modes:

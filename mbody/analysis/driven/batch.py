@@ -10,29 +10,50 @@ with one row.
 
 from __future__ import annotations
 
-import functools
+import contextlib
 import warnings
 import weakref
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
-from mbody.analysis.driven.path_following import PathEnded, Runner, lanes_output
+from mbody.analysis.driven.path_following import Runner, lanes_output
 from mbody.analysis.driven.time_grid import TimeGrid
-from mbody.analysis.position.assembly_analysis import check_determined, closed, rounding
-from mbody.analysis.position.closed_position import ClosedDesigns, ClosedPosition, close_in_stages
+from mbody.analysis.position.assembly_analysis import (
+    check_determined,
+    check_fit,
+    rounding,
+    set_driver_values,
+)
+from mbody.analysis.position.closed_position import (
+    ClosedDesigns,
+    ClosedPosition,
+    ambiguous,
+    close_in_stages,
+)
+from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
-from mbody.core.tolerances import PIVOT_SUSPICIOUS
-from mbody.errors import ModelWarning, SolveError
-from mbody.kernels.continuation import BY_DRIVER
-from mbody.kernels.continuation_lanes import FAILED, Designs, LanePath, follow_designs
+from mbody.errors import ModelError, ModelWarning, SolveError
+from mbody.kernels.continuation import BY_DRIVER, BY_TIME, branch_distance
+from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.solution.histories import Record
+from mbody.model.closed_mechanism import may_be_one_sided
+from mbody.solution.doubts import NAMED
+from mbody.solution.histories import (
+    BranchDistance,
+    DesignReport,
+    Record,
+    reported_certificate,
+    with_fields,
+)
+from mbody.solution.shared_forces import forces_of_designs
 from mbody.solution.solution import Solution
 from mbody.straight_line.programs import StraightLineCode, straight_line_code
 from mbody.system.pivoting import PivotChoices, diagonal_blocks, lane_workspace
 from mbody.system.rank import dense
-from mbody.system.system import System, too_large
+from mbody.system.system import System, too_large, with_numbers_of
 
 # -- Designs of one topology over equal instants, on lanes -------------------------------------
 # Designs go side by side, one a lane. What is shared (the pivots, the pose that all begin from, the
@@ -95,7 +116,9 @@ def closed_poses(
     designs = int(system.batch or 0)
     first = grid.first(system)
     values = np.tile([first.get(d.name, np.nan) for d in system.drivers], (designs, 1))
-    return close_in_stages(system, float(grid.t[0]), values, pose, origin, small, PIVOT_SUSPICIOUS)
+    return close_in_stages(
+        system, float(grid.t[0]), values, pose, origin, small, tol.PIVOT_SUSPICIOUS
+    )
 
 
 def in_all_lanes(grid: TimeGrid) -> np.ndarray:
@@ -184,81 +207,214 @@ def _again(
     output[:, failed], designs.failed[failed] = found[:, place], fewer.failed[place]
 
 
-#: Designs that a note names.
-NAMED = 8
+# -- All designs of a batch as results, those that lanes cannot follow each alone ----------------
 
 
-def batch(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> Solution:
-    """Every design over all instants."""
-    system = runner.system
-    designs, n = int(system.batch or 0), system.coordinates
-    poses = _poses(runner, start, grid)
-    simple = runner.fits_lanes(start, grid)
-    middled, kept = with_middle(grid)
-    instants = runner.lane_instants(
-        middled, in_all_lanes(middled), runner.position_norm(start, grid)
-    )
-    blocks = []
+def of_designs(
+    system: System, first: Any, pose: np.ndarray | None, analysed: Callable[[System], Any]
+) -> Solution:
+    """Every design, as it would be analysed alone, on the branch of the `first`, and with its
+    closed contacts: on lanes where these can follow it. `first`, `analysed` of a design: how it is
+    analysed alone (`mbody.analysis.driven.driven`).
+    """
+    with numbered(0):
+        start = first.closed(pose)
+    # contacts are closed by each design's own first position
+    contacts, grid, before = bool(first.notes), first.grid, first.before
+    lanes = not contacts and first.runner.fits_lanes(start, grid)
+    try:
+        check_determined(first.system, start, first.analysis)
+    except SolveError:
+        lanes = False  # each says for itself what is wrong
+    given, system = system, with_numbers_of(first.system, system.values) if contacts else system
+    runner, par = Runner(system, first.analysis), system.par.copy()
+    designs, pose = int(system.batch or 0), start.work.q[:, 0].copy()
+    own = _ambiguous(first, pose)
+    said = [note for note in start.notes if note not in own]
+    poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
+    if lanes:
+        origin = system.par[:, 0].copy()
+        closed_at = closed_poses(system, grid, pose, origin, rounding(system, pose))
+        poses, good = closed_at.poses, closed_at.good
+
+    def of_design(n: int) -> Any:
+        if not n:
+            return first
+        # the gaps of contacts are those where the guesses put its own bodies
+        one = replace(first, system=system.design(n), notes=first.notes[:1])
+        other = analysed(given.design(n)) if contacts else one
+        if _closed_places(other.system) != _closed_places(system):
+            return one
+        par[:, n] = other.system.par[:, 0]  # where it rolls from
+        return other
+
+    each, common = says_of_each(system, runner.analysis), None
+    blocks, reports, elsewhere = list[np.ndarray](), list[DesignReport](), list[str]()
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
-        if simple:
-            work = system.work(LANES, chosen)
-            work.q[:n] = poses[chosen, :n].T
-            output, found = runner.on_lanes(work, instants)
-            workspace_at = functools.partial(_workspace_at, system, chosen, output)
-            runner.branches.on_lanes(found, instants.t, workspace_at)
-            output, failed = output[kept], found[FAILED]
-        else:
-            output, failed = np.empty((len(grid.s), runner.rows, LANES)), np.ones(LANES)
-        for lane in np.flatnonzero(failed[: designs - low]):
-            design = int(chosen[lane])
-            output[:, :, lane] = _scalar_design(
-                runner, design, poses[design], start.regularization, grid
-            )
-        blocks.append(output)
-    return runner.solution(start, grid, Record(blocks, designs, batch=True))
+        output = np.empty((len(grid.s), runner.rows, LANES))
+        branches: dict[int, BranchDistance | None] = {}
+        if good[chosen].any():
+            output, branches = _side_by_side(runner, start, grid, poses, chosen)
+        for lane, design in enumerate(range(low, min(low + LANES, designs))):
+            sound = good[design] and lane in branches
+            if sound and common is not None and not each:
+                reports.append(replace(common, branch=branches[lane]))
+                continue
+            with numbered(design):
+                one = of_design(design)
+                if sound:
+                    record = Record([output[:, :, lane : lane + 1]], len(grid.s), batch=False)
+                    begin = _begun(one, poses[design], said) if design else start
+                    found = one.reported(begin, record)
+                    found = with_fields(found, branch=branches[lane])
+                else:
+                    one, begin = _beside(one, pose, said) if design else (one, start)
+                    if not begin.straight and not _same_branch(system, start.work, begin.work):
+                        elsewhere.append(str(design))
+                    found = one.followed(begin)
+            output[before:, :, lane] = found.record.table(slice(None))
+            reports.append(report(found))
+            common = reports[-1] if sound else common
+        blocks.append(output[before:])
+    notes = _said_elsewhere(elsewhere)
+    grid = grid.take(np.arange(before, len(grid.s)))
+    record = Record(blocks, designs, batch=True)
+    system = replace(system, par=par) if contacts else system
+    return joined(system, runner.analysis, grid, record, reports, notes)
 
 
-def _workspace_at(
-    system: System, designs: np.ndarray, output: np.ndarray, k: int, lane: int
-) -> Work:
-    """A workspace at the position of a step and a lane."""
-    work = system.work(designs=int(designs[lane]))
-    work.q[: system.coordinates, 0] = output[k, : system.coordinates, lane]
-    return work
+def _ambiguous(one: Any, pose: np.ndarray) -> list[str]:
+    """What is not certain of a first position (coordinates + 3,)."""
+    values = set_driver_values(
+        one.system, one.system.work(), float(one.grid.t[0]), one.grid.first(one.system)
+    )
+    return ambiguous(one.system, pose, values)
 
 
-def _poses(runner: Runner, start: ClosedPosition, grid: TimeGrid) -> np.ndarray:
-    """First poses of all designs, closed from that of the first one: (designs, coordinates)."""
-    system = runner.system
-    designs, time = int(system.batch or 0), float(grid.t[0])
-    first = grid.first(system)
-    pose = start.work.q[:, 0].copy()
-    poses, good = np.tile(pose, (designs, 1)), np.zeros(designs, dtype=bool)
-    if not (start.regularization or system.has_user_code or system.has_loops):
-        origin = system.par[:, 0].copy()
-        found = closed_poses(system, grid, pose, origin, rounding(system, pose))
-        poses, good = found.poses, found.good
-    elsewhere = []
-    for design in np.flatnonzero(~good).tolist():
-        try:
-            one = closed(system, time, first, None, design, pose)
-            check_determined(system, one, runner.analysis)
-        except SolveError as error:
-            raise _numbered(error, design) from error
-        poses[design] = one.work.q[:, 0]
-        if not one.straight and not _same_branch(system, start.work, one.work):
-            elsewhere.append(str(design))
-    if elsewhere:
-        which = "1 design is" if len(elsewhere) == 1 else f"{len(elsewhere)} designs are"
-        named = ", ".join(elsewhere[:NAMED]) + (", …" if elsewhere[NAMED:] else "")
-        note = (
-            f"{which} closed on another branch than the first one: {named}; "
-            "analyse them alone, with a guess"
-        )
-        start.notes.append(note)
-        warnings.warn(note, ModelWarning, stacklevel=5)
-    return poses
+def _begun(one: Any, pose: np.ndarray, said: list[str]) -> ClosedPosition:
+    """A first position (coordinates + 3,) that lanes closed, with what is to be noted of it and
+    was `said` of that from which it was closed.
+    """
+    check_fit(one.system, pose)
+    found = ClosedPosition(one.system.work(), notes=[*said, *_ambiguous(one, pose)])
+    found.work.q[:, 0] = pose
+    return found
+
+
+def _beside(one: Any, pose: np.ndarray, said: list[str]) -> tuple[Any, ClosedPosition]:
+    """The analysis of a design, and its first position on the branch of a pose (coordinates + 3,):
+    by its guesses where they lead there.
+    """
+    try:
+        near = one.closed(pose)
+    except SolveError:
+        return one, one.closed(None)
+    with contextlib.suppress(SolveError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        own = one.closed(None)
+        if one.system.extent(own.work.q[:, 0] - near.work.q[:, 0]) < tol.POSITION_SAME:
+            return one, own
+    near.notes += [*said, *_ambiguous(one, near.work.q[:, 0])]
+    return replace(one, notes=one.notes[:1]), near
+
+
+def _closed_places(system: System) -> list[Any]:
+    """What is closed of the contacts of a system."""
+    return [(one.name, one.closed, one.rolls) for one in system.mechanism.contacts]
+
+
+def says_of_each(system: System, analysis: str) -> bool:
+    """Whether the notes and doubts of an analysis depend on the numbers of a design, beside those
+    of residuals.
+    """
+    machine = system.mechanism
+    return bool(
+        machine.contacts
+        or machine.states
+        or len(system.layout.friction_kind)
+        or system.has_limited_laws
+        or (analysis != "kinematics" and may_be_one_sided(machine))
+        or any(joint.spaced or joint.limited for joint in machine.joints)
+        or any(load.by_angle and load.free for load in machine.loads)
+    )
+
+
+def joined(
+    system: System,
+    analysis: str,
+    grid: TimeGrid,
+    record: Record,
+    reports: list[DesignReport],
+    notes: tuple[str, ...] = (),
+) -> Solution:
+    """The result of all designs."""
+    nearest = [one.branch for one in reports if one.branch is not None]
+    dependent = [one.dependencies for one in reports if one.dependencies is not None]
+    names = {name: None for one in dependent for name in one}
+    return Solution(
+        system=system,
+        analysis=analysis,
+        t=grid.t,
+        record=record,
+        given=None if grid.mode == BY_TIME else grid.given,
+        regularization=max(one.regularization for one in reports),
+        dependencies={
+            name: np.any([one[name] for one in dependent if name in one], axis=0).tolist()
+            for name in names
+        }
+        if dependent
+        else None,
+        notes=notes,
+        branch=min(nearest, key=lambda one: one.least, default=None),
+        shared=forces_of_designs([one.shared for one in reports], len(grid.s)),
+        reports=tuple(reports),
+    )
+
+
+def report(found: Solution) -> DesignReport:
+    """What is said of a design."""
+    own = {part.name: getattr(found, part.name) for part in fields(DesignReport)[3:]}
+    return DesignReport(**vars(reported_certificate(found)), **own)
+
+
+def _side_by_side(
+    runner: Runner, start: ClosedPosition, grid: TimeGrid, poses: np.ndarray, chosen: np.ndarray
+) -> tuple[np.ndarray, dict[int, BranchDistance | None]]:
+    """Designs on lanes: (instants, rows, lanes), and of each lane that can be trusted how near to
+    another branch it came.
+    """
+    system, n = runner.system, runner.system.coordinates
+    grid, kept = with_middle(grid)
+    instants = runner.lane_instants(grid, in_all_lanes(grid), runner.position_norm(start, grid))
+    work = system.work(LANES, chosen)
+    work.q[:n] = poses[chosen, :n].T
+    output, found = runner.on_lanes(work, instants)
+    one, runtime, branches = system.work(), system.runtime(), dict[int, BranchDistance | None]()
+    for lane, failed, greatest, at in zip(range(LANES), *found[:3].tolist(), strict=True):
+        if failed:
+            continue
+        k, branches[lane] = int(at), None
+        if greatest > -np.inf:
+            one.par[:, 0], one.mass[:, 0] = work.par[:, lane], work.mass[:, lane]
+            one.q[:n, 0] = output[k, :n, lane]
+            least = branch_distance(runtime, one, 0.0)
+            branches[lane] = BranchDistance(max(least, 0.0) ** 0.5, float(instants.t[k, lane]))
+    return output[kept], branches
+
+
+def _said_elsewhere(designs: list[str]) -> tuple[str, ...]:
+    """A note of the designs that are on another branch than the first one."""
+    if not designs:
+        return ()
+    which = "1 design is" if len(designs) == 1 else f"{len(designs)} designs are"
+    named = ", ".join(designs[:NAMED]) + (", …" if designs[NAMED:] else "")
+    note = (
+        f"{which} closed on another branch than the first one: {named}; "
+        "analyse them alone, with a guess"
+    )
+    warnings.warn(note, ModelWarning, stacklevel=6)
+    return (note,)
 
 
 def _same_branch(system: System, one: Work, other: Work) -> bool:
@@ -278,19 +434,11 @@ def _same_branch(system: System, one: Work, other: Work) -> bool:
     return True
 
 
-def _scalar_design(
-    runner: Runner, design: int, pose: np.ndarray, regularization: float, grid: TimeGrid
-) -> np.ndarray:
-    """One design on the scalar path: (instants, rows)."""
-    start = ClosedPosition(runner.system.work(designs=design), regularization)
-    start.work.q[:, 0] = pose
+@contextlib.contextmanager
+def numbered(design: int) -> Iterator[None]:
+    """Errors name the design."""
     try:
-        return runner.scalar(start, grid, design=design)[:, :, 0]
-    except PathEnded as stuck:
-        raise _numbered(runner.explain(stuck, start, grid, design), design) from None
-    except SolveError as error:
-        raise _numbered(error, design) from error
-
-
-def _numbered(error: SolveError, design: int) -> SolveError:
-    return SolveError(f"design {design} of the batch: {error}", error.element)
+        yield
+    except (ModelError, SolveError) as error:
+        error.args = (f"design {design} of the batch: {error}", *error.args[1:])
+        raise

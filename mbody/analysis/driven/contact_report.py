@@ -144,13 +144,13 @@ def low_between(t: Array, force: Array) -> Array:
 
 
 def check_fits(solution: Solution) -> None:
-    """Refuse wheels that do not fit at some instant, of any design."""
+    """Refuse wheels that do not fit at some instant."""
     for joint, found, wanted, misfits in _distances(solution):
         wrong = np.argwhere(misfits)
         if len(wrong):
             first = tuple(wrong[0].tolist())
-            where = _when(solution, float(solution.t[first[-1]]), first)
-            raise misfit(solution.system, joint, found[first], wanted[first], f" {where}")
+            where = f" at t = {solution.t[first[-1]]:.6g} {solution.mechanism.units.time}"
+            raise misfit(solution.system, joint, found[first], wanted[first], where)
 
 
 def unfit(solution: Solution) -> np.ndarray:
@@ -176,12 +176,6 @@ def _distances(solution: Solution) -> Iterator[tuple[Joint, np.ndarray, np.ndarr
             )
 
 
-def _when(solution: Solution, t: float, where: tuple[int, ...]) -> str:
-    """An instant, and of a batch the design."""
-    when = f"at t = {t:.6g} {solution.mechanism.units.time}"
-    return f"in design {where[0]} {when}" if len(where) == 2 else when
-
-
 def _pressing(element: Joint | Coupling | OneSided) -> str:
     """The word for the normal reaction: a force, or a torque."""
     return element.quantities()["contact"] if isinstance(element, OneSided) else "force"
@@ -192,8 +186,8 @@ def _sentence(
 ) -> str:
     """The sentence of a force of the wrong direction: the greatest, and the first instant of it."""
     units = solution.mechanism.units
-    where = np.unravel_index(int(force.argmin()), force.shape)
-    when = _when(solution, float(t[where]), tuple(int(n) for n in where))
+    where = int(force.argmin())
+    when = f"at t = {t[where]:.6g} {units.time}"
     pressing = one_sided_force(solution, element).force
     count = int((pressing < -floor).sum())
     if not count:
@@ -201,7 +195,7 @@ def _sentence(
     elif pressing.size > 1:
         when = f"at {count} of {pressing.size} instants, most {when}"
     first = float(t[force < -floor].min())
-    if first < float(t[where]) and not solution.record.batch:
+    if first < float(t[where]):
         when = f"{when}, first at t = {first:.6g} {units.time}"
     size = f"{-float(force.min()):.6g} {units.of(_pressing(element))}"
     if element.role == "coupling" or isinstance(element, Rope):
@@ -234,8 +228,7 @@ def with_contact_report(found: Solution, notes: tuple[str, ...]) -> Solution:
     machine = found.mechanism
     if not machine.contacts:
         return found
-    if not found.record.batch:
-        found = with_fields(found, modes=_modes(found))
+    found = with_fields(found, modes=_modes(found))
     said = reported_certificate(found)
     doubts = [*_past_ends(found), *_past_arcs(found), *_slipping(found), *_overlapping(found)]
     return with_fields(found, doubts=(*said.doubts, *doubts), notes=(*said.notes, *notes))
@@ -288,7 +281,7 @@ def _past_ends(found: Solution) -> list[Doubt]:
 
 
 def _past_arcs(found: Solution) -> list[Doubt]:
-    """Contacts that are kept closed beyond the end of their arc or curve, of one design."""
+    """Contacts that are kept closed beyond the end of their arc or curve."""
     from mbody.solution.contact_points import contact_points_of
 
     doubts = []
@@ -369,11 +362,11 @@ def _slipping(found: Solution) -> list[Doubt]:
 
 
 def _overlapping(found: Solution) -> list[Doubt]:
-    """Shapes of contacts that are left out and overlap, of one design."""
+    """Shapes of contacts that are left out and overlap."""
     from mbody.analysis.contact.unilateral import Unilateral, deepest_overlap
 
     system = found.system
-    if found.record.batch or all(one.closed for one in found.mechanism.contacts):
+    if all(one.closed for one in found.mechanism.contacts):
         return []
     uni, work, n = Unilateral(system), system.work(), system.coordinates
     looked = np.unique(np.linspace(0, len(found) - 1, LOOKED).astype(int))
@@ -453,8 +446,7 @@ def _jam(found: Solution, jams: tuple[Any, ...]) -> Doubt:
     first, unit = jams[0].t, found.mechanism.units.time
     where = f"at t = {first:.6g} {unit}"
     if len(jams) > 1:
-        count = len(found.t) * (found.record.count if found.record.batch else 1)
-        where = f"at {len(jams)} of {count} instants, first {where}"
+        where = f"at {len(jams)} of {len(found.t)} instants, first {where}"
     joints = tuple(dict.fromkeys(one.joint for one in jams))
     closed = [one.name for one in found.mechanism.contacts if one.closed]
     or_else = f"; or what is kept closed opens, {listed(closed)}: see simulate" if closed else ""

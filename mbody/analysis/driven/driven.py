@@ -27,7 +27,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
 from mbody.quantities.types import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
-from mbody.solution.histories import reported_certificate, with_fields
+from mbody.solution.histories import Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System
@@ -106,6 +106,7 @@ def driven(
     (3·bodies + 3,), instead of guesses: where the loops are nearly closed, the ground last.
     """
     system = as_system(model)
+    first = system if system.batch is None else system.design(0)
     check_timed(system)
     grid = time_grid(system, t, drive, turn, instants, turns)
     if assembly is not None:
@@ -113,30 +114,73 @@ def driven(
             raise ModelError("give a guess or an assembly, not both: each chooses the branch")
         from mbody.analysis.assemblies.assembly_modes import chosen_assembly
 
-        guess = chosen_assembly(system, _first_values(system, grid), assembly)
-    notes: tuple[str, ...] = ()
-    remedy = ""
+        guess = chosen_assembly(first, _first_values(first, grid), assembly)
+    one = _driven_design(first, guess, analysis, grid, before)
+    if system.batch is None:
+        return one.followed(one.closed(pose))
+    from mbody.analysis.driven.batch import of_designs
+
+    return of_designs(
+        system, one, pose, lambda own: _driven_design(own, guess, analysis, grid, before)
+    )
+
+
+@dataclass(frozen=True)
+class _DrivenDesign:
+    """A driven analysis of one design at the instants of a grid, of which the first, `before` those
+    requested, are left out; `notes` and `remedy` of its contacts, see `ClosedSystem`.
+    """
+
+    system: System
+    guess: Guesses | None
+    notes: tuple[str, ...]
+    remedy: str
+    analysis: str
+    grid: TimeGrid
+    before: int
+
+    @functools.cached_property
+    def runner(self) -> Runner:
+        """The path of the motion."""
+        return Runner(self.system, self.analysis)
+
+    def closed(self, pose: np.ndarray | None) -> ClosedPosition:
+        """The first position, from the guesses or from a pose."""
+        intended = None
+        if not self.guess and pose is None:
+            intended = functools.partial(_as_from_start, self.runner, self.grid)
+        t, first = float(self.grid.t[0]), self.grid.first(self.system)
+        return closed(self.system, t, first, self.guess, pose=pose, intended=intended)
+
+    def followed(self, start: ClosedPosition) -> Solution:
+        """The motion with its notes and doubts."""
+        return self._finished(start, _follow(self.runner, start, self.grid, self.remedy))
+
+    def reported(self, start: ClosedPosition, record: Record) -> Solution:
+        """The notes and doubts of a motion that was followed."""
+        return self._finished(start, self.runner.solution(start, self.grid, record))
+
+    def _finished(self, start: ClosedPosition, found: Solution) -> Solution:
+        if self.before:
+            found = found.take(np.arange(self.before, len(found)))
+        found = _with_reports(found, self.notes)
+        pulling = self.runner.pulled(start, self.grid, found)
+        if pulling:
+            found = with_fields(found, notes=(*reported_certificate(found).notes, *pulling))
+        return found
+
+
+def _driven_design(
+    system: System, guess: Guesses | None, analysis: str, grid: TimeGrid, before: int
+) -> _DrivenDesign:
+    """The analysis of a design with the contacts closed that determine it."""
+    chosen: tuple[System, Guesses | None, tuple[str, ...], str] = system, guess, (), ""
     machine = system.mechanism
     if machine.contacts or any(joint.limited for joint in machine.joints):
         from mbody.analysis.contact.closed_contacts import with_closed_contacts
 
         chosen = with_closed_contacts(system, float(grid.t[0]), grid.first(system), guess)
-        system, guess, notes, remedy = chosen
-    runner = Runner(system, analysis)
-    intended = (
-        None if guess or pose is not None else functools.partial(_as_from_start, runner, grid)
-    )
-    start = closed(
-        system, float(grid.t[0]), grid.first(system), guess, pose=pose, intended=intended
-    )
-    found = _follow(runner, start, grid, remedy)
-    if before:
-        found = found.take(np.arange(before, len(found)))
-    found = _with_reports(found, notes)
-    pulling = runner.pulled(start, grid, found)
-    if pulling:
-        found = with_fields(found, notes=(*reported_certificate(found).notes, *pulling))
-    return found
+    return _DrivenDesign(*chosen, analysis, grid, before)
 
 
 def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
@@ -153,8 +197,6 @@ def _with_reports(found: Solution, notes: tuple[str, ...]) -> Solution:
 
 def _first_values(system: System, grid: TimeGrid) -> dict[str, float]:
     """Positions of the drivers of one design at the first instant."""
-    if system.batch is not None:
-        return {}
     laws = {
         driver.name: float(system.law_of(driver)(grid.t[0]))
         for driver in system.independent_drivers
@@ -167,7 +209,7 @@ def _as_from_start(runner: Runner, grid: TimeGrid, found: ClosedPosition) -> boo
     guesses are; not where that cannot be decided.
     """
     system, drivers = runner.system, runner.system.drivers
-    if system.batch is not None or not drivers or system.independent_drivers != drivers:
+    if not drivers or system.independent_drivers != drivers:
         return False
     try:
         begin = np.array([system.law_of(driver).derivatives(0.0) for driver in drivers])
@@ -199,10 +241,6 @@ def _follow(runner: Runner, start: ClosedPosition, grid: TimeGrid, remedy: str) 
     free.
     """
     system = runner.system
-    if system.batch is not None:
-        from mbody.analysis.driven.batch import batch
-
-        return batch(runner, start, grid)
     try:
         check_determined(system, start, runner.analysis, remedy)
     except SolveError as error:

@@ -84,8 +84,7 @@ def curve_doubts(solution: Solution) -> list[Doubt]:
     """A doubt for each curve that a formula of an element called beyond its points, at the kept
     instants.
     """
-    units, found, record = solution.mechanism.units, [], solution.record
-    shape = (record.count if record.batch else 1, len(solution.t))
+    units, found, shape = solution.mechanism.units, [], (1, len(solution.t))
     machine = solution.mechanism
     curves = solution.system.once("open curves", lambda: tuple(open_curves(machine)))
     for element, field, law in curves:
@@ -317,7 +316,7 @@ def balance_doubts(solution: Solution) -> list[Doubt]:
     found, system, t = [], solution.system, solution.t
     own = [one for one in solution.mechanism.loads if isinstance(one, CustomLoad)]
     own = [one for one in own if not one.external]
-    if not own or solution.record.batch or not len(t):
+    if not own or not len(t):
         return []
     L, joints, units = system.layout, len(system.layout.primitive_kind), system.mechanism.units
     rows, n = motion_rows(solution), system.coordinates
@@ -449,7 +448,7 @@ def _cylinder(solution: Solution, ram: Any) -> Iterator[Limit]:
     closed, stroke = (_number(solution, ram, key) for key in ("closed", "stroke"))
     x = _measured(solution, f"{ram.name}.length") - closed
     rate = _measured(solution, f"{ram.name}.rate")
-    if len(t) > 1 and solution.analysis == "simulate" and not solution.record.batch:
+    if len(t) > 1 and solution.analysis == "simulate":
         within, between = _between(t, np.ravel(x), np.ravel(rate))
         x, t = np.concatenate([np.ravel(x), between])[None], np.concatenate([t, within])
     margin = STROKE_MARGIN * stroke
@@ -503,28 +502,24 @@ def _pressures(solution: Solution, piston: Any) -> Iterator[Limit]:
     angle = solution[piston.cycle].angle + _number(solution, piston, "phase")
     for face in ("head", "rod"):
         values = _values(solution, piston, face, np.mod(angle, 2.0 * np.pi))
-        if values is not None:
-            yield _vacuum(solution, values, f"its {face} law", "pressures are gauge pressures")
+        yield _vacuum(solution, values, f"its {face} law", "pressures are gauge pressures")
 
 
 def _belt(solution: Solution, belt: Any) -> Iterator[Limit]:
     """A belt that would push."""
     values, unit = _values(solution, belt, "tension"), solution.mechanism.units.of("force")
-    if values is not None:
-        yield (
-            solution.t,
-            -values,
-            lambda most: f"its tension goes down to {-most:.4g} {unit}, a belt cannot push",
-            "give it more tension",
-        )
+    yield (
+        solution.t,
+        -values,
+        lambda most: f"its tension goes down to {-most:.4g} {unit}, a belt cannot push",
+        "give it more tension",
+    )
 
 
-def _values(solution: Solution, element: Any, field: str, x: Any = None) -> Array | None:
-    """Values of a law, of time or of x, or of a formula; None of a batch."""
+def _values(solution: Solution, element: Any, field: str, x: Any = None) -> Array:
+    """Values of a law, of time or of x, or of a formula."""
     from mbody.solution.measures import formula_value, measured
 
-    if solution.record.batch:
-        return None
     law: Any = solution.system.law_of(element, field)
     x = solution.t if x is None else x
     if not isinstance(law, MeasuredFormula):

@@ -26,6 +26,7 @@ from mbody.solution.shared_forces import (
     ForceSet,
     Lines,
     SharedResult,
+    forces_of_designs,
     free_parts,
     inadmissible,
     moved_within,
@@ -48,23 +49,19 @@ class DrivenForces:
     `known` (forces,): Those about which sliding friction is linear, by default the present ones.
     """
 
-    def __init__(
-        self, solution: Solution, instant: int, design: int = 0, known: Array | None = None
-    ) -> None:
+    def __init__(self, solution: Solution, instant: int, known: Array | None = None) -> None:
         system = self.system = solution.system
-        self.work = loaded(solution, instant, design)
+        self.work = loaded(solution, instant)
         self.primitive, self.number, _ = system.row_table
         first, self.count = 3 * system.coordinates, len(self.primitive)
         places = first + PER_PRIMITIVE * self.primitive + self.number
-        (record,) = solution.record.at(slice(None), np.array([instant]), design)
+        (record,) = solution.record.at(slice(None), np.array([instant]))
         present = record[places]
         own = present if known is None else known[: self.count]
         self.pairs = friction_pairs(system)
         closed = {one.name for one in system.mechanism.contacts if one.closed}
-        along, at_rest = self._along(), _of(solution.pairs_at_rest, design, 2)[instant]
-        rates = np.zeros((0, 3))
-        if self.pairs:
-            rates = _of(solution.rates_of_pairs, design, 3)[instant]
+        along, at_rest = self._along(), solution.pairs_at_rest[instant]
+        rates = solution.rates_of_pairs[instant] if self.pairs else np.zeros((0, 3))
         self.resting = [n for n in range(len(self.pairs)) if at_rest[n]]
         self.sliding: list[tuple[FrictionPair, Array]] = []
         of_rows = -jacobian(system, self.work)[1].T
@@ -164,14 +161,14 @@ class DrivenForces:
             found[pair.primitive, 0] = np.tensordot(by, change[: self.count], 1)
         return found
 
-    def pressing(self, solution: Solution, instant: int, design: int) -> DrivenForces | None:
+    def pressing(self, solution: Solution, instant: int) -> DrivenForces | None:
         """Forces of friction that goes by N of contacts, not by |N|; None unless all press."""
         rows, alike = slice(self.count), np.ones((len(self.columns), 1))
         alike[2::3] = 1.0 / self.system.length
         forces = self.forces.copy()
         load = self.columns[:, rows] @ forces[rows] * alike[:, 0]
         for _ in range(PASSES):
-            other = DrivenForces(solution, instant, design, forces)
+            other = DrivenForces(solution, instant, forces)
             columns = other.columns[:, rows] * alike
             scale = 1.0 / np.maximum(np.abs(columns).max(axis=0), tol.TINY)
             own = np.linalg.lstsq(columns * scale, load, rcond=None)[0]
@@ -226,44 +223,34 @@ class DrivenForces:
         return float(self._pulling(forces).min(initial=0.0))
 
 
-def _of(histories: Array, design: int, dimensions: int) -> Array:
-    """Those of one design: (instants, …), of (instants, …) or (designs, instants, …)."""
-    return histories[design] if histories.ndim > dimensions else histories
-
-
-def _designs(found: Solution) -> int:
-    """How many designs are examined; none of what keeps no rows of its own."""
-    return found.record.count if found.record.batch else int(type(found.record) is Record)
+def _keeps_rows(found: Solution) -> bool:
+    """Whether a result keeps rows of its own."""
+    return type(found.record) is Record
 
 
 def with_pressing_forces(found: Solution) -> Solution:
     """The result with forces that press where contacts that slide were found to pull: those of
     friction μ N in place of μ |N|, where there are such. They are set in its record.
     """
-    rough = {pair.joint for pair in friction_pairs(found.system)} if _designs(found) else set()
+    rough = {pair.joint for pair in friction_pairs(found.system)} if _keeps_rows(found) else set()
     sliding = [one for one in found.mechanism.contacts if one.closed and one.name in rough]
     if not (sliding and found.has_forces) or too_large(found.system):
         return found
-    every = [np.atleast_2d(force) for one in sliding for force in pressing_forces(found, one)]
+    every = [force for one in sliding for force in pressing_forces(found, one)]
     changed = False
-    for design, k in np.argwhere(np.min(every, axis=0) < 0.0).tolist():
-        here = DrivenForces(found, k, design)
-        there = here.pressing(found, k, design) if np.isfinite(here.forces).all() else None
+    for k in np.flatnonzero(np.min(every, axis=0) < 0.0).tolist():
+        here = DrivenForces(found, k)
+        there = here.pressing(found, k) if np.isfinite(here.forces).all() else None
         if there is not None:
-            _set(found, k, design, here, there.of_rows() - here.of_rows())
+            _set(found, k, here, there.of_rows() - here.of_rows())
             changed = True
     return with_fields(found) if changed else found
 
 
-def _set(found: Solution, k: int, design: int, here: DrivenForces, change: Array) -> None:
+def _set(found: Solution, k: int, here: DrivenForces, change: Array) -> None:
     """Changes multipliers of all primitives, (primitives, 2), of an instant in the record."""
-    first, blocks = 3 * found.system.coordinates, found.record.blocks
-    of_instants = len(blocks[0])
-    if found.record.batch:
-        part, lane = divmod(design, blocks[0].shape[2])
-        block, place = blocks[part], k
-    else:
-        block, (lane, place) = blocks[0], divmod(k, of_instants)
+    first, block = 3 * found.system.coordinates, found.record.blocks[0]
+    lane, place = divmod(k, len(block))
     moved = primitive_numbers(found.system.layout, here.work, change).ravel()
     block[place, first : first + len(moved), lane] += moved
 
@@ -272,48 +259,50 @@ def admissible_forces(found: Solution, *, few: bool = False) -> SharedResult | N
     """All admissible forces of the instants at which forces are open, or of a `few` of them; the
     record gets those that are reported. None where all are determined.
     """
-    system, designs = found.system, _designs(found)
-    if not found.has_forces or not designs or too_large(system):
+    system = found.system
+    if not found.has_forces or not _keeps_rows(found) or too_large(system):
         return None
     places = _examined(found, few)
     if not len(places):
         return None
-    count = len(found.t)
-    sets: list[ForceSet | None] = [None] * (designs * count)
-    for design, k in places.tolist():
-        here = DrivenForces(found, k, design)
+    sets: list[ForceSet | None] = [None] * len(found.t)
+    for k in places.tolist():
+        here = DrivenForces(found, k)
         if not np.isfinite(here.forces).all():
             continue  # it jams
-        forces, sets[design * count + k] = here.admissible()
+        forces, sets[k] = here.admissible()
         change = here.multipliers(forces - here.forces)
         if change.any():
-            _set(found, k, design, here, change)
+            _set(found, k, here, change)
     if not any(one is not None for one in sets):
         return None
     machine = system.mechanism
     names = [one.name for one in (*machine.contacts, *machine.couplings)]
     names += [pair.joint for pair in friction_pairs(system)]
-    return SharedResult(tuple(sets), tuple(names), designs if found.record.batch else 0)
+    return SharedResult(tuple(sets), tuple(names))
 
 
 def move_forces(run: Solution, other: Solution) -> None:
     """Set other forces of a driven motion that no equation excludes in the record of `other`."""
+    if run.record.batch:
+        for n in range(run.record.count):
+            move_forces(run.design(n), other.design(n))
+        return
     every, pattern = [], run.pairs_at_rest
-    for design, k in _examined(run, few=False, redundant=True).tolist():
-        here = DrivenForces(run, k, design)
+    for k in _examined(run, few=False, redundant=True).tolist():
+        here = DrivenForces(run, k)
         own = np.ones(len(here.forces), dtype=bool)
         parts = free_parts(here.columns, here.forces, own, here.limits)
         if parts and np.isfinite(here.forces).all():
             free = np.hstack([part.free for part in parts])
-            key = _of(pattern, design, 2)[k].tobytes()
-            every.append((key, free.shape[1], design, k, here, parts, free))
+            every.append((pattern[k].tobytes(), free.shape[1], k, here, parts, free))
     least = dict[bytes, int]()
     for key, count, *_ in every:
         least[key] = min(count, least.get(key, count))
-    for key, count, design, k, here, parts, free in every:
+    for key, count, k, here, parts, free in every:
         if count == least[key]:  # at singular positions there are more
             change = free @ moved_within(parts, here.limits, here.forces)
-            _set(other, k, design, here, here.multipliers(change))
+            _set(other, k, here, here.multipliers(change))
 
 
 def reported_row(run: Solution, k: int, system: System, row: Array) -> Array | None:
@@ -330,25 +319,24 @@ def reported_row(run: Solution, k: int, system: System, row: Array) -> Array | N
     forces, every = here.admissible()
     if every is None:
         return None
-    _set(alone, 0, 0, here, here.multipliers(forces - here.forces))
+    _set(alone, 0, here, here.multipliers(forces - here.forces))
     return np.asarray(block[0, :, 0])
 
 
 def _examined(found: Solution, few: bool, redundant: bool = False) -> Array:
-    """Designs and instants at which forces may be open: (places, 2). A `few`: the first, the
-    middle and the last at which the same joints rest, by which rows depend on each other.
+    """Instants at which forces may be open. A `few`: the first, the middle and the last at which
+    the same joints rest, by which rows depend on each other.
     `redundant`: Rows of joints alone count, too.
     """
     system, machine = found.system, found.system.mechanism
     sided = any(one.closed for one in machine.contacts)
     sided = sided or any(rope_factor(system, one) for one in machine.couplings)
     at_rest = found.pairs_at_rest
-    at_rest = at_rest if found.record.batch else at_rest[None]
     every = bool(found.regularization and (sided or redundant))
-    places = np.argwhere(np.ones(at_rest.shape[:2], bool) if every else at_rest.any(axis=2))
+    places = np.arange(len(at_rest)) if every else np.flatnonzero(at_rest.any(axis=1))
     if not few or not len(places):
         return places
-    _, which = np.unique(at_rest[tuple(places.T)], axis=0, return_inverse=True)
+    _, which = np.unique(at_rest[places], axis=0, return_inverse=True)
     some = [np.flatnonzero(which == n)[[0, -1]] for n in range(int(which.max()) + 1)]
     some += [np.flatnonzero(which == n)[[(which == n).sum() // 2]] for n in range(len(some))]
     return places[np.unique(np.concatenate(some))]
@@ -372,4 +360,7 @@ def open_forces(found: Solution) -> SharedResult | None:
     """What `Solution.open_forces` has of a driven motion whose joints rest: which rows depend on
     each other is the same at nearly all instants.
     """
+    if found.record.batch:
+        each = [open_forces(found.design(n)) for n in range(found.record.count)]
+        return forces_of_designs(each, len(found.t))
     return admissible_forces(found, few=True)

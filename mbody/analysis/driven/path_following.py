@@ -117,11 +117,10 @@ NAMED, ELEMENTS = 4, 8
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """A change point: path parameter, position close to it, design of a batch."""
+    """A change point: path parameter, and a position close to it."""
 
     s: float
     q: np.ndarray
-    design: int
 
 
 class BranchRecord:
@@ -144,9 +143,7 @@ class BranchRecord:
             return None
         return BranchDistance(math.sqrt(max(self.least, 0.0)), self.t)
 
-    def record_path(
-        self, grid: TimeGrid, nearest: np.ndarray, passed: np.ndarray, design: int = 0
-    ) -> None:
+    def record_path(self, grid: TimeGrid, nearest: np.ndarray, passed: np.ndarray) -> None:
         """Adds the record of `follow` on a piece: nearest (3,), change points (n, 1 +
         coordinates).
         """
@@ -155,10 +152,10 @@ class BranchRecord:
             self.least = least
             self.t = s if grid.mode == BY_TIME else float(grid.t[min(int(k), len(grid.t) - 1)])
         same = tol.PATH_PLACE_SAME * max(float(np.ptp(grid.s)), tol.TINY)
-        known = np.array([one.s for one in self.change_points if one.design == design])
+        known = np.array([one.s for one in self.change_points])
         for row in passed:
             if not (np.abs(known - row[0]) <= same).any():
-                self.change_points.append(ChangePoint(float(row[0]), row[1:].copy(), design))
+                self.change_points.append(ChangePoint(float(row[0]), row[1:].copy()))
 
     def on_lanes(
         self, found: np.ndarray, t: np.ndarray, workspace_at: Callable[[int, int], Work]
@@ -183,14 +180,6 @@ class BranchRecord:
         """Sentences of the change points; `place` says where one is."""
         if not self.change_points:
             return []
-        if self.system.batch is not None:
-            designs = sorted({one.design for one in self.change_points})
-            listing = ", ".join(map(str, designs[:NAMED])) + (", …" if designs[NAMED:] else "")
-            one = "design goes" if len(designs) == 1 else "designs go"
-            return [
-                f"{len(designs)} {one} on smoothly through change points, where branches meet: "
-                f"{listing}"
-            ]
         named = self.change_points[:NAMED]
         names = dict.fromkeys(name for one in named for name in self.meeting_at(one))
         listing = "; ".join(place(one) for one in named)
@@ -208,7 +197,7 @@ class BranchRecord:
 
     def meeting_at(self, one: ChangePoint) -> list[str]:
         """Names of the elements whose rows depend on each other at a change point."""
-        work = self.system.work(designs=one.design)
+        work = self.system.work()
         work.q[: self.system.coordinates, 0] = one.q
         return meeting(self.system, work)
 
@@ -458,7 +447,6 @@ class Runner:
         *,
         with_forces: bool | None = None,
         position_norm: float | None = None,
-        design: int = 0,
         monitored: bool = True,
     ) -> np.ndarray:
         """All instants of the grid on the scalar path: (instants, rows, 1); `monitored` makes sure
@@ -499,7 +487,7 @@ class Runner:
         start.work.q[:] = q
         if monitored:
             count = min(int(progress[CHANGE_POINTS]), CHANGES)
-            self.branches.record_path(grid, path_output.nearest, path_output.passed[:count], design)
+            self.branches.record_path(grid, path_output.nearest, path_output.passed[:count])
         self.steps = int(progress[STEPS])
         if code != DONE:
             raise PathEnded(code, progress, output)
@@ -681,7 +669,7 @@ class Runner:
             given=None if grid.mode == BY_TIME else grid.given,
             regularization=start.regularization,
             dependencies=dependencies,
-            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, grid, one.design))),
+            notes=(*notes, *self.branches.notes(lambda one: self.where(one.s, grid))),
             status=status,
             branch=self.branches.distance,
         )
@@ -707,7 +695,7 @@ class Runner:
 
         sided = one_sided(self.system)
         times, between = found.t, None
-        if sided and grid.mode == BY_TIME and self.system.batch is None and len(times) > 1:
+        if sided and grid.mode == BY_TIME and len(times) > 1:
             between = self._between(start, grid, found, sided)
         return pulled(found, between) if sided else []
 
@@ -755,9 +743,7 @@ class Runner:
         )
         return run.take(np.arange(1, len(other.s)))
 
-    def explain(
-        self, stuck: PathEnded, start: ClosedPosition, grid: TimeGrid, design: int = 0
-    ) -> SolveError:
+    def explain(self, stuck: PathEnded, start: ClosedPosition, grid: TimeGrid) -> SolveError:
         """The sentence of a path that ended: a user's function, a law, a dead centre."""
         from mbody.analysis.driven.dead_centres import DeadCentre
         from mbody.analysis.driven.law_doubts import derivative_doubts
@@ -770,22 +756,21 @@ class Runner:
         if grid.mode == BY_TIME:
             check_laws(system, grid.t)
         so_far = None
-        if stuck.done and system.batch is None:
+        if stuck.done:
             record = Record([stuck.output[: stuck.done]], stuck.done, batch=False)
             part = grid.take(np.arange(stuck.done))
             so_far = self.solution(start, part, record, f"stopped: after {stuck.done} instants")
         driver = (system.independent_drivers or system.drivers)[0]
-        where = self.place(driver, stuck.place, grid, design)
+        where = self.place(driver, stuck.place, grid)
         body = driver.bodies[1]
         if not too_large(system):
-            one = system if system.batch is None else system.design(design)
             q = start.work.past[: system.coordinates, 0]
-            gone = vanishing(one, q, f"{where} of '{body}'")
+            gone = vanishing(system, q, f"{where} of '{body}'")
             if gone is not None:
                 gone.solution = so_far
                 return gone
         singular = stuck.code == STUCK and (stuck.unsure or self._singular(start))
-        if singular and not self._runs_away(start, driver, stuck.place, grid, design):
+        if singular and not self._runs_away(start, driver, stuck.place, grid):
             work = system.work()
             work.q[:] = start.work.past[: len(work.q)]
             names = ", ".join(repr(name) for name in meeting(system, work))
@@ -815,9 +800,7 @@ class Runner:
         )
         return SolveError(sentence, driver.name, so_far)
 
-    def _runs_away(
-        self, start: ClosedPosition, driver: Any, s: float, grid: TimeGrid, design: int
-    ) -> bool:
+    def _runs_away(self, start: ClosedPosition, driver: Any, s: float, grid: TimeGrid) -> bool:
         """Whether something moves without bound by the driver at the last place, as it does at a
         dead centre, and not where branches only meet.
         """
@@ -826,17 +809,17 @@ class Runner:
         if driver not in system.independent_drivers:
             return False
         if grid.mode == BY_TIME:
-            rate = float(system.law_of(driver, design=design).derivatives(s)[1])
+            rate = float(system.law_of(driver).derivatives(s)[1])
         elif grid.mode == BY_INSTANT:
             rate = float(np.abs(grid.chords).max())
         fastest = system.extent(start.work.past[size : size + system.coordinates, 0])
         unit = driver.unit(system.length)
         return bool(fastest > tol.DEAD_CENTRE_RATE * abs(rate) / unit)
 
-    def where(self, s: float, grid: TimeGrid, design: int = 0) -> str:
+    def where(self, s: float, grid: TimeGrid) -> str:
         """A place of the path in words: of the first driver, with its body."""
         driver = (self.system.independent_drivers or self.system.drivers)[0]
-        return f"{self.place(driver, s, grid, design)} of '{driver.bodies[1]}'"
+        return f"{self.place(driver, s, grid)} of '{driver.bodies[1]}'"
 
     def _singular(self, start: ClosedPosition) -> bool:
         """Whether Φ_q is nearly singular at the last place that was reached."""
@@ -851,13 +834,13 @@ class Runner:
         work.q[:] = q
         return bool(sizes[-1] < tol.SINGULAR_VALUE_PATH * sizes[0])
 
-    def place(self, driver: Any, s: float, grid: TimeGrid, design: int = 0) -> str:
+    def place(self, driver: Any, s: float, grid: TimeGrid) -> str:
         """Value of a driver at path parameter s, with its unit, and the time."""
         value, time = s, ""
         if driver not in self.system.independent_drivers:
             return f"t = {s:.6g} {self.system.mechanism.units.time}"
         if grid.mode == BY_TIME:
-            value = self.system.law_of(driver, design=design)(s)
+            value = self.system.law_of(driver)(s)
             time = f", t = {s:.6g} {self.system.mechanism.units.time},"
         elif grid.mode == BY_INSTANT:
             value = float(np.interp(s, grid.s, grid.given[:, 0, 0]))
@@ -894,7 +877,7 @@ def through_change_points(
 ) -> Solution:
     """The whole sweep, with the `singular` instants taken as limits; `error` is raised where they
     turn out to be no change points."""
-    if grid.mode not in (BY_TIME, BY_DRIVER) or runner.system.batch is not None:
+    if grid.mode not in (BY_TIME, BY_DRIVER):
         raise error
     while True:
         spread, places = _spread(runner, grid, singular, error)

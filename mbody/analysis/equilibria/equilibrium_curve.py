@@ -822,12 +822,15 @@ def _unit(system: System, name: str) -> str:
 
 def _statics(system: System, poses: list[Array], t: float) -> Solution:
     """Every joint force at every position, each a design."""
-    runner, instant = Runner(system, "statics", unbalanced=np.inf), by_time(system, np.array([t]))
-    blocks, first = [], None
+    from mbody.analysis.driven.batch import joined, report
+
+    instant, blocks, reports = by_time(system, np.array([t])), [], []
     for design, q in enumerate(poses):
-        start = closed(system, t, {}, None, design, np.append(q, np.zeros(3)))
-        first = first or start
+        one = system.design(design)
+        runner = Runner(one, "statics", unbalanced=np.inf)
+        start = closed(one, t, {}, pose=np.append(q, np.zeros(3)))
         blocks.append(runner.scalar(start, instant))
-    assert first is not None
-    block = np.concatenate(blocks, axis=2)
-    return runner.solution(first, instant, Record([block], len(poses), batch=True))
+        record = Record(blocks[-1:], 1, batch=False)
+        reports.append(report(runner.solution(start, instant, record)))
+    record = Record([np.concatenate(blocks, axis=2)], len(poses), batch=True)
+    return joined(system, "statics", instant, record, reports)

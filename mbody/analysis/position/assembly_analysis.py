@@ -502,7 +502,6 @@ def closed(
     t: float,
     driver_values: Mapping[str, float],
     guess: Guesses | None = None,
-    design: int = 0,
     pose: np.ndarray | None = None,
     intended: Callable[[closed_position.ClosedPosition], bool] | None = None,
 ) -> closed_position.ClosedPosition:
@@ -523,11 +522,10 @@ def closed(
     known = closed_position.kept_position(system, key)
     if known is not None:
         return known
-    work = system.work(designs=design)
+    work = system.work()
     values = set_driver_values(system, work, t, driver_values)
-    base = system if system.batch is None else system.design(design)
-    first = _guessed(base, guess, values) if pose is None else pose
-    check_own(base, t, first)
+    first = _guessed(system, guess, values) if pose is None else pose
+    check_own(system, t, first)
     start = first[:, None].copy()
     for attempt in range(ATTEMPTS):
         result = _from(system, work, start)
@@ -537,26 +535,26 @@ def closed(
                 start = near[:, None]
                 result = _from(system, work, start)
         if not attempt and (result is None or not result.regularization):
-            refuse_near_redundant(base, work, start)
+            refuse_near_redundant(system, work, start)
         if result is not None:
             break
         shaken = np.random.default_rng(attempt)
-        start = _guessed(base, guess, values, shaken)[:, None]
+        start = _guessed(system, guess, values, shaken)[:, None]
     else:
         explain_gap(system, work, first[:, None], t)
     if pose is not None:
-        check_fit(system, work.q[:, 0], design)
+        check_fit(system, work.q[:, 0])
         return result
     found = nearest_to_guesses(
-        system, base, result, (first, start), guess, values, lambda q: _from(system, work, q)
+        system, result, (first, start), guess, values, lambda q: _from(system, work, q)
     )
-    check_fit(system, work.q[:, 0], design)
-    first_found, found = found is result, _meshing(system, base, found, values)
+    check_fit(system, work.q[:, 0])
+    first_found, found = found is result, _meshing(system, found, values)
     sure = True
     if first_found:
         sure = _say_branch(system, found, first[:, None], guess, intended)
-    closed_position.by_springs(base, found.work.q.T)
-    found.notes += closed_position.ambiguous(base, found.work.q[:, 0], values)
+    closed_position.by_springs(system, found.work.q.T)
+    found.notes += closed_position.ambiguous(system, found.work.q[:, 0], values)
     if sure:
         closed_position.keep_position(system, key, found)
     return found
@@ -588,16 +586,16 @@ def drawn_together(system: System, work: Work, pose: np.ndarray) -> np.ndarray:
 
 
 def _meshing(
-    system: System, base: System, found: closed_position.ClosedPosition, values: Mapping[str, float]
+    system: System, found: closed_position.ClosedPosition, values: Mapping[str, float]
 ) -> closed_position.ClosedPosition:
     """The closed position at which those teeth of wheels meet that their phases mean."""
     pose = found.work.q[:, 0].copy()
-    if not closed_position.other_teeth(base, pose, values, base.numbers):
+    if not closed_position.other_teeth(system, pose, values, system.numbers):
         return found
     before = found.work.q.copy()
     again = _from(system, found.work, pose[:, None])
     if again is not None and not closed_position.other_teeth(
-        base, again.work.q[:, 0].copy(), values, base.numbers
+        system, again.work.q[:, 0].copy(), values, system.numbers
     ):
         again.notes += found.notes
         return again
@@ -618,7 +616,7 @@ def closed_near(
     values = set_driver_values(system, work, t, driver_values or {})
     result = _from(system, work, _guessed(system, guess, values)[:, None])
     if result is not None:
-        check_fit(system, work.q[:, 0], 0)
+        check_fit(system, work.q[:, 0])
     return result
 
 
@@ -634,12 +632,9 @@ def _guessed(
     return pose
 
 
-def check_fit(system: System, q: np.ndarray, design: int) -> None:
+def check_fit(system: System, q: np.ndarray) -> None:
     """Refuse joints whose places others hold where they do not fit, as wheels too far apart."""
     spaced = [joint for joint in system.mechanism.joints if joint.spaced]
-    if not spaced:
-        return
-    system = system if system.batch is None else system.design(design)
     for joint in spaced:
         separation = closed_position.place(system, q, joint, "j") - closed_position.place(
             system, q, joint, "i"

@@ -262,7 +262,7 @@ def position_key(
     """Key of a first position beside the system; None where the position may differ each time, with
     functions of the user, or cannot be compared.
     """
-    if system.batch is not None or system.has_user_code:
+    if system.has_user_code:
         return None
     key = (t, *driver_values.items()), tuple((guess or {}).items())
     try:

@@ -253,7 +253,6 @@ TRIED = ((60, 8), (300, 2))
 
 def nearest_to_guesses(
     system: System,
-    base: System,
     result: ClosedPosition,
     starts: tuple[Array, Array],
     guess: Guesses | None,
@@ -266,18 +265,18 @@ def nearest_to_guesses(
     """
     first, start = starts
     count = next((tries for size, tries in TRIED if system.coordinates <= size), 0)
-    names = unguessed(base, guess, values) if count else ()
+    names = unguessed(system, guess, values) if count else ()
     work, n = result.work, system.coordinates
     own = _scaled(system, work.q[:n, 0])
     if not names or np.abs(own - _scaled(system, first[:n])).max() < tol.POSITION_SAME_LOOSE:
         return result
-    fixed = _fixed(base, guess or {})
+    fixed = _fixed(system, guess or {})
     found = [work.q[:, 0].copy()]
-    more = [first, placed(base, guess, values, oriented=True)]
+    more = [first, placed(system, guess, values, oriented=True)]
     loose = (np.random.default_rng(seed) for seed in range(count))
-    more += [placed(base, guess, values, loose=random) for random in loose]
+    more += [placed(system, guess, values, loose=random) for random in loose]
     weight = work.weight.copy()
-    easy = [b for b, body in enumerate(base.mechanism.bodies) if body.name not in fixed]
+    easy = [b for b, body in enumerate(system.mechanism.bodies) if body.name not in fixed]
     slots = np.flatnonzero(np.isin(system.layout.slot_body, easy))
     work.weight[(3 * slots[:, None] + np.arange(3)).ravel()] *= EASE
     for other in more:
@@ -286,7 +285,7 @@ def nearest_to_guesses(
             if all(_distance(system, q, known) > tol.POSITION_SAME_LOOSE for known in found):
                 found.append(q)
     work.weight[:] = weight
-    off = np.array([_off(system, base, guess or {}, first, q) for q in found])
+    off = np.array([_off(system, guess or {}, first, q) for q in found])
     dead = not result.regularization and result.ratio < tol.PIVOT_SINGULAR and len(found) > 1
     off[0] += 2.0 * tol.POSITION_SAME_LOOSE * dead
     best = 0 if off[0] <= off.min() + tol.POSITION_SAME_LOOSE else int(off.argmin())
@@ -329,11 +328,11 @@ def _distance(system: System, q: Array, other: Array) -> float:
     return float(np.abs(_difference(system, q, other)).max())
 
 
-def _off(system: System, base: System, guess: Guesses, first: Array, q: Array) -> float:
+def _off(system: System, guess: Guesses, first: Array, q: Array) -> float:
     """By how much the bodies with a guess are off it, in radians and model lengths."""
     difference = _difference(system, q, first)
     total = 0.0
-    for b, body in enumerate(base.mechanism.bodies):
+    for b, body in enumerate(system.mechanism.bodies):
         given = body.guess
         if body.name in guess or given.angle is not None:
             total += float(difference[b, 2] ** 2)
