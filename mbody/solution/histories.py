@@ -5,7 +5,8 @@ from __future__ import annotations
 import operator
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Protocol, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -337,6 +338,9 @@ class Result(Protocol):
     def losses(self) -> Mapping[str, Array]:
         """Power that friction takes in each frictional joint."""
 
+    def design(self, index: int) -> Result:
+        """One design of a batch."""
+
     def __len__(self) -> int: ...
 
     def __iter__(self) -> Iterator[str]: ...
@@ -565,8 +569,7 @@ class Certificate:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class DesignReport:
+class DesignReport(NamedTuple):
     """What an analysis of many designs says of one of them: fields of its `Solution`."""
 
     status: str = "completed"
@@ -575,7 +578,7 @@ class DesignReport:
     regularization: float = 0.0
     dependencies: dict[str, list[bool]] | None = None
     branch: BranchDistance | None = None
-    modes: Mapping[str, Any] = field(default_factory=dict)
+    modes: Mapping[str, Any] = MappingProxyType({})
     shared: SharedResult | None = None
 
 

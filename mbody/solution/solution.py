@@ -257,7 +257,7 @@ class Solution(Attributes, Presented):
         if not self.record.batch:
             return self
         n = range(self.record.count)[index]
-        own = vars(self.reports[n]) if self.reports else {}
+        own = self.reports[n]._asdict() if self.reports else {}
         return Solution(system, self.analysis, self.t, self.record.design(n), self.given, **own)
 
     def at(self, t: PlainNumbers) -> Solution:

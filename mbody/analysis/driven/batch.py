@@ -14,7 +14,7 @@ import contextlib
 import warnings
 import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -248,6 +248,7 @@ def of_designs(
         par[:, n] = other.system.par[:, 0]  # where it rolls from
         return other
 
+    scalar = system.work()
     each, common = says_of_each(system, runner.analysis), None
     blocks, reports, elsewhere = list[np.ndarray](), list[DesignReport](), list[str]()
     for low in range(0, designs, LANES):
@@ -255,11 +256,11 @@ def of_designs(
         output = np.empty((len(grid.s), runner.rows, LANES))
         branches: dict[int, BranchDistance | None] = {}
         if good[chosen].any():
-            output, branches = _side_by_side(runner, start, grid, poses, chosen)
+            output, branches = _side_by_side(runner, start, grid, poses, chosen, scalar)
         for lane, design in enumerate(range(low, min(low + LANES, designs))):
             sound = good[design] and lane in branches
             if sound and common is not None and not each:
-                reports.append(replace(common, branch=branches[lane]))
+                reports.append(common._replace(branch=branches[lane]))
                 continue
             with numbered(design):
                 one = of_design(design)
@@ -374,15 +375,20 @@ def joined(
 
 def report(found: Solution) -> DesignReport:
     """What is said of a design."""
-    own = {part.name: getattr(found, part.name) for part in fields(DesignReport)[3:]}
+    own = {name: getattr(found, name) for name in DesignReport._fields[3:]}
     return DesignReport(**vars(reported_certificate(found)), **own)
 
 
 def _side_by_side(
-    runner: Runner, start: ClosedPosition, grid: TimeGrid, poses: np.ndarray, chosen: np.ndarray
+    runner: Runner,
+    start: ClosedPosition,
+    grid: TimeGrid,
+    poses: np.ndarray,
+    chosen: np.ndarray,
+    one: Work,
 ) -> tuple[np.ndarray, dict[int, BranchDistance | None]]:
     """Designs on lanes: (instants, rows, lanes), and of each lane that can be trusted how near to
-    another branch it came.
+    another branch it came. `one`: A workspace of one design.
     """
     system, n = runner.system, runner.system.coordinates
     grid, kept = with_middle(grid)
@@ -390,14 +396,16 @@ def _side_by_side(
     work = system.work(LANES, chosen)
     work.q[:n] = poses[chosen, :n].T
     output, found = runner.on_lanes(work, instants)
-    one, runtime, branches = system.work(), system.runtime(), dict[int, BranchDistance | None]()
+    runtime, branches = system.runtime(), dict[int, BranchDistance | None]()
+    numbers, masses, q = one.par[:, 0], one.mass[:, 0], one.q[:n, 0]
+    every_number, every_mass = work.par, work.mass
     for lane, failed, greatest, at in zip(range(LANES), *found[:3].tolist(), strict=True):
         if failed:
             continue
         k, branches[lane] = int(at), None
         if greatest > -np.inf:
-            one.par[:, 0], one.mass[:, 0] = work.par[:, lane], work.mass[:, lane]
-            one.q[:n, 0] = output[k, :n, lane]
+            numbers[:], masses[:] = every_number[:, lane], every_mass[:, lane]
+            q[:] = output[k, :n, lane]
             least = branch_distance(runtime, one, 0.0)
             branches[lane] = BranchDistance(max(least, 0.0) ** 0.5, float(instants.t[k, lane]))
     return output[kept], branches
