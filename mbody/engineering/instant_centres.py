@@ -11,7 +11,13 @@ import numpy as np
 
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
-from mbody.engineering import motion_polygons
+from mbody.engineering.motion_polygons import (
+    AT_REST,
+    at_unit_speed,
+    check_moving,
+    motion_that_begins,
+    relative_motion,
+)
 from mbody.errors import ModelError
 from mbody.model.joints import Fixed, Gear, Prismatic, RackPinion, Revolute, Rolling
 from mbody.solution.declared_result import Value, data_only, declared_data
@@ -247,10 +253,10 @@ def instant_centres(run: Solution) -> InstantCentres:
     (13.148531, 22.773924)
     """
     run = as_solution(run)
-    motion_polygons.check_moving(run, "instant centres are")
+    check_moving(run, "instant centres are")
     found = _by_rates(run)
     if found is None:
-        found = _by_rates(motion_polygons.at_unit_speed(run))
+        found = _by_rates(at_unit_speed(run))
     if found is None:
         raise ModelError(
             f"nothing moves in '{run.mechanism.name}', so that there are no instant centres: give "
@@ -262,7 +268,7 @@ def instant_centres(run: Solution) -> InstantCentres:
 def _by_rates(run: Solution) -> InstantCentres | None:
     """Those of the velocities of a run; None where nothing moves."""
     names = [*run, "ground"]
-    begins = motion_polygons.motion_that_begins(run)
+    begins = motion_that_begins(run)
     omega, u = {}, {}
     for name, one in ((name, run[name]) for name in names):
         rotation = omega[name] = np.where(begins, one.alpha, one.omega)
@@ -298,7 +304,7 @@ def _by_rates(run: Solution) -> InstantCentres | None:
         )
         joint = kept.get(frozenset((i, j)))
         pairs.append(found if joint is None else _of_joint(run, joint, (i, j)))
-    notes = [note for note in run.notes if note.endswith(motion_polygons.AT_REST)]
+    notes = [note for note in run.notes if note.endswith(AT_REST)]
     units = run.mechanism.shown
     if begins.any():
         times = [f"{t:.6g}" for t in units.converted(run.t[begins][:3], "time")]
@@ -400,8 +406,8 @@ def centrodes(run: Solution, body: str, relative_to: str = "ground") -> Centrode
     (3,)
     """
     run = as_solution(run)
-    motion_polygons.check_moving(run, "centrodes are")
-    m = motion_polygons.relative_motion(run, body, relative_to)
+    check_moving(run, "centrodes are")
+    m = relative_motion(run, body, relative_to)
     pole = m.instant_centre(tol.RATE_NONE_INSTANT_CENTRE)
     moving = np.exp(-1j * m.angle) * (pole - m.place)
     return Centrodes(pole.real, pole.imag, moving.real, moving.imag, **inherited(run))

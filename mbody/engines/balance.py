@@ -14,9 +14,15 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import acting_on_several, coupled, driven
 from mbody.core.tolerances import BALANCE_EXPECTED, RATE_NONE_MECHANISM
-from mbody.engines import load_forces
 from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
 from mbody.engines.independent_reading import law_by_formula, laws_of, reading
+from mbody.engines.load_forces import (
+    BodyState,
+    follows_formula,
+    gravity_of,
+    has_force_law,
+    wrenches,
+)
 from mbody.engines.oracle.friction import band_torque
 from mbody.laws import MeasuredFormula
 from mbody.model.driver import AngleDriver
@@ -374,21 +380,20 @@ def _loads(system: System, run: Solution) -> tuple[Array, list[str]]:
     adopted = [
         one.name
         for one in loads
-        if not load_forces.has_force_law(one)
-        and (type(one) is not Gravity or load_forces.follows_formula(one))
+        if not has_force_law(one) and (type(one) is not Gravity or follows_formula(one))
     ]
     for k in range(len(run)):
         t = float(run.t[k])
-        found[k, :, :2] = mass[:, None] * load_forces.gravity_of(system, t)
-        poses: dict[str, Any] = {"ground": load_forces.BodyState(np.zeros(2), 0.0, np.zeros(3))}
+        found[k, :, :2] = mass[:, None] * gravity_of(system, t)
+        poses: dict[str, Any] = {"ground": BodyState(np.zeros(2), 0.0, np.zeros(3))}
         for name in names:
             one = run[name]
             place = np.array([one.x[k], one.y[k]])
             rates = np.array([one.vx[k], one.vy[k], one.omega[k]])
-            poses[name] = load_forces.BodyState(place, float(one.angle[k]), rates)
+            poses[name] = BodyState(place, float(one.angle[k]), rates)
         for load in loads:
-            if load_forces.has_force_law(load):
-                for body, wrench in load_forces.wrenches(system, load, poses, t).items():
+            if has_force_law(load):
+                for body, wrench in wrenches(system, load, poses, t).items():
                     found[k, names.index(body)] += wrench
         if adopted:
             whole = each_load_of(run, k)
