@@ -295,8 +295,8 @@ def test_an_assembly_that_there_is_not_is_refused():
     with pytest.raises(ModelError, match="not both"):
         mbody.kinematics(machine, assembly="open", guess={"rocker": 1.0})
     designs = mbody.assemble(machine).with_values({"rocker.B.x": [80.0, 81.0]})
-    with pytest.raises(ModelError, match="one design"):
-        mbody.kinematics(designs, assembly="open")
+    with pytest.raises(ModelError, match="no assembly mode 'folded'"):
+        mbody.kinematics(designs, assembly="folded")
 
 
 def test_commands_take_an_assembly(capsys):

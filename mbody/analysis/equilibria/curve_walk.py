@@ -502,7 +502,16 @@ class _CurveIsolation:
         if abs(high.residual - low.residual) > tol.WALK_FORCE_JUMPS * (steep + self.zero):
             (self.found.jumps if low.residual > high.residual else self.found.lifts).append(low)
             return
-        self.found.equilibria.append(root)
+        self.found.equilibria.append(self._nearer(root))
+
+    def _nearer(self, root: Node) -> Node:
+        """A root after a step of Newton's method: cubics leave the rounding of their chord."""
+        if root.residual == 0.0 or root.derivative == 0.0:
+            return root
+        x = root.x - root.residual / root.derivative * root.along
+        found = self.curve.close(root, x, root.along)
+        better = found is not None and abs(found.residual) < abs(root.residual)
+        return found if found is not None and better else root
 
     def _small(self, one: Node, other: Node) -> None:
         """An interval whose zeros no longer part: a double root, a jump, or what is left of one."""
