@@ -21,6 +21,7 @@ from mbody.quantities.types import PlainNumbers
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
+    BranchPlace,
     Certified,
     Checks,
     DesignReport,
@@ -258,6 +259,8 @@ class Solution(Attributes, Presented):
             return self
         n = range(self.record.count)[index]
         own = self.reports[n]._asdict() if self.reports else {}
+        if isinstance(own.get("branch"), BranchPlace):
+            own["branch"] = own["branch"].distance(system)
         return Solution(system, self.analysis, self.t, self.record.design(n), self.given, **own)
 
     def at(self, t: PlainNumbers) -> Solution:

@@ -36,17 +36,17 @@ from mbody.analysis.position.closed_position import (
 from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, ModelWarning, SolveError
-from mbody.kernels.continuation import BY_DRIVER, BY_TIME, branch_distance
+from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.closed_mechanism import may_be_one_sided
 from mbody.solution.doubts import NAMED
 from mbody.solution.histories import (
     BranchDistance,
+    BranchPlace,
     DesignReport,
     Record,
     reported_certificate,
-    with_fields,
 )
 from mbody.solution.shared_forces import forces_of_designs
 from mbody.solution.solution import Solution
@@ -248,15 +248,14 @@ def of_designs(
         par[:, n] = other.system.par[:, 0]  # where it rolls from
         return other
 
-    scalar = system.work()
     each, common = says_of_each(system, runner.analysis), None
     blocks, reports, elsewhere = list[np.ndarray](), list[DesignReport](), list[str]()
     for low in range(0, designs, LANES):
         chosen = np.minimum(np.arange(low, low + LANES), designs - 1)
         output = np.empty((len(grid.s), runner.rows, LANES))
-        branches: dict[int, BranchDistance | None] = {}
+        branches: dict[int, BranchPlace | None] = {}
         if good[chosen].any():
-            output, branches = _side_by_side(runner, start, grid, poses, chosen, scalar)
+            output, branches = _side_by_side(runner, start, grid, poses, chosen)
         for lane, design in enumerate(range(low, min(low + LANES, designs))):
             sound = good[design] and lane in branches
             if sound and common is not None and not each:
@@ -268,14 +267,16 @@ def of_designs(
                     record = Record([output[:, :, lane : lane + 1]], len(grid.s), batch=False)
                     begin = _begun(one, poses[design], said) if design else start
                     found = one.reported(begin, record)
-                    found = with_fields(found, branch=branches[lane])
                 else:
-                    one, begin = _beside(one, pose, said) if design else (one, start)
+                    closed = poses[design] if good[design] else None
+                    one, begin = _beside(one, pose, said, closed) if design else (one, start)
                     if not begin.straight and not _same_branch(system, start.work, begin.work):
                         elsewhere.append(str(design))
                     found = one.followed(begin)
             output[before:, :, lane] = found.record.table(slice(None))
             reports.append(report(found))
+            if sound:
+                reports[-1] = reports[-1]._replace(branch=branches[lane])
             common = reports[-1] if sound else common
         blocks.append(output[before:])
     notes = _said_elsewhere(elsewhere)
@@ -303,19 +304,28 @@ def _begun(one: Any, pose: np.ndarray, said: list[str]) -> ClosedPosition:
     return found
 
 
-def _beside(one: Any, pose: np.ndarray, said: list[str]) -> tuple[Any, ClosedPosition]:
+def _beside(
+    one: Any, pose: np.ndarray, said: list[str], closed: np.ndarray | None
+) -> tuple[Any, ClosedPosition]:
     """The analysis of a design, and its first position on the branch of a pose (coordinates + 3,):
-    by its guesses where they lead there.
+    by its guesses where they lead there. `closed`: Where lanes closed it from that pose.
     """
+    own: ClosedPosition | None = None
+    with contextlib.suppress(SolveError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        own = one.closed(None)
+
+    def is_own(q: np.ndarray) -> bool:
+        return own is not None and one.system.extent(own.work.q[:, 0] - q) < tol.POSITION_SAME
+
+    if own is not None and closed is not None and is_own(closed):
+        return one, own
     try:
         near = one.closed(pose)
     except SolveError:
         return one, one.closed(None)
-    with contextlib.suppress(SolveError), warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelWarning)
-        own = one.closed(None)
-        if one.system.extent(own.work.q[:, 0] - near.work.q[:, 0]) < tol.POSITION_SAME:
-            return one, own
+    if own is not None and is_own(near.work.q[:, 0]):
+        return one, own
     near.notes += [*said, *_ambiguous(one, near.work.q[:, 0])]
     return replace(one, notes=one.notes[:1]), near
 
@@ -350,7 +360,11 @@ def joined(
     notes: tuple[str, ...] = (),
 ) -> Solution:
     """The result of all designs."""
-    nearest = [one.branch for one in reports if one.branch is not None]
+    places = {n: one.branch for n, one in enumerate(reports) if isinstance(one.branch, BranchPlace)}
+    nearest = [one.branch for one in reports if isinstance(one.branch, BranchDistance)]
+    if places:
+        n = max(places, key=lambda n: places[n].closeness)
+        nearest.append(places[n].distance(system.design(n)))
     dependent = [one.dependencies for one in reports if one.dependencies is not None]
     names = {name: None for one in dependent for name in one}
     return Solution(
@@ -385,10 +399,9 @@ def _side_by_side(
     grid: TimeGrid,
     poses: np.ndarray,
     chosen: np.ndarray,
-    one: Work,
-) -> tuple[np.ndarray, dict[int, BranchDistance | None]]:
-    """Designs on lanes: (instants, rows, lanes), and of each lane that can be trusted how near to
-    another branch it came. `one`: A workspace of one design.
+) -> tuple[np.ndarray, dict[int, BranchPlace | None]]:
+    """Designs on lanes: (instants, rows, lanes), and of each lane that can be trusted where it came
+    nearest to another branch.
     """
     system, n = runner.system, runner.system.coordinates
     grid, kept = with_middle(grid)
@@ -396,18 +409,13 @@ def _side_by_side(
     work = system.work(LANES, chosen)
     work.q[:n] = poses[chosen, :n].T
     output, found = runner.on_lanes(work, instants)
-    runtime, branches = system.runtime(), dict[int, BranchDistance | None]()
-    numbers, masses, q = one.par[:, 0], one.mass[:, 0], one.q[:n, 0]
-    every_number, every_mass = work.par, work.mass
+    branches = dict[int, BranchPlace | None]()
     for lane, failed, greatest, at in zip(range(LANES), *found[:3].tolist(), strict=True):
-        if failed:
-            continue
-        k, branches[lane] = int(at), None
-        if greatest > -np.inf:
-            numbers[:], masses[:] = every_number[:, lane], every_mass[:, lane]
-            q[:] = output[k, :n, lane]
-            least = branch_distance(runtime, one, 0.0)
-            branches[lane] = BranchDistance(max(least, 0.0) ** 0.5, float(instants.t[k, lane]))
+        if not failed:
+            k, branches[lane] = int(at), None
+            if greatest > -np.inf:
+                place = output[k, :n, lane].copy()
+                branches[lane] = BranchPlace(greatest, float(instants.t[k, lane]), place)
     return output[kept], branches
 
 
