@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from mbody.kernels.friction import DETERMINANT
 from mbody.kernels.layout import PER_PRIMITIVE, Work, lost_masses
 from mbody.model.element import listed
 from mbody.solution.histories import (
+    BranchDistance,
     Certificate,
     Checks,
     DesignReport,
@@ -30,6 +31,27 @@ from mbody.system.system import System
 
 if TYPE_CHECKING:
     from mbody.solution.doubts import Doubt
+
+
+class BranchPlace(NamedTuple):
+    """Where a design on lanes came nearest to another branch: how near is found when it is asked.
+
+    `closeness`: By which such places are compared, the greatest being nearest.
+    `q`: The position (coordinates,).
+    """
+
+    closeness: float
+    t: float
+    q: np.ndarray
+
+    def distance(self, system: System) -> BranchDistance:
+        """The distance, with the numbers of the design."""
+        from mbody.kernels.continuation import branch_distance
+
+        work = system.work()
+        work.q[: len(self.q), 0] = self.q
+        least = branch_distance(system.runtime(), work, 0.0)
+        return BranchDistance(max(least, 0.0) ** 0.5, self.t)
 
 
 def residuals(solution: Result) -> np.ndarray:

@@ -194,27 +194,6 @@ class BranchDistance:
     t: float
 
 
-class BranchPlace(NamedTuple):
-    """Where a design on lanes came nearest to another branch: how near is found when it is asked.
-
-    `closeness`: By which such places are compared, the greatest being nearest.
-    `q`: The position (coordinates,).
-    """
-
-    closeness: float
-    t: float
-    q: Array
-
-    def distance(self, system: System) -> BranchDistance:
-        """The distance, with the numbers of the design."""
-        from mbody.kernels.continuation import branch_distance
-
-        work = system.work()
-        work.q[: len(self.q), 0] = self.q
-        least = branch_distance(system.runtime(), work, 0.0)
-        return BranchDistance(max(least, 0.0) ** 0.5, self.t)
-
-
 @dataclass(frozen=True)
 class Checks:
     """Relative maxima over all instants of what must vanish, and the distance from other branches.
@@ -598,7 +577,7 @@ class DesignReport(NamedTuple):
     notes: tuple[str, ...] = ()
     regularization: float = 0.0
     dependencies: dict[str, list[bool]] | None = None
-    branch: BranchDistance | BranchPlace | None = None
+    branch: Any = None  # a BranchDistance, or a `BranchPlace`, where one is found when it is asked
     modes: Mapping[str, Any] = MappingProxyType({})
     shared: SharedResult | None = None
 

@@ -21,7 +21,6 @@ from mbody.quantities.types import PlainNumbers
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
-    BranchPlace,
     Certified,
     Checks,
     DesignReport,
@@ -243,8 +242,7 @@ class Solution(Attributes, Presented):
         )
 
     def design(self, index: int) -> Solution:
-        """One design of a batch as a result of its own, with its doubts and notes; of one design
-        the result itself is design 0.
+        """One design of a batch with its doubts and notes; of one design the result itself.
 
         Examples
         --------
@@ -259,7 +257,7 @@ class Solution(Attributes, Presented):
             return self
         n = range(self.record.count)[index]
         own = self.reports[n]._asdict() if self.reports else {}
-        if isinstance(own.get("branch"), BranchPlace):
+        if hasattr(own.get("branch"), "distance"):
             own["branch"] = own["branch"].distance(system)
         return Solution(system, self.analysis, self.t, self.record.design(n), self.given, **own)
 

@@ -814,9 +814,7 @@ class _Compiler:
             from mbody.system.formula_steps import check_loops
 
             names = self._law_names(self.first_laws)
-            own: Any = self.first_laws
-            loops = [(names[n], own[n].law.text, own[n].steps) for n in self.loops]
-            check_loops(self.mechanism, loops, owned)
+            check_loops(self.mechanism, [(names[n], self.first_laws[n]) for n in self.loops], owned)
         columns: list[Any] = []
         for (element, _), primitive in zip(self.owners, primitives, strict=True):
             columns += [*primitive.parameters, *_position_on_j(element, at)]

@@ -880,14 +880,14 @@ def _check_loop(owner: str, text: str, steps: StepList) -> None:
 
 def check_loops(
     machine: Mechanism,
-    loops: Sequence[tuple[str, str, StepList]],
+    loops: Sequence[tuple[str, Any]],
     pairs: Sequence[tuple[Element, FrictionPrimitive]],
 ) -> None:
     """Refuse algebraic loops that are not linear, and what is not linear beside them. loops: of
-    each the name of its load, its formula and the steps of that.
+    each the name of its load and its recorded law.
     """
-    for one in loops:
-        _check_loop(*one)
+    for owner, law in loops:
+        _check_loop(owner, law.law.text, law.steps)
     beside: list[Element] = [*machine.contacts, *machine.groups, *machine.stops]
     beside += [joint for joint in machine.joints if joint.can_separate or joint.limited]
     beside += [one for one, pair in pairs if pair.bends]
