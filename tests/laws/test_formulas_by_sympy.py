@@ -71,7 +71,9 @@ def compared(count, seed):
             found, wanted = ours(text, values), by_sympy(text, values)
         except (ModelError, ValueError):  # units do not fit; SymPy compares no complex numbers
             continue
-        if np.isnan(found[0]):  # a part has no real value, which SymPy may simplify away
+        if not np.isfinite(found[0]):  # a part has no real value, which SymPy may simplify away
+            if np.isinf(found[0]) and wanted[0] is not None:
+                wrong.append((text, values, found[0], wanted[0]))
             continue
         done += 1
         for own, their in zip(found, wanted, strict=True):
