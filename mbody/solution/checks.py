@@ -295,11 +295,12 @@ def certificate_of(solution: Result) -> Certificate:
     said = reported_certificate(solution)
     described = solution.system.notes
     if solution.record.batch:
-        reports = solution.reports or (DesignReport(),) * solution.record.count
-        each = [_own_certificate(solution, one, n) for n, one in enumerate(reports)]
+        count, reports = solution.record.count, solution.reports
         if solution.system.measures_forces:
-            alone = map(solution.design, range(solution.record.count))
-            each = [(one.doubts, one.notes) for one in alone]
+            each = [(one.doubts, one.notes) for one in map(solution.design, range(count))]
+        else:
+            reports = reports or (DesignReport(),) * count
+            each = [_own_certificate(solution, one, n) for n, one in enumerate(reports)]
         every = (*said.notes, *described, *joined_notes([one for _, one in each]))
         doubts = joined_doubts([one for one, _ in each])
         return Certificate(status_of(said.status, doubts), doubts, tuple(dict.fromkeys(every)))
