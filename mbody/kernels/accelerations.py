@@ -19,11 +19,8 @@ regularised (redundant rows), (a, λ) is refined by the residuals of both rows,
 
 which is one step of iterative refinement with [W Gᵀ; G 0] in place of the augmented matrix.
 
-Formulas that measure accelerations and reactions are evaluated when these are known. Where loads
-follow some of them, s = g(a(s), λ(s)), an algebraic loop: f has the load B s, so that a and λ are
-straight functions of s, and g of these by what it was checked for (`mbody.system.formula_steps`).
-So I − ∂g/∂s has one column a loop, each the difference of two solutions by the factor at hand, and
-s follows from it with one refinement by the residual g − s.
+Formulas of accelerations and reactions follow. Where loads follow them, s = g(a(s), λ(s)) is linear
+(`mbody.system.formula_steps`): a solution more a loop gives a column of I − ∂g/∂s, then s follows.
 """
 
 from __future__ import annotations
@@ -115,13 +112,17 @@ def algebraic_loops(L, W, w, count, refinements):
     # W.loop: I − ∂g/∂s, its inverse, what each of its numbers was summed of; g − s; s
     one = 0.0 * ld(W.size, 0, w) + 1.0
     magnitude, rest = 2 * count * count, 3 * count * count
-    unit = 0.0 * one
+    # g is straight: a step no less than all forces leaves their rounding out of its differences
+    unit = one
+    for n in range(3 * L.bodies):
+        unit = larger(unit, larger(ld(W.force, n, w), -ld(W.force, n, w)))
+    for n in range(2 * L.nodes):
+        unit = larger(unit, larger(ld(W.lam, n, w), -ld(W.lam, n, w)))
     for k in range(count):
         g = ld(W.signal, L.loop_row[k], w)
         st(W.loop, rest + k, g, w)
         st(W.loop, rest + count + k, 0.0 * one, w)
         unit = larger(unit, larger(g, -g))
-    unit = select_le(unit, 0.0 * one, one, unit)
     for c in range(count):
         for k in range(count):
             st(W.signal, L.loop_row[k], (1.0 if k == c else 0.0) * unit, w)

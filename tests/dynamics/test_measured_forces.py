@@ -179,6 +179,23 @@ def test_every_executor_gives_the_same():
     assert -found.stiffness[0, 0] / found.mass[0, 0] == pytest.approx(by_angle, rel=1e-6)
 
 
+def test_a_loop_in_balance_has_exact_derivatives():
+    """What the loop gives is rounding there, beside forces that balance."""
+    machine = Mechanism("balanced", parameters={"p": "0 N*m"})
+    arm = Body("arm", mass=MASS, inertia=INERTIA, points={"p": (-ARM, 0.0)}, guess=(0.4, 0.2, 0.5))
+    machine.add(arm, Revolute("pin", "ground", "arm.p"), Gravity("g", y=-G))
+    machine.add(AngleDriver("motor", "arm", "30 deg"))
+    machine.add(Torque("hold", "arm", value=MASS * G * ARM * np.cos(np.pi / 6)))
+    machine.add(Torque("t", "arm", value="p - 0.4 kg*m^2*arm.alpha"))
+    how = {"release": {"motor": 0.0}, "rtol": 1e-10, "atol": 1e-12, "instants": 2}
+    found = gradient(machine, "arm.omega", "p", analysis="simulate", until=0.05, **how)
+    ends = [
+        simulate(mbody.assemble(machine).with_values({"p": p}), 0.05, **how)["arm"].omega[-1]
+        for p in (1e-4, -1e-4)
+    ]
+    assert found.jacobian.ravel()[-1] == pytest.approx((ends[0] - ends[1]) / 2e-4, rel=1e-7)
+
+
 def test_forces_that_are_not_unique_are_doubted():
     door = Mechanism("door")
     door.add(Body("door", mass=3.0, inertia=1.0, points={"a": (0, 0.5), "b": (0, -0.5)}))
