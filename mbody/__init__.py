@@ -32,7 +32,7 @@ presentation.register(
     EquilibriumCurve="mbody.summaries.analyses:curve_summary",
     Mobility="mbody.summaries.analyses:mobility_summary",
     Modes="mbody.summaries.analyses:modes_summary",
-    Presented="mbody.summaries.declared_text:summary",
+    Presented="mbody.summaries.text_table:summary",
     Solution="mbody.summaries.instant:summary",
 )
 presentation.register(
@@ -56,7 +56,7 @@ presentation.register("columns", Solution="mbody.files.tables:columns")
 presentation.register("table", Solution="mbody.solution.result_table:result_table")
 presentation.register("dataframe", Solution="mbody.files.tables:dataframe")
 presentation.register("at", Solution="mbody.analysis.dynamics.simulate:repeated_at")
-presentation.register("efficiency", Solution="mbody.analysis.driven.efficiency:efficiency")
+presentation.register("efficiency", Solution="mbody.analysis.driven.free_body:efficiency")
 presentation.register("known_of", Solution="mbody.solution.known_forces:known_of")
 presentation.register("move_forces", Solution="mbody.analysis.driven.open_forces:move_forces")
 presentation.register("open_forces", Solution="mbody.analysis.driven.open_forces:open_forces")
@@ -67,7 +67,7 @@ presentation.register("then", Solution="mbody.analysis.dynamics.simulate:then")
 presentation.register("xarray", Solution="mbody.files.tables:dataset")
 presentation.register("csv", Solution="mbody.files.tables:write_csv")
 presentation.register("json", Solution="mbody.files.results:write_json")
-presentation.register("xlsx", Solution="mbody.files.spreadsheet:write_xlsx")
+presentation.register("xlsx", Solution="mbody.files.tables:write_xlsx")
 presentation.register("parquet", Solution="mbody.files.tables:write_parquet")
 presentation.register("npz", Solution="mbody.files.results:write_npz")
 

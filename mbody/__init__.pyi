@@ -50,8 +50,6 @@ from mbody.model.driver import CoordinateDriver as CoordinateDriver
 from mbody.model.driver import DistanceDriver as DistanceDriver
 from mbody.model.element import Marker as Marker
 from mbody.model.element import number_field as number_field
-from mbody.model.inputs import Controller as Controller
-from mbody.model.inputs import Input as Input
 from mbody.model.joints import BandBrake as BandBrake
 from mbody.model.joints import Belt as Belt
 from mbody.model.joints import CamFollower as CamFollower
@@ -82,13 +80,15 @@ from mbody.model.loads import TorsionDamper as TorsionDamper
 from mbody.model.loads import TorsionSpring as TorsionSpring
 from mbody.model.loads import Tyre as Tyre
 from mbody.model.mechanism import Mechanism as Mechanism
-from mbody.model.named_quantities import Quantity as Quantity
 from mbody.model.simulation import Event as Event
+from mbody.model.simulation import Instants as Instants
 from mbody.model.simulation import SimulationSettings as SimulationSettings
+from mbody.model.states import Controller as Controller
+from mbody.model.states import Input as Input
+from mbody.model.states import Quantity as Quantity
 from mbody.model.states import State as State
 from mbody.model.stop import Freewheel as Freewheel
 from mbody.model.stop import Stop as Stop
-from mbody.model.study import Instants as Instants
 from mbody.optimization.optimize import optimize as optimize
 from mbody.reports.mechanism_report import report as report
 from mbody.solution.doubts import Doubt as Doubt

@@ -17,9 +17,8 @@ from mbody.model.element import Point, PointLike, polar
 from mbody.model.joints import Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, Scope, text_of
-from mbody.quantities.formula import evaluated, number
-from mbody.quantities.tree import Binary, Node, Plain
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number, evaluated, number
+from mbody.quantities.parse import Binary, Node, Plain
 from mbody.quantities.units import UnitSystem, unit_system
 
 __all__ = ["bar", "four_bar", "polar", "slider_crank"]

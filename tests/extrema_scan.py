@@ -25,7 +25,7 @@ from mbody import ModelError, SolveError, Torque, gallery, makers, solve_for
 from mbody.analysis.driven.driven import analyse_at
 from mbody.errors import ModelWarning
 from mbody.inverse.trials import Trials
-from mbody.model.study import Instants, Question, Unknown
+from mbody.model.simulation import Instants, Question, Unknown
 from mbody.solution.histories import link_poses
 from mbody.solution.measures import measured
 

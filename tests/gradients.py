@@ -26,7 +26,7 @@ import numpy as np
 
 import mbody
 from mbody.derivatives.driven_instants import DrivenInstants
-from mbody.derivatives.named_numbers import checked_names
+from mbody.derivatives.dual_solution import checked_names
 from tests.support.complex_loads import KNOWN
 from tests.support.complex_oracle import ComplexOracle, Unwritten, derivative
 

@@ -7,10 +7,10 @@ a film and a free-body diagram of the textbook's four-bar.
 import mbody
 from mbody import gallery
 from mbody.analysis.driven.driven import analyse_at
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from mbody.views import draw, save
 from mbody.views.free_bodies import draw_free_bodies
-from mbody.views.motions import motion
+from mbody.views.shapes import motion
 from tests.support.linkage_sheet import linkage_sheet
 from tests.support.paths import ROOT
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import mbody
-from mbody.model.study import Unknown
+from mbody.model.simulation import Unknown
 
 __all__ = ["AXIS", "SOLVED", "balanced", "rpm", "superposed"]
 

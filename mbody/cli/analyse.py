@@ -11,14 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import (
-    equal_steps,
-    given,
-    model_of,
-    named_values,
-    path_of,
-    plain_angle,
-)
+from mbody.cli.parser import equal_steps, given, model_of, named_values, path_of, plain_angle
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message
 from mbody.errors import ModelError, SolveError
 from mbody.model.numbers import number_in
@@ -28,7 +21,7 @@ from mbody.solution.doubts import heading, succeeded
 if TYPE_CHECKING:
     from mbody.analysis.assemblies.assembly_modes import AssemblyModes
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
     from mbody.solution.solution import Solution
     from mbody.system.system import System
 
@@ -110,7 +103,7 @@ def exit_status(result: Any, printed: bool = True) -> int:
 
 def question(args: Any, own: Instants | None) -> Instants | None:
     """The instants that the arguments ask for, or those of the model."""
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
 
     if args.at and args.over:
         raise UsageError("give --at or --over, not both")
@@ -385,7 +378,7 @@ def assemblies(args: Any) -> int:
     from mbody.analysis.assemblies.assembly_modes import assembly_modes
     from mbody.analysis.assemblies.circuits import circuits
     from mbody.system.assembler import assemble
-    from mbody.views.style import check_ending
+    from mbody.views.labels import check_ending
 
     if args.output:
         check_ending(args.output)
@@ -415,7 +408,7 @@ def assemblies(args: Any) -> int:
 def _values(system: System, wanted: Instants | None) -> tuple[dict[str, float], np.ndarray | None]:
     """Values of the drivers at the one instant requested, and the position that analyses find."""
     from mbody.analysis.driven.driven import analyse_system_at, arguments_at
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
 
     if wanted is None:
         return {}, None
@@ -449,7 +442,7 @@ def transmission(args: Any) -> int:
     """
     from mbody.analysis.driven.driven import analyse_at
     from mbody.analysis.driven.transmission import transmission as found_through
-    from mbody.views.motions import cycle
+    from mbody.views.shapes import cycle
 
     mechanism = model_of(args)
     wanted = question(args, mechanism.ask)

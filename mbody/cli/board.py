@@ -11,8 +11,7 @@ from mbody.cli.streams import UsageError
 
 def edit(args: Any) -> int:
     """Draw a mechanism, drag it and read its forces, on a page that is for this machine alone."""
-    from mbody.edit.server import BoardServer
-    from mbody.edit.session import BoardSession
+    from mbody.edit.session import BoardServer, BoardSession
 
     port = args.port or 0
     session = BoardSession(Path.cwd(), args.model)

@@ -90,7 +90,7 @@ def parsed(words: Sequence[str]) -> Namespace | None:
         print(overview())
         return None
     if asked[0] not in verbs():
-        from mbody.cli.mistyped import refusal_of_verb
+        from mbody.cli.parser import refusal_of_verb
 
         raise UsageError(refusal_of_verb(words))
     verb = verbs()[asked[0]]
@@ -105,7 +105,7 @@ def parsed(words: Sequence[str]) -> Namespace | None:
     if not unknown:
         found, unknown = parser_of(verb).parse_known_args(words[1:])
     if unknown:
-        from mbody.cli.mistyped import refusal_of_words
+        from mbody.cli.parser import refusal_of_words
 
         raise UsageError(refusal_of_words(verb, unknown, words[1:]))
     return found

@@ -38,7 +38,7 @@ def compile_libraries(args: Any) -> int:
     from importlib.util import find_spec
 
     from mbody.errors import ModelError
-    from mbody.image.webassembly import TARGET
+    from mbody.image.arena import TARGET
 
     if find_spec("numba") is None:
         raise ModelError(
@@ -60,8 +60,8 @@ def _for_machines(args: Any, targets: list[str]) -> int:
     import shutil
 
     from mbody.core.native import builder_command, place, run_builder
+    from mbody.image.arena import IMAGE_KERNELS
     from mbody.image.fmu import SHELL, SOURCES
-    from mbody.image.webassembly import IMAGE_KERNELS
 
     chosen: Any = IMAGE_KERNELS
     if not (args.images or args.fmu):
@@ -94,7 +94,7 @@ def _for_browsers(out: Path) -> None:
     import shutil
     import tempfile
 
-    from mbody.image.webassembly import FILE, IMAGE_KERNELS, MODULE, build_browser_core
+    from mbody.image.arena import FILE, IMAGE_KERNELS, MODULE, build_browser_core
 
     file = out if out.suffix == Path(FILE).suffix else out / FILE
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -232,8 +232,7 @@ def doctor(args: Any) -> int:
 
 def examine() -> dict[str, Any]:
     """Versions, the core of the kernels, and whether mbody is ready."""
-    from mbody.core.selection import chosen
-    from mbody.core.sources import source_hash
+    from mbody.core.selection import chosen, source_hash
 
     core = chosen()
     needed = {name: _version(name) for name in NEEDED}

@@ -2,32 +2,170 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import answered, exit_status, head_of, print_data, question
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import (
+from mbody.cli.parser import (
     bounds,
     given,
     low_and_high,
+    model_in,
     model_of,
     named_numbers,
     named_values,
+    path_of,
     plain_angle,
 )
 from mbody.cli.streams import PRINTED, UsageError, check_printed, message, write_rows
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed
+from mbody.quantities.output_units import OutputUnits
 from mbody.solution.doubts import heading
 
 if TYPE_CHECKING:
     from mbody.engineering import ForceBalance, SpringBalance
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import OptimizationTask, Question
-    from mbody.optimization.optimum import Optimum
+    from mbody.model.simulation import OptimizationTask, Question
+    from mbody.optimization.optimize import Optimum
     from mbody.sweeps import Sweep
+
+
+# -- The commands that find mechanisms: `synthesize`, `cognates`, `atlas`, `linkages` ----------
+
+
+def synthesize(args: Any) -> int:
+    """Find designs, write them as model files, and print them as a table or as data."""
+    from mbody.synthesis import synthesize as designs_for
+    from mbody.synthesis.request import read_demand
+
+    if args.model is not None and args.point is None:
+        raise UsageError(
+            "--model needs --point NAME: the point of the path, as coupler.P, or the output, as "
+            "rocker.angle"
+        )
+    options: dict[str, Any] = dict(read_demand(args.points))
+    names = ("count", "search", "starts", "seed", "ground", "tolerance", "kind", "units", "atlas")
+    options |= given(args, *names)
+    by = {name: bounds(name, text) for name, text in named_values(args.by, "--by").items()}
+    if args.point is not None:
+        options["of"] = args.point
+    if args.span is not None:
+        options["span"] = bounds("--span", args.span)
+    model = None if args.model is None else model_in(path_of(args.model))
+    found = designs_for(
+        model,
+        by=by or None,
+        subject_to=args.subject_to,
+        full_turn=args.full_turn,
+        defective=args.defective,
+        **options,
+    )
+    files = [numbered_file(args.output, n) for n in range(len(found))] if args.output else []
+    for design, file in zip(found, files, strict=False):
+        design.save(file)
+        message(f"wrote {file}")
+    if args.json:
+        units = OutputUnits(found[0].mechanism.units).having({"angle": "deg"}).symbols()
+        head = heading(found[0].mechanism.name, "synthesize", units, found)
+        rows = [
+            {"file": files[n] if files else None} | design.data("deg")
+            for n, design in enumerate(found)
+        ]
+        data = head | {"designs": rows, "searched": found.searched, "seed": found.seed}
+        print_data(data)
+    else:
+        print(found)
+    return 0
+
+
+def numbered_file(output: str, n: int) -> str:
+    """The file of one design: design.toml, then design-2.toml."""
+    path = Path(output)
+    return output if n == 0 else str(path.with_name(f"{path.stem}-{n + 1}{path.suffix}"))
+
+
+# -- `mbody cognates MODEL --point coupler.P`: other linkages with the same coupler curve ------
+
+
+def cognates(args: Any) -> int:
+    """Print the cognates, and write them as model files."""
+    from mbody.synthesis import cognates as cognates_of
+
+    mechanism = model_of(args)
+    found = cognates_of(mechanism, args.point)
+    files = [numbered_file(args.output, n) for n in range(len(found))] if args.output else []
+    for one, file in zip(found, files, strict=False):
+        one.save(file)
+        message(f"wrote {file}")
+    if args.json:
+        rows = [{"file": files[n] if files else None} | one.data() for n, one in enumerate(found)]
+        head = heading(mechanism.name, "cognates", OutputUnits(mechanism.units).symbols())
+        data = head | {"point": args.point, "first": found.first.data(), "cognates": rows}
+        print_data(data | {"notes": list(found.notes)})
+    else:
+        print(found)
+    return 0
+
+
+# -- `mbody atlas --to FILE`: an atlas of coupler curves, to start a synthesis from ------------
+
+
+def atlas(args: Any) -> int:
+    """Make an atlas and write it to a file."""
+    from mbody.synthesis import Atlas
+
+    found = Atlas.made(**given(args, "kind", "count", "seed"))
+    found.save(args.to)
+    message(f"wrote {args.to}: {len(found)} curves")
+    return 0
+
+
+# -- `mbody linkages --to FOLDER`: a data set of random linkages with their motion and forces --
+
+
+def linkages(args: Any) -> int:
+    """Write a data set of random linkages with motion and forces, or go on with one."""
+    from mbody.analysis.dynamics.interruptions import counted
+    from mbody.sweeps.run import cores
+    from mbody.topologies.dataset import LinkageSet, write_linkages
+
+    options = given(args, "count", "nodes", "seed", "instants", "speed")
+    if args.groups:
+        options["groups"] = tuple(args.groups)
+    if args.turn is not None:
+        options["turn"] = math.radians(args.turn)
+    show = counted("linkages")
+
+    def progress(done: int, total: int) -> None:
+        interrupt.mark()
+        show(done, total)
+
+    what = LinkageSet(**({"count": 1000} | options))
+    found = write_linkages(
+        args.to,
+        what,
+        threads=args.threads or cores(),
+        scheduler=args.scheduler,
+        part=_share(args.part),
+        progress=progress,
+    )
+    interrupt.done()
+    if found.status != "completed":
+        message(found.status)
+    message(f"wrote {found.folder}: {found.done} of {found.count} linkages")
+    return 0 if found.status == "completed" else 1
+
+
+def _share(text: str | None) -> tuple[int, int]:
+    own, _, parts = ("1/1" if text is None else text).partition("/")
+    if not (own.isdecimal() and parts.isdecimal()):
+        raise UsageError(f"--part takes numbers such as 3/16, not {str(text)[:40]!r}")
+    return int(own), int(parts)
 
 
 def _read_by_people(args: Any) -> Mechanism:
@@ -73,7 +211,7 @@ def sweep(args: Any) -> int:
 
 def note_plain(mechanism: Mechanism, varied: Mapping[str, str]) -> None:
     """Note plain values of parameters that the model has in another unit."""
-    from mbody.quantities.parameters import plain_otherwise
+    from mbody.quantities.formula import plain_otherwise
 
     for name, text in varied.items():
         plain = all(map(_is_plain, text.split(":")[:2] if ":" in text else text.split(",")))
@@ -141,9 +279,9 @@ def _write_sweep(found: Sweep, args: Any, angle: str) -> None:
 def sensitivity(args: Any) -> int:
     """Take the derivatives of one measured quantity by all numbers, and print them as a table."""
     from mbody.analysis.driven.driven import analyse_system_at
+    from mbody.derivatives.dual_solution import checked_names
     from mbody.derivatives.gradient import gradient_at, sensitivity_of
-    from mbody.derivatives.named_numbers import checked_names
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
     from mbody.system.assembler import assemble
 
     mechanism = _read_by_people(args)
@@ -275,7 +413,7 @@ def optimize(args: Any) -> int:
 
 def _of_options(args: Any) -> OptimizationTask | None:
     """The task that the options are, if any is given."""
-    from mbody.model.study import OptimizationTask
+    from mbody.model.simulation import OptimizationTask
 
     names = ("subject_to", "by", "over", "analysis", "instants", "turns", "until")
     options = given(args, *names, "start", "starts", "points", "seed")
@@ -384,7 +522,7 @@ def solve(args: Any) -> int:
 
 def _question_of(args: Any) -> Question | None:
     """The question that the options ask, if any is given."""
-    from mbody.model.study import Question
+    from mbody.model.simulation import Question
 
     names = "unknowns", "conditions", "side_conditions", "greatest", "least", "analysis"
     options = given(args, *names)
@@ -428,7 +566,7 @@ def balance(args: Any) -> int:
     """Find counterweights or stiffnesses, print them, and write the balanced model."""
     from mbody.engineering import force_balance, spring_balance
     from mbody.files.model import save
-    from mbody.files.model.other_numbers import rounded
+    from mbody.files.model.other_units import rounded
 
     on = named_values(args.on, "--on")
     if bool(on) == bool(args.springs):

@@ -7,13 +7,14 @@ import math
 import shlex
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbody.cli.analyse import answered, assembly_of, exit_status, head_of, print_data, question
 from mbody.cli.design import note_plain, values_of
 from mbody.cli.interrupts import interrupt
-from mbody.cli.option_values import equal_steps, given, model_of, named_values, path_of
+from mbody.cli.parser import equal_steps, given, model_of, named_values, path_of
 from mbody.cli.streams import UsageError, message
 from mbody.core.tolerances import LENGTH_NONE
 from mbody.errors import ModelError
@@ -23,9 +24,109 @@ if TYPE_CHECKING:
 
     from mbody.engineering.instant_centres import InstantCentre, InstantCentres
     from mbody.model.mechanism import Mechanism
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
     from mbody.solution.solution import Solution
     from mbody.views.page import Viewer
+
+
+# -- The commands `mbody export` and `mbody import`: files of other programs -------------------
+
+
+def export(args: Any) -> int:
+    """Write a model for another program; what that lacks is reported."""
+    if args.fmi is not None and args.to != "fmu":
+        raise UsageError(f"--fmi goes with --to fmu, not with --to {args.to}: leave it out")
+    if args.to != "dxf" and (args.width or args.hole):
+        raise UsageError(f"--width and --hole go with --to dxf, not with --to {args.to}")
+    if args.to == "image":
+        return _image(args)
+    _refuse_instants(args)
+    if args.to == "dxf":
+        return _dxf(args)
+    return _fmu(args) if args.to == "fmu" else _mjcf(args)
+
+
+def _refuse_instants(args: Any) -> None:
+    if args.instants is not None:
+        what = {"fmu": "a unit", "dxf": "a drawing of parts"}.get(args.to, "a file of MuJoCo")
+        raise UsageError(f"--instants goes with --to image: {what} has no instants")
+
+
+def _mjcf(args: Any) -> int:
+    """Write a model for MuJoCo."""
+    from mbody.engines.mjcf import to_mjcf
+
+    made = to_mjcf(model_of(args), fix_drivers=args.fix_drivers)
+    missing = [f"not in the file: '{one.element}': {one.why}" for one in made.not_expressible]
+    return _write(args.output, made.text, [*missing, *made.notes])
+
+
+def _dxf(args: Any) -> int:
+    """Write a drawing of all parts."""
+    from mbody.exchange import to_dxf
+
+    made = to_dxf(model_of(args), args.width, args.hole)
+    return _write(args.output, made.text, made.notes)
+
+
+def _image(args: Any) -> int:
+    """Write the image of a model."""
+    if args.output is None:
+        raise UsageError("an image is binary, it cannot be printed: name its file with -o FILE")
+    from mbody.image.model_image import to_image
+
+    made = to_image(model_of(args), **given(args, "instants", "analyses"))
+    return _write(args.output, made.content, made.notes, f": {len(made.content)} bytes")
+
+
+def _fmu(args: Any) -> int:
+    """Write a unit of co-simulation."""
+    if args.output is None:
+        raise UsageError("a unit is binary, it cannot be printed: name its file with -o FILE")
+    from pathlib import Path
+
+    from mbody.image.fmu import VERSIONS, to_fmu
+
+    made = to_fmu(model_of(args), args.fmi or VERSIONS[0], name=Path(args.output).stem)
+    machines = ", ".join(made.platforms)
+    size = f": {len(made.content)} bytes, with binaries for {machines}"
+    return _write(args.output, made.content, made.notes, size)
+
+
+def _write(output: str | None, content: str | bytes, notes: Sequence[str], more: str = "") -> int:
+    """Write a file, or print its text, and say the notes on it; `more`: what it contains."""
+    from mbody.files.tables import writing
+
+    if output is None:
+        print(content, end="", flush=True)
+    else:
+        with writing(output, binary=isinstance(content, bytes)) as file:
+            file.write(content)
+    for note in notes:
+        message(f"mbody: {note}")
+    if output is not None:
+        message(f"wrote {output}{more}")
+    return 0
+
+
+# -- `mbody import FILE -o model.toml` ---------------------------------------------------------
+
+
+def import_file(args: Any) -> int:
+    """Write a model file from another program's; what was assumed or left out is reported."""
+    from mbody.exchange import import_model
+    from mbody.files.model import save, to_toml
+
+    made = import_model(args.file, args.units)
+    if args.output is None:
+        print(to_toml(made.mechanism), end="", flush=True)
+    else:
+        save(made.mechanism, args.output)
+    for note in made.notes:
+        message(f"mbody: {note}")
+    if args.output is not None:
+        message(f"wrote {args.output}: {made.mechanism.name}, from a file of {made.form}")
+    return 0
 
 
 def freebody(args: Any) -> int:
@@ -47,7 +148,7 @@ def freebody(args: Any) -> int:
 
 def _picture_file(args: Any, kind: str = "") -> str:
     """Where a picture is written: by default beside the user, named after the model."""
-    from mbody.views.style import check_ending
+    from mbody.views.labels import check_ending
 
     output = str(args.output or f"{path_of(args.model).stem}{kind}.svg")
     check_ending(output)
@@ -87,7 +188,7 @@ def _of_free_motion(mechanism: Mechanism, wanted: Instants | None) -> bool:
 def internal(args: Any) -> int:
     """Print the greatest internal loads of a link, and draw their diagrams."""
     from mbody.engineering import internal_loads
-    from mbody.views.style import check_ending
+    from mbody.views.labels import check_ending
 
     if args.output:
         check_ending(args.output)
@@ -110,8 +211,11 @@ def internal(args: Any) -> int:
 
 def poles(args: Any) -> int:
     """Print the instant centres of all pairs of bodies; as data the polygons too."""
-    from mbody.engineering.instant_centres import instant_centres
-    from mbody.engineering.motion_polygons import acceleration_polygon, velocity_polygon
+    from mbody.engineering.instant_centres import (
+        acceleration_polygon,
+        instant_centres,
+        velocity_polygon,
+    )
     from mbody.solution.declared_result import declared_data
 
     run = motion_or_driven(args, model_of(args), forces=False)
@@ -231,8 +335,8 @@ def _positions(args: Any) -> int | None:
 def _motion(args: Any, mechanism: Mechanism, count: int | None) -> Solution:
     """The run of which instants are drawn."""
     from mbody.analysis.driven.driven import analyse_at
-    from mbody.model.study import Instants
-    from mbody.views.motions import cycle
+    from mbody.model.simulation import Instants
+    from mbody.views.shapes import cycle
 
     wanted = question(args, mechanism.ask)
     free = mechanism.simulation is not None and count is not None
@@ -296,7 +400,7 @@ def plot(args: Any) -> int:
 def _figure(args: Any, run: Solution) -> Figure:
     """One kind of figure of one result."""
     from mbody.views import plot as plotted
-    from mbody.views.polar import hodograph, path_plot, polar
+    from mbody.views.plotting import hodograph, path_plot, polar
 
     if args.polar:
         return polar(run, *args.polar)
@@ -310,7 +414,7 @@ def _figure(args: Any, run: Solution) -> Figure:
 
 def _cycled(args: Any, mechanism: Mechanism) -> Solution:
     from mbody.analysis.driven.driven import analyse_at
-    from mbody.views.motions import cycle
+    from mbody.views.shapes import cycle
 
     free = mechanism.simulation is not None and not args.at and not args.over
     if args.to is not None or free:
@@ -326,7 +430,7 @@ def _overlaid(args: Any, mechanism: Mechanism) -> Figure:
     from mbody.sweeps.samples import drawn, grid
     from mbody.system.assembler import assemble
     from mbody.views import plot as plotted
-    from mbody.views.motions import cycle
+    from mbody.views.shapes import cycle
 
     given = named_values(args.vary, "--vary")
     if len(given) > 1:
@@ -401,7 +505,7 @@ def _check_live(args: Any) -> None:
 
 def _page(args: Any, runs: dict[str, Solution], options: dict[str, Any]) -> Viewer:
     """A page that solves the model again, where that is wanted, or possible without a build."""
-    from mbody.image.webassembly import ready_core
+    from mbody.image.arena import ready_core
     from mbody.live import live_view
     from mbody.views import view as viewed
 
@@ -440,8 +544,8 @@ def animate(args: Any) -> int:
 
 def _runs(args: Any) -> dict[str, Solution]:
     """The motion of the model, or of each of its designs by name."""
-    from mbody.views.motions import motion
     from mbody.views.page import check_designs
+    from mbody.views.shapes import motion
 
     varied = named_values(args.vary, "--vary")
     choices = [

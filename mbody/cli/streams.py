@@ -69,7 +69,7 @@ def check_printed(args: Any) -> None:
     """Refuse a table and data in one place, before an analysis runs."""
     if args.excel and (not args.csv or args.csv == PRINTED):
         raise UsageError("--excel goes with --csv FILE: it marks a file for spreadsheets")
-    from mbody.files.writing import SPREADSHEETS
+    from mbody.files.tables import SPREADSHEETS
 
     if args.csv and args.csv.lower().endswith(SPREADSHEETS):
         other = f"take --xlsx {args.csv}" if hasattr(args, "xlsx") else "name it .csv"
@@ -87,7 +87,7 @@ def write_rows(
     """A table with a line of headings, printed or in the file of --csv; `what` the message of a
     file adds.
     """
-    from mbody.files.writing import writing
+    from mbody.files.tables import writing
 
     path: str = args.csv
     printed = path == PRINTED

@@ -37,8 +37,7 @@ from mbody.compiler.linking import Inner, called_libraries, link_into
 from mbody.compiler.numba_bundle import SYMBOL, number_type
 from mbody.compiler.targets import TARGETS, Target, link
 from mbody.core.interface import Array, signature
-from mbody.core.library import seal
-from mbody.core.sources import source_hash
+from mbody.core.selection import seal, source_hash
 
 _SEEN = ("mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries")
 #: Ending of an object file; all linkers know it.

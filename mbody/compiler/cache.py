@@ -24,8 +24,7 @@ from typing import Any
 import llvmlite
 import numba
 
-from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
-from mbody.core.sources import PACKAGE, fingerprint, source_hash
+from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, fingerprint, source_hash
 
 
 @functools.cache

@@ -28,7 +28,7 @@ _MOVED = {
     "model.body": "Guess SecondMoments",
     "makers": "polar",
     "model.element": "Polar",
-    "model.study": "Measure Question Unknown",
+    "model.simulation": "Measure Question Unknown",
     "engines.mjcf": "to_mjcf",
     "engines.crosscheck": "Crosscheck",
     "errors": "ModelWarning",

@@ -21,8 +21,7 @@ import numpy as np
 
 from mbody.core import registered, selection
 from mbody.core.interface import KERNELS, Array, Signature, signature
-from mbody.core.library import Library, LibraryError, open_library
-from mbody.core.sources import PACKAGE, source_hash
+from mbody.core.selection import PACKAGE, Library, LibraryError, open_library, source_hash
 
 _KINDS = {int: ctypes.c_int64, bool: ctypes.c_int64, float: ctypes.c_double}
 _lock = threading.Lock()

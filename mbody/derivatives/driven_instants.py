@@ -11,7 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import statics
 from mbody.analysis.equilibria.equilibrium import Equilibrium
-from mbody.analysis.freedom.free_motions import FreeMotion
+from mbody.analysis.freedom.mobility import FreeMotion
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.dual_number import DualNumber
 from mbody.core.duals import TANGENTS
@@ -24,8 +24,9 @@ from mbody.derivatives.dual_solution import (
     ReportedForces,
     WorkspaceKind,
     dual_solution,
+    dual_values,
+    number_tangents,
 )
-from mbody.derivatives.named_numbers import dual_values, number_tangents
 from mbody.kernels.motion_duals import BY_LAW, BY_TIME, BY_VALUE, DualOutput, driven_duals
 from mbody.laws import ConstantSpeed
 from mbody.model.driver import AngleDriver, CoordinateDriver

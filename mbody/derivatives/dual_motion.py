@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.contact.unilateral import Unilateral, arc_rows, edge_rows
+from mbody.analysis.dynamics.contact_log import InstantModes, SharedForces
 from mbody.analysis.dynamics.integrators import REFINEMENTS, auxiliary_sizes, coordinate_sizes
 from mbody.analysis.dynamics.interruptions import hold_inputs, without_hold
-from mbody.analysis.dynamics.shared_friction import InstantModes, SharedForces
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol

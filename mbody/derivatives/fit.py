@@ -14,23 +14,24 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.least_squares import LeastSquares, least_squares
 from mbody.core.presentation import Presented
-from mbody.derivatives.fit_problem import FitProblem, series_of
-from mbody.derivatives.identifiable import (
+from mbody.derivatives.dual_solution import checked_names, unit_of
+from mbody.derivatives.fit_problem import (
     Array,
     Bounds,
     Combination,
+    FitProblem,
     Identified,
     OpenDirection,
     combinations,
     followed,
     identified,
+    series_of,
 )
-from mbody.derivatives.named_numbers import checked_names, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named, number_in
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.quantities.units import NUMBER
 from mbody.solution.declared_result import ColumnTable, Sentence, Value
 from mbody.solution.doubts import Doubt, Inherited, inherited

@@ -33,24 +33,27 @@ from mbody.derivatives.dual_solution import (
     EventTime,
     ReportedForces,
     dual_solution,
+    dual_values,
+    number_sizes,
+    number_tangents,
+    unit_of,
 )
 from mbody.derivatives.mode_record import LostNumbers, ModeStretch, stretches_of, unfollowed_jumps
-from mbody.derivatives.named_numbers import dual_values, number_sizes, number_tangents, unit_of
 from mbody.derivatives.sampled_inputs import SampledInputs, reads_loads
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import ConstantSpeed
-from mbody.model.closed_mechanism import with_others
 from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, listed
 from mbody.model.joint_limits import JointLimit
+from mbody.model.model_notes import with_others
 from mbody.model.simulation import STATE
 from mbody.quantities import Formula
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import link_poses, with_fields
 from mbody.solution.solution import IntegrationSettings, Solution
-from mbody.solution.tracing import driven_motion
+from mbody.solution.traced_instant import driven_motion
 from mbody.system.assembler import assemble
 from mbody.system.rank import dense, jacobian
 from mbody.system.system import System, with_numbers_of

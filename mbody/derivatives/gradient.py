@@ -19,29 +19,28 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.derivatives.driven_instants import DrivenInstants, EquilibriumInstants
-from mbody.derivatives.free_instants import MotionInstants, motion_instants
-from mbody.derivatives.mode_record import with_formulas_of_the_instant
-from mbody.derivatives.named_numbers import (
+from mbody.derivatives.dual_solution import (
     checked_names,
     dimension_of_number,
     influential,
     number_sizes,
     unit_of,
 )
+from mbody.derivatives.free_instants import MotionInstants, motion_instants
+from mbody.derivatives.mode_record import with_formulas_of_the_instant
 from mbody.derivatives.reduced_measures import Derived, derived, instants_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed, takes_one_design
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.declared_result import ColumnTable, Sentence, Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.histories import link_poses
 from mbody.solution.solution import Solution
 from mbody.sweeps.job import MeasuredColumn, Measures, columns_of
-from mbody.system.read_only import lock
-from mbody.system.system import System
+from mbody.system.system import System, lock
 
 # -- Measured quantities with their derivatives ------------------------------------------------
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.dynamics.active_modes import ActiveModes
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.interruptions import Interruptions
@@ -40,9 +40,9 @@ from mbody.kernels.mode_problem import ALL_NORMALS, ALL_ROWS
 from mbody.kernels.step_state import TIME
 from mbody.laws import Expression, Law, MeasuredFormula, Table
 from mbody.laws.kernels import MAX, OPERATIONS, SIGN, STEP, VARIABLE
-from mbody.model.closed_mechanism import with_changed
 from mbody.model.element import listed
 from mbody.model.loads import Damper, Spring, TorsionDamper, TorsionSpring
+from mbody.model.model_notes import with_changed
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of

@@ -15,13 +15,13 @@ from mbody.core.recorded_numbers import Untraceable
 from mbody.core.tolerances import DERIVATIVE_VALUES_EQUAL, DERIVATIVES_EQUAL
 from mbody.derivatives.dual_solution import DualRecord, DualSolution, dual_solution
 from mbody.errors import ModelError
-from mbody.image.changeable import changeable_numbers
+from mbody.image.model_image import changeable_numbers
 from mbody.kernels.number_program import NumberProgram, number_duals
-from mbody.model.study import Measure, in_time, mean_over, mean_weights
+from mbody.model.simulation import Measure, in_time, mean_over, mean_weights
 from mbody.quantities import parse
 from mbody.solution.measures import evaluate_measure, measured
 from mbody.solution.solution import Solution
-from mbody.solution.tracing import Recording, Rule, of_what_is_read
+from mbody.solution.traced_instant import Recording, Rule, of_what_is_read
 from mbody.sweeps.job import MeasuredColumn, reduced
 
 #: Names of functions in formulas by NumPy's.
@@ -209,9 +209,9 @@ def _tied(
 
 
 # -- A measure as a list of operations on what dual kernels keep of an instant -----------------
-# The formula of a measure is evaluated once on traced numbers (`mbody.solution.tracing`); the list
-# of operations is then repeated in dual numbers, in microseconds instead of a tenth of a
-# millisecond.
+# The formula of a measure is evaluated once on traced numbers
+# (`mbody.solution.traced_instant`); the list of operations is then repeated in dual numbers, in
+# microseconds instead of a tenth of a millisecond.
 
 
 @dataclass(frozen=True)

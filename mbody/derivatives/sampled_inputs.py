@@ -25,8 +25,8 @@ from mbody.derivatives.dual_solution import DualRecord, dual_solution
 from mbody.derivatives.mode_record import LostNumbers, ModeStretch
 from mbody.derivatives.reduced_measures import MeasureProgram, recorded_measure
 from mbody.model.element import listed
-from mbody.model.inputs import Controller
-from mbody.model.study import Measure, measure_named
+from mbody.model.simulation import Measure, measure_named
+from mbody.model.states import Controller
 from mbody.quantities import parse
 from mbody.solution.measures import evaluate_measure
 from mbody.solution.solution import Solution

@@ -14,12 +14,12 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.bracket import last_place
 from mbody.core.presentation import Presented
+from mbody.derivatives.dual_solution import checked_names, influential, number_sizes, unit_of
 from mbody.derivatives.gradient import Gradient, gradient
-from mbody.derivatives.named_numbers import checked_names, influential, number_sizes, unit_of
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.quantities import (
     Formula,
     FormulaError,
@@ -29,8 +29,7 @@ from mbody.quantities import (
     parse,
     parse_unit,
 )
-from mbody.quantities.formula import float_or_formula
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number, float_or_formula
 from mbody.quantities.units import NUMBER
 from mbody.solution.declared_result import (
     ColumnTable,

@@ -22,8 +22,8 @@ from mbody.edit.places import evaluate as evaluate
 from mbody.errors import ModelError, SolveError, brief
 from mbody.files.model.problems import Limits
 from mbody.files.model.read import text_of
+from mbody.files.tables import write_whole
 from mbody.files.toml_spans import Path, Spans
-from mbody.files.writing import write_whole
 
 #: What a journal may have: far more bytes than a model.
 JOURNAL = Limits(size=200e6)

@@ -5,34 +5,174 @@ at a time.
 from __future__ import annotations
 
 import functools
+import hmac
 import itertools
+import json
 import math
+import os
 import re
+import secrets
+import shlex
+import subprocess
 import sys
 import threading
 import time
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib import resources
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryFile
+from typing import IO, Any, NamedTuple
 
-from mbody.edit.board_state import board_state, drag_state, modes_of, number_of
-from mbody.edit.board_views import VIEWS, checked_view, picture_of, read_views, views_file
+from mbody.edit.board_state import (
+    VIEWS,
+    board_state,
+    checked_view,
+    drag_state,
+    modes_of,
+    number_of,
+    picture_of,
+    read_views,
+    views_file,
+)
 from mbody.edit.document import Document, Fault
-from mbody.edit.dragging import Dragging
-from mbody.edit.jobs import ExportJobs, as_word, command_of
-from mbody.edit.places import group_of
+from mbody.edit.places import Dragging, group_of
 from mbody.errors import ModelError, SolveError, at_the_command, brief
 from mbody.files.model.read import text_of
 from mbody.files.model.toml_text import toml
-from mbody.files.writing import write_whole
+from mbody.files.tables import write_whole
+
+# -- Exports of the board: each is a command of mbody, run as such beside the server, so that
+#    what it writes is what the shown command writes, and the board stays fluent ---------------
+
+#: By what is exported: the words of the command before and after the model, what the name of the
+#: file has behind that of the model, and the ends that it may have.
+EXPORTS: dict[str, tuple[str, str, str, tuple[str, ...]]] = {
+    "report": ("report", "-o", "-report", (".html", ".pdf")),
+    "page": ("view", "-o", "", (".html",)),
+    "drawing": ("draw", "-o", "", (".svg", ".pdf", ".png")),
+    "freebody": ("freebody", "-o", "-freebody", (".svg", ".pdf", ".png")),
+    "film": ("animate", "-o", "", (".gif", ".mp4", ".webp", ".png")),
+    "dxf": ("export", "--to dxf -o", "", (".dxf",)),
+    "fmu": ("export", "--to fmu -o", "", (".fmu",)),
+    "csv": ("", "--csv", "", (".csv",)),
+    "xlsx": ("", "--xlsx", "", (".xlsx",)),
+}
+#: Signs of what a command has said that are kept.
+LONGEST = 2_000
+
+
+def as_word(path: str) -> str:
+    """A path as a word of a command that is no option.
+
+    >>> as_word("-o.toml"), as_word("press.toml")
+    ('./-o.toml', 'press.toml')
+    """
+    return f"./{path}" if path.startswith("-") else path
+
+
+def command_of(document: Document, word: str) -> str:
+    """The command line that computes what the board shows."""
+    name = word or f"{document.name.removesuffix('.toml')}.toml"
+    return shlex.join(["mbody", *analysis_words(document, name)])
+
+
+def analysis_words(document: Document, word: str) -> list[str]:
+    """The words of the command that analyses a document."""
+    state = document.state
+    if state.turn is not None:
+        return ["kinetostatics", word, "--over", "turn"]
+    driven = state.mobility is not None and not state.mobility.freedom
+    if state.mechanism.simulation is not None and not driven:
+        return ["simulate", word]
+    return ["kinetostatics" if driven else "check", word]
+
+
+class ExportJob(NamedTuple):
+    """One export: the words of its command, its file, its process and what that says."""
+
+    words: list[str]
+    file: Path
+    process: subprocess.Popen[bytes]
+    errors: IO[str]
+
+
+class ExportJobs:
+    """The exports of a session, which write below its folder and over nothing but their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder, self.jobs = folder, dict[str, ExportJob]()
+        self.made: dict[Path, tuple[int, int]] = {}
+
+    def start(self, do: str, document: Document, word: str, file: Path | None, force: bool) -> str:
+        """Begin an export; its number."""
+        if do not in EXPORTS:
+            raise ModelError(f"the board exports no {brief(do)}: it exports {', '.join(EXPORTS)}")
+        if not word:
+            raise ModelError("the command reads a file, which the model has not yet: save it first")
+        verb, option, behind, ends = EXPORTS[do]
+        if file is None:
+            file = self.folder / Path(word).with_name(f"{Path(word).stem}{behind}{ends[0]}")
+        if file.suffix.lower() not in ends:
+            raise ModelError(f"{brief(file.name)} must end in {' or '.join(ends)}")
+        new = force or not file.exists() or self.made.get(file) == _stamp(file)
+        if not new or file.is_symlink():
+            raise ModelError(f"there is a file '{file.name}' already: choose another name")
+        head = [verb, word] if verb else analysis_words(document, word)
+        if not verb and head[0] == "check":
+            raise ModelError("there are no results yet to write: drive all that is free")
+        words = [*head, *option.split(), as_word(file.relative_to(self.folder).as_posix())]
+        errors = TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
+        process = subprocess.Popen(
+            # nothing is imported from the folder, whose files may be anybody's
+            [sys.executable, "-P", "-m", "mbody", *words],
+            cwd=self.folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=errors,
+            env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        )
+        number = secrets.token_hex(8)
+        self.jobs[number] = ExportJob(words, file, process, errors)
+        return number
+
+    def report(self, number: str) -> dict[str, Any]:
+        """How far an export is."""
+        job = self.jobs.get(number)
+        if job is None:
+            raise ModelError("there is no such export: the board was started anew, begin it again")
+        status, command = job.process.poll(), shlex.join(["mbody", *job.words])
+        if status is None:
+            return {"done": 0.0, "command": command}
+        # 1 is a result in doubt, which is written all the same
+        if status in (0, 1) and job.file.exists():
+            self.made[job.file] = _stamp(job.file)
+            file = job.file.relative_to(self.folder).as_posix()
+            return {"done": 1.0, "command": command, "file": file}
+        job.errors.seek(0)
+        *_, last = ["the command ended without a word", *job.errors.read().split("\n")[:-1]]
+        sentence = last.removeprefix("mbody: ")[:LONGEST]
+        return {"done": 1.0, "command": command, "fault": {"sentence": sentence}}
+
+    def close(self) -> None:
+        """End what is under way."""
+        for job in self.jobs.values():
+            job.process.terminate()
+            job.errors.close()
+
+
+def _stamp(file: Path) -> tuple[int, int]:
+    found = file.stat()
+    return found.st_mtime_ns, found.st_size
+
 
 Answer = dict[str, Any]
 
 #: Files that are not listed: hidden ones, views of boards.
 HIDDEN = re.compile(rf"(^|/)\.|{re.escape(VIEWS)}$")
 #: Seconds that `wait` is held, and between two looks at the file.
-HELD, LOOK = 25.0, 0.4
+HELD, LOOK_EVERY = 25.0, 0.4
 #: Shapes of a drag are made anew after so many times as long as they took.
 PAUSE = 2.0
 #: Files of the folder that are looked through, and those that are listed.
@@ -167,7 +307,7 @@ class BoardSession:
         elif asked.get("import"):
             self._import(self._inside(asked["import"]))
         else:
-            from mbody.teaching.new_model import new_model
+            from mbody.teaching.exercises import new_model
 
             kind = str(asked.get("new") or "")
             self._take(Document(new_model(kind) if kind else EMPTY, kind or "model"))
@@ -276,7 +416,7 @@ class BoardSession:
         return {"rev": self.revision, **modes_of(self.document.state)}
 
     def _act_forms(self, asked: Mapping[str, Any]) -> Answer:
-        from mbody.edit.element_forms import element_forms
+        from mbody.edit.places import element_forms
 
         units, radians = self.document.state.mechanism.units, self.document.tree.get("angle")
         return {"rev": self.revision, "forms": element_forms(units, str(radians or "deg"))}
@@ -284,7 +424,7 @@ class BoardSession:
     # -- files, exports ------------------------------------------------------------------------
 
     def _act_files(self, asked: Mapping[str, Any]) -> Answer:
-        from mbody.teaching.new_model import KINDS
+        from mbody.teaching.exercises import KINDS
 
         every = itertools.islice(self.folder.rglob("*"), LOOKED)
         names = sorted(name for name in map(self._named, every) if not HIDDEN.search(name))
@@ -341,7 +481,7 @@ class BoardSession:
             if self.document.follow():
                 self._changed()
                 break
-            self.lock.wait(LOOK)
+            self.lock.wait(LOOK_EVERY)
         new = asked["rev"] != self.revision
         return {"rev": self.revision, **({"changed": True} if new else {})}
 
@@ -369,3 +509,170 @@ def gallery_titles() -> list[dict[str, str]]:
         return str(tomllib.loads(path(name).read_text("utf-8")).get("name", name))
 
     return [{"name": name, "title": title(name)} for name in names()]
+
+
+# -- The server of the drawing board: one page, for this machine alone, with the session behind
+#    it ----------------------------------------------------------------------------------------
+#
+# A request is answered only if it has the token of the address, comes from the page itself and
+# names this server: another page in the same browser, another machine and another name of this one
+# are refused. No path of a request reaches the disk.
+
+#: Bytes of a request, and seconds without a page after which the server ends.
+MOST, ALONE = 6_000_000, 60.0
+#: Seconds between two looks at whether to end, and those that an idle connection stays open.
+LOOK, IDLE = 0.25, 90
+TYPES = {
+    ".mjs": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".html": "text/html; charset=utf-8",
+    ".svg": "image/svg+xml",
+}
+HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; "
+    "style-src 'self' 'unsafe-inline'; connect-src 'self'; img-src 'self' data: blob:; "
+    "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+
+
+def page_files() -> dict[str, Path]:
+    """The only files that are served, by their names in addresses."""
+    page = Path(str(resources.files("mbody.edit"))) / "page"
+    viewer = Path(str(resources.files("mbody.views"))) / "viewer"
+    found = {file.name: file for file in page.glob("*") if file.suffix in TYPES}
+    found |= {f"viewer/{file.name}": file for file in viewer.glob("*") if file.suffix in TYPES}
+    return found | {"": page / "board.html"}
+
+
+class BoardHandler(BaseHTTPRequestHandler):
+    """Answers one connection."""
+
+    protocol_version = "HTTP/1.1"
+    server: BoardServer
+    disable_nagle_algorithm = True
+    wbufsize = -1
+    timeout = IDLE
+    name = ""
+
+    def do_GET(self) -> None:
+        """A file of the page, or the picture below the drawing."""
+        if not self._allowed():
+            return self._send(403)
+        if self.name == "underlay":
+            picture = self.server.session.picture()
+            return self._send(200, *picture) if picture else self._send(404)
+        file = self.server.files.get(self.name)
+        if file is None or not file.is_file():
+            return self._send(404)
+        self._send(200, file.read_bytes(), TYPES[file.suffix])
+
+    def do_POST(self) -> None:
+        """An act of the protocol."""
+        if not self._allowed():
+            return self._send(403)
+        size = self.headers.get("Content-Length", "")
+        if self.name != "act":
+            return self._send(404)
+        if self.headers.get_content_type() != "application/json":
+            return self._send(415)
+        if not (size.isascii() and size.isdigit()) or self.headers.get("Transfer-Encoding"):
+            return self._send(411)
+        if len(size) > 8 or int(size) > MOST:
+            return self._send(413)
+        try:
+            asked = json.loads(self.rfile.read(int(size)).decode("utf-8"))
+            json.dumps(asked, ensure_ascii=False, allow_nan=False).encode("utf-8")
+        except (ValueError, RecursionError):
+            return self._send(400)
+        if not isinstance(asked, dict):
+            return self._send(400)
+        status, answer = self.server.answer(asked)
+        text = json.dumps(answer, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        self._send(status, text.encode("utf-8", "replace"), "application/json")
+
+    def _allowed(self) -> bool:
+        """Whether a request has the token and comes from the page; sets the name below the token.
+
+        A page's own requests have the site "same-origin"; only the page itself may be opened from
+        outside, by its address. Browsers that do not say the site say the origin.
+        """
+        address, own = self.path.partition("?")[0], self.server.own_hosts
+        token, slash, name = address.removeprefix("/").partition("/")
+        self.name = name if slash else "/"
+        right = hmac.compare_digest(token.encode(), self.server.token.encode())
+        host, origin = self.headers.get_all("Host", []), self.headers.get_all("Origin", [])
+        reading, site = self.command == "GET", self.headers.get("Sec-Fetch-Site")
+        from_page = site == "same-origin" or (site == "none" and reading and not self.name)
+        from_page = from_page or (site is None and (reading or bool(origin)))
+        known = len(host) == 1 and host[0].lower() in own
+        return (
+            right and known and from_page and all(o in {f"http://{h}" for h in own} for o in origin)
+        )
+
+    def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
+        """What is no request is refused like the rest, without words."""
+        self._send(code)
+
+    def _send(self, status: int, body: bytes = b"", kind: str = "text/plain") -> None:
+        """An answer in one write; what is refused closes the connection."""
+        more = {"Content-Type": kind}
+        if status >= 400 and status != 409:
+            self.close_connection, more = True, more | {"Connection": "close"}
+        self.send_response_only(status)
+        for key, value in {**HEADERS, **more, "Content-Length": str(len(body))}.items():
+            self.send_header(key, value)
+        self.end_headers()
+        self.wfile.write(body)
+        self.wfile.flush()
+
+    def log_message(self, *parts: object) -> None:
+        """Nothing: addresses have the token."""
+
+
+class BoardServer(ThreadingHTTPServer):
+    """Serves a session on this machine alone, until its page has gone or it is told to end."""
+
+    daemon_threads, request_queue_size = True, 128
+
+    def __init__(self, session: BoardSession, port: int = 0) -> None:
+        super().__init__(("127.0.0.1", port), BoardHandler)
+        self.session, self.token = session, secrets.token_urlsafe(18)
+        self.files = page_files()
+        self.own_hosts = {f"{name}:{self.server_port}" for name in ("127.0.0.1", "localhost")}
+        self.timeout, self.active, self.last = LOOK, 0, 0.0
+        self._counting = threading.Lock()
+
+    @property
+    def address(self) -> str:
+        """The address of the page."""
+        return f"http://127.0.0.1:{self.server_port}/{self.token}/"
+
+    def answer(self, asked: dict[str, Any]) -> tuple[int, dict[str, Any]]:
+        """That of the session; meanwhile there is a page."""
+        with self._counting:
+            self.active += 1
+        try:
+            return self.session.answer(asked)
+        finally:
+            with self._counting:
+                self.active, self.last = self.active - 1, time.monotonic()
+
+    def serve(self, mark: Callable[[], None], *, keep: bool = False) -> None:
+        """Answer until a minute after the page has gone; `mark` is called again and again and may
+        end it by an exception. Nothing is left half done.
+        """
+        try:
+            while keep or not self.last or self.active or time.monotonic() - self.last < ALONE:
+                self.handle_request()
+                mark()
+        finally:
+            self.server_close()
+            self.session.close()
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A connection that broke is no matter."""

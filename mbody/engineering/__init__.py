@@ -3,43 +3,71 @@
 from mbody.analysis.equilibria.equilibrium_curve import equilibrium_curve
 from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.linear.linearize import linearize
-from mbody.engineering.bearing_loads import BearingLoad, bearing_load
-from mbody.engineering.cam_limits import CamAnalysis, CamPlace, cam_analysis
-from mbody.engineering.cam_profile import CamUndercut, cam_profile, cam_undercut
-from mbody.engineering.fluctuation import Fluctuation, energy_fluctuation, fluctuation
-from mbody.engineering.flywheel import FlywheelProof, FlywheelSizing, flywheel, size_flywheel
-from mbody.engineering.force_balance import ForceBalance, force_balance
-from mbody.engineering.harmonics import Harmonics, harmonics
-from mbody.engineering.indicator import Indicator, indicator
+from mbody.engineering.cam_limits import (
+    CamAnalysis,
+    CamPlace,
+    CamUndercut,
+    cam_analysis,
+    cam_profile,
+    cam_undercut,
+)
+from mbody.engineering.flywheel import (
+    Fluctuation,
+    FlywheelProof,
+    FlywheelSizing,
+    energy_fluctuation,
+    fluctuation,
+    flywheel,
+    size_flywheel,
+)
+from mbody.engineering.force_balance import (
+    ForceBalance,
+    SpringBalance,
+    force_balance,
+    spring_balance,
+)
 from mbody.engineering.instant_centres import (
     Centrodes,
+    InflectionCircle,
     InstantCentre,
     InstantCentres,
-    centrodes,
-    instant_centres,
-)
-from mbody.engineering.internal_loads import InternalLoads, Stress, internal_loads
-from mbody.engineering.motion_polygons import MotionPolygon, acceleration_polygon, velocity_polygon
-from mbody.engineering.motor_sizing import MotorCurve, MotorSizing, motor_sizing
-from mbody.engineering.path_curvature import (
-    InflectionCircle,
+    MotionPolygon,
     PathCurvature,
+    acceleration_polygon,
+    centrodes,
     inflection_circle,
+    instant_centres,
     path_curvature,
+    velocity_polygon,
+)
+from mbody.engineering.internal_loads import (
+    BearingLoad,
+    InternalLoads,
+    Stress,
+    bearing_load,
+    internal_loads,
+)
+from mbody.engineering.motor_sizing import (
+    Indicator,
+    MotorCurve,
+    MotorSizing,
+    indicator,
+    motor_sizing,
 )
 from mbody.engineering.shaking import (
     BalanceShaft,
+    Harmonics,
     RockingCouple,
     ShakingForce,
     ShakingOrders,
     balance_shafts,
     firing_angles,
+    harmonics,
     rocking_couple,
     shaking_force,
     shaking_orders,
 )
-from mbody.engineering.spring_balance import SpringBalance, spring_balance
-from mbody.solution.balances import momentum
+from mbody.solution.checks import momentum
 
 __all__ = [
     "CamAnalysis", "CamPlace", "cam_analysis", "cam_profile", "cam_undercut", "CamUndercut",

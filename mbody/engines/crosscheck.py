@@ -18,12 +18,12 @@ from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core.other_words import meant
 from mbody.core.presentation import Presented
-from mbody.engines import load_forces
-from mbody.engines.crosscheck_result import AGREES, CrosscheckResult, Engine, Inexpressible
+from mbody.engines import balance
+from mbody.engines.balance import AGREES, CrosscheckResult, Engine, Inexpressible
 from mbody.errors import ModelError, brief
 from mbody.model.element import listed, takes_one_design
+from mbody.model.simulation import Instants
 from mbody.model.stop import Stop
-from mbody.model.study import Instants
 from mbody.quantities.output_units import OutputUnits
 from mbody.solution.contact_forces import acting_contacts
 from mbody.solution.declared_result import Value
@@ -177,12 +177,12 @@ def crosscheck(
     found = {}
     for name in names:
         why = _loading_error(name) if against is None else ""
-        missing = () if name in ALWAYS else load_forces.without_counterpart(system.mechanism)
+        missing = () if name in ALWAYS else balance.without_counterpart(system.mechanism)
         if name not in ALWAYS and not (name in TOUCHING and run.analysis == "simulate"):
-            missing += load_forces.contacts_without_counterpart(system.mechanism)
+            missing += balance.contacts_without_counterpart(system.mechanism)
         if name not in ALWAYS and run.analysis == "simulate":
-            missing += load_forces.separating(system.mechanism)
-            missing += load_forces.unsupported_states(system.mechanism) if name in TOUCHING else ()
+            missing += balance.separating(system.mechanism)
+            missing += balance.unsupported_states(system.mechanism) if name in TOUCHING else ()
         if name != "balance" and run.stepped is not None:
             why = IMPULSIVE
             missing = (Inexpressible("motion", why),)

@@ -17,15 +17,16 @@ from mbody.analysis.initial.close_loops import close_loops
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Inexpressible
-from mbody.engines.load_forces import follows_formula, signals_of, smooth_alone
+from mbody.engines.balance import Inexpressible, follows_formula, signals_of, smooth_alone
 from mbody.engines.mjcf_contacts import (
+    PLAIN,
     ContactGeoms,
     inexpressible_contacts,
+    linear_law,
+    numbers,
+    safe,
     unwritable_contacts,
 )
-from mbody.engines.mjcf_signals import PLAIN, linear_law
-from mbody.engines.mjcf_text import numbers, safe
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.spanning_tree import (
     Branch,
@@ -54,8 +55,8 @@ from mbody.model.joints import (
 )
 from mbody.model.loads import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from mbody.model.mechanism import Mechanism
-from mbody.model.named_quantities import expanded
 from mbody.model.numbers import number_in
+from mbody.model.states import expanded
 from mbody.quantities.units import UnitSystem
 from mbody.solution.solution import Solution
 from mbody.system.system import System

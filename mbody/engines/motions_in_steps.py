@@ -18,10 +18,10 @@ import numpy as np
 
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Inexpressible, Row
+from mbody.engines.balance import Inexpressible, Row
 from mbody.errors import ModelError, SolveError
-from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
+from mbody.model.model_notes import with_others
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
 from mbody.system.system import System, with_numbers_of

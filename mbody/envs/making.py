@@ -12,7 +12,7 @@ from mbody.errors import ModelError
 from mbody.files.model import load
 from mbody.gallery import model_path
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.system.system import System
 
 if TYPE_CHECKING:

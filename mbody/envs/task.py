@@ -16,8 +16,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.model.simulation import STATE
-from mbody.model.study import measure_named
+from mbody.model.simulation import STATE, measure_named
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure, checked_sides
 from mbody.stepping.simulators import Simulators

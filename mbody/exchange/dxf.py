@@ -29,8 +29,7 @@ from mbody.model.touching_shapes import (
     Shape,
     Vertex,
 )
-from mbody.quantities.formula import evaluated, number
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number, evaluated, number
 from mbody.quantities.units import unit_system
 from mbody.system.assembler import assemble
 from mbody.system.system import System

@@ -8,22 +8,306 @@ a body without mass on a pin of the ground, coupled to it, by 1 rad a metre of a
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from mbody.core.tolerances import FILE_AXES_PARALLEL, FILE_PLACES_SAME
 from mbody.exchange.imported import refusal, seen
-from mbody.exchange.planar_space import Spatial
 from mbody.model.body import Body
 from mbody.model.contact import Rope
 from mbody.model.coupling import AngleCoupling, CouplingTerm, LengthCoupling
 from mbody.model.element import Element, Marker
-from mbody.model.inputs import Input
 from mbody.model.joints import Clutch, FrictionForce, Revolute
 from mbody.model.loads import Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from mbody.model.states import Input
 from mbody.model.stop import Stop
+
+# -- A spatial model and the plane in which it moves: all hinges across it, all slides in it ---
+
+Array = np.ndarray
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Two axes of unit length, and the normal that they turn about.
+
+    The normal is chosen so that the x axis of the plane is that of the file, or else its y axis.
+    """
+
+    x: Array
+    y: Array
+
+    @property
+    def normal(self) -> Array:
+        """The direction about which angles are counter-clockwise."""
+        return np.cross(self.x, self.y)
+
+    def flat(self, vector: Array) -> tuple[float, float]:
+        """The two components of a vector in the plane."""
+        return float(vector @ self.x), float(vector @ self.y)
+
+    def sign(self, axis: Array) -> float:
+        """1 where a hinge turns counter-clockwise about its axis, −1 where clockwise."""
+        return 1.0 if axis @ self.normal > 0.0 else -1.0
+
+    def rotation_angle(self, matrix: Array) -> float:
+        """The angle of a rotation about the normal."""
+        x, y = self.flat(matrix @ self.x)
+        return float(np.arctan2(y, x))
+
+    def lies_in(self, axis: Array) -> bool:
+        """Whether a direction lies in the plane."""
+        return abs(float(axis @ self.normal)) <= FILE_AXES_PARALLEL
+
+    def is_across(self, axis: Array) -> bool:
+        """Whether a direction is the normal or its opposite."""
+        return float(np.hypot(*self.flat(axis))) <= FILE_AXES_PARALLEL
+
+
+def plane_of(hinges: list[Any], slides: list[Any], gravity: Array) -> Plane:
+    """The plane of a model. `hinges`, `slides`, `gravity` (3,)."""
+    if hinges:
+        normal = hinges[0]
+    else:
+        others = [*slides[1:], gravity, np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])]
+        normal = next(
+            n for n in (np.cross(slides[0], v) for v in others) if n @ n > FILE_AXES_PARALLEL**2
+        )
+    normal = normal / np.linalg.norm(normal)
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    y = up - (up @ normal) * normal
+    y /= np.linalg.norm(y)
+    x = np.cross(y, normal)
+    main = 0 if abs(x[0]) > FILE_AXES_PARALLEL else 1
+    return Plane(x if x[main] > 0.0 else -x, y)
+
+
+def check_axes(plane: Plane, name: str, axis: Array, *, hinge: bool) -> None:
+    """Refuse a joint that leaves the plane."""
+    fits = plane.is_across(axis) if hinge else plane.lies_in(axis)
+    if not fits:
+        given = ", ".join(f"{part:.4g}" for part in axis)
+        across = ", ".join(f"{part:.4g}" for part in plane.normal)
+        what = "is not parallel to" if hinge else "is not across"
+        raise refusal(
+            name,
+            f"its axis ({given}) {what} the hinges' axis ({across}): only mechanisms that move in "
+            "one plane are read",
+        )
+
+
+class Spatial(Protocol):
+    """A compiled spatial model, its plane and names."""
+
+    mujoco: Any
+    model: Any
+    data: Any
+    plane: Plane
+    gravity: Array
+    names: dict[int, str]
+    points: dict[int, dict[str, tuple[float, float]]]
+    shapes: dict[int, dict[str, Any]]
+    notes: list[str]
+
+    def name(self, kind: str, index: int) -> str:
+        """The name of an object in its file, a number where it has none."""
+
+    def label(self, kind: str, index: int) -> str:
+        """The same as a name of a point or a part of one."""
+
+    def element(self, kind: str, index: int) -> str:
+        """The name of the element that an object is, of no other; a note where it is changed."""
+
+    def unique(self, wanted: str) -> str:
+        """A name that no element has yet."""
+
+    def is_off(self, feature: str) -> bool:
+        """Whether a flag of the file switches a feature off."""
+
+    def root(self, body: int) -> int:
+        """The body that carries a body."""
+
+    def parent(self, body: int) -> str:
+        """The name of what the joints of a body are on."""
+
+    def moving(self) -> list[int]:
+        """The bodies that move against their carriers."""
+
+    def offset(self, body: int, at: np.ndarray) -> tuple[float, float]:
+        """A point of space in the plane axes of a body."""
+
+    def place(self, body: int, label: str, at: np.ndarray) -> str:
+        """A named point of a body."""
+
+    def on_joint(self, joint: int) -> list[int]:
+        """The actuators of a joint."""
+
+    def on_tendon(self, tendon: int) -> list[int]:
+        """The actuators of a tendon."""
+
+    def target_of(self, actuator: int) -> tuple[str, int]:
+        """The joint or tendon of an actuator."""
+
+    def constrained_tendons(self) -> list[int]:
+        """The tendons whose length is kept."""
+
+
+# -- Fields of a model that MuJoCo has compiled: what is taken, what moves nothing, what is
+#    refused -----------------------------------------------------------------------------------
+#
+# An attribute of MJCF or URDF that changes a motion ends in a field of MuJoCo's ``mjModel``,
+# whatever defaults, classes, includes and compiler settings it came through. So the fields are gone
+# through.
+
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+#: Fields that the bodies, joints, loads and contacts of the imported model are made of.
+TAKEN = _words("""
+    qpos0 qpos_spring
+    body_parentid body_weldid body_mocapid body_jntnum body_jntadr body_pos body_quat body_ipos
+    body_iquat body_mass body_inertia body_gravcomp
+    jnt_type jnt_qposadr jnt_dofadr jnt_bodyid jnt_limited jnt_actfrclimited jnt_actfrcrange
+    jnt_actgravcomp jnt_pos jnt_axis jnt_stiffness jnt_range jnt_margin
+    dof_jntid dof_frictionloss dof_armature dof_damping
+    geom_type geom_contype geom_conaffinity geom_condim geom_bodyid geom_priority geom_size geom_pos
+    geom_quat geom_friction geom_margin geom_surfacevel geom_adhesion
+    site_bodyid site_pos site_quat
+    pair_dim pair_geom1 pair_geom2 pair_margin pair_adhesion pair_friction exclude_signature
+    eq_type eq_obj1id eq_obj2id eq_objtype eq_active0 eq_data
+    tendon_adr tendon_num tendon_limited tendon_actfrclimited tendon_range tendon_actfrcrange
+    tendon_margin tendon_stiffness tendon_damping tendon_armature tendon_frictionloss
+    tendon_lengthspring tendon_length0 wrap_type wrap_objid wrap_prm
+    actuator_trntype actuator_dyntype actuator_gaintype actuator_biastype actuator_ctrladr
+    actuator_trnid actuator_gainprm actuator_biasprm actuator_damping actuator_armature
+    actuator_group actuator_forcelimited actuator_forcerange actuator_ctrllimited
+    actuator_ctrlrange actuator_gear actuator_outadr
+    """)
+#: Fields that are refused where they are not zero: the kind of object, the field, what it is.
+REFUSED = (
+    ("JOINT", "jnt_stiffnesspoly", "its spring has higher terms of the displacement"),
+    ("JOINT", "jnt_springyield", "its spring yields"),
+    ("TENDON", "tendon_stiffnesspoly", "its spring has higher terms of the length"),
+    ("TENDON", "tendon_dampingpoly", "its damping has higher terms of the rate"),
+    ("TENDON", "tendon_springyield", "its spring yields"),
+    ("ACTUATOR", "actuator_dampingpoly", "its damping has higher terms of the rate"),
+    ("ACTUATOR", "actuator_delay", "it acts with a delay"),
+)
+#: Fields of plugins, sleep, higher terms of damping, and of a medium.
+REFUSED_OTHERWISE = _words("""
+    dof_dampingpoly body_plugin geom_plugin actuator_plugin tree_sleep_policy geom_fluid
+    """)
+#: How MuJoCo solves: impedances and time constants of constraints, which are rigid here, and
+#: memory, orders and sums that it makes of the other fields.
+SOLVER = _words(
+    """
+    jnt_solref jnt_solimp dof_solref dof_solimp geom_solmix geom_solref geom_solimp geom_gap
+    pair_solref pair_solreffriction pair_solimp pair_gap eq_solref eq_solimp tendon_solref_lim
+    tendon_solimp_lim tendon_solref_fri tendon_solimp_fri body_rootid body_dofnum body_dofadr
+    body_treeid body_geomnum body_geomadr body_simple body_sameframe body_subtreemass
+    body_invweight0 body_margin body_contype body_conaffinity body_bvhadr body_bvhnum
+    jnt_actuatorid jnt_plasticadr dof_bodyid dof_parentid dof_treeid dof_Madr dof_simplenum
+    dof_invweight0 dof_M0 dof_length tree_bodyadr tree_bodynum tree_dofadr tree_dofnum
+    geom_dataid geom_sameframe geom_aabb geom_rbound site_dataid site_sameframe pair_signature
+    tendon_type tendon_actuatorid tendon_plasticadr tendon_treenum tendon_treeid ten_J_rownnz
+    ten_J_rowadr ten_J_colind tendon_invweight0 actuator_ctrlnum actuator_ctrlspec
+    actuator_outnum actuator_actadr actuator_actnum actuator_dynprm actuator_actlimited
+    actuator_actrange actuator_actearly actuator_cranklength actuator_history
+    actuator_historyadr actuator_acc0 actuator_length0 actuator_lengthrange flg_gravcomp
+    flg_surfacevel flg_adhesion signature
+    """
+)
+#: Beginnings of fields that are seen, measured, named or kept: pictures, sensors, key frames.
+MOVES_NOTHING = (
+    "cam_", "light_", "mat_", "mesh_", "skin_", "tex_", "text_", "hfield_", "sensor_", "key_",
+    "name_", "names", "numeric_", "tuple_", "bvh_", "oct_", "paths", "plugin", "B_", "M_", "D_",
+    "mapM2", "mapD2", "efm0_", "efmC_",
+)  # fmt: skip
+#: Ends of fields that are for pictures or for the user's own use.
+SEEN = ("_user", "_group", "_matid", "_rgba", "_width", "_castshadow", "site_type", "site_size")
+#: Fields of ``mjOption``.
+OPTIONS_TAKEN = _words("gravity density viscosity wind disableflags enableflags disableactuator")
+OPTIONS_OF_CONTACTS = _words("o_margin o_friction")
+OPTIONS_OF_THE_SOLVER = _words("""
+    timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance sleep_tolerance
+    magnetic o_solref o_solimp integrator cone jacobian solver iterations ls_iterations
+    noslip_iterations ccd_iterations sdf_initpoints sdf_iterations
+    """)
+
+
+def is_known(field: str) -> bool:
+    """Whether a field of ``mjModel`` is in the tables.
+
+    >>> is_known("body_mass"), is_known("cam_fovy"), is_known("dof_magic")
+    (True, True, False)
+    """
+    return (
+        field in TAKEN | REFUSED_OTHERWISE | SOLVER
+        or any(field == name for _, name, _ in REFUSED)
+        or field.startswith((*MOVES_NOTHING, "flex"))
+        or field.endswith(SEEN)
+    )
+
+
+def fields(model: Any) -> Iterator[str]:
+    """The names of the arrays of a compiled model."""
+    for name in dir(model):
+        if not name.startswith("_") and isinstance(getattr(model, name, None), np.ndarray):
+            yield name
+
+
+def check_fields(mujoco: Any, model: Any, name: Any) -> list[str]:
+    """Refuse what would move the model and has no counterpart; notes on fields that are not known,
+    of a newer MuJoCo. `name`: Of an object of a kind.
+    """
+    for kind, field, why in REFUSED:
+        values = np.asarray(getattr(model, field, ())).reshape(-1)
+        if values.any():
+            rows = np.asarray(getattr(model, field))
+            n = int(np.flatnonzero(rows.reshape(len(rows), -1).any(axis=1))[0])
+            raise refusal(f"the {kind.lower()} {seen(name(kind, n))}", f"{why}, which is not read")
+    _check_whole(mujoco, model, name)
+    unknown = [
+        field for field in fields(model) if not is_known(field) and getattr(model, field).any()
+    ]
+    if unknown:
+        return [
+            f"MuJoCo {mujoco.__version__} has fields that are not known here and not taken: "
+            f"{', '.join(unknown)}"
+        ]
+    return []
+
+
+def _check_whole(mujoco: Any, model: Any, name: Any) -> None:
+    for n in np.flatnonzero(model.dof_dampingpoly.any(axis=-1))[:1]:
+        joint = name("JOINT", int(model.dof_jntid[n]))
+        raise refusal(
+            f"the joint {seen(joint)}",
+            "its damping has higher terms of the rate, which is not read",
+        )
+    for kind, field in (("BODY", "body"), ("GEOM", "geom"), ("ACTUATOR", "actuator")):
+        for n in np.flatnonzero(getattr(model, f"{field}_plugin") >= 0)[:1]:
+            raise refusal(
+                f"the {field} {seen(name(kind, int(n)))}",
+                "a plugin of MuJoCo moves it or shapes it",
+            )
+    for body in np.flatnonzero(model.body_mocapid >= 0)[:1]:
+        raise refusal(f"the body {seen(name('BODY', int(body)))}", "it is moved by mocap")
+    if model.nflex:
+        raise refusal(
+            f"the flex {seen(name('FLEX', 0))}", "it is deformable, bodies are rigid here"
+        )
+    asleep = model.tree_sleep_policy == int(mujoco.mjtSleepPolicy.mjSLEEP_INIT)
+    sleeps = model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    for tree in np.flatnonzero(asleep)[:1] if sleeps else ():
+        body = name("BODY", int(model.tree_bodyadr[tree]))
+        raise refusal(f"the body {seen(body)}", "it is asleep until something touches it")
+
 
 FREE, SLIDE, HINGE = 0, 2, 3
 WRAP_JOINT, WRAP_SITE = 1, 3

@@ -13,8 +13,14 @@ from mbody.errors import ModelError
 from mbody.exchange.imported import Imported, seen
 from mbody.exchange.linkage2 import linkage2_from_xml
 from mbody.exchange.planar_bodies import planar_bodies
-from mbody.exchange.pmks import is_pmks_json, is_pmks_text, pmks_from_json, pmks_from_text
-from mbody.exchange.pylinkage import is_pylinkage, pylinkage_from_json
+from mbody.exchange.pylinkage import (
+    is_pmks_json,
+    is_pmks_text,
+    is_pylinkage,
+    pmks_from_json,
+    pmks_from_text,
+    pylinkage_from_json,
+)
 from mbody.files.model.read import text_of
 from mbody.quantities.units import unit_system
 

@@ -20,11 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.analysis.inverse.conditions import Answer, AnswerCase
-from mbody.files.tables import as_list, friction_data
-from mbody.files.writing import writing
+from mbody.files.tables import as_list, friction_data, writing
 from mbody.quantities.output_units import OutputUnits
-from mbody.solution.columns import ResultColumn, ResultTable
-from mbody.solution.declared_result import declared_data
+from mbody.solution.declared_result import ResultColumn, ResultTable, declared_data
 from mbody.solution.doubts import certificate, heading
 from mbody.solution.histories import EventRecord, one_design
 from mbody.solution.result_table import result_table

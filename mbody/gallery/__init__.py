@@ -14,7 +14,7 @@ from mbody.errors import ModelError
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
-    from mbody.quantities.types import Number
+    from mbody.quantities.formula import Number
 
 __all__ = ["load", "model_path", "names", "path"]
 

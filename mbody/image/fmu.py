@@ -20,18 +20,15 @@ from xml.sax.saxutils import quoteattr
 
 from mbody._version import __version__
 from mbody.analysis.position.assembly_analysis import as_system
-from mbody.core.cache_folder import STAMP_DIGITS, cache_folder
 from mbody.core.native import builder_command, builder_fails, place, progress
-from mbody.core.selection import linker
-from mbody.core.sources import PACKAGE, source_hash
+from mbody.core.selection import PACKAGE, STAMP_DIGITS, cache_folder, linker, source_hash
 from mbody.errors import ModelError, brief
+from mbody.image.arena import IMAGE_KERNELS, ImageEntry
 from mbody.image.arena import INPUT as INPUT_ENTRY
 from mbody.image.arena import MEASURE as MEASURE_ENTRY
 from mbody.image.arena import NUMBER as NUMBER_ENTRY
 from mbody.image.arena import STATE as STATE_ENTRY
-from mbody.image.arena import ImageEntry
 from mbody.image.model_image import ModelImage, SiUnit, si_unit, to_image
-from mbody.image.webassembly import IMAGE_KERNELS
 from mbody.model.mechanism import Mechanism
 from mbody.quantities.units import Dimension
 from mbody.system.system import System

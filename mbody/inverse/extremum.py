@@ -11,9 +11,8 @@ import numpy as np
 
 from mbody.core import tolerances as tol
 from mbody.core.bracket import last_place, zero_between
-from mbody.inverse.roots import Affine, Residuals, newton, spread
-from mbody.inverse.trials import SearchVariable
-from mbody.optimization.aims_and_limits import AimRows
+from mbody.inverse.trials import Affine, Residuals, SearchVariable, newton, spread
+from mbody.optimization.design_evaluation import AimRows
 from mbody.optimization.nonlinear_program import Program
 
 # -- The greatest value of a function of one unknown, over the whole range that it may take ----

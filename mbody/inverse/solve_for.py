@@ -20,11 +20,19 @@ from mbody.analysis.inverse.conditions import (
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, best_climb, extremum
-from mbody.inverse.roots import Affine, SingularEquations, affine, newton, scan, spread
-from mbody.inverse.trials import ConditionRows, Trials
+from mbody.inverse.trials import (
+    Affine,
+    ConditionRows,
+    SingularEquations,
+    Trials,
+    affine,
+    newton,
+    scan,
+    spread,
+)
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import PlacesLike, Question, TextsLike, Unknowns
+from mbody.model.simulation import PlacesLike, Question, TextsLike, Unknowns
 from mbody.solution.doubts import Doubt, doubted, inherited
 from mbody.solution.solution import Solution
 

@@ -14,8 +14,7 @@ from mbody.core.tolerances import TABLE_CLOSES, TABLE_PERIOD_ROUNDING
 from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, Law, law_field, law_number, with_dimension
 from mbody.laws.kernels import SHAPES, FloatArray
-from mbody.quantities.formula import is_pending
-from mbody.quantities.types import Converted, NumberField, required
+from mbody.quantities.formula import Converted, NumberField, is_pending, required
 from mbody.quantities.units import Dimension
 
 

@@ -22,20 +22,20 @@ from mbody.laws.kernels import (
     FloatArray,
 )
 from mbody.quantities.evaluate import Scope, Valued, evaluate, literal_exponent, misplaced_variable
-from mbody.quantities.formula import Formula
-from mbody.quantities.parse import FormulaError, shown
-from mbody.quantities.tree import (
+from mbody.quantities.formula import Converted, Formula, NumberField, NumberRow, required
+from mbody.quantities.parse import (
     Binary,
     Call,
+    FormulaError,
     Measured,
     Name,
     Negative,
     Node,
     Plain,
     expanded,
+    shown,
     text_of,
 )
-from mbody.quantities.types import Converted, NumberField, NumberRow, required
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 # -- From the tree of a formula to operations in postfix order (`mbody.laws.postfix`) ----------

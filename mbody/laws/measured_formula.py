@@ -19,8 +19,7 @@ from mbody.laws.kernels import (
 )
 from mbody.quantities.evaluate import Scope, Valued, evaluate, has_units
 from mbody.quantities.formula import Formula
-from mbody.quantities.parse import FormulaError, shown
-from mbody.quantities.tree import Plain, called, expanded, text_of, walk
+from mbody.quantities.parse import FormulaError, Plain, called, expanded, shown, text_of, walk
 from mbody.quantities.units import Dimension
 
 #: Most operations of one formula: longer ones are split into own parameters by their author.

@@ -17,8 +17,7 @@ from mbody.errors import ModelError
 from mbody.laws.base import FixedLaw, Law, law_field, law_numbers, with_dimension
 from mbody.laws.kernels import OUTSIDE, FloatArray, interval, thomas
 from mbody.quantities import FormulaError
-from mbody.quantities.formula import is_pending
-from mbody.quantities.types import Converted, NumberRow, required
+from mbody.quantities.formula import Converted, NumberRow, is_pending, required
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 # -- Slopes at the points of a table (pchip, cubic splines), from its intervals and chord slopes

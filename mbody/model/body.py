@@ -21,14 +21,15 @@ from mbody.model.element import (
     point_numbers,
 )
 from mbody.quantities import Formula
-from mbody.quantities.formula import LeftOut, number
-from mbody.quantities.types import (
+from mbody.quantities.formula import (
     Converted,
+    LeftOut,
     Number,
     NumberField,
     OptionalNumberField,
     default,
     default_made,
+    number,
     required,
 )
 

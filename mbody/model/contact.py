@@ -31,7 +31,7 @@ from mbody.model.touching_shapes import (
     points_of,
     refuse_shapes,
 )
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.laws.smooth_contour import Contour

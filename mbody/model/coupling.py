@@ -22,8 +22,7 @@ from mbody.model.element import (
     point_numbers,
 )
 from mbody.model.primitives import ConstraintPrimitive, Part
-from mbody.quantities.formula import number
-from mbody.quantities.types import Converted, NumberField, default, required
+from mbody.quantities.formula import Converted, NumberField, default, number, required
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader

@@ -26,16 +26,19 @@ from mbody.laws.kernels import FloatArray
 from mbody.laws.measured_formula import MeasuredFormula
 from mbody.model.primitives import Signal
 from mbody.quantities import FUNCTIONS, Formula, FormulaError, Scope, evaluate, parse
-from mbody.quantities.formula import formulas_in, is_pending, number, substituted
-from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Node, called, expanded
-from mbody.quantities.types import (
+from mbody.quantities.formula import (
     Converted,
     Number,
     NumberField,
     QuantityWithUnit,
     default,
+    formulas_in,
+    is_pending,
+    number,
     required,
+    substituted,
 )
+from mbody.quantities.parse import Binary, Call, Measured, Name, Negative, Node, called, expanded
 from mbody.quantities.units import DIMENSIONS, Dimension, dimension_of
 
 # -- Names of elements and of their points -----------------------------------------------------

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 from mbody.errors import ModelError
 from mbody.laws import Constant
-from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import ContactCandidate, OneSided
 from mbody.model.element import Marker
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import with_others
 from mbody.model.primitives import Signal
 
 if TYPE_CHECKING:

@@ -29,20 +29,16 @@ from mbody.model.element import (
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.quantities import Formula, FormulaError, Parameters
-from mbody.quantities.formula import LeftOut, evaluated, formulas_in, number
-from mbody.quantities.types import Number
+from mbody.quantities.formula import LeftOut, Number, evaluated, formulas_in, number
 from mbody.quantities.units import DIMENSIONS, Dimension, UnitSystem, unit_system
 
 if TYPE_CHECKING:
     from mbody.model.contact import Between, OneSided
     from mbody.model.coupling import Coupling
     from mbody.model.curves import NamedCurve
-    from mbody.model.inputs import Controller, Input
-    from mbody.model.named_quantities import Quantity
-    from mbody.model.simulation import SimulationSettings
-    from mbody.model.states import State
+    from mbody.model.simulation import Instants, Measure, Question, SimulationSettings
+    from mbody.model.states import Controller, Input, Quantity, State
     from mbody.model.stop import Stop
-    from mbody.model.study import Instants, Measure, Question
     from mbody.model.touching_shapes import ShapeLike
     from mbody.quantities.output_units import OutputUnits
 
@@ -372,7 +368,7 @@ class Mechanism:
         ModelError
             For a driver that is not there, or that the formula of a load or a state measures.
         """
-        from mbody.model.study import measures_without
+        from mbody.model.simulation import measures_without
 
         known = [driver.name for driver in self.drivers]
         for name in drivers:
@@ -429,11 +425,11 @@ class Mechanism:
                 f"the name '{name}' is taken by a {what}: names are unique, choose another", name
             )
         if element.role in ("input", "state", "quantity"):
-            from mbody.model.inputs import check_formula_name
+            from mbody.model.states import check_formula_name
 
             check_formula_name(element, self.parameters)
         if element.role == "controller":
-            from mbody.model.inputs import check_sets
+            from mbody.model.states import check_sets
 
             check_sets(cast(Any, element), self.inputs, self.controllers)
         if element.role != "body":
@@ -660,7 +656,7 @@ def _groups_in(elements: tuple[Any, ...]) -> tuple[Between, ...]:
 
 
 def _measure(name: Any, value: Any) -> Measure:
-    from mbody.model.study import Measure
+    from mbody.model.simulation import Measure
 
     check_name(name, "measure")
     return value if isinstance(value, Measure) else Measure(value)

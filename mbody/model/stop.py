@@ -14,7 +14,7 @@ from mbody.model.primitives import ConstraintPrimitive
 from mbody.model.states import formula_dimension
 from mbody.quantities import Formula, FormulaError, Scope, read
 from mbody.quantities.evaluate import dimension_text
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 from mbody.quantities.units import DIMENSIONS, Dimension
 
 if TYPE_CHECKING:

@@ -13,8 +13,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import check_name, listed
 from mbody.quantities import Formula
-from mbody.quantities.formula import number
-from mbody.quantities.types import NumberField, OptionalNumberField, default, required
+from mbody.quantities.formula import NumberField, OptionalNumberField, default, number, required
 
 if TYPE_CHECKING:
     from mbody.laws.smooth_contour import Contour
@@ -106,7 +105,7 @@ class CurveShape:
 
     def contour(self, curves: Mapping[str, Any], place: str) -> Contour:
         """Its contour by the curves of the mechanism; `place` is its dotted name."""
-        from mbody.model.named_contours import contour_named
+        from mbody.model.curves import contour_named
 
         return contour_named(self.curve, curves, place)
 

@@ -1,10 +1,8 @@
 """Formulas: numbers as text, with units and parameters. They are parsed, never executed."""
 
 from mbody.quantities.evaluate import Scope, Valued, convert, deg, dimension_text, evaluate, rpm
-from mbody.quantities.formula import Formula, read
-from mbody.quantities.parameters import Parameters
-from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit
-from mbody.quantities.tree import text_of
+from mbody.quantities.formula import Formula, Parameters, read
+from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse, parse_unit, text_of
 
 __all__ = [
     "FUNCTIONS", "VARIABLES", "Formula", "FormulaError", "Parameters", "Scope", "Valued",

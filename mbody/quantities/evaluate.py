@@ -16,15 +16,18 @@ from typing import Any
 import numpy as np
 
 from mbody.errors import ModelError
-from mbody.quantities.parse import FUNCTIONS, VARIABLES, FormulaError, parse_unit
-from mbody.quantities.tree import (
+from mbody.quantities.parse import (
+    FUNCTIONS,
+    VARIABLES,
     Binary,
     Call,
+    FormulaError,
     Measured,
     Name,
     Negative,
     Node,
     Plain,
+    parse_unit,
     text_of,
     units_of_powers,
     walk,

@@ -11,13 +11,13 @@ import numpy as np
 from mbody._version import __version__
 from mbody.core.other_words import meant
 from mbody.core.tolerances import PRINTED_NONE, REPORT_SIZES_ALIKE, TINY
-from mbody.engineering.fluctuation import fluctuation, link_energy
+from mbody.engineering.flywheel import fluctuation, link_energy
 from mbody.engineering.shaking import shaking_force
-from mbody.engines.crosscheck_result import CrosscheckResult
+from mbody.engines.balance import CrosscheckResult
 from mbody.errors import ModelError, SolveError, brief
-from mbody.model.study import mean_over
+from mbody.model.simulation import mean_over
 from mbody.quantities.units import DIMENSIONS
-from mbody.reports.blocks import (
+from mbody.reports.described import (
     ROWS,
     Block,
     Chapter,
@@ -27,15 +27,19 @@ from mbody.reports.blocks import (
     Notice,
     Picture,
     ReportDocument,
+    Subject,
     Text,
+    book,
     first_rows,
+    inputs,
+    method,
+    mobility,
+    sketch,
 )
-from mbody.reports.described import inputs, method, mobility, sketch
-from mbody.reports.subject import Subject, book
 from mbody.solution.measures import shown_values
-from mbody.summaries.declared_text import UnitsOfText, value_rows
 from mbody.summaries.text_table import (
     Column,
+    UnitsOfText,
     acceleration_scale,
     directions,
     floor_of,
@@ -44,12 +48,12 @@ from mbody.summaries.text_table import (
     rounding,
     turned,
     uniqueness_text,
+    value_rows,
     with_unit,
 )
-from mbody.views.frame import MODES, mode_rows
 from mbody.views.free_bodies import MOST, draw_free_bodies, when
-from mbody.views.plotting import PlottedCurve, all_measures, plot, plot_curves
-from mbody.views.polar import hodograph
+from mbody.views.plotting import PlottedCurve, all_measures, hodograph, plot, plot_curves
+from mbody.views.sketch import MODES, mode_rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

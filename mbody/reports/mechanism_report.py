@@ -10,19 +10,18 @@ from typing import Any
 
 from mbody.errors import ModelError, brief
 from mbody.files.model import ReportSettings, report_settings
-from mbody.files.writing import writing
+from mbody.files.tables import writing
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants
-from mbody.reports.blocks import ReportDocument
+from mbody.model.simulation import Instants
 from mbody.reports.chapters import SECTIONS, check_sections, document
-from mbody.reports.subject import Subject, run_of
+from mbody.reports.described import ReportDocument, Subject, run_of
 from mbody.reports.writers import check_typst, html_page, latex, markdown, pdf
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.solution.solution import Solution
 from mbody.views.free_bodies import force_peak
+from mbody.views.labels import content_of
 from mbody.views.plotting import curve_of
-from mbody.views.style import content_of
 
 FORMATS = (".html", ".md", ".tex", ".pdf")
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from mbody._version import __version__
 from mbody.errors import ModelError
-from mbody.reports.blocks import (
+from mbody.reports.described import (
     Block,
     Chapter,
     DisplayedEquations,
@@ -25,21 +25,21 @@ from mbody.reports.blocks import (
     parts_of,
 )
 from mbody.summaries.text_table import Column
-from mbody.views import style
-from mbody.views.style import content_of
+from mbody.views import labels
+from mbody.views.labels import content_of
 
 #: Colours of pictures that a dark page shows otherwise, by the name of their variable.
 COLORS = {
-    "ink": style.INK,
-    "link": style.LINK,
-    "plate": style.PLATE,
-    "wheel": style.WHEEL,
-    "ground": style.GROUND,
-    "soft": style.SOFT,
-    "load": style.LOAD,
-    "force": style.FORCE,
-    "drive": style.DRIVER,
-    "paper": style.PAPER,
+    "ink": labels.INK,
+    "link": labels.LINK,
+    "plate": labels.PLATE,
+    "wheel": labels.WHEEL,
+    "ground": labels.GROUND,
+    "soft": labels.SOFT,
+    "load": labels.LOAD,
+    "force": labels.FORCE,
+    "drive": labels.DRIVER,
+    "paper": labels.PAPER,
     "grid": "#e3e7eb",
     "fifth": "#cc79a7",
     "sixth": "#e69f00",

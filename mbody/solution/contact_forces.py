@@ -18,8 +18,7 @@ from mbody.model.element import unknown_name
 from mbody.model.joint_limits import JointContact
 from mbody.model.stop import Stop
 from mbody.solution.histories import Reaction, Result, Unique, motion_at, motion_rows
-from mbody.system.read_only import locked
-from mbody.system.system import System
+from mbody.system.system import System, locked
 
 Array = np.ndarray
 

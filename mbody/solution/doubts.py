@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self, TypeVar
 
 from mbody._version import __version__
-from mbody.system.read_only import lock
+from mbody.system.system import lock
 
 #: What a doubt may be about.
 KINDS = (

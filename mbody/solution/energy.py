@@ -12,7 +12,7 @@ import numpy as np
 from mbody.core.presentation import Presented
 from mbody.core.tolerances import ENERGY_ROUNDING, ENERGY_ROUNDING_STEP
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.system.read_only import Locked
+from mbody.system.system import Locked
 
 if TYPE_CHECKING:
     from mbody.model.element import AccountedEnergy

@@ -32,8 +32,7 @@ from mbody.solution.doubts import Inherited
 from mbody.solution.histories import Result, Unique, motion_at, reaction_torque
 from mbody.solution.shared_forces import greatest, primitive_numbers
 from mbody.system.rank import dense
-from mbody.system.read_only import Locked, locked
-from mbody.system.system import System
+from mbody.system.system import Locked, System, locked
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -16,11 +16,10 @@ from mbody.errors import ModelError
 from mbody.model.element import Element, Marker, Numbers, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.system.read_only import Locked
-from mbody.system.system import System
+from mbody.system.system import Locked, System
 
 if TYPE_CHECKING:
-    from mbody.model.study import Measure
+    from mbody.model.simulation import Measure
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.shared_forces import SharedResult

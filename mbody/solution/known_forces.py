@@ -22,7 +22,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.laws import MeasuredFormula
 from mbody.model.element import listed
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.solution.contact_forces import acting_contacts, friction_pairs
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Reaction, Record, with_fields

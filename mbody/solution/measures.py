@@ -16,7 +16,7 @@ from mbody.model.driver import DRIVEN
 from mbody.model.element import Marker, Numbers, as_marker, listed, owned, unknown_name
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Measure, reduce_history
+from mbody.model.simulation import Measure, reduce_history
 from mbody.quantities import (
     VARIABLES,
     FormulaError,
@@ -42,13 +42,12 @@ from mbody.solution.histories import (
     velocity,
 )
 from mbody.system.formula_rows import driver_states
-from mbody.system.read_only import locked
-from mbody.system.system import polar_points
+from mbody.system.system import locked, polar_points
 
 if TYPE_CHECKING:
     from mbody.model.curves import NamedCurve
     from mbody.model.loads import Load
-    from mbody.model.named_quantities import Quantity
+    from mbody.model.states import Quantity
     from mbody.system.formula_steps import StepList
 
 # -- Motion of a place on a body ---------------------------------------------------------------
@@ -662,7 +661,7 @@ class _Histories(dict[str, Valued]):
         elif name in self.own and name not in self:
             self[name] = Valued(self.history("", name), self.own[name])
         elif name in self.quantities and name not in self:
-            from mbody.model.named_quantities import quantities_named
+            from mbody.model.states import quantities_named
 
             for one in quantities_named(self.mechanism, (name,)):
                 if one.name not in self:

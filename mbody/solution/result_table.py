@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from mbody.model.body import MOTION, ROTATION
-from mbody.model.closed_mechanism import moving_points
+from mbody.model.model_notes import moving_points
 from mbody.quantities.output_units import OutputUnits
 from mbody.quantities.units import NUMBER, Dimension, dimension_of
-from mbody.solution.columns import ResultColumn, ResultTable
 from mbody.solution.contact_forces import acting_contacts
+from mbody.solution.declared_result import ResultColumn, ResultTable
 from mbody.solution.histories import auxiliary_history, one_design, reported_states
 from mbody.solution.measures import (
     found_by,

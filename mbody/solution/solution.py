@@ -17,7 +17,7 @@ from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.model.element import Marker, listed, unknown_name
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.types import PlainNumbers
+from mbody.quantities.formula import PlainNumbers
 from mbody.solution.histories import (
     BodyHistory,
     BranchDistance,
@@ -37,13 +37,12 @@ from mbody.solution.histories import (
     reported_certificate,
     with_fields,
 )
-from mbody.system.read_only import locked
-from mbody.system.system import System
+from mbody.system.system import System, locked
 
 if TYPE_CHECKING:
-    from mbody.model.study import Measure
-    from mbody.solution.balances import Equations, Momentum, PlaceLike
-    from mbody.solution.columns import ResultTable
+    from mbody.model.simulation import Measure
+    from mbody.solution.checks import Equations, Momentum, PlaceLike
+    from mbody.solution.declared_result import ResultTable
     from mbody.solution.doubts import Doubt
     from mbody.solution.energy import Energy
     from mbody.solution.friction_results import Efficiency, ForceRange, FrictionReport
@@ -596,7 +595,7 @@ class Solution(Attributes, Presented):
         `Measure`, or a formula of histories such as ``"coupler.P.y - rocker.y"``; angles in rad
         where no unit is given.
         """
-        from mbody.model.study import measure_named
+        from mbody.model.simulation import measure_named
         from mbody.solution.measures import measured
 
         return measured(self, measure_named(self.mechanism.measures, of))[0]
@@ -616,7 +615,7 @@ class Solution(Attributes, Presented):
 
     def momentum(self, about: PlaceLike = (0.0, 0.0)) -> Momentum:
         """Momentum, and angular momentum about a place; see `mbody.engineering.momentum`."""
-        from mbody.solution.balances import momentum
+        from mbody.solution.checks import momentum
 
         return momentum(self, about)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbody.model.element import unknown_name
-from mbody.system.read_only import Locked
+from mbody.system.system import Locked
 
 Array = np.ndarray
 

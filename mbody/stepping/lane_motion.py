@@ -31,12 +31,12 @@ from mbody.kernels.runge_kutta_lanes import (
 )
 from mbody.kernels.step_state import NEXT, TIME, Tolerances
 from mbody.model.element import as_marker, unknown_name
-from mbody.model.study import Measure, measure_named
+from mbody.model.simulation import Measure, measure_named
 from mbody.solution.histories import Record, Unique
 from mbody.solution.measures import check_measure, evaluate_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.solution.traced_instant import FUNCTIONS, RowProgram, recorded_instant
-from mbody.stepping.input_values import jumping
+from mbody.stepping.readings import jumping
 from mbody.stepping.simulator import Simulator
 from mbody.system.system import System
 

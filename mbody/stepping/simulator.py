@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes, with_contacts_of_joints
+from mbody.analysis.contact.unilateral import has_modes, with_contacts_of_joints
 from mbody.analysis.driven.contact_report import OneSidedForce, one_sided, one_sided_force
 from mbody.analysis.driven.law_doubts import (
     derivative_doubts,
@@ -30,10 +30,8 @@ from mbody.analysis.dynamics.simulate import (
     motion_of,
     refuse_readings_of_released,
 )
-from mbody.analysis.freedom.free_motions import free_motions
-from mbody.analysis.freedom.mobility import released
-from mbody.analysis.initial.close_loops import branch_rates
-from mbody.analysis.initial.first_rates import first_rates, moved_note
+from mbody.analysis.freedom.mobility import free_motions, released
+from mbody.analysis.initial.close_loops import branch_rates, first_rates, moved_note
 from mbody.analysis.initial.initial_state import fitted_places, state_of
 from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
 from mbody.analysis.singular.singular_positions import Prescribed, singular
@@ -47,18 +45,16 @@ from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import with_fields
 from mbody.solution.solution import Solution
 from mbody.solution.traced_instant import Present, Read
-from mbody.stepping.input_values import Inputs
-from mbody.stepping.readings import MechanicsNow
+from mbody.stepping.readings import Inputs, MechanicsNow
 from mbody.system.formula_steps import driver_inputs
 from mbody.system.rank import dense, rank_of
-from mbody.system.read_only import Locked
-from mbody.system.system import System, too_large
+from mbody.system.system import Locked, System, too_large
 
 # -- States that a user sets: the nearest one that joints and drivers allow, and how far it is -
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.contact_report import one_sided
 from mbody.analysis.dynamics.batch_integration import TABLES
 from mbody.analysis.dynamics.interruptions import has_corners
@@ -42,7 +42,7 @@ from mbody.model.element import whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import METHODS
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.stepping.lane_motion import LaneInputs, LaneMotion, LaneReadings, usable_cores

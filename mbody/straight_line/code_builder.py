@@ -26,10 +26,9 @@ from mbody.compiler.builder import emit, machine_of, needed
 from mbody.compiler.c_interface import common
 from mbody.compiler.targets import TARGETS, Target
 from mbody.core.recorded_numbers import Untraceable
-from mbody.straight_line.code_interface import NONE
 from mbody.straight_line.compiled_functions import DesignsWriter, MotionWriter
-from mbody.straight_line.instructions import lanes_of
-from mbody.straight_line.pieces import Description, recorded_pieces
+from mbody.straight_line.pieces import NONE, Description, recorded_pieces
+from mbody.straight_line.whole_function import lanes_of
 
 
 def described(file: Path) -> Description:

@@ -7,9 +7,16 @@ from typing import Any
 from llvmlite import ir
 
 from mbody.kernels.continuation import BY_DRIVER
-from mbody.straight_line.code_interface import COLUMNS, WORDS_OF_DESIGNS, WORDS_OF_MOTION
-from mbody.straight_line.instructions import SHARED, constant
-from mbody.straight_line.whole_function import FLOATS, I32, I64, OWN, FunctionWriter
+from mbody.straight_line.pieces import COLUMNS, WORDS_OF_DESIGNS, WORDS_OF_MOTION
+from mbody.straight_line.whole_function import (
+    FLOATS,
+    I32,
+    I64,
+    OWN,
+    SHARED,
+    FunctionWriter,
+    constant,
+)
 
 # mypy: disallow-any-unimported=False, disallow-untyped-calls=False
 

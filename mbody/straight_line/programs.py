@@ -19,14 +19,13 @@ from typing import Any
 import numpy as np
 
 from mbody.core import selection
-from mbody.core.library import LibraryError, open_library
-from mbody.core.sources import PACKAGE, source_hash
+from mbody.core.selection import PACKAGE, LibraryError, open_library, source_hash
 from mbody.errors import ModelWarning
 from mbody.kernels.continuation import BY_DRIVER
 from mbody.kernels.continuation_lanes import FOUND, Designs, LanePath, smallest
 from mbody.kernels.layout import PER_PRIMITIVE, Layout, Work
 from mbody.kernels.square_lu import Square
-from mbody.straight_line import code_interface
+from mbody.straight_line import pieces as code_interface
 
 #: Fields of which the code needs to know only how many rows they have.
 OWN = ("par", "mass", "q", "past", "time")

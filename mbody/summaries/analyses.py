@@ -30,13 +30,11 @@ from mbody.summaries.text_table import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from mbody.analysis.assemblies.all_dead_centres import DeadCentres
     from mbody.analysis.assemblies.assembly_modes import AssemblyModes
-    from mbody.analysis.assemblies.circuits import Circuit, Circuits
+    from mbody.analysis.assemblies.circuits import Circuit, Circuits, DeadCentres
     from mbody.analysis.equilibria.equilibrium import Equilibria, Equilibrium
     from mbody.analysis.equilibria.equilibrium_curve import EquilibriumCurve
-    from mbody.analysis.freedom.free_motions import FreeMotion
-    from mbody.analysis.freedom.mobility import Count, Mobility
+    from mbody.analysis.freedom.mobility import Count, FreeMotion, Mobility
     from mbody.analysis.inverse.conditions import Answer, AnswerCase
     from mbody.analysis.linear.modes import Mode, Modes, ModesAt
     from mbody.model.coupling import Coupling

@@ -12,8 +12,7 @@ from mbody.analysis.position.closed_position import direction, place
 from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE, PRINTED_NONE_REDUNDANT, TINY
 from mbody.errors import ModelError
 from mbody.kernels.layout import PER_PRIMITIVE
-from mbody.solution.balances import Equations
-from mbody.solution.checks import loaded
+from mbody.solution.checks import Equations, loaded
 from mbody.solution.histories import check_forces, whole_instant
 from mbody.summaries.text_table import (
     ABOUT,

@@ -12,10 +12,10 @@ from mbody.analysis.driven.free_body import member_forces
 from mbody.core.tolerances import PRINTED_NONE, PRINTED_NONE_FINE
 from mbody.laws import MeasuredFormula
 from mbody.model.body import MOTION
-from mbody.model.closed_mechanism import moving_points
 from mbody.model.contact import joined
 from mbody.model.element import AuxiliaryState
-from mbody.model.study import Measure, in_time, mean_weights, outermost
+from mbody.model.model_notes import moving_points
+from mbody.model.simulation import Measure, in_time, mean_weights, outermost
 from mbody.quantities.output_units import OutputUnits
 from mbody.solution.histories import reported_states
 from mbody.solution.measures import as_shown, found_by, measured, shown_measure
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mbody.model.element import Element
-    from mbody.solution.columns import ResultColumn
+    from mbody.solution.declared_result import ResultColumn
     from mbody.solution.friction_results import Efficiency
     from mbody.solution.solution import Solution
 

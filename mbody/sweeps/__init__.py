@@ -1,6 +1,6 @@
 """Sweeps: one analysis of many designs, with its samples, measures and results."""
 
-from mbody.sweeps.run import sweep
+from mbody.sweeps.run import Sweep, sweep
 from mbody.sweeps.samples import (
     Normal,
     Samples,
@@ -13,7 +13,6 @@ from mbody.sweeps.samples import (
     sobol,
     together,
 )
-from mbody.sweeps.sweep_result import Sweep
 
 __all__ = [
     "Normal", "Samples", "Steps", "Sweep", "Triangular", "Uniform", "grid", "latin_hypercube",

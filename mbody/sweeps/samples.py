@@ -13,8 +13,7 @@ from mbody.errors import ModelError, brief
 from mbody.model.element import whole_number
 from mbody.model.numbers import dimension_named
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.formula import float_or_formula
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number, float_or_formula
 from mbody.system.system import System
 
 # -- Distributions of a number about its mean: normal, uniform, triangular ---------------------

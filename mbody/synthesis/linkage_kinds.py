@@ -14,7 +14,7 @@ from mbody.model.driver import AngleDriver
 from mbody.model.element import Marker
 from mbody.model.joints import Prismatic, Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 
 # -- The link that carries the point of a path, or the plane that takes poses ------------------
 

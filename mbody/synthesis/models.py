@@ -11,15 +11,15 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics, kinetostatics
 from mbody.core import tolerances as tol
+from mbody.derivatives.dual_solution import checked_names
 from mbody.derivatives.gradient import gradient_at
-from mbody.derivatives.named_numbers import checked_names
 from mbody.errors import ModelError, SolveError, brief
-from mbody.files.model.other_numbers import described_with
+from mbody.files.model.other_units import described_with
 from mbody.model.driver import AngleDriver
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
-from mbody.model.study import Instants, Measure
+from mbody.model.simulation import Instants, Measure
 from mbody.quantities.units import NUMBER
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep

@@ -18,14 +18,12 @@ from mbody.errors import ModelError, ModelWarning, brief
 from mbody.model.element import listed, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError, Scope, read
-from mbody.quantities.formula import evaluated, number
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number, evaluated, number
 from mbody.quantities.units import UnitSystem, unit_system
 from mbody.synthesis import judging
-from mbody.synthesis.atlas import Atlas, as_atlas
 from mbody.synthesis.guidance import motion_size
 from mbody.synthesis.linkage_kinds import KINDS, Kind
-from mbody.synthesis.linkages import Effort, for_function, for_path, for_poses
+from mbody.synthesis.linkages import Atlas, Effort, as_atlas, for_function, for_path, for_poses
 from mbody.synthesis.models import for_model, model_demand, model_subject
 
 # -- Files of requirements: paths, poses and functions -----------------------------------------

@@ -28,12 +28,12 @@ from mbody.kernels.forces import KINDS as ACTION_KINDS
 from mbody.kernels.friction import BY_RATES, FRICTION_KINDS
 from mbody.kernels.layout import Layout, first_beyond, integers
 from mbody.laws import LAW_KINDS, Constant, Law
-from mbody.model.closed_mechanism import snapshot
 from mbody.model.constraint import Constraint
 from mbody.model.element import AuxiliaryState, Element, Numbers, signal_of
 from mbody.model.joints import Joint
 from mbody.model.loads import Load
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import snapshot
 from mbody.model.primitives import ConstraintPrimitive, ForcePrimitive, FrictionPrimitive, Signal
 from mbody.model.touching_shapes import Polygon, Segment, points_of
 from mbody.quantities import Formula

@@ -173,7 +173,7 @@ def _quantity(
     if any(name == one.name for one in machine.states):
         return steps.read("own", name)
     if "." not in name:
-        from mbody.model.named_quantities import quantities_named
+        from mbody.model.states import quantities_named
 
         for one in quantities_named(machine, (name,)):
             if one.name not in steps.quantities:

@@ -14,7 +14,7 @@ from mbody.analysis.driven.free_body import Wrench, free_body
 from mbody.core.tolerances import LENGTH_NONE, PRINTED_NONE, PRINTED_NONE_REDUNDANT
 from mbody.errors import ModelError
 from mbody.quantities.evaluate import place_in_turn
-from mbody.reports.blocks import (
+from mbody.reports.described import (
     Block,
     Chapter,
     DisplayedEquations,
@@ -265,7 +265,7 @@ INDENT = "   "
 def plain_text(document: ReportDocument) -> str:
     """The text, at most 100 characters wide where a term of an equation is not wider.
 
-    >>> from mbody.reports.blocks import Chapter, Text
+    >>> from mbody.reports.described import Chapter, Text
     >>> chapter = Chapter("one", "Energy", [Text("F_{12} s")])
     >>> print(plain_text(ReportDocument("Work", [], [chapter])))
     Work

@@ -10,7 +10,6 @@ assembles that like any mechanism, and evaluates the kernels at random states. A
 0.0
 """
 
-from mbody.testing.bench import Check, Report
-from mbody.testing.contracts import check_joint, check_load
+from mbody.testing.contracts import Check, Report, check_joint, check_load
 
 __all__ = ["Check", "Report", "check_joint", "check_load"]

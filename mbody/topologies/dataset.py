@@ -21,13 +21,13 @@ import numpy as np
 
 from mbody.analysis.driven.time_grid import memory
 from mbody.errors import ModelError
-from mbody.files.arrays import OPEN_SEAL, seal, sealed
-from mbody.files.writing import write_whole
+from mbody.files.saved import OPEN_SEAL, seal, sealed
+from mbody.files.tables import write_whole
 from mbody.model.element import listed, whole_number
+from mbody.sweeps.job import remove_abandoned
 from mbody.sweeps.run import connected, results
-from mbody.sweeps.store import remove_abandoned
-from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.many_linkages import linkages
+from mbody.topologies.plan import canonical_order, linkage_arrays
 
 # -- Random linkages: a crank, then one Assur group after another on joints that there are -----
 # Groups leave a linkage its one degree of freedom (Assur 1914). Dyads are two bars and a new joint;

@@ -28,17 +28,20 @@ from mbody.kernels.continuation_lanes import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.model.element import whole_number
-from mbody.quantities.types import PlainNumbers
+from mbody.quantities.formula import PlainNumbers
 from mbody.system.pivoting import lane_workspace
 from mbody.system.system import System
-from mbody.topologies.arrays import (
+from mbody.topologies.plan import (
     CanonicalOrder,
+    Graph,
     LinkageArrays,
+    TopologyPlan,
     canonical_order,
+    graph_of,
     linkage_arrays,
+    planned,
     row_bytes,
 )
-from mbody.topologies.plan import Graph, TopologyPlan, graph_of, planned
 
 # -- Linkages of one topology through their motion, on lanes; one that cannot go there alone ---
 # A linkage has a lane of its own where there are many, else several with a piece of its motion

@@ -2,8 +2,8 @@
 
 from mbody.views.drawing import draw
 from mbody.views.film import animate
+from mbody.views.labels import save
 from mbody.views.page import view
 from mbody.views.plotting import plot
-from mbody.views.style import save
 
 __all__ = ["animate", "draw", "plot", "save", "view"]

@@ -14,13 +14,12 @@ from mbody.model.joints import CamFollower, Gear, Joint, PinSlot, Prismatic, Rac
 from mbody.model.loads import PistonPressure, ReciprocatingCylinder, Tyre
 from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, Shape
 from mbody.views.acting import barrel, tyre_circle
-from mbody.views.pose import on
-from mbody.views.shapes import arc, direction, within
-from mbody.views.style import INK, PLATE, SOFT, WHEEL, Z
+from mbody.views.labels import INK, PLATE, SOFT, WHEEL, Z
+from mbody.views.shapes import arc, direction, on, within
 
 if TYPE_CHECKING:
     from mbody.model.coupling import Coupling
-    from mbody.views.pose import Pose
+    from mbody.views.shapes import Pose
     from mbody.views.sketch import Sketch
 
 

@@ -17,7 +17,6 @@ from mbody.solution.histories import Record, one_design
 from mbody.solution.known_forces import every_force
 from mbody.solution.solution import Solution
 from mbody.system.system import System
-from mbody.views.frame import framed, in_strip
 from mbody.views.kinematic_picture import (
     ElementSelection,
     KinematicMarks,
@@ -28,10 +27,9 @@ from mbody.views.kinematic_picture import (
     sketch_mechanism,
     sketch_scale,
 )
-from mbody.views.motions import SMOOTH, times
-from mbody.views.pose import Pose
-from mbody.views.sketch import Sketch
-from mbody.views.style import blank, said_below, styled
+from mbody.views.labels import blank, said_below, styled
+from mbody.views.shapes import SMOOTH, Pose, times
+from mbody.views.sketch import Sketch, framed, in_strip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,11 +13,11 @@ import numpy as np
 
 from mbody.analysis.dynamics.interruptions import counted
 from mbody.errors import ModelError, brief
-from mbody.files.writing import writing
+from mbody.files.tables import writing
 from mbody.views.film_frames import FilmSet, film_svg, lasting
+from mbody.views.labels import styled
 from mbody.views.page import check_names, runs_of
 from mbody.views.page_data import SECONDS
-from mbody.views.style import styled
 
 ENDINGS = ("gif", "webp", "apng", "png", "svg", "mp4")
 #: Frames: at least two make a film; more than these would take minutes and fill the memory.

@@ -20,14 +20,27 @@ from mbody.solution.histories import Place, moved
 from mbody.solution.known_forces import every_force
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import force_names
-from mbody.views.acting import drawn_forces, notation
-from mbody.views.frame import key_size, rounded
-from mbody.views.friction_symbols import CONSTRUCTION, contact_arrows, line_of_action, sign_history
+from mbody.views.acting import (
+    CONSTRUCTION,
+    contact_arrows,
+    drawn_forces,
+    line_of_action,
+    notation,
+    sign_history,
+)
 from mbody.views.labels import (
     ARROW_WEIGHT,
     CLEAR,
     COVERED,
+    FONTS,
+    FORCE,
+    INK,
+    LOAD,
+    MATHS,
     OUTLINE_WEIGHT,
+    PAPER,
+    SIZE,
+    SOFT,
     FreePlaces,
     Spots,
     drawable,
@@ -36,13 +49,13 @@ from mbody.views.labels import (
     places_around,
     places_by_arrow,
     places_within,
+    styled,
     symbolic,
 )
 from mbody.views.page_data import coupler_points, text_runs
-from mbody.views.pose import Carrier, Pose, heading
 from mbody.views.scene import scene
-from mbody.views.sketch import KeptShape
-from mbody.views.style import FONTS, FORCE, INK, LOAD, MATHS, PAPER, SIZE, SOFT, styled
+from mbody.views.shapes import Carrier, Pose, heading
+from mbody.views.sketch import KeptShape, key_size, rounded
 
 Array = np.ndarray
 

@@ -15,24 +15,33 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mbody.core.tolerances import LENGTH_NONE, POINT_SAME, PRINTED_NONE, TINY
-from mbody.engineering.instant_centres import centrodes, instant_centres, kennedy_lines
-from mbody.engineering.path_curvature import inflection_circle, path_curvature
+from mbody.engineering.instant_centres import (
+    centrodes,
+    inflection_circle,
+    instant_centres,
+    kennedy_lines,
+    path_curvature,
+)
 from mbody.model.driver import Driver
 from mbody.model.element import unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.summaries.text_table import force_floor, force_names
-from mbody.views import friction_symbols
+from mbody.views import acting
 from mbody.views.acting import drawn_forces, driver_symbol, force_arrow, load_symbol, notation
 from mbody.views.body_shapes import body_shapes, bounds, wheels
-from mbody.views.frame import captions, key_row, key_size, rounded, rounded_number
-from mbody.views.joint_symbols import coupling_symbol, joint_symbol, outward
-from mbody.views.labels import Label, symbolic, together
-from mbody.views.links import are_lines, link, link_label, link_lines, points, with_symbols
-from mbody.views.polygon_content import PolygonContent, Side, polygon_contents
-from mbody.views.pose import Pose
-from mbody.views.shapes import direction, hull
-from mbody.views.sketch import Sketch
-from mbody.views.style import (
+from mbody.views.free_bodies import PolygonContent, Side, polygon_contents
+from mbody.views.joint_symbols import (
+    are_lines,
+    coupling_symbol,
+    joint_symbol,
+    link,
+    link_label,
+    link_lines,
+    outward,
+    points,
+    with_symbols,
+)
+from mbody.views.labels import (
     DRIVER,
     FORCE,
     INK,
@@ -42,10 +51,15 @@ from mbody.views.style import (
     POLE,
     SIZE,
     SOFT,
+    Label,
     Z,
     blank,
     styled,
+    symbolic,
+    together,
 )
+from mbody.views.shapes import Pose, direction, hull
+from mbody.views.sketch import Sketch, captions, key_row, key_size, rounded, rounded_number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -105,7 +119,7 @@ class LoadedPose(Pose):
 
     def rate(self, driver: str) -> float:
         """The effort of a driver; where it has none the rate."""
-        return float(friction_symbols.drive_sense(self.run, driver, forces=True)[self.k])
+        return float(acting.drive_sense(self.run, driver, forces=True)[self.k])
 
 
 class Faded(Sketch):
@@ -148,7 +162,7 @@ def longest_force(poses: Sequence[Pose], forces: bool, selection: ElementSelecti
 def _selected_forces(pose: Pose, forces: bool, selection: ElementSelection) -> list[Any]:
     every = drawn_forces(pose, forces)
     if forces and pose.run.has_forces:
-        every += friction_symbols.contact_forces(pose)
+        every += acting.contact_forces(pose)
     if not selection.only:
         return every
     own = {joint.name for joint in selection.between(pose.mechanism.joints)}
@@ -268,13 +282,13 @@ def _friction_marks(sketch: Sketch, forces: bool, selection: ElementSelection) -
     joints = selection.between(mechanism.joints)
     groups = () if selection.only else mechanism.groups
     for contact in (*selection.between(mechanism.contacts), *groups):
-        friction_symbols.contact_symbol(contact, sketch, forces=forces)
+        acting.contact_symbol(contact, sketch, forces=forces)
     for joint in joints:
-        friction_symbols.sticking_symbol(joint, sketch)
+        acting.sticking_symbol(joint, sketch)
     if forces:
-        sketch.enlarged = friction_symbols.circle_scale(pose, sketch.unit, joints)
-        friction_symbols.friction_circles(sketch, joints, sketch.enlarged)
-    sketch.modes = friction_symbols.drawn_modes(pose)
+        sketch.enlarged = acting.circle_scale(pose, sketch.unit, joints)
+        acting.friction_circles(sketch, joints, sketch.enlarged)
+    sketch.modes = acting.drawn_modes(pose)
 
 
 def _pin_labels(sketch: Sketch) -> None:
@@ -312,10 +326,7 @@ def _arrows(
         )
         if name in books and forces and pose.run.has_forces:
             # a pin that slides is touched by its reaction at the friction circle
-            place = (
-                place
-                + friction_symbols.line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
-            )
+            place = place + acting.line_of_action(pose.run, books[name], sketch.enlarged)[pose.k]
         begins = name in touching
         force_arrow(sketch, name, place, vector, color, text, scale, begins=begins)
     # a label on an arrow could be read as its name

@@ -35,7 +35,7 @@ from mbody.engineering.instant_centres import InstantCentre, InstantCentres, ins
 from mbody.errors import ModelError, SolveError
 from mbody.files.model import to_toml
 from mbody.files.results import in_units_of_the_model
-from mbody.files.writing import writing
+from mbody.files.tables import writing
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
 from mbody.solution.checks import each_load_of
@@ -46,12 +46,10 @@ from mbody.summaries.text_table import forces_on
 from mbody.system.system import System
 from mbody.views.acting import about_place, application_point, torque_pivot, wrench_names
 from mbody.views.film_frames import FilmSet, film_svg
-from mbody.views.free_bodies import CLOSING
-from mbody.views.motions import motion
+from mbody.views.free_bodies import CLOSING, PolygonContent, Side, polygon_contents
 from mbody.views.page_data import numbers, scene_data, text_runs
-from mbody.views.polygon_content import PolygonContent, Side, polygon_contents
-from mbody.views.pose import Pose
 from mbody.views.scene import Scene, scene
+from mbody.views.shapes import Pose, motion
 
 # -- The forces on every link over a motion, as a page has them: by reference to its histories -
 

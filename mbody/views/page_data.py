@@ -13,23 +13,31 @@ from mbody.core.tolerances import DRAWN_RETURNS, POINT_SAME, PRINTED_NONE
 from mbody.errors import ModelError
 from mbody.model.driver import AngleDriver
 from mbody.model.loads import Force
-from mbody.model.study import measure_named
+from mbody.model.simulation import measure_named
 from mbody.quantities.units import DIMENSIONS, name_of
-from mbody.solution.columns import ResultColumn
+from mbody.solution.declared_result import ResultColumn
 from mbody.solution.histories import Place, moved
 from mbody.solution.measures import shown_measure
 from mbody.solution.result_table import shown_table
 from mbody.solution.solution import Solution
 from mbody.summaries.text_table import floor_of, force_names
-from mbody.views.acting import notation
-from mbody.views.frame import mode_rows
-from mbody.views.friction_symbols import contact_arrows, line_of_action, sign_history
-from mbody.views.labels import symbolic
-from mbody.views.motions import one_way
-from mbody.views.pose import Carrier, Pose
+from mbody.views.acting import contact_arrows, line_of_action, notation, sign_history
+from mbody.views.labels import (
+    DRIVER,
+    FORCE,
+    GROUND,
+    INK,
+    LINK,
+    LOAD,
+    PAPER,
+    PLATE,
+    SOFT,
+    WHEEL,
+    symbolic,
+)
 from mbody.views.scene import Scene, sketched
-from mbody.views.sketch import KeptShape
-from mbody.views.style import DRIVER, FORCE, GROUND, INK, LINK, LOAD, PAPER, PLATE, SOFT, WHEEL
+from mbody.views.shapes import Carrier, Pose, one_way
+from mbody.views.sketch import KeptShape, mode_rows
 
 Array = np.ndarray
 

@@ -13,16 +13,13 @@ from mbody.core import tolerances as tol
 from mbody.errors import ModelError, remedy
 from mbody.solution.histories import one_design
 from mbody.solution.solution import Solution
-from mbody.views import friction_symbols
+from mbody.views import acting
 from mbody.views.acting import driver_symbol, load_symbol
 from mbody.views.body_shapes import body_shapes, bounds, wheels
-from mbody.views.joint_symbols import coupling_symbol, joint_symbol
-from mbody.views.labels import symbolic, together
-from mbody.views.links import link, places, points
-from mbody.views.pose import GROUND_CARRIER, Carrier, Pose, on
-from mbody.views.shapes import direction, hull, unique
+from mbody.views.joint_symbols import coupling_symbol, joint_symbol, link, places, points
+from mbody.views.labels import INK, SIZE, symbolic, together
+from mbody.views.shapes import GROUND_CARRIER, Carrier, Pose, direction, hull, on, unique
 from mbody.views.sketch import KeptLabel, KeptShape, SceneSketch
-from mbody.views.style import INK, SIZE
 
 # -- Places of names in a moving picture, free in most of the motion ---------------------------
 
@@ -288,12 +285,12 @@ def sketched(pose: Pose, unit: float, small: float) -> SceneSketch:
     for driver in mechanism.drivers:
         driver_symbol(driver, sketch, symbolic(driver.name))
     for contact in mechanism.contacts:
-        friction_symbols.contact_symbol(contact, sketch)
+        acting.contact_symbol(contact, sketch)
     for joint in mechanism.joints:
-        friction_symbols.sticking_symbol(joint, sketch)
+        acting.sticking_symbol(joint, sketch)
     if pose.run.has_forces:
-        sketch.enlarged = friction_symbols.circle_scale(pose, unit, mechanism.joints)
-        friction_symbols.friction_circles(sketch, mechanism.joints, sketch.enlarged)
+        sketch.enlarged = acting.circle_scale(pose, unit, mechanism.joints)
+        acting.friction_circles(sketch, mechanism.joints, sketch.enlarged)
     for body in mechanism.bodies:
         points(sketch, body.name)
     return sketch

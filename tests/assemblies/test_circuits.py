@@ -330,8 +330,8 @@ def test_a_shaper_turns_in_every_mode():
 
 
 def test_reports_and_pages_begin_in_the_assembly_that_is_chosen():
-    from mbody.reports.subject import run_of
-    from mbody.views.motions import motion
+    from mbody.reports.described import run_of
+    from mbody.views.shapes import motion
 
     machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=2.0)
     wanted = {

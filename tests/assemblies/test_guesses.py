@@ -10,7 +10,7 @@ import mbody
 from mbody import AngleDriver, Body, Gear, Mechanism, Revolute, gallery
 from mbody.engineering import close_loops
 from mbody.laws import ConstantSpeed
-from mbody.model.closed_mechanism import snapshot, with_element
+from mbody.model.model_notes import snapshot, with_element
 
 FREE = ("bouncing_ball", "double_pendulum", "simple_pendulum", "sliding_ladder", "woodpecker")
 FREE += ("geneva_drive",)  # by contact

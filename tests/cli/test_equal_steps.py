@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbody.cli import main
-from mbody.cli.option_values import equal_steps
+from mbody.cli.parser import equal_steps
 from mbody.cli.streams import UsageError
 
 

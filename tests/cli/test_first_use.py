@@ -14,14 +14,14 @@ import pytest
 import mbody
 from mbody import cli, gallery
 from mbody.exchange import other_program
-from mbody.exchange.pmks import pmks_from_text
+from mbody.exchange.pylinkage import pmks_from_text
 from mbody.files.model import json_schema
 from mbody.files.model.problems import SECTIONS
-from mbody.model.closed_mechanism import with_changed
-from mbody.model.study import REDUCTIONS, Instants, Measure
+from mbody.model.model_notes import with_changed
+from mbody.model.simulation import REDUCTIONS, Instants, Measure
 from mbody.teaching import KINDS, new_model
 from mbody.views.labels import FreePlaces, Label
-from mbody.views.motions import motion
+from mbody.views.shapes import motion
 from tests.support.paths import ROOT
 
 
@@ -159,7 +159,7 @@ def test_a_fluctuation_and_an_indicator_are_printed_with_their_units():
         )
     )
     run = mbody.kinetostatics(machine, turn="motor", instants=1441)
-    chart, found = mbody.engineering.indicator(run, "pump"), mbody.engineering.fluctuation(run)
+    chart, found = mbody.engineering.motor_sizing(run, "pump"), mbody.engineering.flywheel(run)
 
     def printed(result):
         """Numbers and units by name."""

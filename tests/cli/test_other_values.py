@@ -8,7 +8,7 @@ import pytest
 
 import mbody
 from mbody import cli
-from mbody.model.closed_mechanism import with_numbers
+from mbody.model.model_notes import with_numbers
 from mbody.quantities import convert
 
 PARAMETERS = """

@@ -9,10 +9,10 @@ import pytest
 
 from mbody.cli.compile import DOOR, all_kernels, compile_libraries
 from mbody.core import native
-from mbody.core.library import LEVELS
 from mbody.core.native import builder_command, place
+from mbody.core.selection import LEVELS
+from mbody.image.arena import IMAGE_KERNELS
 from mbody.image.fmu import SOURCES
-from mbody.image.webassembly import IMAGE_KERNELS
 
 KERNEL = "set_numbers"
 FORMS = [f"mbody_{KERNEL}{form}" for form in ("", "_np", "_words")]

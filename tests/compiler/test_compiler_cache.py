@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import mbody
-import mbody.core.cache_folder as folder_of
-from mbody.core.cache_folder import STAMP_DIGITS
+import mbody.core.selection as folder_of
+from mbody.core.selection import STAMP_DIGITS
 
 pytestmark = pytest.mark.numba
 

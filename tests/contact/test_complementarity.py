@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from mbody.analysis.contact.friction_problem import ClosedContacts
+from mbody.analysis.contact.contact_tables import ClosedContacts
 from tests.support.contact_problems import FrictionProblem, Tangent, cone, impulses
 from tests.support.lemke import lemke
 

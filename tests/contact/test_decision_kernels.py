@@ -7,8 +7,8 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.contact.friction_problem import ClosedContacts, arresting_impulses
-from mbody.analysis.dynamics import modal_motion
+from mbody.analysis.contact.contact_tables import ClosedContacts, arresting_impulses
+from mbody.analysis.dynamics import integrators
 from tests.support.contact_problems import FrictionProblem, Tangent, cone, impulses
 
 LINE = {"line": {"point": "O"}}
@@ -168,7 +168,7 @@ def test_memory_of_few_rows_grows(monkeypatch):
         return mbody.simulate(machine, 0.3)
 
     usual = moved()
-    monkeypatch.setattr(modal_motion, "FEW_ROWS", 1)
+    monkeypatch.setattr(integrators, "FEW_ROWS", 1)
     grown = moved()
     assert [event.name for event in usual.events] == ["stick"]
     assert [event.t for event in grown.events] == [event.t for event in usual.events]

@@ -5,7 +5,7 @@ import pytest
 
 import mbody
 from mbody import Between, Body, Contact, Gravity, Mechanism, Revolute, SimulationSettings, assemble
-from mbody.analysis.contact.active_layout import layout_of_rows, work_of_rows
+from mbody.analysis.contact.contact_tables import layout_of_rows, work_of_rows
 from mbody.analysis.contact.unilateral import unilateral_of
 from mbody.analysis.dynamics.active_modes import ActiveModes
 from mbody.kernels.accelerations import free_motion

@@ -28,7 +28,7 @@ from mbody import (
 )
 from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import ConstantSpeed
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from tests.support.cases import first_fast
 
 G, UP = 9.81, 0.5 * math.pi

@@ -13,10 +13,17 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.core import library, selection
-from mbody.core.library import LibraryError, best_levels, open_library, processor_features
-from mbody.core.selection import chosen
-from mbody.core.sources import PACKAGE, source_hash
+from mbody.core import selection
+from mbody.core import selection as library
+from mbody.core.selection import (
+    PACKAGE,
+    LibraryError,
+    best_levels,
+    chosen,
+    open_library,
+    processor_features,
+    source_hash,
+)
 from mbody.errors import ModelError
 
 pytestmark = pytest.mark.processor

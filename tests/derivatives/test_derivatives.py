@@ -11,7 +11,7 @@ import mbody
 from mbody.cli import main
 from mbody.core.dual_number import DualNumber, corners
 from mbody.derivatives.driven_instants import DrivenInstants
-from mbody.derivatives.named_numbers import (
+from mbody.derivatives.dual_solution import (
     checked_names,
     dual_values,
     number_tangents,

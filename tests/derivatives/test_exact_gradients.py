@@ -20,7 +20,7 @@ from mbody import (
     Revolute,
     Spring,
 )
-from mbody.derivatives.named_numbers import checked_names
+from mbody.derivatives.dual_solution import checked_names
 from mbody.laws import SHAPES, Harmonic, Polynomial, Rise
 from tests.gradients import ALLOWED, compared, linkage, machine
 from tests.model.test_belts import braked, drive

@@ -13,7 +13,7 @@ from scipy.optimize import curve_fit, least_squares
 import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, TorsionDamper
 from mbody.cli import main
-from mbody.derivatives.identifiable import determined, identified
+from mbody.derivatives.fit_problem import determined, identified
 from mbody.laws import ConstantSpeed
 from tests import fit_coverage
 

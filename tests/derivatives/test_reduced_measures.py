@@ -8,7 +8,7 @@ import pytest
 import mbody
 from mbody import Event, ModelError, cli, gallery
 from mbody.files.model import from_toml, to_toml
-from mbody.model.study import REDUCTIONS, Measure, outermost
+from mbody.model.simulation import REDUCTIONS, Measure, outermost
 
 
 def over_time(a, t):

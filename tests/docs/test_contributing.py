@@ -51,7 +51,7 @@ from mbody.laws import Polynomial, Throw
 from mbody.model.joints import ParabolicGuide
 from mbody.model.loads import LeafSpring
 from mbody.testing import check_joint, check_load
-from mbody.views.style import save
+from mbody.views.labels import save
 
 model, contracts = json.loads(sys.stdin.read())
 guide, leaf = (eval(line) for line in contracts)

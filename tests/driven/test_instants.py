@@ -34,7 +34,7 @@ from mbody.laws import (
     Rise,
     Table,
 )
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from tests.errors.test_errors import says
 
 ROUNDED = 2.3e-16

@@ -24,7 +24,7 @@ from mbody import (
     makers,
 )
 from mbody.model.loads import CustomLoad
-from mbody.model.study import Question
+from mbody.model.simulation import Question
 
 T = np.linspace(0.0, 1.0, 7)
 ANGLE, OMEGA = 0.3 + 2.0 * T, 2.0

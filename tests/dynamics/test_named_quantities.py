@@ -24,7 +24,7 @@ from mbody import (
 from mbody.derivatives.gradient import gradient
 from mbody.laws import Table
 from mbody.model.model_notes import model_notes
-from mbody.model.named_quantities import MOST_EXPANDED
+from mbody.model.states import MOST_EXPANDED
 
 #: The quantities of `arm` written out.
 ERROR = "(target - arm.angle)"
@@ -41,7 +41,7 @@ def arm(named=True, k="40 N*m/rad"):
     error, pull = ("error", "pull") if named else (ERROR, PULL)
     machine.add(State("z", error, start="0 rad*s"))
     machine.add(Torque("motor", "arm", value=f"{pull} + u + 3 N*m/rad/s*z + 0.1*{pull}"))
-    machine.measures |= {"twice": mbody.model.study.Measure(f"2*{pull}")}
+    machine.measures |= {"twice": mbody.model.simulation.Measure(f"2*{pull}")}
     return machine
 
 

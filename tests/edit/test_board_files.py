@@ -15,10 +15,9 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.edit.board_views import dxf_picture
+from mbody.edit.board_state import dxf_picture
 from mbody.edit.document import Document
-from mbody.edit.jobs import EXPORTS
-from mbody.edit.session import BoardSession
+from mbody.edit.session import EXPORTS, BoardSession
 from tests.edit.test_board_server import FOURBAR, set_force
 from tests.edit.test_board_server import served as served
 from tests.exchange.test_exchange import FOUR_BAR

@@ -8,8 +8,7 @@ import threading
 
 import pytest
 
-from mbody.edit.server import MOST, BoardServer
-from mbody.edit.session import BoardSession
+from mbody.edit.session import MOST, BoardServer, BoardSession
 
 FOURBAR = """\
 # drawn by hand
@@ -336,7 +335,7 @@ def test_any_request_has_an_answer(served):
 
 
 def test_the_server_ends_when_its_page_has_gone(tmp_path, monkeypatch):
-    monkeypatch.setattr("mbody.edit.server.ALONE", 0.6)
+    monkeypatch.setattr("mbody.edit.session.ALONE", 0.6)
     server = BoardServer(BoardSession(tmp_path))
     thread = threading.Thread(target=server.serve, args=(lambda: None,))
     thread.start()

@@ -10,7 +10,7 @@ import mbody
 from mbody import gallery
 from mbody.edit.board_state import board_state, drag_state, modes_of, number_of
 from mbody.edit.document import Document
-from mbody.edit.dragging import Dragging
+from mbody.edit.places import Dragging
 from tests.edit.test_board_server import FOURBAR
 
 NAMES = pytest.mark.parametrize("name", gallery.names())

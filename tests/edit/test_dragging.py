@@ -5,8 +5,7 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.edit.dragging import Dragging
-from mbody.edit.places import DrawingState
+from mbody.edit.places import Dragging, DrawingState
 from mbody.files.model.read import from_toml
 from mbody.views.drawing import first_position
 

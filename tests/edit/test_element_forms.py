@@ -2,7 +2,7 @@
 
 import pytest
 
-from mbody.edit.element_forms import element_forms
+from mbody.edit.places import element_forms
 from mbody.files.model.problems import LAWS, SECTIONS
 from mbody.files.model.schema import json_schema
 from mbody.quantities.units import unit_system

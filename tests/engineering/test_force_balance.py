@@ -16,7 +16,7 @@ from mbody.engineering import force_balance, shaking_force
 from mbody.errors import ModelError
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from mbody.model.body import SecondMoments, SlenderRod
-from mbody.model.closed_mechanism import with_changed
+from mbody.model.model_notes import with_changed
 
 CASES = {
     "norton_fourbar": ({"crank": "3 in", "rocker.O4": 5.0}, 4),

@@ -30,8 +30,7 @@ from mbody import (
 from mbody.core.tolerances import COMPARISON_MARGIN_PYMUNK
 from mbody.engineering import close_loops
 from mbody.engines.pymunk import crosscheck_result
-from mbody.engines.pymunk.instants import extrapolated, kinematic
-from mbody.engines.pymunk.motion import trajectory
+from mbody.engines.pymunk.motion import extrapolated, kinematic, trajectory
 from mbody.engines.pymunk.space import Space, SpaceStepper, of_system
 from mbody.laws import ConstantSpeed, Harmonic
 from tests.support.cases import first_fast

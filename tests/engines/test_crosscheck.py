@@ -11,8 +11,8 @@ import pytest
 
 import mbody
 from mbody.engineering import close_loops
+from mbody.engines.balance import Comparison, CrosscheckResult, Inexpressible, Row
 from mbody.engines.crosscheck import ALWAYS, ENGINES, Crosscheck, installed
-from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import evaluated
 from mbody.engines.spanning_tree import spanning_tree, tree_motion
 from mbody.model.body import SecondMoments

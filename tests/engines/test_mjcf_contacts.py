@@ -22,7 +22,7 @@ from mbody import (
     gallery,
 )
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mjcf_signals import LinearLaw, linear_law
+from mbody.engines.mjcf_contacts import LinearLaw, linear_law
 from mbody.exchange import import_model
 from mbody.laws import MeasuredFormula
 

@@ -17,7 +17,7 @@ from mbody import (
 )
 from mbody.cli import main
 from mbody.engineering import equilibrium_curve
-from mbody.model.study import Question
+from mbody.model.simulation import Question
 from tests.support.rest_examples import four_bar, pendulum, whirling
 
 pytestmark = pytest.mark.processor

@@ -21,7 +21,7 @@ from mbody import (
     simulate,
 )
 from mbody.laws import Table
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from tests.errors.starting import chain
 
 

@@ -5,7 +5,8 @@ from types import SimpleNamespace
 from unittest import mock
 
 from mbody.cli.compile import compile_libraries
-from mbody.core import library, selection
+from mbody.core import selection
+from mbody.core import selection as library
 
 
 def chosen(patches=(), **settings):

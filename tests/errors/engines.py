@@ -24,7 +24,7 @@ from mbody.engineering import (
     size_flywheel,
 )
 from mbody.laws import ConstantSpeed
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from tests.errors.command import said
 from tests.errors.engineering import brake
 from tests.errors.models import four_bar

@@ -21,7 +21,7 @@ from mbody import (
     Torque,
     assemble,
 )
-from mbody.image import fmu, webassembly
+from mbody.image import arena, fmu
 from mbody.image.fmu import to_fmu
 from mbody.image.model_image import to_image
 from mbody.laws import Function, Table
@@ -78,21 +78,21 @@ def in_line():
 
 def nowhere():
     """The core for browsers, where it is not kept and cannot be."""
-    here = mock.patch.object(webassembly, "PACKAGE", Path("/no"))
-    with here, mock.patch.object(webassembly, "cache_folder", lambda _: None):
-        webassembly.browser_core()
+    here = mock.patch.object(arena, "PACKAGE", Path("/no"))
+    with here, mock.patch.object(arena, "cache_folder", lambda _: None):
+        arena.browser_core()
 
 
 def without_a_builder():
-    with mock.patch.object(webassembly, "find_spec", lambda _: None):
-        webassembly.build_browser_core(Path("/no"))
+    with mock.patch.object(arena, "find_spec", lambda _: None):
+        arena.build_browser_core(Path("/no"))
 
 
 def by_a_builder_that_fails():
     words = ["sh", "-c", "echo no room left on the disk >&2; exit 1"], {}
-    found = mock.patch.object(webassembly, "find_spec", lambda name: name)
-    with found, mock.patch.object(webassembly, "builder_command", lambda *_: words):
-        webassembly.build_browser_core(Path("/no"))
+    found = mock.patch.object(arena, "find_spec", lambda name: name)
+    with found, mock.patch.object(arena, "builder_command", lambda *_: words):
+        arena.build_browser_core(Path("/no"))
 
 
 def with_input(value="0 N*m"):

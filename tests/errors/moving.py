@@ -5,7 +5,7 @@ from unittest import mock
 
 from mbody import kinetostatics
 from mbody.views import animate, view
-from mbody.views.motions import motion as motion_of
+from mbody.views.shapes import motion as motion_of
 from tests.errors.command import said
 from tests.errors.models import four_bar
 from tests.errors.results import batch, run

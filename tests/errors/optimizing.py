@@ -5,8 +5,7 @@ import tempfile
 from pathlib import Path
 
 import mbody
-from mbody.model.simulation import SimulationSettings
-from mbody.model.study import OptimizationTask
+from mbody.model.simulation import OptimizationTask, SimulationSettings
 from tests.errors.command import said
 from tests.errors.derivatives import with_parameters
 from tests.errors.models import by_law, four_bar

@@ -3,7 +3,7 @@
 from mbody import AngleDriver
 from mbody.analysis.driven.driven import analyse_at
 from mbody.laws import ConstantAcceleration, ConstantSpeed
-from mbody.model.study import Instants, Measure
+from mbody.model.simulation import Instants, Measure
 from tests.errors.models import by_law, four_bar
 from tests.errors.results import run
 

@@ -72,7 +72,7 @@ def without_openpyxl():
 
 
 def on_a_small_sheet():
-    with mock.patch("mbody.files.spreadsheet.MOST_ROWS", 1):
+    with mock.patch("mbody.files.tables.MOST_ROWS", 1):
         run().to_xlsx("run.xlsx")
 
 

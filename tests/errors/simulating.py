@@ -33,8 +33,7 @@ from mbody import (
     simulate,
 )
 from mbody.engineering import close_loops
-from mbody.files.arrays import packed, unpacked
-from mbody.files.saved import OWNER
+from mbody.files.saved import OWNER, packed, unpacked
 from mbody.model.body import Guess
 from mbody.model.loads import CustomLoad
 from mbody.solution.histories import Record

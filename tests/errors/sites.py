@@ -18,7 +18,7 @@ MAKERS = {
     "quantities/evaluate.py": {"misplaced_variable", "_meant"},
     "quantities/formula.py": {"_meant"},
     "quantities/parse.py": {"why_stray"},
-    "cli/mistyped.py": {"refusal_of_verb", "refusal_of_words"},
+    "cli/parser.py": {"refusal_of_verb", "refusal_of_words"},
     "system/assembler.py": {"__call__"},
     "files/model/read.py": {"_where", "_check_keys", "_unique", "_refused"},
     "files/model/problems.py": {"_sentence", "_unknown"},

@@ -10,8 +10,8 @@ from unittest import mock
 
 import mbody
 from mbody.errors import SolveError
-from mbody.files.arrays import OPEN_SEAL
-from mbody.model.study import Measure
+from mbody.files.saved import OPEN_SEAL
+from mbody.model.simulation import Measure
 from mbody.straight_line import programs
 from mbody.sweeps import (
     Normal,
@@ -114,8 +114,8 @@ def with_manifest(text):
 def to_a_folder(meanwhile):
     """A sweep to a folder in which something happens before the first piece is written."""
     sweep()  # what it imports stays
-    empty = mock.patch("mbody.sweeps.store.Store._content", lambda *_: OPEN_SEAL)
-    begun = mock.patch("mbody.sweeps.store.Store._begin", meanwhile)
+    empty = mock.patch("mbody.sweeps.job.Store._content", lambda *_: OPEN_SEAL)
+    begun = mock.patch("mbody.sweeps.job.Store._begin", meanwhile)
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), empty, begun:
         kept = with_arrow("results")
         Path("results", "designs-000000000.parquet").unlink()

@@ -13,7 +13,7 @@ from mbody import (
     makers,
     solve_for,
 )
-from mbody.model.study import Question, Unknown
+from mbody.model.simulation import Question, Unknown
 from tests.errors.command import said
 from tests.errors.models import four_bar
 

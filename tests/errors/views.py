@@ -9,7 +9,7 @@ import numpy as np
 from mbody import Body, Mechanism, kinematics, kinetostatics, simulate
 from mbody.views import draw, plot, save
 from mbody.views.free_bodies import draw_free_bodies
-from mbody.views.polar import hodograph, polar
+from mbody.views.plotting import hodograph, polar
 from tests.errors.command import said
 from tests.errors.models import crank_alone, four_bar
 from tests.errors.results import batch, motion, run

@@ -10,7 +10,7 @@ import pytest
 import mbody
 from mbody import ModelError
 from mbody.exchange import import_model
-from mbody.exchange.mujoco_fields import (
+from mbody.exchange.planar_forces import (
     OPTIONS_OF_CONTACTS,
     OPTIONS_OF_THE_SOLVER,
     OPTIONS_TAKEN,

@@ -6,11 +6,10 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.files.model.kept_text import shortest
 from mbody.files.model.read import built
-from mbody.files.model.write import as_data
-from mbody.live.file_numbers import file_numbers
-from mbody.model.closed_mechanism import with_numbers
+from mbody.files.model.write import as_data, shortest
+from mbody.live.live_view import file_numbers
+from mbody.model.model_notes import with_numbers
 from tests.support.cases import first_fast
 
 MACHINE = """\

@@ -13,7 +13,7 @@ from mbody.core.other_words import KINDS
 from mbody.files.model import in_units, json_schema
 from mbody.files.model.problems import SECTIONS, also_written
 from mbody.files.model.write import as_data
-from mbody.teaching.element_reference import SURROUNDINGS, element_reference
+from mbody.teaching.exercises import SURROUNDINGS, element_reference
 from tests.support.cases import first_fast
 from tests.support.model_files import SCHEMA
 from tests.support.model_text import model_from, text_from

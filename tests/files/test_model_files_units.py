@@ -18,7 +18,7 @@ from mbody import (
 )
 from mbody.files.model import in_units
 from mbody.model.numbers import number_in
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from mbody.quantities.units import unit_system
 from tests.support.gallery_tables import tables
 from tests.support.linkages import random_linkage, times_within

@@ -13,8 +13,7 @@ import pytest
 import mbody
 from mbody import ModelError, gallery
 from mbody.engineering import close_loops
-from mbody.files.arrays import packed, unpacked
-from mbody.files.saved import OWNER
+from mbody.files.saved import OWNER, packed, unpacked
 from mbody.model.simulation import EVEN, METHODS
 from tests.fuzz.properties import guarded
 from tests.support import driven_contacts
@@ -230,7 +229,7 @@ def test_a_state_of_another_time_is_refused():
 
 def bomb(compression, shape, content):
     """A sealed file with a member whose header says more than there is, or that is compressed."""
-    from mbody.files.arrays import OPEN_SEAL, seal
+    from mbody.files.saved import OPEN_SEAL, seal
 
     room, member = io.BytesIO(), io.BytesIO()
     head = {"descr": "<f8", "fortran_order": False, "shape": shape}

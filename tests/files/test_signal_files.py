@@ -19,7 +19,7 @@ from mbody.cli import main
 from mbody.files.model import from_toml, in_units, json_schema, to_toml
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.live.file_numbers import file_numbers
+from mbody.live.live_view import file_numbers
 from mbody.model.model_notes import model_notes
 from mbody.model.numbers import dimension_named, resolve_number
 from mbody.quantities.units import DIMENSIONS

@@ -24,8 +24,7 @@ import numpy as np
 import mbody
 from mbody import ModelError, SolveError, gallery, makers
 from mbody.engineering import close_loops
-from mbody.files.arrays import OPEN_SEAL, packed, seal, unpacked
-from mbody.files.saved import OWNER
+from mbody.files.saved import OPEN_SEAL, OWNER, packed, seal, unpacked
 from mbody.sweeps import Uniform, monte_carlo
 from tests.fuzz import KEPT, corpus, properties
 from tests.fuzz.plain import Report, progress

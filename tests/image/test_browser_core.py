@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import mbody
+from mbody.image.arena import MODULE, browser_core
 from mbody.image.model_image import to_image
-from mbody.image.webassembly import MODULE, browser_core
 from mbody.kernels import continuation, step_state
 from mbody.solution.measures import measured
 from tests.support.browser import browser, chromium

@@ -9,9 +9,9 @@ import mbody
 from mbody.cli import compile as compile_command
 from mbody.core import native
 from mbody.core.native import progress, run_builder
-from mbody.image import fmu, webassembly
+from mbody.image import arena, fmu
 
-NAMES = [kernel.__name__ for kernel in webassembly.IMAGE_KERNELS]
+NAMES = [kernel.__name__ for kernel in arena.IMAGE_KERNELS]
 #: A builder that names each kernel and each file, as `mbody.compiler.builder` does.
 BUILDER = """
 import sys
@@ -40,7 +40,7 @@ def builder(files, status=0):
 @pytest.fixture(autouse=True)
 def loud(monkeypatch, tmp_path):
     monkeypatch.setenv("MBODY_QUIET", "0")
-    for module in (fmu, webassembly):
+    for module in (fmu, arena):
         monkeypatch.setattr(module, "find_spec", lambda name: SimpleNamespace(name=name))
 
 
@@ -49,11 +49,11 @@ def lines(names):
 
 
 def test_the_core_for_browsers(monkeypatch, tmp_path, capfd):
-    monkeypatch.setattr(webassembly, "builder_command", builder([webassembly.FILE]))
-    monkeypatch.setattr(webassembly, "ready_core", lambda: None)
-    monkeypatch.setattr(webassembly, "_core_folder", lambda: tmp_path)
-    assert webassembly.browser_core().read_bytes() == b"made"
-    said = ["building the core for browsers (once) ...", *lines([*NAMES, webassembly.FILE])]
+    monkeypatch.setattr(arena, "builder_command", builder([arena.FILE]))
+    monkeypatch.setattr(arena, "ready_core", lambda: None)
+    monkeypatch.setattr(arena, "_core_folder", lambda: tmp_path)
+    assert arena.browser_core().read_bytes() == b"made"
+    said = ["building the core for browsers (once) ...", *lines([*NAMES, arena.FILE])]
     assert capfd.readouterr() == ("", "".join(f"mbody: {line}\n" for line in said))
 
 
@@ -67,10 +67,10 @@ def test_the_binaries_of_co_simulation_units(monkeypatch, tmp_path, capfd):
     assert capfd.readouterr() == ("", "".join(f"mbody: {line}\n" for line in said))
 
 
-@pytest.mark.parametrize("module", [fmu, webassembly])
+@pytest.mark.parametrize("module", [fmu, arena])
 def test_what_the_builder_says_is_told_where_it_fails(monkeypatch, tmp_path, module):
     monkeypatch.setattr(module, "builder_command", builder(["half"], status=3))
-    build = fmu._build if module is fmu else webassembly.build_browser_core
+    build = fmu._build if module is fmu else arena.build_browser_core
     with pytest.raises(mbody.ModelError, match=r"could not be built; .*\nwarning: it is a small"):
         build(tmp_path)
 

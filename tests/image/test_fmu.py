@@ -37,7 +37,7 @@ from mbody.image import fmu as fmu_binaries
 from mbody.image.fmu import PLATFORMS, SHELL, SOURCES
 from mbody.image.model_image import si_unit
 from mbody.laws import Table
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from tests.support import embedded
 from tests.support.paths import ROOT
 

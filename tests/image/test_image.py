@@ -12,7 +12,7 @@ import mbody
 from mbody import cli, gallery
 from mbody.analysis.initial.initial_state import initial_state_of
 from mbody.core import selection
-from mbody.core.sources import source_hash
+from mbody.core.selection import source_hash
 from mbody.errors import ModelError, SolveError
 from mbody.image.model_image import to_image
 from tests.support.gallery_tables import tables

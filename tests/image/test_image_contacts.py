@@ -11,8 +11,8 @@ import pytest
 
 import mbody
 from mbody import Body, Contact, Mechanism, Revolute, SimulationSettings, gallery
+from mbody.image.arena import MODULE, browser_core
 from mbody.image.model_image import to_image
-from mbody.image.webassembly import MODULE, browser_core
 from mbody.kernels.advance import BEGUN, IMPACT
 from tests.support import embedded
 from tests.support.embedded import ADVANCE, GOOD, Model

@@ -26,7 +26,7 @@ from mbody import (
 from mbody.core import selection
 from mbody.image.model_image import to_image
 from mbody.laws import ConstantSpeed, Harmonic
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.solution.measures import quantity
 from tests.support.linkages import random_linkage, times_within
 

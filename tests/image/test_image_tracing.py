@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mbody.core.recorded_numbers import Untraceable
 from mbody.laws.kernels import LOG
-from mbody.solution.tracing import CODES, Recording, Rule
+from mbody.solution.traced_instant import CODES, Recording, Rule
 
 UNARY = [name for name, code in CODES.items() if code <= LOG]
 BINARY = [name for name in CODES if name not in UNARY]

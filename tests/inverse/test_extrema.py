@@ -8,7 +8,7 @@ import pytest
 
 import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute, SolveError, Torque, cli, makers, solve_for
-from mbody.model.study import Question, Unknown
+from mbody.model.simulation import Question, Unknown
 from tests import extrema_scan
 from tests.support.cases import first_fast
 from tests.support.linkages import held_bar

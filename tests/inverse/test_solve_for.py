@@ -35,7 +35,7 @@ from mbody.files.model import in_units
 from mbody.laws import ConstantSpeed
 from mbody.model.body import SecondMoments
 from mbody.model.loads import CentrifugalField
-from mbody.model.study import Question, Unknown
+from mbody.model.simulation import Question, Unknown
 from mbody.quantities import convert
 from tests.cli.test_json_heads import HEAD
 from tests.support.cases import first_fast

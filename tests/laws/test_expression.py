@@ -13,7 +13,7 @@ from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatic
 from mbody.laws import Expression, Polynomial, law
 from mbody.laws.kernels import MAX_OPERATIONS, MAX_STACK, OPERATIONS
 from mbody.quantities import FormulaError, Scope, Valued, text_of
-from mbody.quantities.tree import Binary, Call, Name, Negative, Plain
+from mbody.quantities.parse import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER
 from tests.support.expressions import four_bar, made, program
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbody.quantities import Scope, evaluate, parse, text_of
-from mbody.quantities.tree import Binary, Call, Measured, Name, Negative, Plain
+from mbody.quantities.parse import Binary, Call, Measured, Name, Negative, Plain
 
 units = st.sampled_from(["m", "in", "N*m", "rad/s^2", "in-lbf", "deg", "kg*m^2", "s^-1", "1/3 in"])
 

@@ -15,8 +15,7 @@ from mbody.kernels.finished_instants import each_load
 from mbody.kernels.number_program import number_duals
 from mbody.quantities import Scope, Valued, evaluate, parse
 from mbody.solution.measures import formula_value
-from mbody.solution.traced_instant import FUNCTIONS, STRICT, RowProgram
-from mbody.solution.tracing import Recording, Rule
+from mbody.solution.traced_instant import FUNCTIONS, STRICT, Recording, RowProgram, Rule
 
 ONE = ["sin", "cos", "tan", "asin", "acos", "atan", "sqrt", "abs", "exp", "log", "sign", "step"]
 TWO = ["atan2", "hypot", "min", "max", "deadband"]

@@ -10,7 +10,7 @@ from mbody import ModelError
 from mbody.core.lanes import LANES, aligned
 from mbody.kernels.number_program import number_duals
 from mbody.quantities import parse
-from mbody.solution.tracing import Recording, Rule
+from mbody.solution.traced_instant import Recording, Rule
 from tests.laws.test_formula_executors import NAMES, by_tree, drawn, pushed
 
 SYMBOLS = sympy.symbols(NAMES, real=True)

@@ -11,10 +11,10 @@ import mbody
 from mbody import gallery
 from mbody.analysis.driven.free_body import free_body
 from mbody.live import live_view
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.solution.measures import shown_measure
-from mbody.views.frame import mode_rows
-from mbody.views.motions import motion
+from mbody.views.shapes import motion
+from mbody.views.sketch import mode_rows
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.frictional import slider_crank

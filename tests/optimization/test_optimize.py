@@ -12,7 +12,7 @@ from mbody import AngleDriver, Body, Mechanism, Revolute
 from mbody.cli import main
 from mbody.errors import ModelError, SolveError
 from mbody.laws import Polynomial
-from mbody.optimization.optimum import Optimum
+from mbody.optimization.optimize import Optimum
 from mbody.sweeps import Steps
 
 TURN = {"over": "turn", "instants": 37}
@@ -252,7 +252,7 @@ def test_a_file_has_the_digits_that_matter(tmp_path):
     assert all(len(one) <= 7 for one in numbers), line
     again = mbody.kinetostatics(mbody.load(tmp_path / "best.toml"), turn="motor", instants=37)
     # margins are those of the search but for the closing of loops, to 1e-12 of the size
-    force = np.abs(again.measure(mbody.model.study.Measure("A.force"))).max()
+    force = np.abs(again.measure(mbody.model.simulation.Measure("A.force"))).max()
     assert 165.0 - force >= min(found.constraints[limit], 0.0) - 165e-12
     least = np.abs(again.effort("motor")).max()
     assert found.objective * (1.0 - 1e-9) <= least <= found.objective * (1.0 + 0.05 * found.loss)

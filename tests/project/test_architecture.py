@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import mbody
-from mbody.core.sources import COMPILED
+from mbody.core.selection import COMPILED
 from tests.architecture import (
     PACKAGE,
     ROOT,
@@ -32,7 +32,7 @@ SHARED = {
         "model.primitives",
         "model.constraint",
     ),
-    *("quantities.formula", "quantities.types"),
+    *("quantities.formula",),
 }
 PHYSICS = PLAIN | {"dataclasses"} | {f"mbody.{name}" for name in SHARED}
 ONLY = {
@@ -48,8 +48,10 @@ ONLY = {
 COMPILER = {"numba", "llvmlite"}
 BUILDERS = [
     "mbody.compiler",
-    *(f"mbody.straight_line.{name}" for name in ("code_builder", "compiled_functions")),
-    *(f"mbody.straight_line.{name}" for name in ("instructions", "whole_function")),
+    *(
+        f"mbody.straight_line.{name}"
+        for name in ("code_builder", "compiled_functions", "whole_function")
+    ),
 ]
 HEAVY = {
     *("matplotlib", "mujoco", "pandas", "scipy", "pint", "pymunk", "pinocchio"),
@@ -153,7 +155,7 @@ def stale(path: str, source: str, stamped: set[str]) -> list[str]:
     for function, names in compiled(source):
         where = f"{path}:{function.lineno}: {function.name}"
         if path not in stamped:
-            found.append(f"{where}: compiled, but not in COMPILED of core/sources.py")
+            found.append(f"{where}: compiled, but not in COMPILED of core/selection.py")
         found += [f"{where}: reads {outside[name]}, not in COMPILED" for name in names & {*outside}]
     return found
 

@@ -18,7 +18,7 @@ from mbody.quantities import (
     parse_unit,
     read,
 )
-from mbody.quantities.tree import Binary, Measured, Name, Negative, Plain
+from mbody.quantities.parse import Binary, Measured, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, known, unit_system
 from tests.support.formulas import worth
 

@@ -12,9 +12,9 @@ import pytest
 import mbody
 from mbody import ModelError, cli, from_toml, gallery, kinetostatics, report
 from mbody.files.model import in_units, report_settings
-from mbody.model.study import Instants
-from mbody.reports.blocks import Grid, Notice, Picture, typeset
+from mbody.model.simulation import Instants
 from mbody.reports.chapters import SECTIONS
+from mbody.reports.described import Grid, Notice, Picture, typeset
 from mbody.reports.mechanism_report import FORMATS
 from mbody.reports.writers import typst_text
 from mbody.summaries.text_table import number

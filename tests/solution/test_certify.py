@@ -19,7 +19,7 @@ from mbody.analysis.driven.driven import analyse_system_at
 from mbody.analysis.driven.free_body import member_forces
 from mbody.engines.oracle import Reference
 from mbody.errors import ModelWarning
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from mbody.solution.checks import residual_doubts
 from mbody.solution.doubts import Doubt, doubted, inherited, succeeded
 from mbody.solution.histories import Record
@@ -204,7 +204,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     for made in (
         mbody.free_body(doubtful, "rod"),
         member_forces(doubtful),
-        mbody.engineering.fluctuation(doubtful),
+        mbody.engineering.flywheel(doubtful),
         mbody.engineering.shaking_force(doubtful),
         mbody.crosscheck(engine(), "pinocchio", ours=doubtful),
     ):

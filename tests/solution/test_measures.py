@@ -22,7 +22,7 @@ from mbody import (
 )
 from mbody.engineering import close_loops
 from mbody.makers import polar
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 from mbody.quantities.units import name_of
 from mbody.solution.measures import measured
 from tests.errors.test_errors import says

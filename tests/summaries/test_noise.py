@@ -10,7 +10,7 @@ import pytest
 import mbody
 from mbody import cli, gallery, makers
 from mbody.analysis.driven.driven import analyse_at
-from mbody.model.study import Measure
+from mbody.model.simulation import Measure
 
 
 def line(run, first):

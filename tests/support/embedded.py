@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from mbody.core import native
-from mbody.core.selection import chosen, linker
-from mbody.core.sources import PACKAGE
-from mbody.image.webassembly import IMAGE_KERNELS
+from mbody.core.selection import PACKAGE, chosen, linker
+from mbody.image.arena import IMAGE_KERNELS
 
 DOOR = PACKAGE / "image" / "c"
 GOOD, DOUBT, ENDED, REFUSED, UNFIT, FAILED = range(6)

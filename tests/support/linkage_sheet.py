@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import mbody
 from mbody.topologies.dataset import random_linkages
 from mbody.views import save
-from mbody.views.style import CURVES, DRIVER, GROUND, INK, PAPER, SOFT
+from mbody.views.labels import CURVES, DRIVER, GROUND, INK, PAPER, SOFT
 
 #: Rows of the sheet: groups, joints, seed, whether the last group must be larger than a dyad.
 ROWS = ((("dyads",), 8, 4), (("dyads", "sliders"), 8, 2), (("dyads", "triads", "assur"), 8, 9))

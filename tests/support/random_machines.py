@@ -38,7 +38,7 @@ from mbody.laws import (
 from mbody.makers import polar
 from mbody.model.body import Guess, SecondMoments, SlenderRod
 from mbody.model.loads import CentrifugalField
-from mbody.model.study import Instants, Measure
+from mbody.model.simulation import Instants, Measure
 
 ODD = ("crank", "a b", "Kurbel-Ö", "曲柄", 'quo"te', "it's", "back\\slash", "#1", "a=b", "[x]")
 ODD += ("{y}", "-", "1", "true", "inf", "2024-01-01", "😀", "a,b", "x: y", " led", "'", "$schema")

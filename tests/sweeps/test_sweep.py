@@ -28,7 +28,7 @@ from mbody import (
     makers,
 )
 from mbody.core.lanes import LANES
-from mbody.model.study import Instants, Measure
+from mbody.model.simulation import Instants, Measure
 from mbody.sweeps import (
     Uniform,
     grid,

@@ -11,10 +11,11 @@ from numpy.testing import assert_array_equal
 
 import mbody
 from mbody import makers
-from mbody.files.arrays import OPEN_SEAL, seal, sealed
-from mbody.files.writing import write_whole
-from mbody.sweeps import Normal, monte_carlo, store
-from mbody.sweeps.store import remove_abandoned
+from mbody.files.saved import OPEN_SEAL, seal, sealed
+from mbody.files.tables import write_whole
+from mbody.sweeps import Normal, monte_carlo
+from mbody.sweeps import job as store
+from mbody.sweeps.job import remove_abandoned
 from tests.support.cases import first_fast
 
 pytest.importorskip("pyarrow")

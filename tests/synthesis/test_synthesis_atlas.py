@@ -6,7 +6,7 @@ import pytest
 import mbody
 from mbody.cli import main
 from mbody.synthesis import Atlas
-from mbody.synthesis.atlas import curve_descriptor
+from mbody.synthesis.linkages import curve_descriptor
 from tests.support.synthesis_cases import CLOSED, four_bar, random_four_bar, rows
 
 

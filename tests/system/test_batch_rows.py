@@ -4,7 +4,7 @@ import pytest
 
 import mbody
 from mbody.analysis.driven.driven import analyse_system_at
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from tests.batch_rows import KINDS, compared, random_batch
 
 #: Of every kind; of friction one that jams, of redundant joints one of which a design is refused.

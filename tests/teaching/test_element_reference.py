@@ -19,7 +19,7 @@ from mbody.model import stop as freewheel
 from mbody.model.body import Body
 from mbody.model.element import Marker
 from mbody.teaching import element_reference, reference_overview
-from mbody.teaching.element_reference import OTHER_TABLES, SURROUNDINGS
+from mbody.teaching.exercises import OTHER_TABLES, SURROUNDINGS
 from tests.support.cases import each
 
 KINDS = [(section, kind) for section, kinds in SECTIONS.items() for kind in kinds]

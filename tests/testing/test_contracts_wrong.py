@@ -155,7 +155,7 @@ def test_what_a_solution_tells_is_what_is_checked(monkeypatch):
         breakdown(L, W, *rest)
         rest[-1][:, :, 4::PER_PRIMITIVE] += 1e-6
 
-    bench = importlib.import_module("mbody.testing.bench")
+    bench = importlib.import_module("mbody.testing.contracts")
     breakdown = bench.breakdown
     monkeypatch.setattr(bench, "breakdown", tampered)
     with pytest.raises(AssertionError, match=r"'pin': action = reaction: .* leaves a moment about"):

@@ -9,9 +9,8 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from mbody.system.assembler import assemble, eliminate, split
-from mbody.topologies.arrays import canonical_order, linkage_arrays
 from mbody.topologies.dataset import random_linkages
-from mbody.topologies.plan import graph_of, linkage_system
+from mbody.topologies.plan import canonical_order, graph_of, linkage_arrays, linkage_system
 from tests.support.dense_linkages import random_dyads
 from tests.support.elimination_lists import lists_of
 from tests.support.linkage_elements import linkage_of_elements

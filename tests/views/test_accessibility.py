@@ -6,7 +6,7 @@ import mbody
 from mbody import gallery
 from mbody.cli import main
 from mbody.live import live_view
-from mbody.views.motions import motion
+from mbody.views.shapes import motion
 from tests.support.accessibility import violations
 from tests.support.browser import browser as started
 from tests.support.browser import chromium

@@ -13,8 +13,8 @@ import mbody
 from mbody import ModelError, gallery
 from mbody.cli import main
 from mbody.views.film_frames import MARGIN, FilmSet, painted, places
-from mbody.views.motions import motion
-from mbody.views.style import INK, LINK
+from mbody.views.labels import INK, LINK
+from mbody.views.shapes import motion
 
 SVG = "{http://www.w3.org/2000/svg}"
 

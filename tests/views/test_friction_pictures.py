@@ -20,11 +20,11 @@ from mbody import (
 )
 from mbody.laws import ConstantSpeed
 from mbody.solution.contact_points import contact_points_of
+from mbody.views.acting import sign_history
 from mbody.views.film_frames import FilmSet
-from mbody.views.frame import MODES, mode_rows
-from mbody.views.friction_symbols import sign_history
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
+from mbody.views.sketch import MODES, mode_rows
 from tests.support.picture_reader import arrow, artists
 
 G = 9.81

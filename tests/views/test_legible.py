@@ -11,14 +11,14 @@ from PIL import Image
 
 import mbody
 from mbody import gallery, report
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from mbody.quantities.output_units import unit_text
-from mbody.reports.blocks import ROWS, Grid, Text, first_rows, parts_of, printed
+from mbody.reports.described import ROWS, Grid, Text, first_rows, parts_of, printed
 from mbody.reports.writers import latex, typst_text
 from mbody.summaries.text_table import Column
 from mbody.views.film_frames import FilmSet, film_names
-from mbody.views.motions import motion
 from mbody.views.page_data import text_runs
+from mbody.views.shapes import motion
 from tests.support.cases import first_fast
 
 SHOWN = ("names", "forces")

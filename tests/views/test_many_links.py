@@ -5,7 +5,7 @@ import pytest
 
 from mbody import Gravity, simulate
 from mbody.views import draw
-from mbody.views.style import Z
+from mbody.views.labels import Z
 from tests.freedom.test_large_mobility import chain, grid
 
 

@@ -9,8 +9,8 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.views.film_frames import FilmSet, film_names
-from mbody.views.motions import motion
 from mbody.views.page_data import text_runs
+from mbody.views.shapes import motion
 from tests.support.cases import first_fast
 
 #: Linkages, sliders, a field that turns, wheels with brakes, a cam, gears, many joints.

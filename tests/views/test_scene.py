@@ -6,9 +6,8 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.views.film_frames import FilmSet
-from mbody.views.motions import motion
-from mbody.views.pose import Pose
 from mbody.views.scene import MOST, scene, thinned
+from mbody.views.shapes import Pose, motion
 from mbody.views.sketch import SceneSketch
 
 SHOWN = (
@@ -31,8 +30,7 @@ def world(found, shape, k):
 def drawn_at(run, k, like):
     """The same elements drawn anew at another instant, by name."""
     from mbody.views.acting import load_symbol
-    from mbody.views.joint_symbols import joint_symbol
-    from mbody.views.links import link
+    from mbody.views.joint_symbols import joint_symbol, link
 
     sketch = SceneSketch(Pose(run, k), like.unit, like.small)
     for order, body in enumerate(run.mechanism.bodies):

@@ -5,8 +5,8 @@ import pytest
 
 from mbody import Body, Gravity, Mechanism, simulate
 from mbody.views.body_shapes import bounds
-from mbody.views.pose import Pose
 from mbody.views.scene import scene
+from mbody.views.shapes import Pose
 
 
 def machine():

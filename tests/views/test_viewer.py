@@ -14,8 +14,8 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.cli import main
-from mbody.views.motions import motion
 from mbody.views.page import MODULE, module_text
+from mbody.views.shapes import motion
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.viewer_page import ViewerPage

@@ -10,9 +10,8 @@ from mbody import gallery
 from mbody.analysis.driven.free_body import free_body, member_forces
 from mbody.views.acting import acting_on
 from mbody.views.free_bodies import NUMBER
-from mbody.views.motions import motion
 from mbody.views.page import LINKS
-from mbody.views.pose import Pose
+from mbody.views.shapes import Pose, motion
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.cases import first_fast

@@ -13,13 +13,11 @@ import mbody
 from mbody import gallery
 from mbody.cli import main
 from mbody.cli import pictures as command
-from mbody.image.changeable import changeable_numbers
+from mbody.image.model_image import changeable_numbers
 from mbody.live import live_view
-from mbody.live.file_numbers import file_numbers
-from mbody.live.live_view import live_part
-from mbody.views.motions import motion
-from mbody.views.pose import Pose
+from mbody.live.live_view import file_numbers, live_part
 from mbody.views.scene import scene, sketched
+from mbody.views.shapes import Pose, motion
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.cases import first_fast
@@ -444,7 +442,7 @@ def test_the_command_makes_live_pages_where_the_core_is(tmp_path, monkeypatch, c
     assert '"live":' in (tmp_path / "live.html").read_text("utf-8")
     assert main(["view", "norton_fourbar", "--recorded", "-o", "recorded.html"]) == 0
     assert '"live":' not in (tmp_path / "recorded.html").read_text("utf-8")
-    monkeypatch.setattr("mbody.image.webassembly.ready_core", lambda: None)
+    monkeypatch.setattr("mbody.image.arena.ready_core", lambda: None)
     assert main(["view", "norton_fourbar", "-o", "without.html"]) == 0
     assert '"live":' not in (tmp_path / "without.html").read_text("utf-8")
     assert "with --live it solves the model again" in capsys.readouterr().err

@@ -6,8 +6,8 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.engineering import acceleration_polygon, centrodes, instant_centres, velocity_polygon
-from mbody.views.motions import motion
 from mbody.views.page import plain_runs
+from mbody.views.shapes import motion
 from tests.support.browser import browser as started
 from tests.support.browser import chromium
 from tests.support.viewer_page import ViewerPage

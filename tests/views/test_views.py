@@ -11,13 +11,12 @@ import pytest
 import mbody
 from mbody import Body, Mechanism, Revolute, Torque, cli, gallery, kinematics, kinetostatics, makers
 from mbody.analysis.driven.driven import analyse_at
-from mbody.model.study import Instants
+from mbody.model.simulation import Instants
 from mbody.summaries.text_table import force_names
 from mbody.views import draw, plot, save
-from mbody.views.labels import FreePlaces, Label
-from mbody.views.motions import SMOOTH, cycle
+from mbody.views.labels import ENDINGS, FreePlaces, Label
 from mbody.views.plotting import spread
-from mbody.views.style import ENDINGS
+from mbody.views.shapes import SMOOTH, cycle
 from tests import pictures
 from tests.support.paths import ROOT
 from tests.support.picture_reader import arrow, artists, inside

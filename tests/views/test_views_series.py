@@ -8,8 +8,7 @@ from mbody import cli, gallery, kinetostatics
 from mbody.views import draw, plot
 from mbody.views.drawing import draw_series
 from mbody.views.free_bodies import force_peak
-from mbody.views.plotting import SEVERAL
-from mbody.views.polar import hodograph, path_plot, polar
+from mbody.views.plotting import SEVERAL, hodograph, path_plot, polar
 from tests.support.cases import first_fast
 from tests.support.gallery_runs import run as asked
 from tests.support.picture_reader import artists, inside

@@ -13,9 +13,7 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.core.decorators import PLAIN
-from mbody.core.library import open_library
-from mbody.core.selection import chosen
-from mbody.core.sources import source_hash
+from mbody.core.selection import chosen, open_library, source_hash
 from tests.support.cases import first_fast
 from tests.work_counts import allocations, plain, table
 from tests.work_counts.allocations import MATHEMATICS

@@ -18,7 +18,7 @@ from mbody.analysis.driven.batch import batch_setup, closed_poses, on_lanes
 from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
-from mbody.core.sources import COMPILED, PACKAGE
+from mbody.core.selection import COMPILED, PACKAGE
 from mbody.quantities import deg
 
 machine = functools.cache(gallery.load)

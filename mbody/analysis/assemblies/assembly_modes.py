@@ -21,8 +21,7 @@ from mbody.analysis.assemblies.linkage import (
     assur_groups,
 )
 from mbody.analysis.position import assembly_analysis
-from mbody.analysis.position.closed_position import by_rows
-from mbody.analysis.position.initial_guess import placed
+from mbody.analysis.position.closed_position import by_rows, placed
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, SolveError, angle_text, brief
@@ -31,7 +30,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed, takes_one_design, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.solution.declared_result import ItemTable, Value, data_only
 from mbody.solution.doubts import Doubt, Inherited, status_of
 from mbody.system.rank import dense

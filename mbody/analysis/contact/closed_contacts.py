@@ -22,11 +22,11 @@ from mbody.core.tolerances import CONTACT_GAP_FAR, CONTACT_GAP_MEANT, CONTACT_GA
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
-from mbody.model.closed_mechanism import with_others
 from mbody.model.contact import Contact
 from mbody.model.element import listed
 from mbody.model.joint_limits import limits_of
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import with_others
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE
 from mbody.solution.solution import Solution

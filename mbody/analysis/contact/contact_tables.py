@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import threading
 from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,6 +21,14 @@ from mbody.analysis.contact.unilateral import (
 )
 from mbody.core.tolerances import DIRECTION_SAME
 from mbody.errors import ModelError
+from mbody.kernels import mode_problem as kernels
+from mbody.kernels.complementarity import (
+    CONE,
+    ContactProblem,
+    joint_arms,
+    law_sizes,
+    problem_memory,
+)
 from mbody.kernels.contact_geometry import (
     ALONE,
     CIRCLE,
@@ -30,7 +39,17 @@ from mbody.kernels.contact_geometry import (
     SHARED,
     ContactShapes,
 )
-from mbody.kernels.layout import integers
+from mbody.kernels.friction import FRICTION_KINDS
+from mbody.kernels.layout import (
+    OF_NODES,
+    Layout,
+    Work,
+    first_beyond,
+    frame_of,
+    integers,
+    inverse_masses,
+)
+from mbody.kernels.mode_problem import ContactDecision, solve_decision
 from mbody.model.contact import (
     Between,
     Contact,
@@ -52,9 +71,225 @@ from mbody.model.touching_shapes import (
     Vertex,
     points_of,
 )
-from mbody.system.system import System
+from mbody.system.assembler import eliminate, split
+from mbody.system.system import System, welds
+
+# -- Friction of joints by what presses them, and impulses of closed contacts by their matrix,
+#    which `mbody.kernels.mode_problem` finds --------------------------------------------------
 
 Array = np.ndarray
+
+
+class _ProblemMemory(threading.local):
+    """Memory of the kernel of every size, one for each thread."""
+
+    def __init__(self) -> None:
+        self.problems: dict[int, tuple[ContactDecision, ContactProblem]] = {}
+
+    def of(self, n: int) -> tuple[ContactDecision, ContactProblem]:
+        if n not in self.problems:
+            self.problems[n] = kernels.decision_memory(n), problem_memory(n)
+        return self.problems[n]
+
+
+_memory = _ProblemMemory()
+
+
+# -- Friction of a joint for the multipliers that press it, with its derivatives ----------------
+
+
+class JointFriction:
+    """Friction of friction pair f at the position, rates and signals in a workspace: the static
+    one, or that of a rate of sliding.
+    """
+
+    def __init__(self, system: System, work: Work, f: int, rate: float | None = None) -> None:
+        L = system.runtime()
+        self.number, self.node = int(L.friction_kind[f]), int(L.friction_node[f])
+        self.kind, self.first = (
+            FRICTION_KINDS[self.number],
+            float(work.par[L.friction_par[f] + 4, 0]),
+        )
+        self.arm = np.zeros(7)
+        if rate is not None:
+            work.rate[f, 0] = rate
+        joint_arms(L, work, f, rate is None, self.arm)
+        self.mu = float(self.arm[6])
+
+    @property
+    def by_law(self) -> bool:
+        """Whether its size follows a law alone."""
+        return self.kind in ("torque", "force")
+
+    def size(self, x: Any, y: Any, slip_sign: float) -> tuple[Any, Any, Any]:
+        """φ by both multipliers, numbers or arrays, and its derivatives by them; `slip_sign` of the
+        sliding, or of that which would begin.
+        """
+        x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+        found = np.empty((3, x.size))
+        arm = self.arm[:3] if slip_sign >= 0.0 else self.arm[3:6]
+        law_sizes(self.number, arm, x.ravel(), y.ravel(), found)
+        size, by_x, by_y = found.reshape(3, *x.shape)
+        return size[()], by_x[()], by_y[()]
+
+
+# -- Impulses of closed contacts -----------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedContacts:
+    """Closed contacts at one instant.
+
+    `delassus` (2 m, 2 m): Normals before tangents.
+    `friction` (m,): Coefficients; zero of what has no tangent.
+    """
+
+    delassus: Array
+    friction: Array
+
+    def __len__(self) -> int:
+        return len(self.friction)
+
+    @property
+    def rows(self) -> Array:
+        """Normals and those tangents that have friction."""
+        m = len(self)
+        return np.concatenate([np.arange(m), m + np.flatnonzero(self.friction > 0.0)])
+
+    def loaded(self) -> tuple[ContactDecision, ContactProblem]:
+        """The memory of the kernels with the rows, at rest."""
+        m, rows = len(self), self.rows
+        D, P = _memory.of(len(rows))
+        D.count[:2] = len(rows), m
+        D.delassus[:] = self.delassus[np.ix_(rows, rows)]
+        for array in (D.noise, D.soft, D.sliding, D.given, D.kinetic, D.given_law):
+            array[:] = 0
+        D.law[:], D.normal[m:], D.mu[m:] = CONE, rows[m:] - m, self.friction[rows[m:] - m]
+        return D, P
+
+    def solve(self, before: Array, given: Array) -> Array | None:
+        """(Λ_N, Λ_T) (2 m,) from velocities `before` (2 m,) without them, with normal impulses
+        `given` (m,) that count in the cones; None where there are none.
+        """
+        D, P = self.loaded()
+        D.shifted[:], D.given_law[: len(self)] = before[self.rows], given
+        if not solve_decision(D, P, kernels.STAGE, 0):
+            return None
+        found = np.zeros(2 * len(self))
+        found[self.rows] = D.f
+        return found
+
+
+def arresting_impulses(D: Array, rates: Array) -> Array:
+    """Impulses −D⁺ rates that stop rows; of least scaled norm where rows depend on each other."""
+    n, found = len(D), np.zeros(len(D))
+    memory, _ = _memory.of(n)
+    memory.count[0], memory.delassus[:] = n, D
+    kernels.find_arrest(memory, np.ascontiguousarray(rates), found)
+    return found
+
+
+# -- Layouts and workspaces of what acts: without the fill, or the nodes, of rows that are off -
+#
+# Rows of contacts that are open are rows of an identity: they have no blocks beside the diagonal,
+# and elimination works on zeros there. Of many contact candidates where bodies may touch few do,
+# and most of the work is on zeros. The lists of `mbody.kernels.schur_ldl` without them give the
+# same numbers. Bodies that are split for rows that are off alone need no slots for these.
+
+
+def without_nodes(layout: Layout, off: Array) -> Layout:
+    """The layout whose elimination leaves some nodes alone. `off` (nodes,)."""
+    if not off.any():
+        return layout
+    L, base = layout, 3 * layout.nodes
+    count = np.diff(L.node_start)
+    column = np.repeat(np.arange(L.nodes), count)
+    kept = ~(off[column] | off[L.block_row])
+    blocks = np.flatnonzero(kept)
+    # the number of a block among those that are kept, by its number among all
+    number = np.cumsum(kept) - 1
+    start = np.append(0, np.cumsum(np.bincount(column[blocks], minlength=L.nodes)))
+    # a block of a column updates those of the rows of each that stands before it
+    first = np.arange(len(kept)) - L.node_start[column]
+    updates = np.cumsum(first) - first
+    before = np.arange(len(blocks)) - start[column[blocks]]
+    later = np.repeat(np.arange(len(blocks)), before)
+    earlier = np.arange(len(later)) - np.repeat(np.cumsum(before) - before, before)
+    earlier += start[column[blocks[later]]]
+    pairs = updates[blocks[later]] + blocks[earlier] - L.node_start[column[blocks[later]]]
+    formed = kept[(L.form_block - base) // 4]
+    filled = kept[(L.fill - base) // 4]
+
+    def moved(places: Array) -> Array:
+        return integers(base + 4 * number[(places - base) // 4])
+
+    return layout.replaced(
+        node_start=integers(start),
+        block_row=integers(L.block_row[blocks]),
+        update=moved(L.update[pairs]),
+        form_block=moved(L.form_block[formed]),
+        form_a=integers(L.form_a[formed]),
+        form_b=integers(L.form_b[formed]),
+        form_column=integers(L.form_column[formed]),
+        form_more=integers(L.form_more[formed]),
+        fill=moved(L.fill[filled]),
+    )
+
+
+def layout_of_rows(layout: Layout, off: Array) -> Layout:
+    """The layout without some rows of the active set, with nodes and slots of its own. `off`
+    (primitives,): those, which share one node that holds nothing.
+    """
+    L, kept = layout, np.flatnonzero(~off)
+    ends = zip(L.primitive_i[kept].tolist(), L.primitive_j[kept].tolist(), strict=True)
+    slots = split(L.bodies, [*ends, (L.bodies, L.bodies)])
+    plan, nodes = eliminate(slots), len(slots.sides)
+    place = np.empty(nodes, dtype=np.int64)
+    place[plan.order] = np.arange(nodes)
+    nothing = place[len(kept)]
+    node = np.full(len(off), nothing)
+    node[kept] = place[: len(kept)]
+    written = node.copy()
+    written[L.active_set] = first_beyond(nodes, 0) + np.arange(len(L.active_set))
+    # by the nodes that they have in the whole
+    now = np.full(L.nodes, nothing)
+    now[L.primitive_node] = node
+    names = ("node_start", "block_row", "update", "form_block", "form_a", "form_b", "form_column")
+    return layout.replaced(
+        slots=len(slots.body),
+        nodes=nodes,
+        primitive_node=node,
+        written_node=written,
+        friction_node=now[L.friction_node],
+        driver_node=now[L.driver_node],
+        node_column=integers([3 * s for n in plan.order for s in slots.sides[n]]),
+        **{name: getattr(plan, name) for name in names},
+        form_more=integers(plan.form_more),
+        fill=plan.fill,
+        slot_body=integers(slots.body),
+        body_slot=np.searchsorted(slots.body, np.arange(L.bodies)),
+    )
+
+
+def work_of_rows(system: System, layout: Layout, whole: Work, off: np.ndarray) -> Work:
+    """The workspace of one set for `layout_of_rows`, of a layout whose workspace is `whole`: they
+    have all in common that belongs to no node.
+    """
+    L = layout
+    frame = frame_of(L, system.par.shape[0], system.signals, 1)
+    work = Work(frame, frame.blank())
+    before, now = system.layout.primitive_node, L.primitive_node
+    for row in range(2):
+        work.pad[2 * now + row] = 1.0
+        kept, old = 2 * now[~off] + row, 2 * before[~off] + row
+        work.pad[kept] = whole.pad[old]
+        work.regularization_weight[kept] = whole.regularization_weight[old]
+    work.block[: 12 * L.nodes] = welds(L, work.pad)
+    work.share[: L.slots] = 1.0 / np.bincount(L.slot_body, minlength=L.bodies)[L.slot_body][:, None]
+    work.weight[: 3 * L.slots] = inverse_masses(L, whole.mass, system.sizes)
+    work.take(whole, OF_NODES)
+    return work
+
 
 #: A shape is large that is so much larger than is usual.
 LARGE = 3.0

@@ -39,7 +39,7 @@ from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.kernels.continuation import BY_DRIVER, BY_TIME
 from mbody.kernels.continuation_lanes import Designs, LanePath, follow_designs
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.model.closed_mechanism import may_be_one_sided
+from mbody.model.model_notes import may_be_one_sided
 from mbody.solution.checks import BranchPlace
 from mbody.solution.doubts import NAMED
 from mbody.solution.histories import (

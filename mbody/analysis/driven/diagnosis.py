@@ -20,7 +20,7 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import laws_of_time
 from mbody.laws import Expression
 from mbody.model.element import listed
-from mbody.model.named_quantities import measuring_forces
+from mbody.model.states import measuring_forces
 from mbody.system.rank import Rank, dense, rank_of
 from mbody.system.system import System, too_large
 

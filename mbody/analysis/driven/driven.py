@@ -25,7 +25,7 @@ from mbody.model.driver import Driver
 from mbody.model.element import listed, unknown_name
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.types import PlainNumbers
+from mbody.quantities.formula import PlainNumbers
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
@@ -33,7 +33,7 @@ from mbody.system.assembler import assemble
 from mbody.system.system import System
 
 if TYPE_CHECKING:
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
 
 #: Travel of a driver [rad, length] that is not followed to see whether a position is meant.
 LONGEST_TRAVEL = 1e3
@@ -421,13 +421,13 @@ def analyse_at(
     By default those of the mechanism, else t = 0.
 
     >>> import mbody
-    >>> from mbody.model.study import Instants
+    >>> from mbody.model.simulation import Instants
     >>> machine = mbody.makers.four_bar(1, 3, 2, 3.5, start=0.5, speed=10.0)
     >>> run = analyse_at(machine, "kinematics", Instants(at={"crank": "90 deg"}))
     >>> round(float(np.degrees(run["crank"].angle[0])), 6)
     90.0
     """
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
 
     wanted = ask or mechanism.ask or Instants()
     return analyse_system_at(assemble(mechanism), analysis, wanted, assembly)
@@ -643,7 +643,7 @@ def requested_instants(
     """Instants and options of an analysis as requested; by default the mechanism's own instants.
     Messages begin with the verb; `others`: further analyses that it accepts.
     """
-    from mbody.model.study import Instants
+    from mbody.model.simulation import Instants
 
     if analysis not in ANALYSES:
         raise ModelError(

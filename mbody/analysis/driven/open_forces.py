@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbody.analysis.contact.friction_problem import JointFriction
+from mbody.analysis.contact.contact_tables import JointFriction
 from mbody.analysis.driven.contact_report import rope_factor
 from mbody.core import tolerances as tol
 from mbody.kernels.force_programs import PASSES

@@ -38,8 +38,7 @@ from mbody.kernels.continuation import (
 )
 from mbody.kernels.layout import PER_PRIMITIVE, Work
 from mbody.kernels.loop_closure import violation
-from mbody.model.closed_mechanism import may_be_one_sided
-from mbody.model.model_notes import kept_states, left_out
+from mbody.model.model_notes import kept_states, left_out, may_be_one_sided
 from mbody.solution.histories import BranchDistance, Record, reported_certificate, with_fields
 from mbody.solution.solution import Solution
 from mbody.system.system import System, too_large
@@ -48,7 +47,7 @@ if TYPE_CHECKING:
     from mbody.analysis.driven.contact_report import OneSidedForce
     from mbody.kernels.continuation_lanes import LanesOutput
     from mbody.solution.doubts import Doubt
-    from mbody.straight_line.code_interface import LaneInstants
+    from mbody.straight_line.pieces import LaneInstants
     from mbody.straight_line.programs import MotionCall, StraightLineCode
     from mbody.system.pivoting import PivotChoices
 
@@ -363,7 +362,7 @@ def instants_on_lanes(
     """Prescribed driver values and rates in every lane at the grid's instants `index`, (steps,
     lanes).
     """
-    from mbody.straight_line.code_interface import LaneInstants
+    from mbody.straight_line.pieces import LaneInstants
 
     given = np.zeros((2, LANES))
     if grid.mode == BY_DRIVER:

@@ -19,7 +19,7 @@ from mbody.laws import Expression, Table, times_of
 from mbody.model.driver import Driver
 from mbody.model.element import Element, listed, unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
-from mbody.quantities.types import PlainNumbers
+from mbody.quantities.formula import PlainNumbers
 from mbody.system.formula_rows import driver_states
 from mbody.system.system import System
 

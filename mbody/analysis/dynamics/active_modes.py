@@ -17,15 +17,21 @@ from typing import Any, cast
 
 import numpy as np
 
-from mbody.analysis.contact.active_layout import layout_of_rows, without_nodes, work_of_rows
-from mbody.analysis.contact.friction_problem import arresting_impulses
+from mbody.analysis.contact.contact_tables import (
+    arresting_impulses,
+    layout_of_rows,
+    without_nodes,
+    work_of_rows,
+)
 from mbody.analysis.contact.unilateral import SLIP_SIGNS, Rows, unilateral_of
-from mbody.analysis.dynamics.contact_log import ContactLog
-from mbody.analysis.dynamics.contact_start import fit_contacts, refuse_overlap
-from mbody.analysis.dynamics.event_programs import PythonEvents, has_exact_rates, watched_by_program
-from mbody.analysis.dynamics.integrators import Motion
-from mbody.analysis.dynamics.interruptions import solution_of_records
-from mbody.analysis.dynamics.modal_motion import MODES, DecisionMemory
+from mbody.analysis.dynamics.contact_log import ContactLog, fit_contacts, refuse_overlap
+from mbody.analysis.dynamics.integrators import MODES, DecisionMemory, Motion
+from mbody.analysis.dynamics.interruptions import (
+    PythonEvents,
+    has_exact_rates,
+    solution_of_records,
+    watched_by_program,
+)
 from mbody.analysis.dynamics.restart import GUARDS, ContactModes, is_known, set_active_set
 from mbody.analysis.initial.initial_state import event_measure
 from mbody.analysis.position.assembly_analysis import raise_user_error

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.driven.diagnosis import undetermined, weightless
 from mbody.analysis.dynamics.integrators import (
     PATIENT,

@@ -13,8 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.contact_tables import ContactTables, contact_tables, coupled_bodies
-from mbody.analysis.contact.friction_problem import ClosedContacts
+from mbody.analysis.contact.contact_tables import (
+    ClosedContacts,
+    ContactTables,
+    contact_tables,
+    coupled_bodies,
+)
 from mbody.analysis.dynamics.integration import Integration, KeptInstants
 from mbody.analysis.dynamics.integrators import REFINEMENTS, Integrator, even_steps
 from mbody.analysis.dynamics.options import MotionRequest
@@ -64,12 +68,12 @@ from mbody.kernels.moreau import (
     moreau,
 )
 from mbody.kernels.step_state import DELIVERED, DONE, NEXT, NOT_FINITE, STEPS, TIME
-from mbody.model.closed_mechanism import without_contacts
 from mbody.model.contact import Contact, Rope, shape_names
 from mbody.model.element import listed
 from mbody.model.joint_limits import contacts_of
 from mbody.model.mechanism import Mechanism
-from mbody.model.named_quantities import measuring_forces
+from mbody.model.model_notes import without_contacts
+from mbody.model.states import measuring_forces
 from mbody.solution.checks import residuals
 from mbody.solution.doubts import Doubt
 from mbody.solution.histories import Record, reported_certificate, with_fields

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes
-from mbody.analysis.contact.unilateral import unilateral_of
+from mbody.analysis.contact.unilateral import has_modes, unilateral_of
 from mbody.analysis.driven.contact_report import (
     OneSidedForce,
     extremes,
@@ -45,6 +44,7 @@ from mbody.analysis.dynamics.integrators import (
     first_step,
     integrator,
     limited_instants,
+    refined_where_uneven,
     refuse_auxiliary_states,
     step_counts,
     stepping,
@@ -62,7 +62,6 @@ from mbody.analysis.dynamics.interruptions import (
     without_hold,
     works_of_drivers,
 )
-from mbody.analysis.dynamics.modal_motion import refined_where_uneven
 from mbody.analysis.dynamics.restart import (
     Checkpoint,
     no_progress,
@@ -100,9 +99,9 @@ from mbody.kernels.step_state import (
     Tolerances,
 )
 from mbody.laws import Constant
-from mbody.model.closed_mechanism import may_be_one_sided
-from mbody.model.inputs import Controller
+from mbody.model.model_notes import may_be_one_sided
 from mbody.model.simulation import Event
+from mbody.model.states import Controller
 from mbody.solution.doubts import doubted
 from mbody.solution.energy import account, causes, gain_of_jump
 from mbody.solution.histories import EventRecord, Record, reported_certificate, with_fields

@@ -14,12 +14,12 @@ from mbody.analysis.initial.initial_state import check_release, checked_events
 from mbody.core.tolerances import RTOL_DEFAULT, RTOL_LEAST, TIMES_COUNT_ROUNDING, TIMES_SAME_SAMPLE
 from mbody.errors import ModelError, brief, remedy
 from mbody.laws import Table
-from mbody.model.closed_mechanism import with_element
 from mbody.model.element import resolved, unknown_name, whole_number
-from mbody.model.inputs import Input
 from mbody.model.mechanism import Mechanism
+from mbody.model.model_notes import with_element
 from mbody.model.numbers import number_in
 from mbody.model.simulation import ADAPTIVE, EVEN, METHODS, Event, as_events, check_method
+from mbody.model.states import Input
 from mbody.quantities import dimension_text
 from mbody.solution.solution import IntegrationSettings
 from mbody.system.assembler import assemble

@@ -10,11 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import (
-    has_modes,
-    refuse_modes,
-    with_contacts_of_joints,
-)
+from mbody.analysis.contact.unilateral import has_modes, refuse_modes, with_contacts_of_joints
 from mbody.analysis.dynamics.branch_passage import singular_start
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.options import (
@@ -44,9 +40,8 @@ from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
 from mbody.model.element import takes_one_design
 from mbody.model.mechanism import Mechanism
-from mbody.model.simulation import EVEN, WITH_MODES, Event
-from mbody.model.study import Measure, measure_named
-from mbody.quantities.types import Number, PlainNumbers
+from mbody.model.simulation import EVEN, WITH_MODES, Event, Measure, measure_named
+from mbody.quantities.formula import Number, PlainNumbers
 from mbody.solution.doubts import Doubt, doubted
 from mbody.solution.energy import account, causes
 from mbody.solution.histories import Record, one_design, reported_certificate, with_fields

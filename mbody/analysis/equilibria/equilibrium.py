@@ -23,8 +23,13 @@ from mbody.analysis.equilibria.search import (
     jumping_loads,
     without_stiffness,
 )
-from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, rates_of
-from mbody.analysis.freedom.mobility import single_design, single_time
+from mbody.analysis.freedom.mobility import (
+    FreeMotion,
+    free_motions,
+    rates_of,
+    single_design,
+    single_time,
+)
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
@@ -51,8 +56,7 @@ from mbody.solution.friction_results import (
 )
 from mbody.solution.histories import BodyHistory, Reaction, Record, link_poses
 from mbody.solution.solution import Solution
-from mbody.system.read_only import Locked
-from mbody.system.system import DENSE, System, too_large
+from mbody.system.system import DENSE, Locked, System, too_large
 
 # -- Bands of positions at which friction holds a single free motion, their ends located -------
 #

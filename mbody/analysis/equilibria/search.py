@@ -18,7 +18,7 @@ import numpy as np
 from mbody.analysis.equilibria.curve_walk import RUN_AWAY, MotionCurve, Walk, out_of_order, roots_of
 from mbody.analysis.equilibria.position_surface import Cover
 from mbody.analysis.equilibria.surface_roots import surface_roots
-from mbody.analysis.freedom.free_motions import free_motions, leading, rates_of
+from mbody.analysis.freedom.mobility import free_motions, leading, rates_of
 from mbody.analysis.position.tangent_space import Array, Manifold, ManyPositions, Place
 from mbody.core import tolerances as tol
 

@@ -10,15 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from mbody.analysis.initial.close_loops import branch_rates, close_loops, fitting_rates
-from mbody.analysis.initial.first_rates import first_rates
+from mbody.analysis.initial.close_loops import branch_rates, close_loops, first_rates, fitting_rates
 from mbody.analysis.position.assembly_analysis import (
     closed,
     rounding,
     set_driver_values,
 )
-from mbody.analysis.position.closed_position import by_rows, close_batch
-from mbody.analysis.position.initial_guess import placed
+from mbody.analysis.position.closed_position import by_rows, close_batch, placed
 from mbody.analysis.singular.singular_positions import Prescribed, singular
 from mbody.core import tolerances as tol
 from mbody.errors import ModelError, SolveError
@@ -29,10 +27,9 @@ from mbody.model.driver import AngleDriver, CoordinateDriver
 from mbody.model.element import Marker, Numbers, listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import moves_nothing, number_in
-from mbody.model.simulation import STATE, Event, SimulationSettings
-from mbody.model.study import Measure, measure_named
+from mbody.model.simulation import STATE, Event, Measure, SimulationSettings, measure_named
 from mbody.quantities import Formula, FormulaError
-from mbody.quantities.types import Number
+from mbody.quantities.formula import Number
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.histories import Record, link_poses
 from mbody.solution.measures import check_measure

@@ -12,13 +12,13 @@ from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import plain, resolve_number
-from mbody.model.study import Instants, Measure, Question, Unknown
+from mbody.model.simulation import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.doubts import Doubt
 from mbody.solution.measures import check_measure, checked_sides, sides
 from mbody.solution.solution import Solution
-from mbody.system.read_only import Locked
+from mbody.system.system import Locked
 
 # -- Answers of questions: the solutions that were found ---------------------------------------
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbody.analysis.contact.systems_with_modes import has_modes
+from mbody.analysis.contact.unilateral import has_modes
 from mbody.analysis.dynamics.integration import Integration
 from mbody.analysis.dynamics.integrators import (
     REFINEMENTS,
@@ -20,8 +20,13 @@ from mbody.analysis.dynamics.integrators import (
 )
 from mbody.analysis.dynamics.interruptions import without_hold
 from mbody.analysis.equilibria.equilibrium import Equilibrium
-from mbody.analysis.freedom.free_motions import FreeMotion, free_motions, leading, rates_of
-from mbody.analysis.freedom.mobility import single_design
+from mbody.analysis.freedom.mobility import (
+    FreeMotion,
+    free_motions,
+    leading,
+    rates_of,
+    single_design,
+)
 from mbody.analysis.position.assembly_analysis import closed, raise_user_error
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
@@ -33,7 +38,7 @@ from mbody.kernels.state_derivative import initial_derivative
 from mbody.kernels.step_state import TIME
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import left_out, without_friction
-from mbody.model.study import Measure, measure_named
+from mbody.model.simulation import Measure, measure_named
 from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.solution.energy import causes

@@ -22,8 +22,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.solution.declared_result import Value
 from mbody.solution.doubts import Inherited, inherited
 from mbody.solution.solution import Solution
-from mbody.system.read_only import Locked
-from mbody.system.system import System
+from mbody.system.system import Locked, System
 
 # -- The quadratic eigenproblem of small motions, free motions without inertia among them ------
 # F. Tisseur, K. Meerbergen: The quadratic eigenvalue problem, SIAM Review 43 (2001), 235-286.

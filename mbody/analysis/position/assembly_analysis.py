@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from mbody.analysis.position import closed_position
-from mbody.analysis.position.initial_guess import nearest_to_guesses, placed, wrapped
+from mbody.analysis.position.closed_position import nearest_to_guesses, placed, wrapped
 from mbody.core import tolerances as tol
 from mbody.core.callbacks import failure
 from mbody.errors import ModelError, ModelWarning, SolveError, angle_text

@@ -224,7 +224,7 @@ export class Menu {
     this.dialog.classList.add("long");
     made.parts[1].focus();
   }
-  /** Inputs for a form (see element_forms.py): their parts, and the value that stands in them, if one does. */
+  /** Inputs for a form (see places.py): their parts, and the value that stands in them, if one does. */
   #inputs(node, label, needed = node.needed) {
     const id = `form-${this.count = (this.count ?? 0) + 1}`, title = node.about ?? "", named = el("label", { for: id, title }, `${label}${needed ? " *" : ""}`);
     const words = (key) => key.replaceAll("_", " "), options = (list, none) => list.map((one) => el("option", { value: one }, words(one) || none));

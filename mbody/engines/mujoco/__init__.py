@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
+from mbody.engines.balance import CrosscheckResult, Inexpressible, Row
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mujoco.contact_steps import contact_crosscheck
-from mbody.engines.mujoco.forces import force_rows
+from mbody.engines.mujoco.forces import contact_crosscheck, force_rows
 from mbody.engines.mujoco.motion import Replay, motion_rows
 from mbody.errors import ModelError, SolveError
 from mbody.model.coupling import Coupling

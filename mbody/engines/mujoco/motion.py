@@ -11,10 +11,9 @@ import numpy as np
 from mbody.analysis.dynamics.simulate import simulate
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Inexpressible, Row
-from mbody.engines.load_forces import PointForce, applied_forces
+from mbody.engines.balance import Inexpressible, PointForce, Row, applied_forces
 from mbody.engines.mjcf import Exported, to_mjcf
-from mbody.engines.mjcf_text import safe
+from mbody.engines.mjcf_contacts import safe
 from mbody.engines.spanning_tree import MarkerFrame, marker_frame
 from mbody.errors import ModelError, SolveError
 from mbody.kernels.finished_instants import each_load

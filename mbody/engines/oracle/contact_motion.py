@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Comparison, CrosscheckResult
+from mbody.engines.balance import Comparison, CrosscheckResult
 from mbody.engines.independent_reading import Jet
 from mbody.engines.oracle.friction import has_friction
 from mbody.engines.oracle.mechanics import Reference, formula_of_positions
@@ -30,7 +30,7 @@ from mbody.model.element import Marker
 from mbody.model.joint_limits import JointLimit, limits_of
 from mbody.model.joints import Revolute
 from mbody.model.mechanism import Mechanism
-from mbody.model.named_quantities import names_measured
+from mbody.model.states import names_measured
 from mbody.model.stop import Stop
 from mbody.model.touching_shapes import CurveShape, Disc, Line, Polygon, Ring, Segment, Vertex
 from mbody.solution.contact_forces import acting_contacts

@@ -22,7 +22,8 @@ from mbody.core.tolerances import (
     ORACLE_FORCE_UNIQUE,
 )
 from mbody.engines.independent_reading import Jet, evaluated, law_by_formula
-from mbody.engines.oracle import element_laws, friction
+from mbody.engines.oracle import friction
+from mbody.engines.oracle import friction as element_laws
 from mbody.laws import Law, MeasuredFormula
 from mbody.model import joints, loads
 from mbody.model.body import Body, SlenderRod
@@ -31,7 +32,7 @@ from mbody.model.coupling import Coupling
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver, Driver
 from mbody.model.element import Element, Marker, Polar
 from mbody.model.mechanism import Mechanism
-from mbody.model.named_quantities import quantities_named
+from mbody.model.states import quantities_named
 
 
 class ReferenceNumbers:

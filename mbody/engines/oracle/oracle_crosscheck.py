@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
-from mbody.engines.load_forces import follows_formula
+from mbody.engines.balance import Comparison, CrosscheckResult, Inexpressible, follows_formula
 from mbody.engines.oracle.contact_motion import (
     UNTIMED,
     OracleContacts,

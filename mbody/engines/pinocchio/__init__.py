@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Comparison, CrosscheckResult, Inexpressible
+from mbody.engines.balance import Comparison, CrosscheckResult, Inexpressible
 from mbody.engines.independent_reading import laws_of
 from mbody.engines.pinocchio.dynamics import (
     Forces,

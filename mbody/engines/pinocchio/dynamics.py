@@ -11,8 +11,8 @@ import numpy as np
 
 from mbody.analysis.driven.free_body import coupled
 from mbody.core import tolerances as tol
+from mbody.engines.balance import NATIVE, BodyState, gravity_of, wrenches
 from mbody.engines.independent_reading import reading
-from mbody.engines.load_forces import NATIVE, BodyState, gravity_of, wrenches
 from mbody.engines.spanning_tree import (
     CUT_JOINTS,
     Branch,

@@ -11,10 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import CrosscheckResult, Inexpressible, Row
+from mbody.engines.balance import CrosscheckResult, Inexpressible, Row
 from mbody.engines.independent_reading import reading
-from mbody.engines.pymunk.instants import InstantForces, at_instants, kinematic
-from mbody.engines.pymunk.motion import Trajectory, contact_crosscheck, trajectory
+from mbody.engines.pymunk.motion import (
+    InstantForces,
+    Trajectory,
+    at_instants,
+    contact_crosscheck,
+    kinematic,
+    trajectory,
+)
 from mbody.engines.pymunk.space import Space, inexpressible
 from mbody.errors import ModelError, SolveError
 from mbody.model.element import listed, takes_one_design

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
-from mbody.engines.crosscheck_result import Inexpressible
+from mbody.engines.balance import BodyState, Inexpressible, applied_forces, geometry_of
 from mbody.engines.independent_reading import reading
-from mbody.engines.load_forces import BodyState, applied_forces, geometry_of
 from mbody.errors import ModelError
 from mbody.kernels.finished_instants import each_load
 from mbody.model.driver import AngleDriver, CoordinateDriver, DistanceDriver

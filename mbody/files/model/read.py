@@ -32,16 +32,21 @@ from mbody.files.model.problems import (
 )
 from mbody.files.model.schema import file_table
 from mbody.model.body import Body
-from mbody.model.closed_mechanism import compiled_state, compiled_stop
 from mbody.model.element import Element, listed
 from mbody.model.loads import Gravity
 from mbody.model.mechanism import Mechanism
-from mbody.model.study import Instants, Measure, OptimizationTask, Question
+from mbody.model.model_notes import compiled_state, compiled_stop
+from mbody.model.simulation import Instants, Measure, OptimizationTask, Question
 from mbody.quantities import FormulaError, read
 from mbody.quantities.evaluate import dimension_text
-from mbody.quantities.parameters import Parameters, parameter_value, plain_otherwise, with_unit_of
+from mbody.quantities.formula import (
+    Number,
+    Parameters,
+    parameter_value,
+    plain_otherwise,
+    with_unit_of,
+)
 from mbody.quantities.parse import MAX_CHARACTERS
-from mbody.quantities.types import Number
 from mbody.quantities.units import Dimension, UnitSystem, unit_system
 
 # -- Ambiguities of a model file: plain numbers, and omitted entries ---------------------------
@@ -121,7 +126,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         """Add the quantities that name nothing that is still to come."""
         for name, text in list(waiting.items()):
             if not (_owners(text) & coming) - {name} and name in waiting:
-                from mbody.model.named_quantities import Quantity
+                from mbody.model.states import Quantity
 
                 del waiting[name]
                 add(("quantities", name), Quantity, {"formula": text})
@@ -153,7 +158,7 @@ def build(given: dict[str, Any]) -> tuple[Mechanism | None, list[Problem]]:
         missing.add(name)
 
     for name, value in given.get("inputs", {}).items():
-        from mbody.model.inputs import Input
+        from mbody.model.states import Input
 
         add(("inputs", name), Input, {"value": value})
     add_ready()

@@ -32,8 +32,14 @@ from mbody.files.model.fields import (
 )
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import resolve_number
-from mbody.model.simulation import METHODS, STATE, Event, SimulationSettings
-from mbody.model.study import OptimizationTask, Unknown
+from mbody.model.simulation import (
+    METHODS,
+    STATE,
+    Event,
+    OptimizationTask,
+    SimulationSettings,
+    Unknown,
+)
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension
 
 

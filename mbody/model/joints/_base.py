@@ -20,7 +20,7 @@ from mbody.model.element import (
     two_bodies,
 )
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader

@@ -15,7 +15,7 @@ from mbody.errors import ModelError
 from mbody.model.element import number_field
 from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value

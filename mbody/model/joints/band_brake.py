@@ -12,7 +12,7 @@ from mbody.errors import ModelError
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.joints._base import TURNING_PAIR, GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

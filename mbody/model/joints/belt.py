@@ -19,7 +19,7 @@ from mbody.model.primitives import (
     Signal,
     constraint_physics,
 )
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

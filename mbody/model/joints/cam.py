@@ -17,7 +17,7 @@ from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.joints._base import Flank, FrictionalJoint, StrikingJoint
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers, Value

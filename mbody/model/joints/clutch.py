@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from mbody.model.element import LawLike, law_field, number_field
 from mbody.model.joints._base import TURNING_PAIR, GivenFriction
 from mbody.model.primitives import ConstraintPrimitive
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -16,7 +16,7 @@ from mbody.model.element import number_field
 from mbody.model.geometry import between
 from mbody.model.joints._teeth import ToothedJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader

@@ -12,7 +12,7 @@ from mbody.model.element import LimitsField, limits_field, number_field
 from mbody.model.joints._base import SLIDING_PAIR, Flank, LimitedJoint
 from mbody.model.joints.coordinate import along_axis
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -14,7 +14,7 @@ from mbody.model.geometry import between, turned
 from mbody.model.joints._base import SLIDING_PAIR, LimitedJoint
 from mbody.model.joints.coordinate import along_axis
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, constraint_physics
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -15,7 +15,7 @@ from mbody.model.geometry import between, turned
 from mbody.model.joints._base import relative_angle
 from mbody.model.joints._teeth import ToothedJoint
 from mbody.model.primitives import ConstraintPrimitive, constraint_physics
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader

@@ -17,7 +17,7 @@ from mbody.model.primitives import (
     Signal,
     constraint_physics,
 )
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -15,7 +15,7 @@ from mbody.model.joints._base import Flank, StrikingJoint
 from mbody.model.joints.gear import pitch_point, signed, turns_of_wheels, without_slip
 from mbody.model.joints.rack import along_line, below, turns_on_line
 from mbody.model.primitives import ConstraintPrimitive, FrictionPrimitive, Signal
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.constraint import PoseReader, TurnRow

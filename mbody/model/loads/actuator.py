@@ -16,7 +16,7 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
-from mbody.quantities.types import OptionalNumberField
+from mbody.quantities.formula import OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

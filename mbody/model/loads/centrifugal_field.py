@@ -14,7 +14,7 @@ from mbody.laws import Constant
 from mbody.model.element import OptionalLaw, Place, law_field, number_field, place_field
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

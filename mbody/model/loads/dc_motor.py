@@ -17,7 +17,7 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import Turning
 from mbody.model.primitives import ForcePrimitive
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

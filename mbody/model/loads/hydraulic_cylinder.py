@@ -19,7 +19,7 @@ from mbody.model.element import (
 )
 from mbody.model.loads._base import BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

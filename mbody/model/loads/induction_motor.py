@@ -9,7 +9,7 @@ from mbody.errors import ModelError
 from mbody.model.element import equation, number_field, signal_of
 from mbody.model.loads._base import Turning
 from mbody.model.primitives import ForcePrimitive
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -26,7 +26,7 @@ from mbody.model.element import (
 from mbody.model.geometry import turned
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

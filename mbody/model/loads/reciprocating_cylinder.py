@@ -13,7 +13,7 @@ from mbody.errors import ModelError
 from mbody.model.element import Place, number_field, place_field, two_bodies
 from mbody.model.loads._base import Load
 from mbody.model.primitives import ForcePrimitive, load_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -13,8 +13,7 @@ from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.geometry import between
 from mbody.model.loads._base import LINE, BetweenPlaces, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
-from mbody.quantities.formula import LeftOut
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import LeftOut, NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

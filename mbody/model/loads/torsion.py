@@ -9,7 +9,7 @@ from mbody.core.decorators import inline
 from mbody.model.element import OptionalLaw, law_field, number_field
 from mbody.model.loads._base import LINE, Turning, one_of
 from mbody.model.primitives import ForcePrimitive, Signal, load_physics
-from mbody.quantities.types import NumberField, OptionalNumberField
+from mbody.quantities.formula import NumberField, OptionalNumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

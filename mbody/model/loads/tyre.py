@@ -11,7 +11,7 @@ from mbody.errors import ModelError
 from mbody.model.element import AuxiliaryState, equation, number_field, signal_of
 from mbody.model.loads._base import FORCES, BetweenPlaces
 from mbody.model.primitives import ForcePrimitive
-from mbody.quantities.types import NumberField
+from mbody.quantities.formula import NumberField
 
 if TYPE_CHECKING:
     from mbody.model.element import Numbers

@@ -45,7 +45,7 @@ from mbody.engineering import close_loops, equilibrium_curve, flywheel
 from mbody.laws import Cam, ConstantSpeed, Dwell, Harmonic, Law, Polynomial, Rise, Table
 from mbody.makers import bar, polar
 from mbody.model.loads import CustomLoad
-from mbody.model.study import Measure, Question, Unknown
+from mbody.model.simulation import Measure, Question, Unknown
 from mbody.solution.energy import Energy
 from mbody.solution.histories import BodyHistory
 from mbody.sweeps import Normal, Steps, Sweep, monte_carlo
