@@ -470,9 +470,9 @@ def _outermost(text: str, verb: str) -> Reduced:
 #: designs in parallel for free motions. What Python does once for a block takes as long as some 50
 #: four-bars of 360 positions: 84 ns a position with 256 designs, 70 with 1024, 67 with 4096.
 BLOCK, NUMBERS, FREE = 64 * LANES, 4_000_000, 4 * LANES
-#: Positions from which on straight-line code is used: it saves two thirds of the time. To make it,
-#: once for a topology, takes as long as ten times as many save.
-STRAIGHT = 3_000_000
+#: Positions from which on straight-line code is used: it saves half to two thirds of the time. To
+#: make it takes about a second, once for a topology and a machine: some ten such sweeps save it.
+STRAIGHT = 500_000
 #: Designs of a block whose smallest gap is looked for where they do not close.
 EXPLAINED = 8
 #: Options for the instants of a driven analysis, and for a motion.
