@@ -19,7 +19,6 @@ from mbody.cli.streams import UsageError
 from mbody.cli.verbs import VERBS
 from mbody.core.other_words import meant
 from mbody.errors import ModelError
-from mbody.quantities.evaluate import short_degrees
 
 if TYPE_CHECKING:
     from mbody.model.mechanism import Mechanism
@@ -238,6 +237,8 @@ def in_degrees(angles: Any) -> Any:
     >>> in_degrees([0.0, None])
     [0.0, None]
     """
+    from mbody.quantities.evaluate import short_degrees
+
     if isinstance(angles, list):
         return [in_degrees(one) for one in angles]
     return None if angles is None else short_degrees(angles)

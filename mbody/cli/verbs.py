@@ -168,7 +168,7 @@ crosscheck analyse.crosscheck engines.crosscheck.crosscheck: results of other en
     not ours: it is the analysis of the model
     @json
 = machines
-cam machines.cam engineering.cam_limits.cam_analysis: pressure angle, contour
+cam learn.cam engineering.cam_limits.cam_analysis: pressure angle, contour
     $ cam mine.toml --limit 30 --csv contour.csv
     @model
     --joint NAME
@@ -177,7 +177,7 @@ cam machines.cam engineering.cam_limits.cam_analysis: pressure angle, contour
     --csv FILE <table>: write contour, pitch curve and radius of curvature; - prints them
     @excel @instants @assembly @angle @json
 balance design.balance engineering.force_balance.force_balance
-        engineering.spring_balance.spring_balance: counterweights, springs
+        engineering.force_balance.spring_balance: counterweights, springs
     $ balance mine.toml --on 'crank=3 in' -o balanced.toml
     @model
     --on LINK=RADIUS ...: a link that gets a counterweight, such as 'crank=3 in', or from a point of
@@ -187,7 +187,7 @@ balance design.balance engineering.force_balance.force_balance
     @instants
     -o --output FILE <model>: write the balanced model (.toml), new numbers to six digits
     @json
-shaking machines.shaking engineering.shaking.shaking_orders engineering.shaking.balance_shafts:
+shaking learn.shaking engineering.shaking.shaking_orders engineering.shaking.balance_shafts:
         shaking force by order
     $ shaking mine.toml --turns 2 --shafts 1,2
     @model
@@ -196,14 +196,14 @@ shaking machines.shaking engineering.shaking.shaking_orders engineering.shaking.
     --orders ORDER (highest): the last order (8)
     --shafts ORDERS (orders): balance shafts for these orders, with commas: 1,2
     @instants @assembly @angle @json
-flywheel machines.flywheel engineering.flywheel.size_flywheel: for a steady speed
+flywheel learn.flywheel engineering.flywheel.size_flywheel: for a steady speed
     $ flywheel mine.toml --coefficient 0.02
     @model
     --coefficient R !
     --driver NAME
     --simulate: prove it by the free motion with that flywheel
     @instants @assembly @angle @json
-motor machines.motor engineering.motor_sizing.motor_sizing: a motor and its gear
+motor learn.motor engineering.motor_sizing.motor_sizing: a motor and its gear
     $ motor mine.toml --speed '0 rpm,3000 rpm' --peak '6 N*m,5 N*m' --continuous '2 N*m,1.6 N*m'
     @model
     --speed SPEEDS ! (motor): of its curve, such as '0 rpm,3000 rpm'
@@ -215,7 +215,7 @@ motor machines.motor engineering.motor_sizing.motor_sizing: a motor and its gear
     --efficiency R
     --rest TIME
     @instants @assembly @json
-bearings machines.bearings engineering.bearing_loads.bearing_load: loads and lives
+bearings learn.bearings engineering.internal_loads.bearing_load: loads and lives
     $ bearings mine.toml --rating 'A=12 kN'
     @model
     --joint NAMES: revolute joints, with commas; all without it
@@ -289,7 +289,7 @@ fit design.fit derivatives.fit.fit: numbers from measurements
     --analysis NAME
     not options: the instants are in the data
     @json
-synthesize synthesize.synthesize synthesis.request.synthesize: for a path, function, poses
+synthesize design.synthesize synthesis.request.synthesize: for a path, function, poses
     $ synthesize path.csv -o design.toml
     points FILE (path,function,poses,timing): a table (CSV) with columns x, y and maybe timing: a
         path; x, y, angle: poses; input, output: a function; plain angles are in degrees
@@ -311,19 +311,19 @@ synthesize synthesize.synthesize synthesis.request.synthesize: for a path, funct
     --seed N
     -o --output FILE <model>: where the designs are written: design.toml, design-2.toml, …
     @json
-cognates synthesize.cognates synthesis.coupler_cognates.cognates: same coupler curve
+cognates design.cognates synthesis.coupler_cognates.cognates: same coupler curve
     $ cognates mine.toml --point coupler.P
     @model
     --point NAME !
     -o --output FILE <model>: where the cognates are written: cognate.toml, cognate-2.toml
     @json
-atlas synthesize.atlas synthesis.atlas.Atlas.made: coupler curves to begin with
+atlas design.atlas synthesis.linkages.Atlas.made: coupler curves to begin with
     $ atlas --to atlas.npz
     --to FILE !: where it is written
     --kind KIND: four_bar (default) or slider_crank
     --count N: how many curves (4000)
     --seed N: of the random shapes (0)
-linkages synthesize.linkages topologies.dataset.write_linkages topologies.dataset.LinkageSet: data
+linkages design.linkages topologies.dataset.write_linkages topologies.dataset.LinkageSet: data
         of random linkages
     $ linkages --count 5000 --to folder
     --to FOLDER ! (folder): goes on where one is begun
@@ -362,8 +362,8 @@ draw pictures.draw views.drawing.draw: a picture with its forces
     --inflection BODIES: inflection circles of bodies
     --curvature POINT ...: the path of a point and its circle of curvature
     -o --output FILE: ends in .svg, .png or .pdf (MODEL.svg)
-plot pictures.plot views.plotting.plot views.polar.polar views.polar.hodograph
-        views.polar.path_plot: curves over the cycle
+plot pictures.plot views.plotting.plot views.plotting.polar views.plotting.hodograph
+        views.plotting.path_plot: curves over the cycle
     $ plot mine.toml motor.effort 'B.force [kN]' -o effort.png
     @model
     quantities QUANTITY *: a measure of the model, or a formula such as motor.effort, B.force,
@@ -435,11 +435,11 @@ exercise learn.exercise teaching.exercises.exercises: questions and a key
     --seed N
     --key FILE: write the worked solutions (Markdown)
     -o --output FILE <text>: by default the sheet is printed
-explain learn.explain teaching.element_reference.element_reference: an element, by example
+explain learn.explain teaching.exercises.element_reference: an element, by example
     $ explain spring
     element ELEMENT ? (name): such as spring or hinge; all kinds without it
 = files
-new learn.new teaching.new_model.new_model: a model to begin with
+new learn.new teaching.exercises.new_model: a model to begin with
     $ new fourbar --lengths 40,120,80,100
     kind KIND ?: fourbar, slidercrank, sixbar, gears, cam or pendulum; all kinds without it
     --lengths LENGTHS: all of its lengths, with commas
@@ -450,13 +450,13 @@ models analyse.models: those of the gallery
 show analyse.show: a model's file
     $ show norton_fourbar > mine.toml
     MODEL: a model file (TOML, or JSON by its ending), or the name of a gallery model
-import export.import_file exchange.recognition.import_model: from another program
+import pictures.import_file exchange.recognition.import_model: from another program
     $ import linkage.linkage2 -o mine.toml
     file FILE: of PMKS (text, .pmks or an address), Linkage (.linkage2), pylinkage (JSON), MuJoCo
         (MJCF) or a URDF: recognised by what is in it
     --units UNITS
     -o --output FILE <text>: by default it is printed
-export export.export engines.mjcf.to_mjcf exchange.dxf.to_dxf image.model_image.to_image
+export pictures.export engines.mjcf.to_mjcf exchange.dxf.to_dxf image.model_image.to_image
         image.fmu.to_fmu: to MuJoCo, FMU, DXF, an image
     $ export mine.toml --to fmu -o mine.fmu
     @model
