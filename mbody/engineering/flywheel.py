@@ -121,7 +121,7 @@ class Fluctuation(Inherited, Presented):
     --------
     >>> import mbody
     >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 1), speed=10.0)
-    >>> found = mbody.engineering.flywheel(mbody.kinetostatics(engine, turn=True))
+    >>> found = mbody.engineering.fluctuation(mbody.kinetostatics(engine, turn=True))
     >>> bool(abs(found.greatest - found.least - found.fluctuation) < 1e-12)
     True
     """

@@ -69,7 +69,7 @@ class SpringBalance(Inherited, Presented):
     >>> arm.add(mbody.Revolute("O", "ground", "arm"), mbody.Gravity("g", y=-9.81))
     >>> arm.add(mbody.AngleDriver("hold", "arm", mbody.laws.ConstantSpeed(0.0, 1.0)))
     >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0, free_length=0)
-    >>> found = mbody.engineering.force_balance(arm, [spring], turn=True)
+    >>> found = mbody.engineering.spring_balance(arm, [spring], turn=True)
     >>> round(float(abs(found.before["hold"]).max()), 6), found.complete
     (9.81, True)
     """
@@ -191,7 +191,7 @@ def spring_balance(
     ...     mbody.Gravity("g", y=-9.81),
     ... )
     >>> spring = mbody.Spring("spring", "ground.top", "arm.P", stiffness=1.0, free_length=0)
-    >>> found = mbody.engineering.force_balance(arm, [spring], turn=True)
+    >>> found = mbody.engineering.spring_balance(arm, [spring], turn=True)
     >>> round(found.stiffness["spring"], 9), found.complete
     (81.75, True)
     """

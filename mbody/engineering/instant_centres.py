@@ -69,7 +69,7 @@ class PathCurvature(Inherited):
     --------
     >>> import mbody
     >>> run = mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), [0.3])
-    >>> mbody.engineering.instant_centres(run, "crank.A").curvature
+    >>> mbody.engineering.path_curvature(run, "crank.A").curvature
     array([1.])
     """
 

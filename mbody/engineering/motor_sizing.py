@@ -56,7 +56,7 @@ class Indicator(Inherited, Presented):
     --------
     >>> import mbody
     >>> run = mbody.kinetostatics(mbody.gallery.load("mud_pump"), turn=True)
-    >>> chart = mbody.engineering.motor_sizing(run, "cylinder1")
+    >>> chart = mbody.engineering.indicator(run, "cylinder1")
     >>> chart.pressure.shape, bool((chart.delivery >= 0.0).all())
     ((361,), True)
     """

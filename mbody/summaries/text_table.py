@@ -55,7 +55,7 @@ def summary(result: Any) -> str:
 
     >>> import mbody
     >>> engine = mbody.makers.slider_crank(1, 4, masses=(0, 0, 1), speed=10.0)
-    >>> found = mbody.engineering.flywheel(mbody.kinetostatics(engine, turn=True))
+    >>> found = mbody.engineering.fluctuation(mbody.kinetostatics(engine, turn=True))
     >>> summary(found).splitlines()[2].split()
     ['FLUCTUATION', 'unit']
     """

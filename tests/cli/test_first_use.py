@@ -159,7 +159,7 @@ def test_a_fluctuation_and_an_indicator_are_printed_with_their_units():
         )
     )
     run = mbody.kinetostatics(machine, turn="motor", instants=1441)
-    chart, found = mbody.engineering.motor_sizing(run, "pump"), mbody.engineering.flywheel(run)
+    chart, found = mbody.engineering.indicator(run, "pump"), mbody.engineering.fluctuation(run)
 
     def printed(result):
         """Numbers and units by name."""

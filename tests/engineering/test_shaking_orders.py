@@ -80,7 +80,7 @@ def test_a_four_stroke_torque_has_half_orders():
     assert found.of(0.5) == pytest.approx(3.0, rel=1e-12)
     with pytest.raises(ModelError, match=r"value of motor.effort is 4 at the beginning .* 10 at"):
         harmonics(mbody.kinetostatics(machine, turn=True), "motor.effort")
-    assert mbody.engineering.flywheel(run).work == pytest.approx(7.0 * 2.0 * TURN, rel=1e-12)
+    assert mbody.engineering.fluctuation(run).work == pytest.approx(7.0 * 2.0 * TURN, rel=1e-12)
 
 
 # -- engines --------------------------------------------------------------------------------------

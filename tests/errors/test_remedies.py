@@ -126,7 +126,7 @@ def test_the_fluctuation_of_a_result():
     machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     run = mbody.kinetostatics(machine, turn=True)
     found = mbody.engineering.energy_fluctuation(run).fluctuation
-    assert found == mbody.engineering.flywheel(run).fluctuation
+    assert found == mbody.engineering.fluctuation(run).fluctuation
     with pytest.raises(ModelError, match="takes angles and torques, or a result"):
         mbody.engineering.energy_fluctuation([0.0, 1.0])
 

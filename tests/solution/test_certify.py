@@ -204,7 +204,7 @@ def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     for made in (
         mbody.free_body(doubtful, "rod"),
         member_forces(doubtful),
-        mbody.engineering.flywheel(doubtful),
+        mbody.engineering.fluctuation(doubtful),
         mbody.engineering.shaking_force(doubtful),
         mbody.crosscheck(engine(), "pinocchio", ours=doubtful),
     ):

@@ -197,7 +197,7 @@ def test_pictures_say_it_below(shared):
 def test_springs_that_balance_and_answers_of_questions():
     made = cranks(3)
     spring = mbody.Spring("spring", "ground.B0", "bar.A", stiffness=1.0)
-    found = mbody.engineering.force_balance(made, [spring], t=[0.0, 0.1, 0.2])
+    found = mbody.engineering.spring_balance(made, [spring], t=[0.0, 0.1, 0.2])
     assert not any("not unique" in one for one in found.notes)
     made.add(mbody.Torque("hold", "b", value=0.0))
     for condition, wanted in (("motor.effort = 0", False), ("B0.fx = 1 N", True)):
