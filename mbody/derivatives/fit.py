@@ -30,9 +30,8 @@ from mbody.derivatives.fit_problem import (
 from mbody.errors import ModelError, SolveError, brief
 from mbody.model.element import listed, takes_one_design
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import dimension_named, number_in
-from mbody.quantities.formula import Number
-from mbody.quantities.units import NUMBER
+from mbody.model.numbers import dimension_named
+from mbody.quantities.formula import Number, range_given
 from mbody.solution.declared_result import ColumnTable, Sentence, Value
 from mbody.solution.doubts import Doubt, Inherited, inherited
 from mbody.summaries.text_table import number
@@ -496,24 +495,19 @@ def _unknowns(system: System, by: Any) -> tuple[dict[str, str], Array, Array]:
     if by is None:
         raise ModelError('fit: name the unknown numbers, such as by=["crank.A.x"]')
     low = np.array([0.0 if system.rule(name)[0] else -np.inf for name in names.values()])
-    high = np.full(len(names), np.inf)
+    high, machine = np.full(len(names), np.inf), system.mechanism
     for k, given in enumerate(names):
         bounds = by[given] if isinstance(by, Mapping) else None
         if bounds is None:
             continue
-        if not isinstance(bounds, tuple | list) or len(bounds) != 2:
-            raise ModelError(
-                f"fit: bounds of '{given}' are a pair (low, high), not {brief(bounds)}", given
-            )
-        dimension = dimension_named(system.mechanism, names[given]) or NUMBER
-        low[k], high[k] = (
-            one if isinstance(one, float) and math.isinf(one) else
-            number_in(system.mechanism, one, dimension, given, "bound") for one in bounds
-        )  # fmt: skip
+        dimension, scope = dimension_named(machine, names[given]), machine.parameters.scope()
+        low[k], high[k] = range_given(
+            bounds, dimension, scope, "fit", given, equal=True, endless=True
+        )
         if low[k] < high[k] and system.rule(names[given])[0]:
             low[k] = max(low[k], 0.0)
         value = float(system.values[names[given]])
-        unit = unit_of(system.mechanism, names[given])
+        unit = unit_of(machine, names[given])
         if not low[k] <= value <= high[k] and low[k] != high[k]:
             raise ModelError(
                 f"fit: '{given}' begins at {value:g} {unit}, which is not between its bounds "

@@ -17,6 +17,7 @@ from mbody.model.element import unknown_name, whole_number
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.model.simulation import STATE, measure_named
+from mbody.quantities.formula import range_given
 from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure, checked_sides
 from mbody.stepping.simulators import Simulators
@@ -105,30 +106,14 @@ def task(
     )
 
 
-def _bounds(machine: Mechanism, name: str, given: Any, dimension: Any) -> tuple[float, float]:
-    """Two numbers, the first below the second."""
-    pair = list(given) if isinstance(given, Sequence) and not isinstance(given, str) else []
-    if len(pair) != 2:
-        raise ModelError(
-            f"envs.make: '{name}' must have a lowest and a highest value, such as (-1.0, 1.0), not "
-            f"{brief(given)}",
-            name,
-        )
-    low, high = (number_in(machine, one, dimension, "envs.make", name) for one in pair)
-    if not low < high:
-        raise ModelError(
-            f"envs.make: '{name}' goes from {low:g} to {high:g}: give the lower bound first", name
-        )
-    return low, high
-
-
 def _action(machine: Mechanism, name: str, given: Any) -> Variable:
     own = next((one for one in machine.inputs if one.name == name), None)
     if own is None:
         more = "; declare it, such as Input('u', '0 N*m')"
         raise unknown_name("envs.make: input", name, machine.inputs, use=" to act by", more=more)
     dimension = own.dimension or DIMENSIONS["number"]
-    return Variable(name, name, *_bounds(machine, name, given, dimension))
+    scope = machine.parameters.scope()
+    return Variable(name, name, *range_given(given, dimension, scope, "envs.make", name))
 
 
 def _observations(machine: Mechanism, given: Any) -> list[Variable]:
@@ -142,12 +127,10 @@ def _observations(machine: Mechanism, given: Any) -> list[Variable]:
     for name, one in pairs:
         text, *bounds = (one,) if isinstance(one, str) else one
         _checked(machine, text)
-        low, high = bounds if bounds else (-math.inf, math.inf)
-        if bounds and not float(low) < float(high):
-            raise ModelError(
-                f"envs.make: '{name}' goes from {low} to {high}: give the lower bound first", name
-            )
-        found.append(Variable(str(name), text, float(low), float(high)))
+        pair: Any = bounds or (-math.inf, math.inf)
+        scope = machine.parameters.scope()
+        ends = range_given(pair, None, scope, "envs.make", name, endless=True)
+        found.append(Variable(str(name), text, *ends))
     if not found:
         raise ModelError(
             'envs.make: observations must be measures such as ["crank.angle", "crank.omega"]: give '
@@ -158,7 +141,8 @@ def _observations(machine: Mechanism, given: Any) -> list[Variable]:
 
 def _range(machine: Mechanism, name: str, given: Any) -> Variable:
     """A random initial value: a position, a rate, or an auxiliary state."""
-    dimension: Any = STATE.get(name.rpartition(".")[2])
+    key = name.rpartition(".")[2]
+    dimension = DIMENSIONS[STATE[key]] if key in STATE else None
     for state in machine.states:
         if state.name == name:
             dimension = state.dimension or DIMENSIONS["number"]
@@ -168,7 +152,8 @@ def _range(machine: Mechanism, name: str, given: Any) -> Variable:
             '{"crank.angle": ("-5 deg", "5 deg")}, or of auxiliary states',
             name,
         )
-    return Variable(name, name, *_bounds(machine, name, given, dimension))
+    scope = machine.parameters.scope()
+    return Variable(name, name, *range_given(given, dimension, scope, "envs.make", name))
 
 
 def _reward(machine: Mechanism, given: Any) -> tuple[tuple[str, float], ...]:

@@ -16,7 +16,7 @@ import numpy as np
 from mbody.analysis.driven.driven import ANALYSES, analyse_at
 from mbody.analysis.driven.path_following import PathEnded, Runner
 from mbody.analysis.driven.time_grid import by_time
-from mbody.analysis.inverse.conditions import Relation
+from mbody.analysis.inverse.conditions import Relation, search_range
 from mbody.analysis.position.assembly_analysis import check_determined, closed_near
 from mbody.core import tolerances as tol
 from mbody.core.bracket import zero_between
@@ -27,7 +27,7 @@ from mbody.laws import Polynomial
 from mbody.model.driver import DRIVEN
 from mbody.model.mechanism import Mechanism
 from mbody.model.model_notes import snapshot, with_element
-from mbody.model.numbers import moves_nothing, plain, resolve_number
+from mbody.model.numbers import moves_nothing, resolve_number
 from mbody.model.simulation import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
 from mbody.quantities.units import DIMENSIONS, Dimension
@@ -408,18 +408,8 @@ class Trials:
             present = float(self.states[driver][DRIVEN.index(key)])
         else:
             present = float(first.system.values[name])
-        start, low, high = (
-            default if given is None else plain(mechanism, one.name, given, dimension)
-            for given, default in ((one.start, present), (one.low, -np.inf), (one.high, np.inf))
-        )
-        if low > high:
-            unit = mechanism.units.of(dimension) if dimension else ""
-            raise ModelError(
-                f"unknown '{one.name}': low is {low:g}, more than high, {high:g} {unit}".rstrip()
-                + ": give low ≤ high",
-                one.name,
-            )
-        start = float(np.clip(start, low, high))
+        start, low, high = search_range(mechanism, one, dimension)
+        start = float(np.clip(present if start is None else start, low, high))
         place = moving and key == "value"
         return SearchVariable(
             unknown=one,

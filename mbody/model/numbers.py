@@ -14,7 +14,6 @@ from mbody.laws import Law
 from mbody.laws.base import dimension_by
 from mbody.model.element import Element, is_plain_field, listed, plain_field, unknown_name
 from mbody.model.mechanism import Mechanism
-from mbody.quantities import Formula, FormulaError
 from mbody.quantities.formula import evaluated, number
 from mbody.quantities.units import DIMENSIONS, NUMBER, Dimension, dimension_of
 
@@ -164,17 +163,6 @@ def moves_nothing(mechanism: Mechanism, name: str) -> bool:
         names |= {n for n, f in scope.items() if hasattr(f, "names") and f.names & names}
     made = {n for n, formula in mechanism.formulas.items() if formula.names & names}
     return all(moves_nothing(mechanism, n) for n in made)
-
-
-def plain(mechanism: Mechanism, name: str, given: Any, dimension: Dimension | None) -> float:
-    """A start or a bound of an unknown, in the units of the mechanism."""
-    if not isinstance(given, Formula):
-        return float(given)
-    try:
-        whole = given if dimension is None else given.of(dimension)
-        return float(whole.value(mechanism.parameters.scope()))
-    except FormulaError as error:
-        raise ModelError(f"unknown '{name}': {error}", name) from None
 
 
 def varied(values: Mapping[str, Any], element: Element, field: str = "law") -> bool:

@@ -33,8 +33,7 @@ from mbody.optimization.design_evaluation import (
     Limit,
     MotionEvaluator,
 )
-from mbody.quantities import Formula, FormulaError
-from mbody.quantities.formula import NotFinite, float_or_formula
+from mbody.quantities.formula import range_given, value_given
 from mbody.sweeps.job import Job, MeasuredColumn, side_by_side
 from mbody.system.system import System
 
@@ -538,9 +537,7 @@ def ranges_of(
             f"{brief(by)}"
         )
     names = checked_names(system, list(by), "optimize")
-    low, high = (
-        np.array([_bounds(system, g, n, by[g])[k] for g, n in names.items()]) for k in (0, 1)
-    )
+    low, high = np.array([_bounds(system, g, n, by[g]) for g, n in names.items()]).T
     if start is not None and not isinstance(start, Mapping):
         raise ModelError(f"optimize: start must be a dict of numbers, not {brief(start)}")
     strange = [name for name in start or {} if name not in by]
@@ -550,11 +547,12 @@ def ranges_of(
             f"{listed(by)})",
             str(strange[0]),
         )
-    first, notes = [], []
+    first, notes, machine = [], [], system.mechanism
     for n, (given, name) in enumerate(names.items()):
         own = float(system.values[name])
         if start is not None and given in start:
-            own = _number(system, name, start[given], given)
+            dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+            own = value_given(start[given], dimension, scope, "optimize", given)
             if not low[n] <= own <= high[n]:
                 raise ModelError(
                     f"optimize: start of '{given}' is {own:g}, beyond its bounds {low[n]:g} to "
@@ -586,45 +584,18 @@ def _beyond(system: System, given: str, name: str, own: float, bounds: tuple[flo
 
 
 def _bounds(system: System, given: str, name: str, pair: Any) -> tuple[float, float]:
-    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
-        raise ModelError(
-            f"optimize: '{given}' needs its lowest and greatest value (low, high), not "
-            f"{brief(pair)}",
-            given,
-        )
-    low, high = (_number(system, name, one, given) for one in pair)
-    unit = unit_of(system.mechanism, name)
-    if not low < high:
-        raise ModelError(
-            f"optimize: '{given}' goes from {low:g} to {high:g} {unit}".rstrip()
-            + ": give its lowest value, then its greatest",
-            given,
-        )
+    machine = system.mechanism
+    dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+    low, high = range_given(pair, dimension, scope, "optimize", given)
     sign, _ = system.rule(name)
     if sign and (low < 0.0 or (sign == "positive" and low == 0.0)):
         raise ModelError(
-            f"optimize: '{given}' goes from {low:g} {unit}".rstrip()
+            f"optimize: '{given}' goes from {low:g} {unit_of(machine, name)}".rstrip()
             + f", it must {'be positive' if sign == 'positive' else 'not be negative'}: give a "
             "greater lowest value",
             given,
         )
     return low, high
-
-
-def _number(system: System, name: str, value: Any, given: str) -> float:
-    """One number in the units of the mechanism."""
-    machine = system.mechanism
-    try:
-        made = value if isinstance(value, Formula) else float_or_formula(value, None)
-        if isinstance(made, Formula):
-            dimension, scope = dimension_named(machine, name), machine.parameters.scope()
-            made = (made if dimension is None else made.of(dimension)).value(scope)
-        number = float(made)
-    except NotFinite as error:
-        raise ModelError(f"optimize: '{given}' is {error}, it must be finite", given) from None
-    except FormulaError as error:
-        raise ModelError(f"optimize: '{given}': {error}", given) from None
-    return number
 
 
 # -- Designs to begin searches from: a Latin hypercube, judged side by side on lanes -----------

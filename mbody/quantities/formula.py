@@ -606,6 +606,54 @@ def one_number(value: Any, dimension: str, element: str, field: str) -> float:
     return result
 
 
+def value_given(
+    value: Any, dimension: Dimension | None, scope: Scope, verb: str, name: str
+) -> float:
+    """One value that a call gives to a number, in the units of the scope; sentences begin with the
+    verb.
+
+    >>> value_given("2 kN", DIMENSIONS["force"], Scope(), "sweep", "push.value")
+    2000.0
+    """
+    try:
+        made = float_or_formula(value, None)
+        if isinstance(made, Formula):
+            made = (made if dimension is None else made.of(dimension)).value(scope)
+        return float(made)
+    except NotFinite as error:
+        raise ModelError(f"{verb}: '{name}' is {error}, it must be finite", name) from None
+    except FormulaError as error:
+        raise ModelError(f"{verb}: '{name}': {error}", name) from None
+
+
+def range_given(
+    pair: Any,
+    dimension: Dimension | None,
+    scope: Scope,
+    verb: str,
+    name: str,
+    *,
+    equal: bool = False,
+    endless: bool = False,
+) -> tuple[float, float]:
+    """The lowest and the greatest value that a call gives to a number, as of `value_given`; maybe
+    equal, or infinite.
+    """
+    if isinstance(pair, str) or not hasattr(pair, "__len__") or len(pair) != 2:
+        raise ModelError(f"{verb}: '{name}' takes a pair (low, high), not {brief(pair)}", name)
+    low, high = (
+        one
+        if endless and isinstance(one, float) and math.isinf(one)
+        else value_given(one, dimension, scope, verb, name)
+        for one in pair
+    )
+    if not (low < high or (equal and low == high)):
+        unit = scope.system.of(dimension) if dimension else ""
+        said = f"{verb}: '{name}' goes from {low:g} to {high:g} {unit}".rstrip()
+        raise ModelError(f"{said}: give low, then high", name)
+    return low, high
+
+
 def evaluated(given: Any, scope: Scope, element: str, field: str) -> Any:
     """A number, or a value made of numbers, with floats in the place of its formulas."""
     try:

@@ -12,8 +12,7 @@ import numpy as np
 from mbody.errors import ModelError, brief
 from mbody.model.element import whole_number
 from mbody.model.numbers import dimension_named
-from mbody.quantities import Formula, FormulaError
-from mbody.quantities.formula import Number, float_or_formula
+from mbody.quantities.formula import Number, range_given, value_given
 from mbody.system.system import System
 
 # -- Distributions of a number about its mean: normal, uniform, triangular ---------------------
@@ -301,14 +300,9 @@ def _changeable(system: System, name: str) -> str:
 def _number(system: System, name: str, value: Any, verb: str = "sweep") -> float:
     """One number in the units of the mechanism."""
     machine = system.mechanism
-    try:
-        made = float_or_formula(value, None)
-        if not isinstance(made, Formula):
-            return float(made)
-        dimension, scope = dimension_named(machine, name), machine.parameters.scope()
-        return float((made if dimension is None else made.of(dimension)).value(scope))
-    except FormulaError as error:
-        raise ModelError(f"{verb}: '{name}': {error}", name) from None
+    return value_given(
+        value, dimension_named(machine, name), machine.parameters.scope(), verb, name
+    )
 
 
 def _row(system: System, name: str, values: Any) -> np.ndarray:
@@ -386,10 +380,8 @@ def scatter_of(
             f"distribution, not {brief(how)}",
             name,
         )
-    low, high = (_number(system, name, one, verb) for one in how)
-    if not low <= high:
-        raise ModelError(
-            f"{verb}: '{name}' goes from {low:g} to {high:g}: give low, then high", name
-        )
+    machine = system.mechanism
+    dimension, scope = dimension_named(machine, name), machine.parameters.scope()
+    low, high = range_given(how, dimension, scope, verb, name, equal=True)
     width = 0.5 * (high - low)
     return Uniform(width, low + width), low + width, width

@@ -21,9 +21,9 @@ from mbody.files.model import save
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.quantities import Scope
-from mbody.quantities.formula import evaluated
+from mbody.quantities.formula import evaluated, range_given
 from mbody.quantities.formula import number as described_number
-from mbody.quantities.units import Dimension, UnitSystem
+from mbody.quantities.units import DIMENSIONS, UnitSystem
 from mbody.solution.declared_result import (
     ColumnTable,
     ItemTable,
@@ -192,29 +192,6 @@ def poses_of(given: Any, units: UnitSystem) -> tuple[np.ndarray, np.ndarray]:
     return table[:, 0] + 1j * table[:, 1], table[:, 2]
 
 
-def interval(
-    name: str, given: Any, dimension: str | Dimension, units: UnitSystem
-) -> tuple[float, float]:
-    """A low and a high bound; equal ones hold a number."""
-    pair = list(given) if isinstance(given, (tuple, list, np.ndarray)) else []
-    if len(pair) != 2:
-        raise ModelError(
-            f"synthesize: '{name}' takes a pair of bounds (low, high), not {brief(given)}", name
-        )
-    scope = Scope(units)
-    first, second = (
-        float(evaluated(described_number(_plain(cell), dimension, name, key), scope, name, key))
-        for cell, key in zip(pair, ("low", "high"), strict=True)
-    )
-    if first > second or (name == "span" and first == second):
-        raise ModelError(
-            f"synthesize: the bounds of '{name}' are {first:g} and {second:g}: give the lower one "
-            "first",
-            name,
-        )
-    return first, second
-
-
 def bounds(
     kind: Kind, middle: complex, size: float, given: Mapping[str, Any] | None, units: UnitSystem
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -242,7 +219,9 @@ def bounds(
     for name, pair in given.items():
         n = kind.numbers.index(name)
         what = "angle" if name.endswith(".angle") else "length"
-        low[n], high[n] = interval(name, pair, what, units)
+        low[n], high[n] = range_given(
+            pair, DIMENSIONS[what], Scope(units), "synthesize", name, equal=True
+        )
         if n in kind.lengths and high[n] <= 0.0:
             raise ModelError(
                 f"synthesize: '{name}' is the length of a link, its bounds must be positive, not "

@@ -20,7 +20,9 @@ from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.model.simulation import Instants, Measure
-from mbody.quantities.units import NUMBER
+from mbody.quantities import Scope
+from mbody.quantities.formula import range_given
+from mbody.quantities.units import DIMENSIONS
 from mbody.solution.measures import check_measure
 from mbody.sweeps import latin_hypercube, sweep
 from mbody.synthesis import judging
@@ -322,9 +324,10 @@ def model_demand(
         )
     _refuse_made(system, by)
     names = checked_names(system, list(by), "synthesize")
+    scope = Scope(mechanism.units)
     limits = {
-        number: judging.interval(
-            name, by[name], dimension_named(mechanism, number) or NUMBER, mechanism.units
+        number: range_given(
+            by[name], dimension_named(mechanism, number), scope, "synthesize", name, equal=True
         )
         for name, number in names.items()
     }
@@ -337,7 +340,8 @@ def model_demand(
     first = float(kinematics(system).measure(f"{subject.driver}.value")[0]) if whole else 0.0
     driver_range = (first, first + 2.0 * math.pi)
     if span is not None:
-        driver_range = judging.interval("span", span, subject.driven, mechanism.units)
+        dimension = DIMENSIONS[subject.driven]
+        driver_range = range_given(span, dimension, scope, "synthesize", "span")
     body = subject.quantities[0].partition(".")[0]
     point = tuple(one for one in subject.quantities if path and one in limits)
     return Demand(

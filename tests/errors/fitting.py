@@ -128,10 +128,10 @@ a known number that there is not | ModelError | crank.A.z | there is no number '
 an offset of no column | ModelError | coupler.angle | fit: there is no column 'coupler.angle' with an offset (there are: 'rocker.angle')
 a deviation of nothing | ModelError | rocker.angle | fit: the deviation of 'rocker.angle' is 0.0: give each column a positive number
 a deviation of no column | ModelError | coupler.angle | fit: there is no column 'coupler.angle' with a deviation (there are: 'rocker.angle')
-a bound alone | ModelError | crank.A.x | fit: bounds of 'crank.A.x' are a pair (low, high), not 1.0
+a bound alone | ModelError | crank.A.x | fit: 'crank.A.x' takes a pair (low, high), not 1.0
 bounds beside the start | ModelError | crank.A.x | fit: 'crank.A.x' begins at 1 m, which is not between its bounds 2 and 3: give low, then high, about the number of the model
 bounds that hold everything | ModelError | - | fit: equal bounds hold 'crank.A.x', and nothing is left to find: give one a range
-bounds of another unit | ModelError | crank.A.x | 'crank.A.x': bound: '1 kg' is a mass (kg), where a length (m) is wanted
+bounds of another unit | ModelError | crank.A.x | fit: 'crank.A.x': '1 kg' is a mass (kg), where a length (m) is wanted
 times that go back | ModelError | - | fit: the times of a free motion must rise from 0 on: sort the data, or begin where the motion does
 times after the end | SolveError | - | fit: the motion is ended: at t = 0.5 s, 't - 0.5 s' is zero, at t = 0.5 s, data go on to 1 s: leave out those that come later
 a data file without headings | ModelError | - | the data file 'run.csv' has no headings: its first row names what the columns are, such as "t" and "slider.x [mm]"

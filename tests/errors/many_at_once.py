@@ -163,10 +163,10 @@ an environment of no time | ModelError | - | envs.make: step is 0 s: give a posi
 an environment that skips nothing | ModelError | - | envs.make: frame_skip must be a whole number from 1 on, not 0
 an environment without actions | ModelError | - | envs.make: actions must be inputs with their bounds, such as {"u": ("-5 N*m", "5 N*m")}, not {}
 an action that there is not | ModelError | w | envs.make: there is no input 'w' to act by (there are: 'u'); declare it, such as Input('u', '0 N*m')
-an action without bounds | ModelError | u | envs.make: 'u' must have a lowest and a highest value, such as (-1.0, 1.0), not 1.0
-an action of bounds the wrong way | ModelError | u | envs.make: 'u' goes from 1 to -1: give the lower bound first
+an action without bounds | ModelError | u | envs.make: 'u' takes a pair (low, high), not 1.0
+an action of bounds the wrong way | ModelError | u | envs.make: 'u' goes from 1 to -1 N: give low, then high
 an environment that observes nothing | ModelError | - | envs.make: observations must be measures such as ["crank.angle", "crank.omega"]: give at least one
-an observation of bounds the wrong way | ModelError | cart.x | envs.make: 'cart.x' goes from 1.0 to -1.0: give the lower bound first
+an observation of bounds the wrong way | ModelError | cart.x | envs.make: 'cart.x' goes from 1 to -1: give low, then high
 a reset of an environment that there is not | ModelError | cart.colour | envs.make: reset has no 'cart.colour': give ranges of places and rates such as {"crank.angle": ("-5 deg", "5 deg")}, or of auxiliary states
 a reward that is none | ModelError | - | envs.make: reward must be a measure such as "cos(pole.angle)", or measures with their weights such as {"cart.x^2": -1.0}, not 1.0
 an end that is no relation | ModelError | - | envs.make: terminated must be relations such as "abs(pole.angle) > 24 deg", not 'cart.x'

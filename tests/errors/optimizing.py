@@ -135,8 +135,8 @@ an optimization of three aims | ModelError | - | optimize: there are 3 aims: giv
 an optimization of a history | ModelError | - | optimize: 'A.force' is a history of 19 instants: say what of it is to be least, such as minimize="peak(A.force)"
 an optimization at an instant that there is not | ModelError | - | optimize: 'at(A.force, 30)': there is no such instant, they are 0 to 18
 an optimization without bounds | ModelError | - | optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not 3
-an optimization with one bound | ModelError | crank.A.x | optimize: 'crank.A.x' needs its lowest and greatest value (low, high), not 1.0
-an optimization with reversed bounds | ModelError | crank.A.x | optimize: 'crank.A.x' goes from 1.2 to 0.8 m: give its lowest value, then its greatest
+an optimization with one bound | ModelError | crank.A.x | optimize: 'crank.A.x' takes a pair (low, high), not 1.0
+an optimization with reversed bounds | ModelError | crank.A.x | optimize: 'crank.A.x' goes from 1.2 to 0.8 m: give low, then high
 an optimization with a bound of another kind | ModelError | crank.A.x | optimize: 'crank.A.x': '1 N' is a force (N), where a length (m) is wanted
 an optimization with an infinite bound | ModelError | crank.A.x | optimize: 'crank.A.x' is inf, it must be finite
 an optimization with a negative mass | ModelError | crank.mass | optimize: 'crank.mass' goes from -1 kg, it must not be negative: give a greater lowest value

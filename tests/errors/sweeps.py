@@ -213,7 +213,7 @@ a grid that is too large | ModelError | - | sweep: the grid has 9.97e+08 designs
 draws that are no number | ModelError | - | latin hypercube: count must be a whole number from 1 to 100000000, not 2.5
 draws of no design | ModelError | - | sobol: count must be a whole number from 1 to 100000000, not 0
 a draw of one value | ModelError | crank.A.x | sweep: 'crank.A.x' needs (low, high), or a Normal, Uniform or Triangular distribution, not 1.0
-a draw from high to low | ModelError | crank.A.x | sweep: 'crank.A.x' goes from 1.1 to 0.9: give low, then high
+a draw from high to low | ModelError | crank.A.x | sweep: 'crank.A.x' goes from 1.1 to 0.9 m: give low, then high
 a scatter of less than nothing | ModelError | crank.A.x | sweep: the width of 'crank.A.x' is -0.1: give 0 or more
 a scatter without a width | ModelError | - | Uniform has no width: give tolerance
 a scatter of two widths | ModelError | - | Normal takes one width: give either tolerance or deviation

@@ -202,9 +202,9 @@ a timing of two turns | ModelError | - | synthesize: timing goes over 572.958 de
 a timing of poses | ModelError | - | synthesize: timing goes with path: leave it out
 bounds that are no dict | ModelError | - | synthesize: by must be a dict of bounds, not ['crank.A.x']
 bounds of a number that there is not | ModelError | crank.B.x | synthesize: a four_bar has no number 'crank.B.x' (it has: 'ground.O2.x', 'ground.O2.y', 'ground.O4.x', 'ground.O4.y', 'crank.A.x', 'coupler.B.x', 'rocker.B.x', 'coupler.P.x', 'coupler.P.y')
-bounds that are no pair | ModelError | crank.A.x | synthesize: 'crank.A.x' takes a pair of bounds (low, high), not 3
-bounds in the wrong order | ModelError | crank.A.x | synthesize: the bounds of 'crank.A.x' are 30 and 20: give the lower one first
-bounds of another dimension | ModelError | crank.A.x | 'crank.A.x': high: '2 kg' is a mass (kg), where a length (m) is wanted
+bounds that are no pair | ModelError | crank.A.x | synthesize: 'crank.A.x' takes a pair (low, high), not 3
+bounds in the wrong order | ModelError | crank.A.x | synthesize: 'crank.A.x' goes from 30 to 20 m: give low, then high
+bounds of another dimension | ModelError | crank.A.x | synthesize: 'crank.A.x': '2 kg' is a mass (kg), where a length (m) is wanted
 bounds of a length below zero | ModelError | crank.A.x | synthesize: 'crank.A.x' is the length of a link, its bounds must be positive, not -2 to -1
 bounds of a function | ModelError | - | synthesize: by goes with path and poses: the lengths of a function generator follow from its pairs, its size from ground
 bounds of a pin of a plane | ModelError | - | synthesize: by has 'coupler.P.x': of a plane that is guided the pins are found, bound the pivots and the other lengths

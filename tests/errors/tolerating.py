@@ -55,7 +55,7 @@ a tolerance of no number | ModelError | crank.A.z | there is no number 'crank.A.
 a negative tolerance | ModelError | crank.A.x | tolerances: the width of 'crank.A.x' is -0.01: give 0 or more
 a tolerance that is a mass | ModelError | crank.A.x | tolerances: 'crank.A.x': '3 kg' is a mass (kg), where a length (m) is wanted
 a tolerance below zero | ModelError | crank.mass | tolerances: 'crank.mass' is 1 ± 2 kg, and it must not be negative: give it a tolerance below its mean
-a tolerance upside down | ModelError | crank.A.x | tolerances: 'crank.A.x' goes from 1.1 to 0.9: give low, then high
+a tolerance upside down | ModelError | crank.A.x | tolerances: 'crank.A.x' goes from 1.1 to 0.9 m: give low, then high
 half a random design | ModelError | - | tolerances: count must be a whole number of random designs from 2 on, or 0, not 0.5
 a band that is no pair | ModelError | - | tolerances: within is a pair (low, high), not 3.0
 a band in another unit | ModelError | - | tolerances: within: '1 m' is a length (m), the quantity is in N

@@ -161,9 +161,9 @@ several instants | ModelError | - | question: at has several values: a question 
 no mechanism | ModelError | - | solve_for takes a Mechanism, not 'four-bar'
 a number that is not there | ModelError | push | there is no number 'push' to find (there are: 'motor.acceleration', 'brake', and those of bodies and the ground)
 a number that a load has not | ModelError | brake.size | there is no number 'brake.size' to find (there are: 'brake.value')
-a start in other units | ModelError | brake | unknown 'brake': '3 kg' is a mass (kg), where a torque (N·m) is wanted
+a start in other units | ModelError | brake | solve_for: 'brake': '3 kg' is a mass (kg), where a torque (N·m) is wanted
 a unit of something else | ModelError | brake | unknown 'brake': cannot convert: 'N·m' is a torque (N·m), 'N' is a force (N)
-bounds the wrong way round | ModelError | brake | unknown 'brake': low is 2, more than high, 1 N·m: give low ≤ high
+bounds the wrong way round | ModelError | brake | solve_for: 'brake' goes from 2 to 1 N·m: give low, then high
 an inequality as a condition | ModelError | - | 'motor.effort <= 0' is not an equation such as 'motor.effort = 0'
 an equation as a side condition | ModelError | - | 'A.fx = 0' is not an inequality such as 'road.fy >= 0'
 half a condition | ModelError | - | 'motor.effort =' is not an equation such as 'motor.effort = 0': a side of it is empty

@@ -316,7 +316,7 @@ def optimized(minimize="peak(motor.effort)", by=None, **more):
 @pytest.mark.parametrize(
     ("how", "sentence"),
     [
-        ({"by": {"crank.A.x": (6.0, 4.0)}}, "'crank.A.x' goes from 6 to 4 in: give its lowest"),
+        ({"by": {"crank.A.x": (6.0, 4.0)}}, "'crank.A.x' goes from 6 to 4 in: give low, then high"),
         ({"by": {"crank.A.x": ("4 lbf", "6 in")}}, "crank.A.x"),
         ({"minimize": "peak(engine.effort)"}, "engine"),
         ({"subject_to": "peak(A.force) <= 2 in"}, "peak"),

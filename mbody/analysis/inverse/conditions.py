@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 
@@ -11,10 +12,11 @@ from mbody.analysis.driven.driven import check_instants
 from mbody.core.presentation import Presented
 from mbody.errors import ModelError, brief
 from mbody.model.mechanism import Mechanism
-from mbody.model.numbers import plain, resolve_number
+from mbody.model.numbers import resolve_number
 from mbody.model.simulation import Instants, Measure, Question, Unknown
 from mbody.quantities import convert
-from mbody.quantities.units import DIMENSIONS
+from mbody.quantities.formula import range_given, value_given
+from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.solution.doubts import Doubt
 from mbody.solution.measures import check_measure, checked_sides, sides
 from mbody.solution.solution import Solution
@@ -169,14 +171,27 @@ def relations(question: Question) -> tuple[list[Relation], list[Relation]]:
 def _check_unknown(mechanism: Mechanism, unknown: Unknown) -> None:
     """Refuse what is none of its numbers, and bounds and a unit of something else."""
     dimension = resolve_number(mechanism, unknown.name)[1]
-    for given in (unknown.start, unknown.low, unknown.high):
-        if given is not None:
-            plain(mechanism, unknown.name, given, dimension)
+    search_range(mechanism, unknown, dimension)
     if unknown.unit and dimension is not None:
         try:
             convert(1.0, mechanism.units.of(dimension), unknown.unit)
         except ModelError as error:
             raise ModelError(f"unknown '{unknown.name}': {error}", unknown.name) from None
+
+
+def search_range(
+    mechanism: Mechanism, unknown: Unknown, dimension: Dimension | None
+) -> tuple[float | None, float, float]:
+    """Start, if there is one, and bounds of an unknown in the units of the mechanism."""
+    scope, verb, start = mechanism.parameters.scope(), "solve_for", None
+    if unknown.start is not None:
+        start = value_given(unknown.start, dimension, scope, verb, unknown.name)
+    given = (
+        -math.inf if unknown.low is None else unknown.low,
+        math.inf if unknown.high is None else unknown.high,
+    )
+    low, high = range_given(given, dimension, scope, verb, unknown.name, equal=True, endless=True)
+    return start, low, high
 
 
 def _is_bounded(mechanism: Mechanism, unknown: Unknown) -> bool:
