@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -30,10 +28,12 @@ from mbody.inverse.trials import (
     scan,
     spread,
 )
+from mbody.kernels.linear_program import INCONSISTENT, UNBOUNDED
 from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.simulation import PlacesLike, Question, TextsLike, Unknowns
 from mbody.solution.doubts import Doubt, doubted, inherited
+from mbody.solution.shared_forces import greatest
 from mbody.solution.solution import Solution
 
 # -- Sentences of a question: where no solution was found, and what bounds one -----------------
@@ -201,13 +201,8 @@ class Refusals:
 
 # -- The search for the unknowns of a question -------------------------------------------------
 
-#: A place with all rows about it.
-Corner = tuple[Affine, tuple[int, ...]]
-
 #: Starts of a search in several unknowns, and how many in a row may find nothing new.
 STARTS, STALLED = 40, 16
-#: Combinations of side conditions that are tried.
-MOST = 2000
 #: What makes a formula bend where probes may not look.
 NONSMOOTH = re.compile(r"\b(abs|min|max)\s*\(")
 
@@ -273,14 +268,39 @@ class Solver:
             place = self._refined(straight, u, rows)
             self._check_bounds(place.base)
             return [place]
-        bounded = self._with_bounds(straight)
-        corners = []
-        for rows in self._actives(len(bounded.residuals)):
-            with contextlib.suppress(SingularEquations):
-                u = bounded.solve(rows)
-                corners.append((Affine(u, bounded(u), bounded.jacobian, bounded.size), rows))
-        best, rows = self._best(corners)
-        return [self._refined(straight, best.base, rows)]
+        u, rows = self._corner(self._with_bounds(straight))
+        return [self._refined(straight, u, rows)]
+
+    def _corner(self, at: Affine) -> tuple[Array, tuple[int, ...]]:
+        """Where the objective of a linear question is best, and the rows that are zero there."""
+        first, last = len(self.equations), len(at.residuals) - 1
+        own = tuple(range(first))
+        size = np.maximum(at.size, tol.TINY)
+        jacobian, left = at.jacobian / size[:, None], at.residuals / size
+        try:
+            begin = at.solve(own)
+        except SingularEquations as error:
+            raise self.refusals.undetermined(error) from None
+        # what the conditions leave: u = begin + free z
+        free = np.linalg.svd(jacobian[:first])[2][first:].T if first else np.eye(len(begin))
+        limits = jacobian[first:last]
+        A, b = -limits @ free, left[first:last] + limits @ (begin - at.base)
+        sign = 1.0 if self.question.greatest else -1.0
+        found, z, loads = greatest(sign * jacobian[-1] @ free, A, b)
+        if found == INCONSISTENT:
+            raise SolveError(self.refusals.infeasible(self.refusals.side(self._broken(A, b))))
+        if found == UNBOUNDED:
+            raise SolveError(self.refusals.unbounded())
+        binding = np.flatnonzero(loads > tol.LINEAR_PROGRAM_MULTIPLIER * loads.max(initial=0.0))
+        return begin + free @ z, (*own, *(first + binding).tolist())
+
+    def _broken(self, A: Array, b: Array) -> int:
+        """The side condition that contradicts others, of those A z ≤ b that no z meets."""
+        sides = len(self.sides)
+        short = np.where(np.arange(len(b)) < sides, -1.0, 0.0)
+        aim = np.append(np.zeros(A.shape[1]), -1.0)
+        found, _, loads = greatest(aim, np.column_stack([A, short]), b)
+        return -1 if found == INCONSISTENT or not sides else int(loads[:sides].argmax())
 
     def _with_bounds(self, straight: Affine) -> Affine:
         """The linearized rows with one more for each bound of an unknown, before the objective."""
@@ -300,19 +320,6 @@ class Solver:
             np.insert(straight.jacobian, [last] * len(residuals), jacobian, axis=0),
             np.insert(straight.size, [last] * len(residuals), size),
         )
-
-    def _actives(self, count: int) -> list[tuple[int, ...]]:
-        """Rows that are to be zero together, of so many with the objective: all conditions, and
-        side conditions or bounds that bind.
-        """
-        free, first = len(self.wanted) - len(self.equations), len(self.equations)
-        if math.comb(count - 1 - first, free) > MOST:
-            raise ModelError(
-                f"{len(self.sides)} side conditions of which {free} bind are more combinations "
-                f"than {MOST}: leave out some"
-            )
-        base = tuple(range(first))
-        return [base + more for more in itertools.combinations(range(first, count - 1), free)]
 
     def _check_bounds(self, u: Array) -> None:
         """Refuse the only solution where it is beyond a bound."""
@@ -489,37 +496,6 @@ class Solver:
                 return False
         return True
 
-    def _best(self, corners: list[Corner]) -> Corner:
-        """The corner where the objective is greatest or least among those that are allowed.
-
-        There the derivative of the objective is a sum of those of the binding rows, each with the
-        sign that keeps it from growing inwards (the conditions of Karush, Kuhn and Tucker).
-        """
-        sign = 1.0 if self.question.greatest else -1.0
-        first = len(self.equations)
-        best: tuple[float, Affine, tuple[int, ...]] | None = None
-        allowed, nearest = False, (math.inf, -1)
-        for place, rows in corners:
-            margins = place.residuals[first:-1] / np.maximum(place.size[first:-1], tol.TINY)
-            worst = int(margins.argmin())
-            if not margins[worst] >= -tol.ROW_HOLDS:
-                nearest = min(nearest, (-float(margins[worst]), worst))
-                continue
-            allowed = True
-            pulls, *_ = np.linalg.lstsq(place.jacobian[list(rows)].T, sign * place.jacobian[-1])
-            if (pulls[first:] > tol.ROW_HOLDS * np.abs(pulls).max(initial=0.0)).any():
-                continue
-            if best is None or sign * place.residuals[-1] > best[0]:
-                best = (sign * float(place.residuals[-1]), place, rows)
-        if best is None:
-            none = not corners and not self.sides
-            raise SolveError(
-                self.refusals.unbounded()
-                if allowed or none
-                else self.refusals.infeasible(self.refusals.side(nearest[1]))
-            )
-        return best[1], best[2]
-
     # -- results and sentences ----------------------------------------------------------------
 
     def _answer_case(self, place: Affine) -> AnswerCase:
@@ -598,13 +574,13 @@ def solve_for(
     Notes
     -----
     A greatest value is that of the whole feasible set, or the answer says in `doubts` why it may
-    not be. Linear questions are answered by the corners of their polytope, bounds of unknowns
-    included. One unknown is searched over its whole range, on the branch of the given
-    mechanism: sampled adaptively, with every summit, every place where a side condition begins to
-    bind, and every edge of what can be analysed found to rounding. Without bounds the range ends
-    where the mechanism cannot be analysed, or far away, and a note says so; the angle of a driver
-    is searched a revolution to both sides. Several unknowns are sought by climbs from several
-    starts, which are checked by samples.
+    not be. Linear questions are answered by a linear program, bounds of unknowns included. One
+    unknown is searched over its whole range, on the branch of the given mechanism: sampled
+    adaptively, with every summit, every place where a side condition begins to bind, and every edge
+    of what can be analysed found to rounding. Without bounds the range ends where the mechanism
+    cannot be analysed, or far away, and a note says so; the angle of a driver is searched a
+    revolution to both sides. Several unknowns are sought by climbs from several starts, which are
+    checked by samples.
 
     Examples
     --------

@@ -74,8 +74,10 @@ class Affine:
         return self.residuals + self.jacobian @ (u - self.base)
 
     def solve(self, rows: Sequence[int]) -> Array:
-        """The unknowns that make as many rows zero."""
+        """The unknowns that make rows zero, of several such ones the nearest to the base."""
         chosen = list(rows)
+        if not chosen:
+            return self.base
         size = np.maximum(self.size[chosen], tol.TINY)
         jacobian, residuals = self.jacobian[chosen] / size[:, None], self.residuals[chosen] / size
         u, s, vt = np.linalg.svd(jacobian)
@@ -84,7 +86,7 @@ class Affine:
             raise SingularEquations(
                 vt[-1], bool(np.abs(u[:, small].T @ residuals).max() < tol.ROW_HOLDS)
             )
-        step: Array = np.linalg.solve(jacobian, -residuals)
+        step: Array = -((u.T @ residuals) / s) @ vt[: len(s)]
         return self.base + step
 
 

@@ -191,7 +191,7 @@ class StickingContacts:
         b = np.append(lines @ there, np.full(more, FRICTION_RESERVE_FORCE_MOST))
         # what is exceeded by rounding alone is not
         for room in (0.0, FORCES_ADMISSIBLE):
-            found, x = greatest(aim @ moved, A, b + room)
+            found, x, _ = greatest(aim @ moved, A, b + room)
             if found != INCONSISTENT:
                 break
         return found, there + moved @ x

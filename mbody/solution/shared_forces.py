@@ -40,17 +40,17 @@ class _ProgramMemory(threading.local):
 _memory = _ProgramMemory()
 
 
-def greatest(aim: Array, A: Array, b: Array) -> tuple[int, Array]:
-    """What was found of a linear program (`mbody.kernels.linear_program`), and the x with the
-    greatest aim · x within A x ≤ b.
+def greatest(aim: Array, A: Array, b: Array) -> tuple[int, Array, Array]:
+    """What was found of a linear program (`mbody.kernels.linear_program`), the x with the greatest
+    aim · x within A x ≤ b, and the multipliers of these limits.
 
-    >>> found, x = greatest(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 0.0]))
-    >>> found, float(x[0])
-    (0, 2.0)
+    >>> found, x, loads = greatest(np.ones(1), np.array([[1.0], [-1.0]]), np.array([2.0, 0.0]))
+    >>> found, float(x[0]), loads.tolist()
+    (0, 2.0, [1.0, 0.0])
     """
     P = linear_program_memory(len(aim), len(b))
     P.aim[:], P.A[:], P.b[:] = aim, A, b
-    return linear_program(P), P.x
+    return linear_program(P), P.x, P.load
 
 
 def open_forces(*size: int) -> tuple[OpenForces, LinearProgram]:

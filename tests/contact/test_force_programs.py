@@ -38,7 +38,7 @@ def test_linear_programs_beside_another_solver(kind):
         aim, A, b = program(rng, kind)
         if kind == "repeated":
             A, b = np.vstack([A, A, 3.0 * A]), np.concatenate([b, b, 3.0 * b])
-        found, x = greatest(aim, A, b)
+        found, x, _ = greatest(aim, A, b)
         scale = 1.0 / np.maximum(np.abs(A).max(axis=1), 1e-300)
         other = linprog(-aim, A * scale[:, None], b * scale, bounds=(None, None), method="highs")
         assert found == STATUS[other.status]

@@ -178,6 +178,20 @@ def test_least_and_greatest_of_a_linear_programme():
         assert len(least.binding) == len(greatest.binding) == 2
 
 
+def test_a_corner_of_very_many_side_conditions():
+    """The corner of a polygon of 80 sides about a circle: 1/cos(π/80) from its middle."""
+    step = math.radians(4.5)
+    sides = [
+        f"{math.cos(n * step)}*O.fy*(1 m) + {math.sin(n * step)}*hold.effort <= 1 N*m"
+        for n in range(80)
+    ]
+    middle = 17.5 * step
+    aim = f"{math.cos(middle)}*O.fy*(1 m) + {math.sin(middle)}*hold.effort"
+    found = solve_for(held_bar(), ["P", "Q"], side_conditions=sides, greatest=aim)[0]
+    assert found.objective == pytest.approx(1.0 / math.cos(math.pi / 80), rel=1e-12)
+    assert found.binding == (sides[17], sides[18])
+
+
 # -- not straight -----------------------------------------------------------------------------
 
 
