@@ -22,6 +22,7 @@ from mbody.core import tolerances as tol
 from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUE_NONE, OPTIMUM_VALUES_AGREE, TINY
 from mbody.derivatives.dual_solution import checked_names, influential, unit_of
 from mbody.errors import ModelError, SolveError, brief
+from mbody.kernels.linear_program import INCONSISTENT, UNBOUNDED
 from mbody.model.element import listed
 from mbody.model.numbers import dimension_named
 from mbody.model.simulation import OVER_TIME, Measure
@@ -34,6 +35,7 @@ from mbody.optimization.design_evaluation import (
     MotionEvaluator,
 )
 from mbody.quantities.formula import range_given, value_given
+from mbody.solution.shared_forces import greatest
 from mbody.sweeps.job import Job, MeasuredColumn, side_by_side
 from mbody.system.system import System
 
@@ -104,51 +106,44 @@ def _step(at: Linearized, box: float) -> tuple[np.ndarray, float, float] | None:
     """The step that is best to first order, the merit that it promises with what it must leave
     broken, and the greatest sum of multipliers.
     """
-    from scipy.optimize import linprog
-
-    n = len(at.u)
+    n, free = len(at.u), len(at.equal)
     may_bind = at.limits - np.abs(at.by_limits).sum(axis=1) * box <= 0.0
     may_bind |= at.limits <= at.limits.min(initial=np.inf)
     own, derivatives = at.limits[may_bind], at.by_limits[may_bind]
     top = at.aims + np.abs(at.by_aims).sum(axis=1) * box
     high = top >= at.aims.max() - np.abs(at.by_aims[at.aims.argmax()]).sum() * box
     aims, by_aims = at.aims[high], at.by_aims[high]
-    # unknowns: the step, z above all aims, s ≥ 0 by which limits may stay broken, ± of equations
-    free = len(at.equal)
-    cost = np.concatenate([np.zeros(n), [1.0, 1e4], np.full(2 * free, 1e4)])
-    above = np.column_stack(
-        [by_aims, -np.ones((len(aims), 1)), np.zeros((len(aims), 1 + 2 * free))]
+    # unknowns: the step, z above all aims, s ≥ 0 by which limits may stay broken, sizes of what is
+    # left of equations
+    z, s, *left = np.eye(n + 2 + free)[n:]
+    each = np.reshape(left, (free, n + 2 + free))
+    ends = np.minimum(box, 1.0 - at.u), np.minimum(box, at.u)
+
+    def rows(by: np.ndarray) -> np.ndarray:
+        return np.pad(by, ((0, 0), (0, 2 + free)))
+
+    found, x, loads = greatest(
+        -z - 1e4 * s - 1e4 * each.sum(axis=0),
+        np.vstack(
+            [
+                rows(by_aims) - z,
+                rows(-derivatives) - s,
+                rows(at.by_equal) - each,
+                rows(-at.by_equal) - each,
+                rows(np.eye(n)),
+                rows(-np.eye(n)),
+                -s,
+            ]
+        ),
+        np.concatenate([-aims, own, -at.equal, at.equal, *ends, [0.0]]),
     )
-    below = np.column_stack(
-        [
-            -derivatives,
-            np.zeros((len(own), 1)),
-            -np.ones((len(own), 1)),
-            np.zeros((len(own), 2 * free)),
-        ]
-    )
-    equal = np.column_stack([at.by_equal, np.zeros((free, 2)), np.eye(free), -np.eye(free)])
-    bounds = [(max(-box, -u), min(box, 1.0 - u)) for u in at.u]
-    bounds += [(None, None), (0.0, None)] + [(0.0, None)] * (2 * free)
-    found = linprog(
-        cost,
-        A_ub=np.vstack([above, below]),
-        b_ub=np.concatenate([-aims, own]),
-        A_eq=equal if free else None,
-        b_eq=-at.equal if free else None,
-        bounds=bounds,
-        method="highs",
-    )
-    if found.status != 0:
+    if found in (INCONSISTENT, UNBOUNDED):
         return None
-    step_found, z, slack = found.x[:n], float(found.x[n]), float(found.x[n + 1])
-    left = slack + float(found.x[n + 2 :].sum())
-    pulls = np.abs(found.ineqlin.marginals[len(aims) :]).sum()
-    heaviest = min(float(pulls), 1e3) if len(own) else 0.0
-    if free:
-        heaviest = max(heaviest, min(float(np.abs(found.eqlin.marginals).max()), 1e3))
+    _, pulls, above, below, _ = np.split(loads, np.cumsum([len(aims), len(own), free, free]))
+    heaviest = max(pulls.sum(), np.abs(above - below).max(initial=0.0))
+    heaviest = min(float(heaviest), 1e3)
     weight = max(10.0, HEAVIER * heaviest)
-    return step_found, z + weight * left, heaviest
+    return x[:n], float(x[n]) + weight * float(x[n + 1 :].sum()), heaviest
 
 
 #: Rows of a limit with which the search begins, rounds of exchange, and steps of each.
