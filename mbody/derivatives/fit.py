@@ -14,6 +14,7 @@ from mbody.analysis.position.assembly_analysis import as_system
 from mbody.core import tolerances as tol
 from mbody.core.least_squares import LeastSquares, least_squares
 from mbody.core.presentation import Presented
+from mbody.core.searches import Searches, latin
 from mbody.derivatives.dual_solution import checked_names, unit_of
 from mbody.derivatives.fit_problem import (
     Array,
@@ -141,7 +142,7 @@ class BestNumbers:
     `known`: What the data determine, by the derivatives there.
     `pulled` (unknowns,): By how much the sum of squares would be less beyond bounds, to first
       order: how far the unknowns would move; zeros where no bound is in the way.
-    `starts`: From how many others the search began.
+    `searches`: From other starts.
     `units`: By unknown.
     """
 
@@ -150,7 +151,7 @@ class BestNumbers:
     known: Identified
     settled: bool
     pulled: Array
-    starts: int
+    searches: Searches
     units: Mapping[str, str]
 
 
@@ -167,13 +168,13 @@ def best_numbers(
     given = _deviations(problem, deviations)
     numbers = np.concatenate([problem.start, np.zeros(len(problem.shifts))])
     numbers, sigma, known = _weighted(search, numbers, given)
-    pulled, starts = search.pulled(numbers, sigma, known), 0
+    pulled = search.pulled(numbers, sigma, known)
     if pulled.any() or correlations(problem, numbers):
-        other, starts = search.elsewhere(numbers, sigma, known)
+        other = search.elsewhere(numbers, sigma, known)
         if other is not None:
             numbers, sigma, known = _weighted(search, other, given)
             pulled = search.pulled(numbers, sigma, known)
-    return BestNumbers(numbers, sigma, known, search.settled, pulled, starts, units)
+    return BestNumbers(numbers, sigma, known, search.settled, pulled, search.searches, units)
 
 
 def _weighted(
@@ -203,6 +204,8 @@ class _ResidualSearch:
     def __init__(self, problem: FitProblem, units: Mapping[str, str], bounds: Bounds) -> None:
         self.problem, self.units, self.bounds = problem, units, bounds
         self.settled = True
+        #: From other starts.
+        self.searches = Searches(0, known=True)
 
     def best(self, start: Array, sigma: Array) -> tuple[Array, Identified]:
         """The least from a start, and what is known there."""
@@ -246,20 +249,21 @@ class _ResidualSearch:
         counts = gain > tol.FIT_IMPROVES * float(left @ left) and gain > rounding**2
         return move if at.any() and counts else np.zeros_like(move)
 
-    def elsewhere(
-        self, numbers: Array, sigma: Array, known: Identified
-    ) -> tuple[Array | None, int]:
-        """Better numbers from other starts, or none, and how many these were: with nothing held
-        from here, from both ways along what is not determined, and from places by chance.
+    def elsewhere(self, numbers: Array, sigma: Array, known: Identified) -> Array | None:
+        """Better numbers from other starts, or none: with nothing held from here, from both ways
+        along what is not determined, and from places by chance.
         """
         left = self.problem.residual(numbers, sigma)
-        least, better, agree, count = float(left @ left), None, 0, 0
-        for start in self._starts(numbers, known):
-            count += 1
+        least, better, agree = float(left @ left), None, 0
+        self.searches = Searches(1 + 2 * len(known.null) + STARTS, known=True)
+
+        def search(start: Array) -> LeastSquares | None:
             try:
-                end = self._least(start, sigma, [], ELSEWHERE)
+                return self._least(start, sigma, [], ELSEWHERE)
             except (ModelError, SolveError):
-                continue
+                return None
+
+        for end in self.searches.ends(self._starts(numbers, known), search):
             if end.cost < least * (1.0 - tol.FIT_IMPROVES):
                 least, better, agree = end.cost, end.x, 0
                 if not self.pulled(end.x, sigma, known).any() and not correlations(
@@ -270,7 +274,7 @@ class _ResidualSearch:
                 agree += 1
                 if agree == AGREE:
                     break
-        return better, count
+        return better
 
     def _starts(self, numbers: Array, known: Identified) -> Iterator[Array]:
         problem, (low, high) = self.problem, self.bounds
@@ -279,13 +283,12 @@ class _ResidualSearch:
         for row in known.null:
             way = row / np.abs(row / sizes).max()
             yield from (np.clip(numbers + part * way, low, high) for part in (0.5, -0.5))
-        rng = np.random.default_rng(0)
         first = np.concatenate([problem.start, numbers[len(problem.start) :]])
         bounded = np.isfinite(low) & np.isfinite(high)
         base = np.where(bounded, low, 0.0)
         wide = np.where(bounded, high, 0.0) - base
-        for _ in range(STARTS):
-            part, sign = rng.random(len(numbers)), rng.choice([1.0, 1.0, 1.0, -1.0], len(numbers))
+        for part, chance in latin(STARTS, 2 * len(numbers), 0).reshape(STARTS, 2, -1):
+            sign = np.where(chance < 0.25, -1.0, 1.0)
             free = np.where(
                 first == 0.0, sizes * (2.0 * part - 1.0), sign * first * 4.0 ** (2.0 * part - 1.0)
             )
@@ -617,7 +620,10 @@ def _notes(
     if problem.count == best.known.rank:
         yield "there are as many unknowns as data: nothing is left to judge errors by"
     numbers, sizes = best.numbers, problem.number_sizes(best.numbers)
-    tried = f", from {best.starts} other starts too" if best.starts else ""
+    others = best.searches.done
+    tried = f", from {others} other starts too" if others else ""
+    if best.searches.stopped:
+        yield best.searches.stopped
     beyond = False
     for k, (key, low, high) in enumerate(zip(best.units, *bounds, strict=True)):
         bound = low if numbers[k] - low < high - numbers[k] else high

@@ -11,9 +11,10 @@ import numpy as np
 
 from mbody.core import tolerances as tol
 from mbody.core.bracket import last_place, zero_between
+from mbody.core.searches import Searches
 from mbody.inverse.trials import Affine, Residuals, SearchVariable, newton, spread
 from mbody.optimization.design_evaluation import AimRows
-from mbody.optimization.nonlinear_program import Program
+from mbody.optimization.nonlinear_program import Program, SearchResult
 
 # -- The greatest value of a function of one unknown, over the whole range that it may take ----
 # The function and the side conditions are sampled along the range, finer where a cubic through the
@@ -509,8 +510,9 @@ class ClimbResult:
     `u` (unknowns,): The best place; None where no side conditions could be met.
     `nearest` (unknowns,): The place that breaks them least, where none meets them.
     `endless`: Whether values grow as far as was searched.
-    `starts`, `agreeing`: Climbs that ended, and those that ended at the best value.
-    `better`: Whether a sample was better than all climbs.
+    `starts`, `agreeing`: Climbs that ended, and those that ended at the best value; none where a
+      sample was better.
+    `stopped`: How they were stopped; empty where all were made.
     """
 
     u: Array | None
@@ -518,12 +520,12 @@ class ClimbResult:
     endless: bool = False
     starts: int = 0
     agreeing: int = 0
-    better: bool = False
+    stopped: str = ""
 
     @property
     def sure(self) -> bool:
         """Whether all agree."""
-        return not self.better and self.agreeing == self.starts and self.starts > 1
+        return not self.stopped and self.agreeing == self.starts and self.starts > 1
 
 
 @dataclass(frozen=True)
@@ -590,7 +592,7 @@ class _Hill:
         here = self.rows.about(x)
         return None if here is None else _Place(x, here)
 
-    def climb(self, u: Array) -> Array | None:
+    def climb(self, u: Array) -> SearchResult | None:
         """The end of a climb; None where it cannot begin. Where an unknown has no bounds the box is
         widened as long as climbs end at its sides.
         """
@@ -598,7 +600,8 @@ class _Hill:
         for half_width in BOX_HALF_WIDTHS:
             low, high = self._box(end, half_width)
             low, high = np.maximum(low, self.low), np.minimum(high, self.high)
-            program = Program(self._linearized_at, (low, high), self.aim, self.limits, _nothing)
+            bounds = low, high
+            program = Program(self._linearized_at, bounds, self.aim, self.limits)
             program.sizes = self.scale[:-1].tolist()
             program.scale, program.mobile = float(self.scale[-1]), 1.0
             found = program.search(end)
@@ -610,16 +613,19 @@ class _Hill:
             inner |= (end >= high - tolerance) & (high < self.high)
             if not inner.any():
                 break
-        return np.asarray(np.clip(end, self.low, self.high))
+        return self.met(self.refined(np.clip(end, self.low, self.high)))
 
-    def met(self, u: Array) -> tuple[float, float] | None:
-        """The value at a place and by how much it breaks conditions, as a part of their terms."""
+    def met(self, u: Array) -> SearchResult | None:
+        """A place, with the sign that makes the best value least, and by how much it breaks
+        conditions as a part of their terms.
+        """
         here = self.rows.about(u)
         if here is None:
             return None
         part = here.residuals[:-1] / np.maximum(here.size[:-1], tol.TINY)
         part[: self.equations] = -np.abs(part[: self.equations])
-        return self.sign * float(here.residuals[-1]), -min(float(part.min(initial=0.0)), 0.0)
+        broken = -min(float(part.min(initial=0.0)), 0.0)
+        return SearchResult(u, -self.sign * float(here.residuals[-1]), broken)
 
     def refined(self, u: Array) -> Array:
         """Unknowns at which the conditions, and those that bind, are met to rounding."""
@@ -641,58 +647,40 @@ class _Hill:
         return found.base if inside else u
 
 
-def _nothing() -> None:
-    """Climbs are not stopped."""
-
-
 def best_climb(
     rows: Residuals, equations: int, wanted: Sequence[SearchVariable], sign: float
 ) -> ClimbResult:
     """Maximum of the objective, times a sign: of rows as those of `Trials.rows`."""
     hill = _Hill(rows, equations, wanted, sign)
     start = hill.start
-    grids = [one.grid for one in wanted]
-    every = spread(grids, STARTS + CLIMB_SAMPLES)
-    ends: list[tuple[float, Array]] = []
-    nearest: tuple[float, Array | None] = (math.inf, None)
-    for u in [start, *every[:STARTS]]:
-        end = hill.climb(u)
-        if end is None:
-            continue
-        end = hill.refined(end)
-        met = hill.met(end)
-        if met is not None and met[1] <= tol.ROW_HOLDS:
-            ends.append((met[0], end))
-        elif met is not None:
-            nearest = min(nearest, (met[1], end), key=lambda pair: pair[0])
-    others: list[tuple[float, Array]] = []
-    for u in [start, *_corners(rows, equations, start), *every[STARTS:]]:
-        place = u
-        if equations:
-            at = newton(rows, range(equations), u)
-            if at is None:
-                continue
-            place = at.base
-        if (place < hill.low).any() or (place > hill.high).any():
-            continue
-        met = hill.met(place)
-        if met is not None and met[1] <= tol.ROW_HOLDS:
-            others.append((met[0], place))
-        elif met is not None:
-            nearest = min(nearest, (met[1], place), key=lambda pair: pair[0])
-    if not ends and not others:
-        return ClimbResult(None, nearest[1])
-    top, best = max(ends + others, key=lambda pair: pair[0])
-    floor = tol.EXTREMUM_VALUES_SAME * max(abs(top), max(abs(value) for value, _ in ends + others))
-    agreeing = sum(value >= top - floor for value, _ in ends)
+    every = spread([one.grid for one in wanted], STARTS + CLIMB_SAMPLES)
+    searches = Searches(1 + STARTS)
+
+    def sample(u: Array) -> SearchResult | None:
+        at = newton(rows, range(equations), u) if equations else None
+        place = u if at is None else at.base
+        inside = (place >= hill.low).all() and (place <= hill.high).all()
+        return hill.met(place) if inside and (at is not None or not equations) else None
+
+    climbs = list(searches.ends([start, *every[:STARTS]], hill.climb))
+    samples = [start, *_corners(rows, equations, start), *every[STARTS:]]
+    checks = [] if searches.stopped else [one for one in map(sample, samples) if one is not None]
+    good = [one for one in climbs + checks if one.broken <= tol.ROW_HOLDS]
+    if not good:
+        nearest = min(climbs + checks, key=lambda one: one.broken, default=None)
+        return ClimbResult(None, None if nearest is None else nearest.at)
+    top = min(good, key=lambda one: one.value)
+    floor = tol.EXTREMUM_VALUES_SAME * max(abs(one.value) for one in good)
+    ends = [one.value for one in climbs if one.broken <= tol.ROW_HOLDS]
+    agreeing = sum(value <= top.value + floor for value in ends)
     tolerance = tol.EXTREMUM_VALUES_SAME * (hill.high - hill.low)
+    best = top.at
     on_end = (
         np.stack([best <= hill.low + tolerance, best >= hill.high - tolerance], axis=1)
         & ~hill.given
     )
     on_end &= np.array([[not one.angle] * 2 for one in wanted])
-    better = not ends or max(value for value, _ in ends) < top - floor
-    return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, better)
+    return ClimbResult(best, None, bool(on_end.any()), len(ends), agreeing, searches.stopped)
 
 
 def _corners(rows: Residuals, equations: int, start: Array) -> list[Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from mbody.analysis.inverse.conditions import (
     relations,
 )
 from mbody.core import tolerances as tol
+from mbody.core.searches import Searches
 from mbody.errors import ModelError, SolveError, brief
 from mbody.inverse.extremum import Extremum, Unbounded, best_climb, extremum
 from mbody.inverse.trials import (
@@ -433,6 +435,7 @@ class Solver:
             raise SolveError(self.refusals.unbounded())
         if not found.sure:
             self._doubt_local(found.starts, found.agreeing)
+        self.notes += [found.stopped] if found.stopped else []
         return found.u
 
     def _doubt_local(self, starts: int, agreeing: int) -> None:
@@ -456,18 +459,20 @@ class Solver:
         else:
             starts += list(spread(grids, STARTS))
         found: list[Affine] = []
-        stalled = 0
-        for one in starts:
-            arrived = newton(self.rows, rows, one)
-            if arrived is not None:
-                arrived = self._unwound(arrived, rows)
-            if arrived is not None and self._is_new(arrived.base, found):
-                found.append(arrived)
-                stalled = 0
-            else:
-                stalled += 1
-            if len(grids) > 1 and stalled > STALLED:
-                break
+        searches, stalled = Searches(len(starts)), 0
+
+        def search(start: Array) -> Affine | None:
+            nonlocal stalled
+            place = newton(self.rows, rows, start)
+            place = None if place is None else self._unwound(place, rows)
+            new = place is not None and self._is_new(place.base, found)
+            stalled = 0 if new else stalled + 1
+            return place if new else None
+
+        going = itertools.takewhile(lambda _: len(grids) == 1 or stalled <= STALLED, starts)
+        for place in searches.ends(going, search):
+            found.append(place)
+        self.notes += [searches.stopped] if searches.stopped else []
         if not found:
             raise SolveError(self.refusals.no_root(start))
         if len(found) > 1 and not all(

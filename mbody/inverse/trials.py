@@ -21,6 +21,7 @@ from mbody.analysis.position.assembly_analysis import check_determined, closed_n
 from mbody.core import tolerances as tol
 from mbody.core.bracket import zero_between
 from mbody.core.dual_number import DualNumber
+from mbody.core.searches import latin
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
@@ -211,25 +212,11 @@ def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]
 
 def spread(grids: Sequence[Array], count: int) -> Array:
     """Starts that fill the space of the grids evenly, the same ones always: (count, unknowns)."""
+    parts = latin(count, len(grids), 0).T
     return np.stack(
-        [
-            grid[np.minimum((_halton(count, prime) * len(grid)).astype(int), len(grid) - 1)]
-            for grid, prime in zip(grids, (2, 3, 5, 7, 11, 13, 17, 19), strict=False)
-        ],
+        [grid[(part * len(grid)).astype(int)] for grid, part in zip(grids, parts, strict=True)],
         axis=1,
     )
-
-
-def _halton(count: int, base: int) -> Array:
-    """Numbers between 0 and 1 that fill the interval evenly."""
-    found = np.zeros(count)
-    for n in range(count):
-        part, left = 1.0, n + 1
-        while left:
-            part /= base
-            found[n] += part * (left % base)
-            left //= base
-    return found
 
 
 # -- An unknown as a search takes it: its size, its bounds, where it is tried ------------------

@@ -19,6 +19,7 @@ import numpy as np
 
 from mbody.analysis.driven.batch import BatchSetup
 from mbody.core import tolerances as tol
+from mbody.core.searches import Searches, latin
 from mbody.core.tolerances import LIMIT_HOLDS, OPTIMUM_VALUE_NONE, OPTIMUM_VALUES_AGREE, TINY
 from mbody.derivatives.dual_solution import checked_names, influential, unit_of
 from mbody.errors import ModelError, SolveError, brief
@@ -208,7 +209,7 @@ class Program:
         bounds: tuple[np.ndarray, np.ndarray],
         aim: Goal,
         limits: Sequence[Bound],
-        mark: Callable[[], None],
+        mark: Callable[[], None] = lambda: None,
     ) -> None:
         self.evaluator, self.aim, self.mark = evaluator, aim, mark
         self.limits: list[Any] = list(limits)
@@ -678,16 +679,6 @@ class Screen:
         return made
 
 
-def spread_designs(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """Designs within bounds, one in each of so many slices of every number (McKay 1979): (count,
-    numbers).
-    """
-    rng = np.random.default_rng(seed)
-    slices = rng.permuted(np.tile(np.arange(count), (len(low), 1)), axis=1).T
-    parts = (slices + rng.random((count, len(low)))) / count
-    return np.asarray(low + (high - low) * parts)
-
-
 #: Designs of the hypercube for each number and each search, and the least number of them.
 EACH, LEAST = 24, 256
 #: Starts are apart by this part of the ranges, where there are enough.
@@ -702,74 +693,53 @@ class SearchEnding:
     program: Program
     starts: int
     agreeing: int
-    status: str
     notes: tuple[str, ...]
 
 
 @dataclass
 class MultiStart:
-    """Searches of designs of one system within ranges.
-
-    `count`, `seed`: Of searches.
-    `seen`: Called with the finished searches and all.
-    """
+    """Searches of designs of one system within ranges, `starts` for each aim; `seed`: Of starts."""
 
     evaluator: Evaluator | MotionEvaluator
     screen: Screen
     ranges: Ranges
-    count: int
+    starts: int
     seed: int
-    seen: Callable[[int, int], None] | None = None
-    done: int = 0
+    searches: Searches
     spread: np.ndarray | None = None
     merits: tuple[np.ndarray, np.ndarray] | None = field(default=None)
-
-    def mark(self) -> None:
-        """The point at which a search may be stopped."""
-        if self.seen is not None:
-            self.seen(self.done, self.count * len(self.screen.aims))
 
     def program(self, aim: Aim, limits: Sequence[Limit]) -> Program:
         """Nonlinear program of an objective within limits and ranges."""
         bounds = self.ranges.low, self.ranges.high
-        return Program(self.evaluator, bounds, aim, limits, self.mark)
+        return Program(self.evaluator, bounds, aim, limits, self.searches.mark)
 
     def ended(self, aim: Aim, limits: Sequence[Limit]) -> SearchEnding:
         """The best of all searches."""
         program, notes = self.program(aim, limits), list(self.ranges.notes)
-        status, found = "completed", []
-        try:
-            starts = self.starts(aim)
-            first = program.at(starts[0])
-            assert first is not None
-            program.measure_by(first)
-            notes += self._examined(program, aim, limits, starts)
-            for x in starts:
-                end = program.search(x)
-                if end is not None:
-                    found.append(end)
-                self.done += 1
-                self.mark()
-        except KeyboardInterrupt:
-            if not found:
-                raise
-            status = f"stopped: after {len(found)} of {self.count} searches"
+        starts = self.chosen(aim)
+        first = program.at(starts[0])
+        assert first is not None
+        program.measure_by(first)
+        notes += self._examined(program, aim, limits, starts)
+        found = list(self.searches.ends(starts, program.search))
         feasible = [one for one in found if one.broken <= LIMIT_HOLDS]
         if not feasible:
             raise self._none(min(found, key=lambda one: one.broken), limits)
         best = min(feasible, key=lambda one: one.value)
         tolerance = OPTIMUM_VALUES_AGREE * max(abs(best.value), OPTIMUM_VALUE_NONE * program.scale)
         agreeing = sum(one.value <= best.value + tolerance for one in feasible)
-        return SearchEnding(best, program, len(found), agreeing, status, tuple(notes))
+        return SearchEnding(best, program, len(found), agreeing, tuple(notes))
 
-    def starts(self, aim: Aim) -> list[np.ndarray]:
+    def chosen(self, aim: Aim) -> list[np.ndarray]:
         """Starts of the searches: the one that was given, then the best of many that are apart."""
         ranges = self.ranges
         if self.spread is None or self.merits is None:
-            many = max(LEAST, EACH * len(ranges.names), 4 * self.count)
+            many = max(LEAST, EACH * len(ranges.names), 4 * self.starts)
             if not self.screen.by_lanes:
-                many = 4 * self.count  # one by one
-            self.spread = spread_designs(ranges.low, ranges.high, many, self.seed)
+                many = 4 * self.starts  # one by one
+            parts = latin(many, len(ranges.names), self.seed)
+            self.spread = ranges.low + (ranges.high - ranges.low) * parts
             self.merits = self.screen.evaluate(self.spread)
         values, margins = self.merits
         first = self.evaluator(ranges.start)
@@ -784,12 +754,12 @@ class MultiStart:
             for k in order:
                 x = self.spread[k]
                 distances = [np.abs((x - other) / width).max() for other in chosen]
-                if len(chosen) < self.count and min(distances, default=1.0) > spacing:
+                if len(chosen) < self.starts and min(distances, default=1.0) > spacing:
                     chosen.append(x)
         begun = [x for x in chosen if self.evaluator(x) is not None]
         if not begun:
             raise self._unreachable(len(values))
-        return begun[: self.count]
+        return begun[: self.starts]
 
     def _examined(
         self, program: Program, aim: Aim, limits: Sequence[Limit], starts: Sequence[np.ndarray]

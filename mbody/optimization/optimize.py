@@ -18,6 +18,7 @@ from mbody.core import tolerances as tol
 from mbody.core.bracket import zeros_between
 from mbody.core.least_squares import nonnegative
 from mbody.core.presentation import Presented
+from mbody.core.searches import Searches
 from mbody.core.tolerances import OPTIMUM_MARGIN_NONE
 from mbody.errors import ModelError, brief
 from mbody.files.model.other_units import described_with, file_unit, same_number
@@ -42,7 +43,6 @@ from mbody.optimization.nonlinear_program import (
     Ranges,
     Screen,
     SearchEnding,
-    SearchResult,
     ranges_of,
 )
 from mbody.quantities.formula import Number
@@ -484,7 +484,7 @@ def optimum_of(
             f"only one of {ended.starts} searches ended at this value, others at worse ones: more "
             "starts may find a better one"
         )
-    if residual > tol.OPTIMUM_OPEN and ended.status == "completed":
+    if residual > tol.OPTIMUM_OPEN and not search.searches.stopped:
         notes.append(
             f"the search ended where the objective still falls by {residual:.1%} of its steepest "
             "slope: it is near a place without derivatives, or stopped early"
@@ -509,8 +509,8 @@ def optimum_of(
     columns = [one.column for one in goals]
     columns += [side for one in limits for side in (one.left, one.right)]
     own = inherited(run, of=columns, notes=tuple(notes))
-    if ended.status != "completed" and own["status"] == "completed":
-        own["status"] = ended.status
+    if search.searches.stopped and own["status"] == "completed":
+        own["status"] = search.searches.stopped
     given = ranges.given
     return Optimum(
         aim=", ".join(words),
@@ -596,23 +596,25 @@ def pareto_front(
     ends = [search.ended(aim, limits) for aim in aims]
     values = np.array([[_least(aim, end.best.at) for aim in aims] for end in ends])
     scales = [end.program.scale for end in ends]
-    found: list[tuple[SearchResult, SearchEnding]] = [
-        (ends[0].best, ends[0]),
-        (ends[1].best, ends[1]),
-    ]
-    low, high = values[1, 1], values[0, 1]
-    if high - low > tol.LIMIT_HOLDS * scales[1]:
-        place = [ends[0].best.at.x, ends[1].best.at.x]
-        for value in np.linspace(high, low, points)[1:-1]:
-            bounded = _Bounded(second, float(value), "")
-            program = search.program(first, [*limits, bounded])  # type: ignore[list-item]
-            tried = [end for x in place if (end := program.search(x)) is not None]
-            feasible = [one for one in tried if one.broken <= tol.LIMIT_HOLDS]
-            if feasible:
-                best = min(feasible, key=lambda one: one.value)
-                place[0] = best.at.x
-                found.append((best, replace(ends[0], best=best, program=program)))
-    both = np.array([[_least(aim, one.at) for aim in aims] for one, _ in found])
+    found, low, high = list(ends), values[1, 1], values[0, 1]
+    places = [one.best.at.x for one in ends]
+
+    def bounded(value: float) -> SearchEnding | None:
+        """The best of the first aim where the second is no worse than a value."""
+        limit: Any = _Bounded(second, value, "")
+        program = search.program(first, [*limits, limit])
+        tried = [end for x in places if (end := program.search(x)) is not None]
+        feasible = [one for one in tried if one.broken <= tol.LIMIT_HOLDS]
+        if not feasible:
+            return None
+        best = min(feasible, key=lambda one: one.value)
+        places[0] = best.at.x
+        return replace(ends[0], best=best, program=program)
+
+    if high - low > tol.LIMIT_HOLDS * scales[1] and not search.searches.stopped:
+        between = np.linspace(high, low, points)[1:-1].tolist()
+        found += search.searches.ends(between, bounded)
+    both = np.array([[_least(aim, one.best.at) for aim in aims] for one in found])
     kept = [n for n, own in enumerate(both) if not _beaten(own, both)]
     order = sorted(kept, key=lambda n: tuple(both[n]))
     span = np.maximum(np.ptp(both[order], axis=0), tol.TINY)
@@ -621,13 +623,13 @@ def pareto_front(
     names = search.ranges.given
     front = tuple(
         ParetoPoint(
-            tuple(aim.value(found[n][0].at) for aim in aims),
-            dict(zip(names, found[n][0].at.x.tolist(), strict=True)),
+            tuple(aim.value(found[n].best.at) for aim in aims),
+            dict(zip(names, found[n].best.at.x.tolist(), strict=True)),
         )
         for n in order
     )
     ended = replace(
-        found[knee][1],
+        found[knee],
         starts=sum(end.starts for end in ends),
         agreeing=sum(end.agreeing for end in ends),
     )
@@ -771,7 +773,8 @@ def optimize(
         revolving = revolving_driver(system, job.how.get("turn"))
         screen = Screen(job, Evaluator(job, names, revolving), goals, limits)
     seen = counted("searches") if progress is True else progress or None
-    search = MultiStart(screen.evaluator, screen, ranges, starts, seed, seen)
+    searches = Searches(starts * len(goals) + (len(goals) - 1) * (points - 2), seen)
+    search = MultiStart(screen.evaluator, screen, ranges, starts, seed, searches)
     if len(goals) == 2:
         return pareto_front(search, goals, limits, points, loss)
     ended = search.ended(goals[0], limits)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
+from mbody.core.searches import latin
 from mbody.errors import ModelError, brief
 from mbody.model.element import whole_number
 from mbody.model.numbers import dimension_named
@@ -345,14 +346,13 @@ def _parts(samples: Samples, width: int) -> np.ndarray:
     rng = np.random.default_rng(samples.seed)
     if samples.kind == "monte carlo":
         parts = rng.random((samples.count, width))
-    else:
+    elif samples.kind == "sobol":
         from scipy.stats import qmc
 
-        if samples.kind == "sobol":
-            power = max(0, (samples.count - 1).bit_length())
-            parts = qmc.Sobol(width, seed=rng).random_base2(power)[: samples.count]
-        else:
-            parts = qmc.LatinHypercube(width, seed=rng).random(samples.count)
+        power = max(0, (samples.count - 1).bit_length())
+        parts = qmc.Sobol(width, seed=rng).random_base2(power)[: samples.count]
+    else:
+        parts = latin(samples.count, width, samples.seed)
     return np.clip(parts, EDGE, 1.0 - EDGE)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.core import tolerances as tol
+from mbody.core.searches import Searches
 from mbody.core.tolerances import TINY
 from mbody.errors import ModelError, brief
 from mbody.files.tables import writing
@@ -534,7 +535,8 @@ def for_path(
         shapes = atlas.nearest_shapes(kind, points, closed, effort.search)
     tried = sum(len(own) for _, own in shapes)
     starts = best_shapes(kind, demand, shapes, effort.starts)
-    found = [one for one in (refined(kind, demand, start) for start in starts) if one]
+    searches = Searches(len(starts))
+    found = list(searches.ends(starts, lambda start: refined(kind, demand, start)))
     found.sort(key=lambda one: one.error)
     exact = len(points) * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take((_path_candidate(kind, demand, one) for one in found), count, exact)
@@ -544,6 +546,7 @@ def for_path(
     notes = (
         _continuum(2 * len(points), unknowns) if best[0].error <= exact else judge.off_point_notes()
     )
+    notes += [searches.stopped] if searches.stopped else []
     return judging.DesignList(best, tried, effort.seed, notes)
 
 

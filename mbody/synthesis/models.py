@@ -11,6 +11,7 @@ import numpy as np
 
 from mbody.analysis.driven.driven import kinematics, kinetostatics
 from mbody.core import tolerances as tol
+from mbody.core.searches import Searches
 from mbody.derivatives.dual_solution import checked_names
 from mbody.derivatives.gradient import gradient_at
 from mbody.errors import ModelError, SolveError, brief
@@ -78,11 +79,13 @@ class DesignCandidate:
     misses: np.ndarray
 
 
-def searched(demand: Demand, count: int, starts: int, seed: int) -> list[_ModelCandidate]:
-    """The refined designs of the best starts of `count`, the best first."""
-    found = [_refined(demand, *start) for start in _starts(demand, count, starts, seed)]
-    good = [one for one in found if one is not None]
-    return sorted(good, key=lambda one: float(np.square(one.misses).sum()))
+def searched(demand: Demand, effort: Effort) -> tuple[list[_ModelCandidate], list[str]]:
+    """The refined designs of the best starts, the best first, and notes."""
+    starts = _starts(demand, effort.search, effort.starts, effort.seed)
+    searches = Searches(len(starts))
+    found = list(searches.ends(starts, lambda start: _refined(demand, *start)))
+    found.sort(key=lambda one: float(np.square(one.misses).sum()))
+    return found, [searches.stopped] if searches.stopped else []
 
 
 def _starts(
@@ -378,13 +381,13 @@ def for_model(
     demand: Demand, effort: Effort, judge: judging.Judge, count: int
 ) -> judging.DesignList:
     """Designs of a mechanism whose point passes the points, or whose output has the values."""
-    found = searched(demand, effort.search, effort.starts, effort.seed)
+    found, stopped = searched(demand, effort)
     exact = demand.goals.shape[1] * (tol.SYNTHESIS_POINT_MET * judge.size) ** 2
     judge.take(found, count, exact)
     judge.require("design of the mechanism passes all points without defects within the bounds")
     best = judge.best(count, exact)
     notes = [] if demand.angular else judge.off_point_notes()
-    return judging.DesignList(best, effort.search, effort.seed, notes)
+    return judging.DesignList(best, effort.search, effort.seed, notes + stopped)
 
 
 @dataclass(frozen=True, eq=False)
