@@ -746,7 +746,7 @@ class ElementWriter(ClosureWriter):
             return f"MJCF has no {type(load).__name__} by a formula"
         whole: Any = self.system.law_of(load, "value")
         formula = functools.partial(self.system.law_of, field="formula")
-        law = linear_law(expanded(whole, self.machine, formula))
+        law = linear_law(expanded(whole, self.machine, formula), self.machine.curves)
         inputs = {one.name: one for one in self.machine.inputs}
         used = [key for key in (law.parts if law else ()) if key in inputs]
         measured = {key for key in (law.parts if law else ()) if key not in inputs} - {PLAIN}

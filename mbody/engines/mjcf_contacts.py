@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 from xml.etree import ElementTree as ET
 
 from mbody.core.tolerances import MUJOCO_IMPEDANCE
@@ -13,6 +14,7 @@ from mbody.engines.independent_reading import reading
 from mbody.engines.spanning_tree import Branch
 from mbody.laws import MeasuredFormula
 from mbody.model.contact import Contact, Rope
+from mbody.quantities.evaluate import postfix_value
 from mbody.system.system import System
 
 # -- Formulas of inputs as actuators: laws that are linear in one input and in a coordinate ----
@@ -61,35 +63,26 @@ class LinearLaw:
         return LinearLaw(parts, first.low + shift, first.high + shift)
 
 
-def linear_law(law: MeasuredFormula) -> LinearLaw | None:
-    """A formula as a linear law, None where it is none.
+def linear_law(law: MeasuredFormula, curves: Mapping[str, Any]) -> LinearLaw | None:
+    """A formula as a linear law, None where it is none; `curves`: what it may call.
 
     >>> operations = ("variable", "* constant", "+ constant")
-    >>> linear_law(MeasuredFormula("2*u - 1", operations, ("u",), (2, -1)))
+    >>> linear_law(MeasuredFormula("2*u - 1", operations, ("u",), (2, -1)), {})
     LinearLaw(parts={'u': 2.0, '': -1.0}, low=-inf, high=inf)
     """
-    stack: list[LinearLaw] = []
-    variables, constants = iter(law.variables), iter(law.constants)
-    for operation in law.operations:
-        if operation == "variable":
-            stack.append(LinearLaw({next(variables): 1.0}))
-            continue
-        if operation == "constant":
-            stack.append(LinearLaw({PLAIN: float(next(constants))}))
-            continue
+
+    def applied(operation: str, *given: LinearLaw | None) -> LinearLaw | None:
+        laws = [one for one in given if one is not None]
+        if len(laws) < len(given):
+            return None
         if operation == "negative":
-            made: LinearLaw | None = stack.pop().times(-1.0)
-        elif operation.endswith(" constant"):
-            made = _binary(operation[0], stack.pop(), LinearLaw({PLAIN: float(next(constants))}))
-        elif operation in ("+", "-", "*", "/", "min", "max"):
-            second = stack.pop()
-            made = _binary(operation, stack.pop(), second)
-        else:
-            return None
-        if made is None:
-            return None
-        stack.append(made)
-    return stack[0] if len(stack) == 1 else None
+            return laws[0].times(-1.0)
+        return _binary(operation, *laws) if len(laws) == 2 else None
+
+    constants = (LinearLaw({PLAIN: float(one)}) for one in law.constants)
+    variables = (LinearLaw({name: 1.0}) for name in law.variables)
+    found: LinearLaw | None = postfix_value(law.operations, constants, variables, applied, curves)
+    return found
 
 
 def _binary(operation: str, a: LinearLaw, b: LinearLaw) -> LinearLaw | None:

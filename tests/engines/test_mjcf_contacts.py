@@ -261,9 +261,9 @@ def test_what_is_written_comes_back(tmp_path, machine):
 
 def test_a_formula_is_taken_apart():
     operations = ("variable", "* constant", "constant", "min", "negative")
-    law = linear_law(MeasuredFormula("-min(2*u, 3)", operations, ("u",), (2.0, 3.0)))
+    law = linear_law(MeasuredFormula("-min(2*u, 3)", operations, ("u",), (2.0, 3.0)), {})
     assert law == LinearLaw({"u": -2.0}, -3.0, math.inf)
-    assert linear_law(MeasuredFormula("sin(u)", ("variable", "sin"), ("u",), ())) is None
+    assert linear_law(MeasuredFormula("sin(u)", ("variable", "sin"), ("u",), ()), {}) is None
     two = LinearLaw({"u": 1.0}).plus(LinearLaw({"u": 1.0, "w": 2.0}), -1.0)
     assert two == LinearLaw({"u": 0.0, "w": -2.0})
     assert LinearLaw({"u": 1.0}, 0.0, 1.0).plus(LinearLaw({"w": 1.0})) is None
