@@ -8,7 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-Start, End = TypeVar("Start"), TypeVar("End")
+Start = TypeVar("Start")
+End = TypeVar("End")
 
 
 def latin(count: int, width: int, seed: int) -> np.ndarray:
@@ -24,6 +25,24 @@ def latin(count: int, width: int, seed: int) -> np.ndarray:
     for row in slices:
         rng.shuffle(row)
     return np.asarray((slices.T - parts) / count)
+
+
+def halton(count: int, width: int) -> np.ndarray:
+    """Numbers between 0 and 1, the first of which fill the space evenly as well, the same ones
+    always: (count, width).
+
+    >>> halton(3, 2).round(3).tolist()
+    [[0.5, 0.333], [0.25, 0.667], [0.75, 0.111]]
+    """
+    primes = [n for n in range(2, 200) if all(n % k for k in range(2, n))]
+    found = np.zeros((width, count))
+    for row, base in zip(found, primes, strict=False):
+        left, part = np.arange(1, count + 1), 1.0
+        while left.any():
+            part /= base
+            row += part * (left % base)
+            left //= base
+    return found.T
 
 
 @dataclass

@@ -21,7 +21,7 @@ from mbody.analysis.position.assembly_analysis import check_determined, closed_n
 from mbody.core import tolerances as tol
 from mbody.core.bracket import zero_between
 from mbody.core.dual_number import DualNumber
-from mbody.core.searches import latin
+from mbody.core.searches import halton
 from mbody.derivatives.driven_instants import DrivenInstants
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.laws import Polynomial
@@ -212,7 +212,7 @@ def scan(rows: Residuals, chosen: int, grid: Array, start: float) -> list[Array]
 
 def spread(grids: Sequence[Array], count: int) -> Array:
     """Starts that fill the space of the grids evenly, the same ones always: (count, unknowns)."""
-    parts = latin(count, len(grids), 0).T
+    parts = halton(count, len(grids)).T
     return np.stack(
         [grid[(part * len(grid)).astype(int)] for grid, part in zip(grids, parts, strict=True)],
         axis=1,
