@@ -1,11 +1,10 @@
 """Links as bars: their direction, their sections, what they carry inside."""
 
-from mbody import Body, Mechanism, Prismatic, kinematics, kinetostatics, simulate
+from mbody import Body, Mechanism, Prismatic, kinetostatics, simulate
 from mbody.engineering import internal_loads
 from mbody.model.body import RectangleSection, RoundSection, TubeSection
 from tests.errors.command import said
 from tests.errors.models import four_bar
-from tests.errors.results import batch
 
 POINTS = {"A": (0.0, 0.0), "B": (1.0, 0.0)}
 
@@ -33,12 +32,9 @@ def section(given, points=POINTS):
 
 
 SCENARIOS = {
-    "internal loads of kinematics": lambda: internal_loads(kinematics(four_bar()), "coupler"),
-    "internal loads of a batch": lambda: internal_loads(batch(), "coupler"),
     "internal loads of no link": lambda: inside("piston"),
     "internal loads along no points": lambda: inside("coupler", ("A", "C")),
     "internal loads along one place": lambda: internal_loads(flat(), "plate", ("A", "B")),
-    "internal loads at one place": lambda: inside("coupler", places=1),
     "internal loads of what is no bar": lambda: internal_loads(slide(), "slide"),
     "a stress without a section": lambda: inside("coupler").stress(),
     "a bar along one point": said(
@@ -51,12 +47,9 @@ SCENARIOS = {
 }
 
 SENTENCES = r"""
-internal loads of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
-internal loads of a batch | ModelError | - | internal loads are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 internal loads of no link | ModelError | piston | there is no moving body 'piston' (there are: 'crank', 'coupler', 'rocker')
 internal loads along no points | ModelError | coupler | 'coupler' is a bar along two of its points (there are: 'A', 'B'), not 'A', 'C'
 internal loads along one place | ModelError | plate | 'A' and 'B' of 'plate' are one place: a bar goes along two
-internal loads at one place | ModelError | - | places must be a whole number from 2 to 100001, not 1
 internal loads of what is no bar | ModelError | slide | the direction of the bar 'slide' is open: it has joints at no named point; say along which two points it goes, such as section = { rectangle = ["20 mm", "8 mm"], along = ["A", "B"] }
 a stress without a section | ModelError | coupler | 'coupler' has no section for its stress: give it one, such as section = { rectangle = ["20 mm", "8 mm"] }
 a bar along one point | UsageError | - | --along takes two points such as A,B, not 'A'

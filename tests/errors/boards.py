@@ -61,9 +61,7 @@ SCENARIOS = {
     "a number that is none": refused(
         {"act": "drag", "drag": {"do": "number", "path": ["bodies", "link1", "name"], "value": 1}}
     ),
-    "a picture that is none": refused(
-        {"act": "underlay", "set": {"file": "link.toml", **VIEW}},
-    ),
+    "a picture that is none": refused({"act": "underlay", "set": {"file": "link.toml", **VIEW}}),
     "a picture too large": refused({"act": "underlay", "set": {"file": "scan.png", **VIEW}}),
     "an edit in two boards": refused(EDIT, beside=[EDIT]),
     "an edit without a journal": refused({"act": "open", "file": LONG}, EDIT),

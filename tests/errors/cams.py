@@ -4,7 +4,6 @@ from mbody import Body, CamFollower, Marker, Prismatic, gallery, kinematics, sta
 from mbody.engineering import cam_analysis, cam_profile
 from mbody.laws import Cam, Harmonic, Polynomial, Rise
 from tests.errors.models import four_bar, tappet
-from tests.errors.results import batch
 
 LIFT = Cam(
     [Rise("3-4-5", 0.02, 0.0, 2.0), Rise("3-4-5", -0.02, 0.0, 2.0)], period=6.283185307179586
@@ -34,7 +33,6 @@ SCENARIOS = {
     "a cam of a four-bar": lambda: cam_analysis(kinematics(four_bar())),
     "a cam that is not there": lambda: of("cam"),
     "a cam at rest": lambda: cam_analysis(statics(gallery.load("cam_follower"))),
-    "a cam of a batch": lambda: cam_analysis(batch()),
     "a limit beyond a right angle": lambda: of(limit="120 deg"),
     "a contour of two points": lambda: of().contour(2),
     "a profile without a base circle": made(0.0),
@@ -52,7 +50,6 @@ one of two cams | ModelError | - | 'tappet' has 2 cams ('contact', 'lobe'): name
 a cam of a four-bar | ModelError | - | 'four-bar' has no cam: there is no joint of the type CamFollower in it
 a cam that is not there | ModelError | cam | there is no cam 'cam' (there are: 'contact')
 a cam at rest | ModelError | - | a cam is of a motion, and statics computes no velocities: use kinematics
-a cam of a batch | ModelError | - | a cam is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a limit beyond a right angle | ModelError | contact | the limit of the pressure angle of 'contact' is above 0 and below 90 deg, not 120 deg
 a contour of two points | ModelError | - | a contour has 4 to 1000000 points, not '2'
 a profile without a base circle | ModelError | - | a cam has a base circle above 0 and a roller from 0 on, not 0 and 0

@@ -80,7 +80,6 @@ SCENARIOS = {
         four_bar(), assembly="open", guess={"rod": 1.0}
     ),
     "assemblies of a batch": lambda: mbody.assembly_modes(designs()),
-    "assemblies after half a box": found(most=0.5),
     "assemblies at a number": found(drive=1.0),
     "assemblies at several values": found(drive={"motor": [1.0, 2.0]}),
     "assemblies at a driver that is not there": found(drive={"engine": 1.0}),
@@ -116,7 +115,6 @@ an assembly mode that there is not | ModelError | - | there is no assembly mode 
 an assembly mode that is no name | ModelError | - | assembly is 1.5: give the name of a mode, such as "open", or its number
 an assembly mode beside a guess | ModelError | - | give a guess or an assembly, not both: each chooses the branch
 assemblies of a batch | ModelError | - | assembly_modes takes one design: choose one of the batch with design(n)
-assemblies after half a box | ModelError | - | most must be a whole number from 1 on, not 0.5
 assemblies at a number | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 1.0
 assemblies at several values | ModelError | motor | 'motor': assembly_modes takes one value of a driver, not [1.0, 2.0]
 assemblies at a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')

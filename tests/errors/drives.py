@@ -35,7 +35,6 @@ SCENARIOS = {
     "a motor whose speeds fall": curve([0.0, 2.0, 1.0], [1.0] * 3, [1.0] * 3),
     "a motor without torque": curve([0.0, 1.0], [1.0, 0.0], [1.0, 1.0]),
     "a motor of negative inertia": curve([0.0, 1.0], [1.0] * 2, [1.0] * 2, -1.0),
-    "a bearing of kinematics": lambda: bearing_load(kinematics(four_bar()), "A"),
     "a bearing of a batch": lambda: bearing_load(batch(), "A"),
     "a bearing that is no joint": lambda: of_joint("crank"),
     "a bearing of another kind": lambda: of_joint("A", "plain"),
@@ -58,7 +57,6 @@ a motor with fewer torques | ModelError | - | a motor's curve has as many speeds
 a motor whose speeds fall | ModelError | - | the speeds of a motor's curve rise from 0 on: sort the points
 a motor without torque | ModelError | - | the torques of a motor's curve are above 0: end it at a speed where there is some
 a motor of negative inertia | ModelError | - | the inertia of a motor is not negative: -1
-a bearing of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
 a bearing of a batch | ModelError | - | loads of bearings are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a bearing that is no joint | ModelError | crank | there is no revolute joint 'crank' (there are: 'O2', 'A', 'B', 'O4')
 a bearing of another kind | ModelError | A | bearing 'A' is 'ball', 'roller', or its exponent from 1 to 20, not 'plain'

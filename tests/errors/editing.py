@@ -58,13 +58,10 @@ a path of nothing | EditError | - | the path of an entry is empty: name its tabl
 a place that is infinite | EditError | - | a place must have two finite numbers
 the ground that is to turn | EditError | ground | the ground does not move: put the motor on a link
 a torque on the ground | EditError | ground | the ground does not move: put the torque on a link
-a mass of the ground | EditError | ground | the ground does not move: give the mass to a link
-a copy of the ground | EditError | ground | the ground does not move: copy a link
 a guess of the ground | EditError | ground | the ground does not move: choose a link
 a point of no link | EditError | lever | there is no link 'lever'
 a point that there is not | EditError | rod | there is no point 'rod.Z'
 a point twice | EditError | rod | 'rod' has a point 'A' already
-a link twice | EditError | rod | there is a 'rod' already: choose another name
 a load twice | EditError | F | there is a 'F' already: choose another name
 a link of one place | EditError | - | a link needs points at two places or more: draw it from one place to another
 points that are one | EditError | crank | 'crank.A' and 'rod.A' are pinned to each other already
@@ -117,13 +114,10 @@ SCENARIOS = {
     "a place that is infinite": edit("move", place="rod.B", xy=[1e999, 0]),
     "the ground that is to turn": edit("motor", body="ground"),
     "a torque on the ground": edit("torque", body="ground", torque=1),
-    "a mass of the ground": edit("mass", body="ground", mass=1),
-    "a copy of the ground": edit("copy", names=[["bodies", "ground"]], by=[1, 1]),
     "a guess of the ground": edit("guess", body="ground"),
     "a point of no link": edit("point", body="lever", xy=[0, 0]),
     "a point that there is not": edit("ground", place="rod.Z"),
     "a point twice": edit("point", body="rod", xy=[0, 0], name="A"),
-    "a link twice": edit("link", at=[{"xy": [0, 0]}, {"xy": [1, 0]}], name="rod"),
     "a load twice": edit("force", place="rod.B", force=1, name="F"),
     "a link of one place": edit("link", at=[{"xy": [0, 0]}]),
     "points that are one": edit("join", place="crank.A", to="rod.A"),

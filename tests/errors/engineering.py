@@ -4,17 +4,7 @@ import functools
 
 import numpy as np
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Mechanism,
-    Revolute,
-    Torque,
-    assemble,
-    kinetostatics,
-    simulate,
-    statics,
-)
+import mbody
 from mbody.engineering import (
     energy_fluctuation,
     fluctuation,
@@ -36,23 +26,19 @@ TURN = 2.0 * np.pi
 
 @functools.cache
 def turn(speed=1.0):
-    return kinetostatics(four_bar(speed=speed), turn=True, instants=13)
-
-
-def still():
-    return statics(four_bar())
+    return mbody.kinetostatics(four_bar(speed=speed), turn=True, instants=13)
 
 
 def brake():
     """A run whose load grows from turn to turn."""
-    machine = four_bar(Torque("brake", "rocker", value=lambda t: -1.0 - t))
-    return kinetostatics(machine, turn=True, instants=13)
+    machine = four_bar(mbody.Torque("brake", "rocker", value=lambda t: -1.0 - t))
+    return mbody.kinetostatics(machine, turn=True, instants=13)
 
 
 def two_motors():
     """A four-bar, and a wheel beside it with a motor of its own."""
-    machine = four_bar(Body("wheel"), Revolute("W", "ground", "wheel"))
-    machine.add(AngleDriver("fan", "wheel", ConstantSpeed(0.0, 1.0)))
+    machine = four_bar(mbody.Body("wheel"), mbody.Revolute("W", "ground", "wheel"))
+    machine.add(mbody.AngleDriver("fan", "wheel", ConstantSpeed(0.0, 1.0)))
     return machine
 
 
@@ -64,19 +50,19 @@ def compressor():
         **{"area": 0.1, "near": 5.0, "far": 1.0, "clearance": 0.1, "delivery": 2.0},
         **{"exponent": 1.3, "ambient": 1.0},
     )
-    return kinetostatics(four_bar(air))
+    return mbody.kinetostatics(four_bar(air))
 
 
 def at_rest():
     """A wheel on a pin, that nothing turns."""
-    machine = Mechanism("a wheel at rest")
-    machine.add(Body("wheel", mass=1.0, inertia=1.0), Revolute("W", "ground", "wheel"))
+    machine = mbody.Mechanism("a wheel at rest")
+    machine.add(mbody.Body("wheel", mass=1.0, inertia=1.0), mbody.Revolute("W", "ground", "wheel"))
     return machine
 
 
 def designs():
-    system = assemble(compressor().mechanism).with_values({"air.area": [0.1, 0.2]})
-    return kinetostatics(system)
+    system = mbody.assemble(compressor().mechanism).with_values({"air.area": [0.1, 0.2]})
+    return mbody.kinetostatics(system)
 
 
 LEAPT = (
@@ -93,15 +79,9 @@ def in_doubt():
 SCENARIOS = {
     "a fluctuation of half of a diagram": lambda: energy_fluctuation([0.0, 1.0]),
     "a fluctuation of one instant": lambda: fluctuation(run()),
-    "a fluctuation of angles to and fro": lambda: energy_fluctuation(
-        [0.0, 3.0, 2.0, TURN], [1.0, 2.0, 2.0, 1.0]
-    ),
     "a fluctuation that does not repeat": lambda: fluctuation(brake()),
-    "a fluctuation of a driver that is not there": lambda: fluctuation(turn(), "engine"),
-    "a fluctuation of a batch": lambda: fluctuation(batch()),
-    "a fluctuation of one of two motors": lambda: fluctuation(kinetostatics(two_motors())),
+    "a fluctuation of one of two motors": lambda: fluctuation(mbody.kinetostatics(two_motors())),
     "a flywheel for no fluctuation": lambda: flywheel(turn(), 0.0),
-    "a flywheel for per cent": lambda: flywheel(turn(), "2 %"),
     "a flywheel at rest": lambda: flywheel(turn(0.0), 0.02),
     "a flywheel of a motion in doubt": lambda: flywheel(in_doubt(), 0.02),
     "a shaking force of kinematics": lambda: shaking_force(motion()),
@@ -110,13 +90,9 @@ SCENARIOS = {
     "a diagram of no cylinder": lambda: indicator(run(), "oil"),
     "a diagram of a batch": lambda: indicator(designs(), "air"),
     "centres of a batch": lambda: instant_centres(batch()),
-    "centres of statics": lambda: instant_centres(still()),
-    "centres of what does not move": lambda: instant_centres(simulate(at_rest(), 0.1)),
+    "centres of what does not move": lambda: instant_centres(mbody.simulate(at_rest(), 0.1)),
     "a centre of one body": lambda: instant_centres(turn())["crank", "piston"],
-    "a polygon of a batch": lambda: velocity_polygon(batch()),
-    "a polygon of statics": lambda: velocity_polygon(still()),
     "a side of no point": lambda: velocity_polygon(turn()).between("crank.A", "rocker.P"),
-    "an inflection circle of statics": lambda: inflection_circle(still(), "rocker"),
     "an inflection circle of a batch": lambda: inflection_circle(batch(), "rocker"),
     "a diagram of the other side": lambda: indicator(compressor(), "air", opposite=True),
 }
@@ -124,13 +100,9 @@ SCENARIOS = {
 SENTENCES = r"""
 a fluctuation of half of a diagram | ModelError | - | energy_fluctuation takes angles and torques, or a result: give both
 a fluctuation of one instant | ModelError | - | a fluctuation needs whole turns in one direction, both ends included; these 1 instants are 0 deg: analyse with turn=True
-a fluctuation of angles to and fro | ModelError | - | a fluctuation needs whole turns in one direction, both ends included; these 4 instants are 360 deg: analyse with turn=True
 a fluctuation that does not repeat | ModelError | - | the torque is 1.75884 at the beginning of the cycle and 3.76969 at its end: a fluctuation needs a periodic cycle: give the driver a constant speed, and use whole cycles of the loads (turns=2 where they take two turns)
-a fluctuation of a driver that is not there | ModelError | - | no driver 'engine' turns a body here (there are: 'motor'): name one of them
-a fluctuation of a batch | ModelError | - | a fluctuation is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a fluctuation of one of two motors | ModelError | - | several drivers turn a body here (there are: 'motor', 'fan'): name one of them
 a flywheel for no fluctuation | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not 0.0: a common one is 0.02
-a flywheel for per cent | ModelError | - | the coefficient of fluctuation of speed is (ω_max − ω_min)/ω, between 0 and 2, not '2 %': a common one is 0.02
 a flywheel at rest | ModelError | motor | driver 'motor' has no speed, which a flywheel needs: give its law a speed
 a flywheel of a motion in doubt | ModelWarning | - | flywheel: the motion for its size is doubtful: from t = 0.3 s on it is not certain on which branch the motion goes on: rows of 'A' become dependent there; begin a little beside
 a shaking force of kinematics | ModelError | - | kinematics computes no forces: use kinetostatics
@@ -139,13 +111,9 @@ a shaking moment about a link | ModelError | - | the shaking moment is taken abo
 a diagram of no cylinder | ModelError | - | there is no cylinder with valves 'oil' (there are: none)
 a diagram of a batch | ModelError | air | the diagram of 'air' is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 centres of a batch | ModelError | - | instant centres are of one design, this is a batch of 2 designs: take one of them, run.design(n)
-centres of statics | ModelError | - | instant centres are of a motion, and statics computes no velocities: use kinematics
 centres of what does not move | ModelError | - | nothing moves in 'a wheel at rest', so that there are no instant centres: give a driver a speed, or take instants at which it moves
 a centre of one body | ModelError | - | there is no instant centre of ('crank', 'piston'): give two of the bodies 'crank', 'coupler', 'rocker', 'ground', as in centres["coupler", "ground"]
-a polygon of a batch | ModelError | - | a velocity polygon is of one design, this is a batch of 2 designs: take one of them, run.design(n)
-a polygon of statics | ModelError | - | a velocity polygon is of a motion, and statics computes no velocities: use kinematics
 a side of no point | ModelError | - | 'rocker.P' is not in the polygon, which has 'ground.O2', 'crank.O2', 'crank.A', 'coupler.A', 'coupler.B', 'rocker.B', 'ground.O4', 'rocker.O4'
-an inflection circle of statics | ModelError | - | an inflection circle is of a motion, and statics computes no velocities: use kinematics
 an inflection circle of a batch | ModelError | - | an inflection circle is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a diagram of the other side | ModelError | air | 'air' is single-acting, it has no opposite side: give it an opposite_area
 """

@@ -118,7 +118,6 @@ def thick_pin():
 
 
 SCENARIOS = {
-    "a file of another program as a model": as_model("ground,crank,R,0,0", "crank.txt"),
     "a file of another program as a model, in XML": as_model("<linkage2/>", "crank.linkage2"),
     "a drawing of parts without ezdxf": without_ezdxf,
     "a drawing of parts of no width": lambda: to_dxf(four_bar(), 0.0),
@@ -163,7 +162,6 @@ SCENARIOS = {
     "PMKS where nothing moves": of("ground,R,0,0"),
     "Linkage with a thing of its own": linkage("<spring/>"),
     "Linkage with an id that is a word": linkage(connector("a", 0, 0)),
-    "Linkage with a place that is a word": linkage(connector(0, "left", 0)),
     "Linkage with a connector twice": linkage(connector(0, 0, 0), connector(0, 1, 0)),
     "Linkage with a link fastened to a loose connector": linkage(
         CRANK, connector(9, 1, 1), link(1, 1, more='fastenconnector="9"')
@@ -181,13 +179,6 @@ SCENARIOS = {
         CRANK, ENDS, connector(2, 9, 9, SLIDE, '<slidelimit id="5"/>'), link(1, 1, 2)
     ),
     "Linkage with a slider of no link": linkage(CRANK, ENDS, connector(2, 90, 10, SLIDE, LIMITS)),
-    "Linkage with a slider on nothing": linkage(
-        CRANK,
-        connector(5, 6, 1),
-        connector(6, 9, 1),
-        connector(2, 7, 1, SLIDE, LIMITS),
-        link(1, 1, 2),
-    ),
     "Linkage with a slider beside its line": linkage(
         CRANK, ENDS, connector(2, 90, 60, SLIDE, LIMITS), link(1, 1, 2)
     ),
@@ -239,9 +230,6 @@ SCENARIOS = {
     "MJCF without its package": without_mujoco,
     "MJCF that MuJoCo refuses": planar("<bod/>"),
     "MJCF without a joint": planar(body()),
-    "MJCF that leaves the plane": planar(
-        body(HINGE, inner=body('<joint axis="1 0 0"/>', name="c"))
-    ),
     "MJCF with a slide that leaves the plane": planar(
         body(HINGE, inner=body('<joint type="slide" axis="0 1 1"/>', name="c"))
     ),
@@ -318,7 +306,6 @@ SCENARIOS = {
 }
 
 SENTENCES = r"""
-a file of another program as a model | ModelError | - | 'crank.txt' is a file of PMKS, not a model: make one of it, mbody import crank.txt -o crank.toml
 a file of another program as a model, in XML | ModelError | - | 'crank.linkage2' is a file of Linkage, not a model: make one of it, mbody import crank.linkage2 -o crank.toml
 a drawing of parts without ezdxf | SolveError | - | a drawing in DXF needs the package ezdxf, which is not installed: pip install ezdxf
 a drawing of parts of no width | ModelError | - | the width of bars is 0 m: it must be positive
@@ -355,7 +342,6 @@ PMKS with wheels about one place | ModelError | - | 'file.txt': the gear joint B
 PMKS where nothing moves | ModelError | - | 'file.txt': the file has no link that moves
 Linkage with a thing of its own | ModelError | - | 'file.linkage2': the element <spring>: there is no such thing in a linkage
 Linkage with an id that is a word | ModelError | - | 'file.linkage2': the connector 'a': its id is no whole number
-Linkage with a place that is a word | ModelError | - | 'file.linkage2': the connector 0: x is 'left', it must be a finite number
 Linkage with a connector twice | ModelError | - | 'file.linkage2': the connector 0: there are two of this id
 Linkage with a link fastened to a loose connector | ModelError | - | 'file.linkage2': the link 1: it is fastened to the connector 9, which is on no link
 Linkage with a link of a thing | ModelError | - | 'file.linkage2': the link 0: its part <pin> is not read
@@ -365,7 +351,6 @@ Linkage with a link fastened to nothing | ModelError | - | 'file.linkage2': the 
 Linkage with a fastened actuator | ModelError | - | 'file.linkage2': the link 1: an actuator that is fastened to a link is not read
 Linkage with a slider of one limit | ModelError | - | 'file.linkage2': the connector 2: a slider has two limits, not 1
 Linkage with a slider of no link | ModelError | - | 'file.linkage2': the connector 2: it is a slider, but is on no link
-Linkage with a slider on nothing | ModelError | - | 'file.linkage2': the connector 2: it is a slider, but its limits are on no link that it could run on
 Linkage with a slider beside its line | ModelError | - | 'file.linkage2': the connector 2: it is drawn 13.2292 mm beside the line of its limits
 Linkage with a slider beside its arc | ModelError | - | 'file.linkage2': the connector 2: it is not drawn on its arc of 23.8125 mm
 Linkage with an actuator of three | ModelError | - | 'file.linkage2': the actuator 1: an actuator has two connectors, not 3
@@ -392,7 +377,6 @@ pylinkage with an arc that is none | ModelError | - | 'file.json': the driver 'a
 MJCF without its package | SolveError | - | files of MJCF and URDF are read by the package mujoco, which is not installed: pip install mujoco
 MJCF that MuJoCo refuses | ModelError | - | 'file.xml': MuJoCo does not read it: XML Error: Schema violation: unrecognized element Element 'bod', line 1
 MJCF without a joint | ModelError | - | 'file.xml': it has no hinge and no slide, so nothing says in which plane it moves
-MJCF that leaves the plane | ModelError | - | 'file.xml': the joint 'joint1': its axis (1, 0, 0) is not parallel to the hinges' axis (0, 0, 1): only mechanisms that move in one plane are read
 MJCF with a slide that leaves the plane | ModelError | - | 'file.xml': the joint 'joint1': its axis (0, 0.7071, 0.7071) is not across the hinges' axis (0, 0, 1): only mechanisms that move in one plane are read
 MJCF with a ball | ModelError | - | 'file.xml': the joint 'joint1': a ball joint leaves the plane
 MJCF with two hinges | ModelError | - | 'file.xml': the body 'b': its joints are no combination that is read: a hinge, a slide, both, or two slides and a hinge; put a body between them

@@ -16,25 +16,18 @@ TEXTS = {
     "nested too deep": "(" * 41 + "1",
     "a foreign sign": "3 & 4",
     "a decimal comma": "3,5",
-    "a comma in brackets": "(a, b)",
-    "a unit that is none": "3 lbz",
-    "a unit like no other": "3 quux7",
     "a function that is none": "sinus(3)",
     "a comma in no function": "a, b",
     "a bracket that was not opened": "3)",
     "a function that is none behind a number": "3 sinus(2)",
     "a unit before a bracket": "3 m (2)",
     "a function behind a number": "3 sin(2)",
-    "two numbers": "3 4",
     "a quote alone": '"',
     "an open bracket": "(3",
     "an open function": "sin(3",
-    "an end too soon": "3 +",
     "a sign for a number": "3 * / 4",
     "a huge number": "1e999",
-    "a function of two numbers": "sin(1, 2)",
     "a function of one number": "atan2(1)",
-    "a function of three numbers": "clamp(1, 2)",
     "a power of a unit": "3 m^12",
     "a unit after a raised digit": "3² m",
 }
@@ -46,16 +39,10 @@ UNITS = {
     "a stiffness": "3 N/m",
     "what has no name": "3 m^5",
     "a plain number beside a length": "5 in + 2",
-    "a length beside a time": "5 in - 2 s",
     "a unit twice": "(3 m) m",
-    "a power of a length": "2^(3 m)",
     "a unit for the whole power": "0.5*3^2 m",
     "a length to a parameter": "(2 m)^a",
-    "a sine of a length": "sin(3 m)*1 m",
     "a root of an angle": "log(3 m)*1 m",
-    "unequal sides": "hypot(3 m, 4 s)",
-    "a name that stands for nothing": "2*q",
-    "time": "2*t + 1/t",
     "a division by zero": "1 m/0",
 }
 
@@ -138,23 +125,17 @@ SCENARIOS = {
     ),
     "a guess by no parameter": lambda: Mechanism("m").add(Body("b", guess="2*q")),
     "a number of a law": lambda: motor(ConstantSpeed("60 deg", "25 kg")),
-    "a law of time by itself": lambda: by_itself("2*x", "time"),
     "a law of a stretch by itself": lambda: by_itself("2*t", "length"),
-    "no parameters": lambda: scaled()("2*q"),
     "a quantity of nothing mechanical": lambda: Body("b", mass=pint.UnitRegistry()("3 candela")),
     **{f"a law of {name}": lambda text=text: motor(text) for name, text in LAWS.items()},
-    "time in the law of a spring": lambda: spring("2 N/m*t"),
     "a force for a stretch": lambda: spring("20 N/m^2*x"),
     "a table of another dimension": lambda: motor(Table([0, 1], ["0 deg", "3 kg"])),
-    "a table of no parameter": lambda: motor(Table([0, 1], ["q", 1])),
     **{
         f"parameters: {name}": lambda given=given: Mechanism("m", parameters=given)
         for name, given in PARAMETERS.items()
     },
     "a conversion": lambda: convert(3.0, "lbf", "kg"),
     "a conversion from no unit": lambda: convert(3.0, "m*0", "mm"),
-    "a conversion to nothing": lambda: convert(3.0, "lbf", "2"),
-    "a conversion to an unknown unit": lambda: convert(3.0, "lbf", "newtn"),
 }
 
 SENTENCES = r"""
@@ -164,25 +145,18 @@ too many operations | ModelError | b | 'b': mass: '1+1+1+1+1+1+1+1+1+1+1+1+1+1+1
 nested too deep | ModelError | b | 'b': mass: '(((((((((((((((((((((((((((((((((((((((((1' is nested more than 40 deep
 a foreign sign | ModelError | b | 'b': mass: '3 & 4' contains '&', which is not allowed in a formula
 a decimal comma | ModelError | b | 'b': mass: '3,5' is not a formula: write a decimal point, not a comma
-a comma in brackets | ModelError | b | 'b': mass: '(a, b)' lacks a ')'
-a unit that is none | ModelError | b | 'b': mass: '3 lbz' is not a formula: there is no unit 'lbz', did you mean 'lb'?
-a unit like no other | ModelError | b | 'b': mass: '3 quux7' is not a formula: there is no unit 'quux7'
 a function that is none | ModelError | b | 'b': mass: 'sinus(3)': there is no function 'sinus' (there are: sin, cos, tan, asin, acos, atan, sqrt, abs, exp, log, sign, step, atan2, hypot, min, max, deadband, clamp)
 a comma in no function | ModelError | b | 'b': mass: 'a, b' is not a formula: the ',' is not within a function
 a bracket that was not opened | ModelError | b | 'b': mass: '3)' is not a formula: a '(' is missing
 a function that is none behind a number | ModelError | b | 'b': mass: '3 sinus(2)' is not a formula: there is no function 'sinus' (there are: sin, cos, tan, asin, acos, atan, sqrt, abs, exp, log, sign, step, atan2, hypot, min, max, deadband, clamp)
 a unit before a bracket | ModelError | b | 'b': mass: '3 m (2)' is not a formula: an operator is missing before '('
 a function behind a number | ModelError | b | 'b': mass: '3 sin(2)' is not a formula: an operator is missing before 'sin'
-two numbers | ModelError | b | 'b': mass: '3 4' is not a formula: an operator is missing before '4'
 a quote alone | ModelError | b | 'b': mass: '"' has a " without a number
 an open bracket | ModelError | b | 'b': mass: '(3' lacks a ')'
 an open function | ModelError | b | 'b': mass: 'sin(3' lacks a ')'
-an end too soon | ModelError | b | 'b': mass: '3 +' ends where a number is expected
 a sign for a number | ModelError | b | 'b': mass: '3 * / 4' has '/' where a number is expected
 a huge number | ModelError | b | 'b': mass: '1e999' is too large or too small for a number of double precision
-a function of two numbers | ModelError | b | 'b': mass: 'sin(1, 2)': sin takes one number, not 2
 a function of one number | ModelError | b | 'b': mass: 'atan2(1)': atan2 takes two numbers, not 1
-a function of three numbers | ModelError | b | 'b': mass: 'clamp(1, 2)': clamp takes three numbers, not 2
 a power of a unit | ModelError | b | 'b': mass: '3 m^12': the power of the unit 'm' must be one digit
 a unit after a raised digit | ModelError | b | 'b': mass: '3² m' is not a formula: put brackets before the unit, as in '(3²) m'
 a mass | ModelError | b | 'b': A.x: '3 kg' is a mass (kg), where a length (m) is wanted
@@ -190,16 +164,10 @@ an area | ModelError | b | 'b': A.x: '3 m^2' is an area (m²), where a length (m
 a stiffness | ModelError | b | 'b': A.x: '3 N/m' is a stiffness (N/m), where a length (m) is wanted
 what has no name | ModelError | b | 'b': A.x: '3 m^5' is a quantity in m⁵, where a length (m) is wanted
 a plain number beside a length | ModelError | b | 'b': A.x: it adds a length (m) and a plain number: give every number its unit
-a length beside a time | ModelError | b | 'b': A.x: it subtracts a length (m) and a time (s)
 a unit twice | ModelError | b | 'b': A.x: the part before 'm' is a length (m) already: leave the unit out
-a power of a length | ModelError | b | 'b': A.x: an exponent is a length (m), it must be a plain number; a unit goes with the number before it: did you mean '(2^3) m'?
 a unit for the whole power | ModelError | b | 'b': A.x: an exponent is a length (m), it must be a plain number; a unit goes with the number before it: did you mean '0.5 * (3^2) m'?
 a length to a parameter | ModelError | b | 'b': A.x: the power of a length (m) must be a literal number
-a sine of a length | ModelError | b | 'b': A.x: 'sin' takes an angle, not a length (m)
 a root of an angle | ModelError | b | 'b': A.x: 'log' takes a plain number, not a length (m)
-unequal sides | ModelError | b | 'b': A.x: it gives 'hypot' a length (m) and a time (s)
-a name that stands for nothing | ModelError | b | 'b': A.x: there is no parameter 'q' (there are: 'a')
-time | ModelError | b | 'b': A.x is '2*t + 1/t', but only a law may change with 't'
 a division by zero | ModelError | b | 'b': A.x: '1 m/0' evaluates to inf, it must be finite
 meant: pounds | ModelError | b | 'b': weight: '3 lb' is a mass (kg), where a force (N) is wanted: did you mean '3 lbf'?
 meant: kilograms for a weight | ModelError | b | 'b': weight: '3 kg' is a mass (kg), where a force (N) is wanted: did you mean '3 kgf'?
@@ -208,9 +176,7 @@ a unit that is a parameter | ModelError | F | 'F': value: 'm*(3 N*m)' is a torqu
 a unit that measures the same as a parameter | ModelError | T | 'T': value: 'm' in 'N·m' is a unit, and a parameter of the same dimension, a length (m): write '* (m)' for the parameter, or choose another name for it
 a guess by no parameter | ModelError | b | 'b': guess: there is no parameter 'q' (there are none)
 a number of a law | ModelError | motor | 'motor': law: speed: '25 kg' is a mass (kg), where an angular velocity (rad/s) is wanted
-a law of time by itself | ModelError | - | 'x' is allowed only in laws of a stretch, an angle or a rate
 a law of a stretch by itself | ModelError | - | 't' is allowed only in laws of time
-no parameters | ModelError | b | 'b': A.x: there is no parameter 'q' (there are none)
 a quantity of nothing mechanical | ModelError | b | 'b': mass: '3 candela' is not a quantity of length, mass, time, angle, current or absolute temperature (K)
 a law of a length | ModelError | motor | 'motor': law: '25 m/s*t' is a length (m), where an angle (rad) is wanted
 a law of a time beside an angle | ModelError | motor | 'motor': law: it adds an angle (rad) and a time (s)
@@ -220,10 +186,8 @@ a law of a stretch and time | ModelError | motor | 'motor': law: '2*x*t' is a fo
 a law of a parameter that is not there | ModelError | motor | 'motor': law: there is no parameter 'q' (there are none)
 a law of an infinite part | ModelError | motor | 'motor': law: '1 / (1 - 1)' evaluates to inf, it must be finite
 a law of too long for the machine | ModelError | motor | 'motor': law: 'sin(t)+sin(t)+sin(t)+sin(t)+sin(t)+sin(t)+sin(t)+sin(t)+s...' has 299 operations and a stack of 2 numbers, at most 200 and 32 are possible: define parts of it as parameters
-time in the law of a spring | ModelError | s | 's': law: '2 N/m*t' is a formula of 't', but the variable here is 'x', a length (m)
 a force for a stretch | ModelError | s | 's': law: '20 N/m^2*x' is a stiffness (N/m), where a force (N) is wanted
 a table of another dimension | ModelError | motor | 'motor': law: y: '3 kg' is a mass (kg), where an angle (rad) is wanted
-a table of no parameter | ModelError | motor | 'motor': law: there is no parameter 'q' (there are none)
 parameters: not a dict | ModelError | - | parameters must be a dict such as {"a": 2.0}, not [('a', 1.0)]
 parameters: no name | ModelError | - | '2a' cannot name a parameter: a name begins with a letter, has letters, digits and _, and at most 40 characters
 parameters: a name of formulas | ModelError | sin | the name 'sin' is reserved for formulas: choose another name for the parameter
@@ -236,6 +200,4 @@ parameters: another parameter | ModelError | a | parameter 'a': there is no para
 parameters: an infinite parameter | ModelError | a | parameter 'a': '1/0' evaluates to inf, it must be finite
 a conversion | ModelError | - | cannot convert: 'lbf' is a force (N), 'kg' is a mass (kg)
 a conversion from no unit | ModelError | - | cannot convert: 'm*0' or 'mm' is not a unit
-a conversion to nothing | ModelError | - | cannot convert: '1 2' is not a formula: an operator is missing before '2'
-a conversion to an unknown unit | ModelError | - | cannot convert: '1 newtn' is not a formula: there is no unit 'newtn'
 """

@@ -97,11 +97,8 @@ IF_INSTALLED = {
 }
 
 SCENARIOS = {
-    "no motions": lambda: Simulators(cart_pole(), 0),
     "as many motions as a batch has not": lambda: Simulators(batch().system, 7),
-    "no threads": lambda: Simulators(cart_pole(), 2, threads=0),
     "a controller for many": controlled,
-    "many steps of nothing": asked(lambda sims: sims.step(0.0)),
     "many steps of no numbers": asked(lambda sims: sims.step(["much"] * 3)),
     "many motions that go back": asked(backwards),
     "a state of other motions": asked(other_state),
@@ -122,7 +119,6 @@ SCENARIOS = {
     "a reset of one of many where nothing closes": impossible,
     "a body that none of many has": asked(lambda sims: sims["krank"]),
     "an environment of no time": task(step=0.0),
-    "an environment that skips nothing": task(frame_skip=0),
     "an environment without actions": task(actions={}),
     "an action that there is not": task(actions={"w": (-1.0, 1.0)}),
     "an action without bounds": task(actions={"u": 1.0}),
@@ -137,11 +133,8 @@ SCENARIOS = {
 }
 
 SENTENCES = r"""
-no motions | ModelError | - | Simulators: n must be a whole number from 1 on, not 0
 as many motions as a batch has not | ModelError | - | Simulators: n is 7, the system has 2 designs, one for each motion: leave n out
-no threads | ModelError | - | Simulators: threads must be a whole number from 1 on, not 0
 a controller for many | ModelError | pid | the controller 'pid' is a function of one motion: Simulators take none; read what it reads and set its inputs between steps
-many steps of nothing | ModelError | - | step: dt leads motion 0 from 0 to 0 s: give a later time; to go back, keep sims.state and set it again, or reset it
 many steps of no numbers | ModelError | - | step: dt takes one time or an array of 3, not ['much', 'much', 'much']
 many motions that go back | ModelError | - | until: t leads motion 0 from 0.1 to 0.05 s: give a later time; to go back, keep sims.state and set it again, or reset it
 a state of other motions | ModelError | - | the state that is set is of other motions: these are 3; take one of their own
@@ -160,7 +153,6 @@ a reset to what is not finite | ModelError | cart.x | reset: 'cart.x' is not fin
 a reset of one of many where nothing closes | SolveError | motor | driver 'motor' cannot bring 'crank' to 1.0472 rad at t = 0 s: it comes within 0.0738 rad where the links are stretched; check lengths and the law
 a body that none of many has | ModelError | krank | there is no body 'krank' (there are: 'cart', 'pole')
 an environment of no time | ModelError | - | envs.make: step is 0 s: give a positive time
-an environment that skips nothing | ModelError | - | envs.make: frame_skip must be a whole number from 1 on, not 0
 an environment without actions | ModelError | - | envs.make: actions must be inputs with their bounds, such as {"u": ("-5 N*m", "5 N*m")}, not {}
 an action that there is not | ModelError | w | envs.make: there is no input 'w' to act by (there are: 'u'); declare it, such as Input('u', '0 N*m')
 an action without bounds | ModelError | u | envs.make: 'u' takes a pair (low, high), not 1.0

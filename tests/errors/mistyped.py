@@ -89,5 +89,5 @@ SCENARIOS = {
     **{
         line.partition(" | ")[0]: said(line.partition(" | ")[0])
         for line in SENTENCES.split("\n")[1:-1]
-    },
+    }
 }

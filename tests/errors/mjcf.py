@@ -24,8 +24,6 @@ SCENARIOS = {
     "MuJoCo without its package": without_mujoco,
     "MuJoCo on a batch": lambda: crosscheck_result(batch(), kinetostatics(batch())),
     "MuJoCo on kinematics": lambda: crosscheck_result(assemble(four_bar()), kinematics(four_bar())),
-    "a file for a program that is not known": said(["export", "hoekens", "--to", "urdf"]),
-    "a file for no program": said(["export", "hoekens"]),
     "a file in a folder that is not there": said(
         ["export", "hoekens", "--to", "mjcf", "-o", "/no/where.xml"]
     ),
@@ -36,7 +34,5 @@ a file of a batch | ModelError | - | a file has one design, this is a batch of 2
 MuJoCo without its package | SolveError | - | a cross-check by MuJoCo needs the package mujoco, which is not installed: pip install mujoco
 MuJoCo on a batch | ModelError | - | MuJoCo takes one design: choose one of the batch with design(n)
 MuJoCo on kinematics | ModelError | - | kinematics computes no forces to check: use kinetostatics, statics or simulate
-a file for a program that is not known | UsageError | - | argument --to: invalid choice: 'urdf' (choose from 'mjcf', 'dxf', 'image', 'fmu') (see mbody export --help)
-a file for no program | UsageError | - | export needs --to, as in mbody export mine.toml --to fmu -o mine.fmu (see mbody export --help)
 a file in a folder that is not there | ModelError | - | cannot write '/no/where.xml' (No such file or directory): choose a folder that exists and may be written to
 """

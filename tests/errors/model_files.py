@@ -23,15 +23,12 @@ mass = 2
 points = { A = [1, 0] }
 """
 JOINT = f"{ARM}\n[joints]\nO = {{ %s }}\n"
-FORCE = f"{ARM}\n[loads]\nF = {{ %s }}\n"
 MOTOR = f"{ARM}\n[drivers]\nmotor = {{ angle = 'arm', law = %s }}\n"
 TORQUE = f"{ARM}\n[loads]\nT = {{ torque = %s, body = 'arm' }}\n"
 TABLE = TORQUE % "{ table = { file = '%s' } }"
 
 #: Models that are wrong somewhere.
 TEXTS = {
-    "no TOML": "name = ",
-    "no TOML in a line": "name 'x'\nunits = 'SI'",
     "a table twice": "[bodies.a]\n[bodies.a]",
     "a unit without quotes": "[parameters]\nspeed = 120 rpm",
     "a decimal comma": "[bodies.a]\nmass = 0,2",
@@ -40,65 +37,30 @@ TEXTS = {
     "very long keys": ".".join("abcdefghijklmnopqrstuvwxyz") + " = 1",
     "very deep tables": "a = " + "[" * 40 + "]" * 40,
     "tables too deep for Python": "a = " + "[" * 100_000,
-    "an unknown key": "nmae = 'x'\n" + ARM,
-    "an unknown key like no other": f"{ARM}zzz = 3\n",
-    "a title that is a number": "name = 3",
     "bodies that are a list": "bodies = [1]",
-    "a body that is a number": "[bodies]\narm = 3",
-    "a body without a name": "[bodies.'']\nmass = 1",
     "a body with a dot": "[bodies.'a.b']\nmass = 1",
     "a mass that is a table": "[bodies.arm]\nmass = { kg = 2 }",
     "a mass that is nan": "[bodies.arm]\nmass = nan",
     "a mass that is a force": "[bodies.arm]\nmass = '2 N'",
     "a mass of time": "[bodies.arm]\nmass = '2*t'",
-    "a mass of no parameter": "[bodies.arm]\nmass = '2*m1'",
     "a negative mass": "[bodies.arm]\nmass = -2",
     "a negative mass with its unit": "units = 'mm-N-s'\n[bodies.arm]\nmass = '-0.2 kg'",
     "a negative mass by a formula": "[parameters]\nm = '1 kg'\n[bodies.arm]\nmass = 'm - 3 kg'",
-    "units as one word": "[bodies.arm]\ninertia = '50 kgmm2'",
     "a driver without its body, and a measure of it": "[ground]\npoints = { O = [0, 0] }\n"
     "[drivers]\nmotor = { angle = 'arm' }\n[measures]\ntorque = 'motor.effort'",
-    "a point that is a number": "[ground]\npoints = { O = 3 }",
-    "a point of one number": "[ground]\npoints = { O = [3] }",
-    "a point of three numbers": "[ground]\npoints = { O = [1, 2, 3] }",
-    "a point without an angle": "[ground]\npoints = { O = { r = 3 } }",
-    "a guess that is true": "[bodies.arm]\nguess = true",
     "a spread that is another": "[bodies.arm]\nspread = 'line'",
-    "a spread that is a number": "[bodies.arm]\nspread = 3",
     "another unit of angles": "angle = 'grad'",
-    "another unit system": "units = 'inch'",
     "a downward g": "g = -9.81",
-    "a parameter that is none": "[parameters]\na = '2 +'",
     "a parameter of formulas": "[parameters]\nsin = 2",
-    "ground at a point that is none": "[ground]\npoints = { cg = [0, 0] }",
-    "a title and a g that are none": "[bodies.ground]\n",
-    "a joint of no kind": JOINT % "pinn = ['ground.O', 'arm']",
-    "a joint of two kinds of which one goes by another word": JOINT % "pin = [], fixed = []",
     "an output unit of no quantity": f"[output_units]\nmas = 'kg'\n{ARM}",
-    "an output unit of another quantity": f"[output_units]\nmass = 'N'\n{ARM}",
-    "an output unit that is a number": f"[output_units]\npower = 3\n{ARM}",
     "a joint of nearly a kind": JOINT % "revolut = ['ground.O', 'arm']",
     "a joint of two kinds": JOINT % "revolute = ['ground', 'arm'], fixed = []",
     "a joint that is a list": f"{ARM}\n[joints]\nO = ['ground.O', 'arm']",
-    "a joint of one place": JOINT % "revolute = ['ground.O']",
     "a joint of one place as text": JOINT % "revolute = 'ground.O'",
-    "a joint of three places": JOINT % "revolute = ['ground', 'arm', 'arm']",
-    "a joint of numbers": JOINT % "revolute = [1, 2]",
-    "a joint of a body that is not there": JOINT % "revolute = ['ground', 'am']",
-    "a place at no point": JOINT % "fixed = ['arm', { body = 'ground', point = 3 }]",
-    "a joint with itself": JOINT % "fixed = ['arm', 'arm.A']",
-    "a force that follows": FORCE % "force = 1, at = 'arm', follows = 'maybe'",
-    "a force that follows a number": FORCE % "force = 1, at = 'arm', follows = 3",
-    "a force at no place": FORCE % "force = 1",
-    "a law of no kind": MOTOR % "{ speed = 3 }",
-    "a law that is a list": MOTOR % "[1, 2]",
     "a law of two kinds": MOTOR % "{ constant = { value = 1 }, polynomial = [1, 2] }",
     "a law of nothing": MOTOR % "{}",
-    "a law without a number": MOTOR % "{ constant_speed = { value = 3 } }",
     "coefficients that are a number": MOTOR % "{ polynomial = 3 }",
     "a segment of two kinds": TORQUE % "{ cam = { segments = [{}], period = 1 } }",
-    "a rise of another shape": TORQUE
-    % "{ rise = { shape = 'line', height = 1, start = 0, duration = 1 } }",
     "a table of x alone": TORQUE % "{ table = { x = [0, 1] } }",
     "very many errors": "[parameters]\n" + "\n".join(f"e{n} = 'a b'" for n in range(500)),
     "very many joints of nothing": "[joints]\n"
@@ -106,15 +68,8 @@ TEXTS = {
     "a number of very many digits": "a = " + "9" * 5000,
     "points and a file": TORQUE % "{ table = { x = [0, 1], y = [0, 1], file = 'a.csv' } }",
     "a file from text": TABLE % "a.csv",
-    "a measure that is none": f"{ARM}\n[measures]\nhigh = 'arm.z'",
-    "a measure that is a number": f"{ARM}\n[measures]\nhigh = 3",
-    "instants that are text": "[ask]\nover = 'turn'\ninstants = 'many'",
-    "instants at true": "[ask]\nat = { t = true }",
-    "instants that are a fraction": "[ask]\nover = 'turn'\ninstants = 2.5",
-    "instants of nothing": f"{ARM}\n[ask]\ninstants = 5",
     "many problems": "unit = 'SI'\n[bodies.arm]\nmas = 2\ncg = [0, '3 kg']\n"
     "[joints]\nO = { revolute = ['ground'] }\n",
-    "very many problems": "\n".join(f"wrong{n} = {n}" for n in range(30)),
 }
 
 JSON = {
@@ -127,7 +82,6 @@ JSON = {
 #: Tables beside a model, by their text.
 TABLES = {
     "no table of numbers": "x,y\n0,1\nlow,2\n",
-    "a table of one column": "0\n1\n",
     "a table of very many rows": "0,1\n" * 100_001,
     "a table of bytes": b"\xff\xfe\x00",
     "a table of one point": "x,y\n0,1\n",
@@ -209,34 +163,21 @@ SCENARIOS = {
     **{name: lambda text=text: from_toml(text) for name, text in TEXTS.items()},
     **{name: lambda text=text: model_from(text, True) for name, text in JSON.items()},
     "a text that is too long": lambda: from_toml("#" * 6_000_001),
-    "a text of more values than are allowed": lambda: from_toml(
-        "name = 'x'\nunits = 'SI'", limits=Limits(values=2)
-    ),
     "a model that is too large to be read again": lambda: save(
         four_bar(), "mine.toml", limits=Limits(operations=1, values=10)
-    ),
-    "a model of too many bytes to be read again": lambda: save(
-        four_bar(), "mine.toml", limits=Limits(size=100)
     ),
     "limits that are none": lambda: from_toml("", limits=3),
     "limits below nothing": lambda: Limits(size=-1),
     "limits of the environment that are none": with_limits("much"),
-    "other parameters": lambda: from_toml("[parameters]\na = 1", parameters={"b": 2}),
     "another parameter in another unit": lambda: from_toml(
         "[parameters]\na = '2 m'", parameters={"a": "3 kg"}
     ),
     "other parameters of none": lambda: from_toml(ARM, parameters={"b": 2}),
-    "another parameter that is none": lambda: from_toml(
-        "[parameters]\na = 1", parameters={"a": []}
-    ),
     # -- files
     "a folder": lambda: load("/"),
     "no ordinary file": lambda: load("/dev/null"),
-    "no file": lambda: load("none.toml"),
     "a file that may not be read": refused,
-    "a file of a very long name": lambda: load("x" * 300 + ".toml"),
     "a file of a name that no file has": lambda: load("a\0b.toml"),
-    "a file that is too large": with_file("mine.toml", b"#" * 6_000_001),
     "a file that is too large for the command": too_large_for_the_command,
     "a file of bytes": with_file("mine.toml", b"name = '\xff'"),
     "a file that is wrong": with_file(
@@ -256,7 +197,6 @@ SCENARIOS = {
     "a number too large for other units": lambda: in_units(far_away(), "um-N-s"),
     "a place that cannot be written": lambda: save(four_bar(), "/nowhere/mine.toml"),
     "plain numbers in other units": lambda: in_other_units("3*sin(2*t)"),
-    "another unit system that is not there": lambda: in_units(four_bar(), "imperial"),
 }
 
 
@@ -267,8 +207,6 @@ def far_away():
 
 
 SENTENCES = r"""
-no TOML | ModelError | - | model: it is no TOML: at its end: invalid value
-no TOML in a line | ModelError | - | model: it is no TOML: line 1: expected '=' after a key in a key/value pair
 a table twice | ModelError | - | model: it is no TOML: line 2: '[bodies.a]' is there a second time, or its table was closed: keep one of them
 a unit without quotes | ModelError | - | model: it is no TOML: line 2: a number with a unit stands in quotes: "120 rpm"
 a decimal comma | ModelError | - | model: it is no TOML: line 2: a number has no comma: decimals stand behind a point, as in 0.5
@@ -277,104 +215,55 @@ gravity as a list | ModelError | gravity | model: line 1: gravity: must be a tab
 very long keys | ModelError | - | model: a dotted key has more than 20 parts
 very deep tables | ModelError | - | model: tables are nested too deep: at most 30
 tables too deep for Python | ModelError | - | model: tables are nested too deep: at most 30
-an unknown key | ModelError | - | model: line 1: nmae: there is no such key, did you mean 'name'?
-an unknown key like no other | ModelError | arm | model: line 7: bodies.arm.zzz: there is no such key (there are: weight, inertia, cg, shapes, guess, spread, section)
-a title that is a number | ModelError | - | model: line 1: name: must be text, not 3
 bodies that are a list | ModelError | - | model: line 1: bodies: must be a table, not [1] (mbody explain bodies shows one)
-a body that is a number | ModelError | arm | model: line 2: bodies.arm: must be a table, not 3
-a body without a name | ModelError | - | model: line 1: bodies.: every element needs a name, not ''
 a body with a dot | ModelError | a.b | model: line 1: bodies.a.b: 'a.b': a name may not hold a dot, which parts body and point: write 'a_b'
 a mass that is a table | ModelError | arm | model: line 2: bodies.arm.mass: must be a number or text such as '2 mm', not {'kg': 2}
 a mass that is nan | ModelError | arm | model: line 2: bodies.arm.mass: is nan, it must be finite
 a mass that is a force | ModelError | arm | model: line 2: bodies.arm.mass: '2 N' is a force (N), where a mass (kg) is wanted
 a mass of time | ModelError | arm | model: line 2: bodies.arm.mass: is '2*t', but only a law may change with time
-a mass of no parameter | ModelError | arm | model: line 2: bodies.arm.mass: there is no parameter 'm1' (there are none)
 a negative mass | ModelError | arm | model: line 2: bodies.arm.mass: is -2, it must not be negative: give 0 or more
 a negative mass with its unit | ModelError | arm | model: line 3: bodies.arm.mass: is -0.2 kg, it must not be negative: give 0 or more
 a negative mass by a formula | ModelError | arm | model: line 4: bodies.arm.mass: is 'm - 3 kg' = -2 kg, it must not be negative: give 0 or more
-units as one word | ModelError | arm | model: line 2: bodies.arm.inertia: '50 kgmm2' is not a formula: there is no unit 'kgmm2', did you mean 'kg*mm^2'?
 a driver without its body, and a measure of it | ModelError | motor | model: line 4: drivers.motor: refers to body 'arm', which is not there (there are: 'ground'): add bodies first
-a point that is a number | ModelError | ground | model: line 2: ground.points.O: must be [x, y] or { r = …, angle = … }, not 3
-a point of one number | ModelError | ground | model: line 2: ground.points.O: must be a list of 2, not [3]
-a point of three numbers | ModelError | ground | model: line 2: ground.points.O: must be a list of 2, not [1, 2, 3]
-a point without an angle | ModelError | ground | model: line 2: ground.points.O.angle: is missing: give it
-a guess that is true | ModelError | arm | model: line 2: bodies.arm.guess: must be an angle, [x, y, angle] or { angle = …, x = …, y = … }, not True
 a spread that is another | ModelError | arm | model: line 2: bodies.arm.spread: must be "point", { slender = angle } or { xx = …, yy = …, xy = … }, not 'line'
-a spread that is a number | ModelError | arm | model: line 2: bodies.arm.spread: must be "point", { slender = angle } or { xx = …, yy = …, xy = … }, not 3
 another unit of angles | ModelError | - | model: line 1: angle: must be 'deg' or 'rad', not 'grad'
-another unit system | ModelError | - | model: line 1: units: there is no unit system 'inch': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
 a downward g | ModelError | - | model: line 1: g: g is -9.81 m/s², it must be positive: it only turns weights into masses, a Gravity load has the direction
-a parameter that is none | ModelError | a | model: line 2: parameters.a: '2 +' ends where a number is expected
 a parameter of formulas | ModelError | sin | model: line 2: parameters.sin: the name 'sin' is reserved for formulas: choose another name for the parameter
-ground at a point that is none | ModelError | ground | model: line 1: ground: the name of a point may not be 'cg', which is a number of the body: choose another
-a title and a g that are none | ModelError | ground | model: line 1: bodies.ground: the name 'ground' is taken by a fixed link: names are unique, choose another
-a joint of no kind | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'pinn', did you mean 'pin'?
-a joint of two kinds of which one goes by another word | ModelError | O | model:⏎  line 9: joints.O.fixed: must be a list of 2, not [] (mbody explain fixed shows an example)⏎  line 9: joints.O.pin: names a second kind of element beside 'fixed': keep one of them
 an output unit of no quantity | ModelError | - | model: line 2: output_units.mas: there is no quantity 'mas', did you mean 'mass'?
-an output unit of another quantity | ModelError | - | model: line 2: output_units.mass: 'N' measures a force (N), not mass: take one such as kg
-an output unit that is a number | ModelError | - | model: line 2: output_units.power: must be text, not 3
 a joint of nearly a kind | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling): it has 'revolut', did you mean 'revolute'?
 a joint of two kinds | ModelError | O | model:⏎  line 9: joints.O.fixed: must be a list of 2, not [] (mbody explain fixed shows an example)⏎  line 9: joints.O.revolute: names a second kind of element beside 'fixed': keep one of them
 a joint that is a list | ModelError | O | model: line 9: joints.O: names no kind of joint (there are: band_brake, belt, cam_follower, clutch, distance, fixed, friction_force, gear, pin_slot, prismatic, rack_pinion, revolute, rolling)
-a joint of one place | ModelError | O | model: line 9: joints.O.revolute: must be a list of 2, not ['ground.O'] (mbody explain revolute shows an example)
 a joint of one place as text | ModelError | O | model: line 9: joints.O.revolute: must be a list, not 'ground.O' (mbody explain revolute shows an example)
-a joint of three places | ModelError | O | model: line 9: joints.O.revolute: must be a list of 2, not ['ground', 'arm', 'arm'] (mbody explain revolute shows an example)
-a joint of numbers | ModelError | O | model:⏎  line 9: joints.O.revolute.0: must be a place: "crank.A", or { body = "crank", point = …, angle = … }, not 1 (mbody explain revolute shows an example)⏎  line 9: joints.O.revolute.1: must be a place: "crank.A", or { body = "crank", point = …, angle = … }, not 2 (mbody explain revolute shows an example)
-a joint of a body that is not there | ModelError | O | model: line 9: joints.O: refers to body 'am', which is not there (there are: 'ground', 'arm'): add bodies first
-a place at no point | ModelError | O | model: line 9: joints.O.fixed.1.point: must be the name of a point, [x, y] or { r = …, angle = … }, not 3 (mbody explain fixed shows an example)
-a joint with itself | ModelError | O | model: line 9: joints.O: would join 'arm' to itself: give places on two bodies
-a force that follows | ModelError | F | model: line 9: loads.F.follows: must be true or false, not 'maybe'
-a force that follows a number | ModelError | F | model: line 9: loads.F.follows: must be true or false, not 3
-a force at no place | ModelError | F | model: line 9: loads.F.at: is missing: give it
-a law of no kind | ModelError | motor | model: line 9: drivers.motor.law.speed: there is no such key (there are: constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam)
-a law that is a list | ModelError | motor | model: line 9: drivers.motor.law: must be a number, a formula or a table with one of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam, not [1, 2]
 a law of two kinds | ModelError | motor | model: line 9: drivers.motor.law: must be one law of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam; it has constant and polynomial
 a law of nothing | ModelError | motor | model: line 9: drivers.motor.law: must be one law of constant, constant_speed, constant_acceleration, polynomial, harmonic, table, rise, cam; it has none
-a law without a number | ModelError | motor | model: line 9: drivers.motor.law.constant_speed.speed: is missing: give it
 coefficients that are a number | ModelError | motor | model: line 9: drivers.motor.law.polynomial: must be a list, not 3
 a segment of two kinds | ModelError | T | model: line 9: loads.T.torque.cam.segments.0: a segment is either { rise = { … } } or { dwell = duration }
-a rise of another shape | ModelError | T | model: line 9: loads.T.torque.rise.shape: must be 'cycloidal', 'harmonic', '3-4-5', '4-5-6-7', 'parabolic', 'modified-trapezoidal' or 'modified-sine', not 'line'
 a table of x alone | ModelError | T | model: line 9: loads.T.torque.table: needs both x and y, or the file that has them
 very many errors | ModelError | e0 | model:⏎  line 2: parameters.e0: 'a b' is not a formula: there is no unit 'b', did you mean 'lb'?⏎  line 3: parameters.e1: 'a b' is not a formula: there is no unit 'b', did you mean 'lb'?⏎…⏎  and 480 more
 very many joints of nothing | ModelError | e0 | model:⏎  line 2: joints.e0: refers to body 'b0', which is not there (there are: 'ground'): add bodies first⏎  line 3: joints.e1: refers to body 'b1', which is not there (there are: 'ground'): add bodies first⏎…⏎  and more
 a number of very many digits | ModelError | - | model: a whole number has very many digits, more than a computer holds
 points and a file | ModelError | T | model: line 9: loads.T.torque.table: give x and y, or the file that has them, not both
 a file from text | ModelError | T | model: line 9: loads.T.torque.table: 'a.csv' cannot be read: a model from text has no folder beside it
-a measure that is none | ModelError | high | model: line 9: measures.high: measure 'arm.z': 'arm' has no 'z' (it has: x, y, vx, vy, ax, ay, angle, omega, alpha)
-a measure that is a number | ModelError | high | model: line 9: measures.high: must be a formula or { of = …, unit = … }, not 3
-instants that are text | ModelError | - | model: line 3: ask.instants: must be a whole number, not 'many'
-instants at true | ModelError | - | model: line 2: ask.at.t: must be a number, text or a list, not True
-instants that are a fraction | ModelError | - | model: line 3: ask.instants: must be a whole number, not 2.5
-instants of nothing | ModelError | - | model: line 8: ask: instants goes with over; at says how many they are
 many problems | ModelError | arm | model:⏎  line 1: unit: there is no such key, did you mean 'units'?⏎  line 3: bodies.arm.mas: there is no such key, did you mean 'mass'?⏎  line 4: bodies.arm.cg.1: '3 kg' is a mass (kg), where a length (m) is wanted⏎  line 6: joints.O.revolute: must be a list of 2, not ['ground'] (mbody explain revolute shows an example)
-very many problems | ModelError | - | model:⏎  line 1: wrong0: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 2: wrong1: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 3: wrong2: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 4: wrong3: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 5: wrong4: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 6: wrong5: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 7: wrong6: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 8: wrong7: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 9: wrong8: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 10: wrong9: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 11: wrong10: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 12: wrong11: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 13: wrong12: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 14: wrong13: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 15: wrong14: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 16: wrong15: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 17: wrong16: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 18: wrong17: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 19: wrong18: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  line 20: wrong19: there is no such key (there are: ground, gravity, ask, simulate, parameters, curves, inputs, bodies, states, quantities, joints, couplings, drivers, contacts, loads, measures, name, source, note, units, … and 7 more)⏎  and 10 more
 no JSON | ModelError | - | model: it is no JSON: line 1: expecting value
 a list | ModelError | - | model: a model is a table, not list
 a key twice | ModelError | - | model: the key 'name' is given twice in one table: keep one
 infinity | ModelError | - | model: Infinity is no number of a model: numbers must be finite
 a text that is too long | ModelError | - | model: it has more than 6 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=1e+07) of load and save
-a text of more values than are allowed | ModelError | - | model: it has more than 2 values: raise the limits if you trust it, by limits=mbody.files.model.Limits(values=6) of load and save
 a model that is too large to be read again | ModelError | - | 'mine.toml': it has more than 10 values: raise the limits if you trust it, by limits=mbody.files.model.Limits(values=2e+02) of load and save; else the file could be written but not read
-a model of too many bytes to be read again | ModelError | - | 'mine.toml' has more than 0.0001 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=2e+03) of load and save; else the file could be written but not read
 limits that are none | ModelError | - | limits must be mbody.files.model.Limits(size=..., values=...), not 3
 limits below nothing | ModelError | - | limits: size must be a positive number, not -1
 limits of the environment that are none | ModelError | - | the environment variable MBODY_LIMITS must be a positive number, such as 10, not 'much'
-other parameters | ModelError | b | model: there is no parameter 'b' (there are: 'a')
 another parameter in another unit | ModelError | a | model: parameter 'a' is a length (m), and '3 kg' is a mass (kg): give what measures the same
 other parameters of none | ModelError | b | model: there is no parameter 'b' (there are none)
-another parameter that is none | ModelError | a | model: parameter 'a' must be a number, not []
 a folder | ModelError | - | '/' is a folder: name a model file in it
 no ordinary file | ModelError | - | '/dev/null' is no ordinary file: give a model file
-no file | ModelError | - | there is no file 'none.toml'
 a file that may not be read | ModelError | - | the file 'secret.toml' may not be read: change its permissions
-a file of a very long name | ModelError | - | the file '…xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx.toml' cannot be read: File name too long
 a file of a name that no file has | ModelError | - | the file 'a\x00b.toml' cannot be read: no file has such a name
-a file that is too large | ModelError | - | 'mine.toml' has more than 6 MB: raise the limits if you trust it, by limits=mbody.files.model.Limits(size=1e+07) of load and save
 a file that is too large for the command | ModelError | - | 'mine.toml' has more than 6e-06 MB: raise the limits if you trust it, by MBODY_LIMITS=1 before the command
 a file of bytes | ModelError | - | 'mine.toml' is no text: byte 9 is not UTF-8; models are TOML or JSON, files of other programs that `mbody import` reads are text too: save it as UTF-8
 a file that is wrong | ModelError | arm | mine.json: line 2: bodies.arm.mass: '2 N' is a force (N), where a mass (kg) is wanted
 no table of numbers | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv': row 3 has no two numbers: ['low', '2']
-a table of one column | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv': row 1 has no two numbers: ['0']
 a table of very many rows | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' has more than 100000 rows: leave some of them out
 a table of bytes | ModelError | T | model: line 9: loads.T.torque.table: the table 'a.csv' is no text of comma-separated values
 a table of one point | ModelError | T | model: line 9: loads.T.torque.table: Table: at least 2 points are needed, there is 1
@@ -390,5 +279,4 @@ a title that is no text | ModelError | - | the file '/dev/null' cannot be writte
 a number too large for other units | ModelError | - | 1e+305 is too large a number in um: choose others
 a place that cannot be written | ModelError | - | the file '/nowhere/mine.toml' cannot be written: No such file or directory
 plain numbers in other units | ModelError | - | the law '3*sin(2*t)' is of plain numbers, which cannot be taken to other units: give its numbers their units
-another unit system that is not there | ModelError | - | there is no unit system 'imperial': choose one of 'SI', 'mm-N-s', 'in-lbf-s', 'ft-lbf-s', or name a length, a force and a time, as in 'cm-kN-s'
 """

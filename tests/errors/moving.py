@@ -8,7 +8,7 @@ from mbody.views import animate, view
 from mbody.views.shapes import motion as motion_of
 from tests.errors.command import said
 from tests.errors.models import four_bar
-from tests.errors.results import batch, run
+from tests.errors.results import run
 
 
 def turn():
@@ -34,12 +34,10 @@ SCENARIOS = {
     "a view of an assembly that swings": said(
         ["view", "double_pendulum", "--assembly", "1", "-o", "none.html"]
     ),
-    "a view of a batch": lambda: view(batch()),
     "a view of a name": lambda: view("hoekens"),
     "a view of no motion": lambda: view({}),
     "a view of too many designs": lambda: view({str(n): turn() for n in range(7)}),
     "a view that shows what there is not": lambda: view(turn(), show=["shadows"]),
-    "a diagram of what is not there": lambda: view(turn(), plots=["Q.force"]),
     "a diagram of what is not there, where there are measures": said(
         ["view", "norton_fourbar", "--plot", "F99", "-o", "none.html"]
     ),
@@ -60,7 +58,6 @@ SCENARIOS = {
     "a film without its coder": without("imageio_ffmpeg", "film.mp4"),
     "to and over": said(["view", "norton_fourbar", "--to", "1", "--over", "turn"]),
     "steps of a design in two units": said(["view", "mud_pump", "--vary", "r=5 in:6 cm:2"]),
-    "a duration that is a word": said(["animate", "norton_fourbar", "--duration", "long"]),
 }
 
 SENTENCES = r"""
@@ -68,12 +65,10 @@ a view of nothing that moves | ModelError | - | nothing moves in this result of 
 a view of nothing that moves, at the command | ModelError | - | nothing moves in this result of 'Four-bar: dynamic force analysis' (1 instant): give --over turn, --at NAME=VALUE,VALUE,… or --to TIME; mbody draw shows one position
 a live view of other numbers | UsageError | - | --live solves the model file again: --vary takes its parameters, not 'crank.A.x'
 a view of an assembly that swings | ModelError | - | an assembly mode is of driven analyses, and this is a free motion: leave it out, or choose instants
-a view of a batch | ModelError | - | a view is of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a view of a name | ModelError | - | a view is of a mechanism or of what an analysis found, not of an object of the type str
 a view of no motion | ModelError | - | a view needs a motion, the mapping has none: give it one
 a view of too many designs | ModelError | - | a view shows 6 designs at most, so that they can be told apart, not 7: choose some of them
 a view that shows what there is not | ModelError | - | a view shows no 'shadows' (it can show: names, forces, velocities, accelerations, paths, centres, ghosts)
-a diagram of what is not there | ModelError | - | measure 'Q.force': there is no body 'Q' (there are: 'ground', 'crank', 'coupler', 'rocker')
 a diagram of what is not there, where there are measures | ModelError | - | measure 'F99': there is no parameter 'F99' (there are none), and a history is named by its element, as 'motor.effort'; measures of 'Four-bar: dynamic force analysis' are: F12, T12
 a moving path of a point that is not there | ModelError | coupler | body 'coupler' has no point 'Q' (it has: 'A', 'B')
 a page with another ending | ModelError | - | cannot write 'turn.pdf': a view is a file that ends in .html, or in .json for the web component
@@ -90,5 +85,4 @@ a film without pillow | ModelError | - | a film in .webp needs pillow, which is 
 a film without its coder | ModelError | - | a film in .mp4 needs imageio-ffmpeg, which is not installed: pip install imageio-ffmpeg; .webp and .gif need nothing more
 to and over | UsageError | - | give --to, or --at or --over, not both
 steps of a design in two units | UsageError | - | --vary r takes LOW:HIGH:COUNT, two numbers of one unit and a count from 2 to 1000000, as in 0:360:25, or values with commas, not '5 in:6 cm:2'
-a duration that is a word | UsageError | - | --duration takes a number, not 'long'
 """

@@ -7,7 +7,6 @@ from pathlib import Path
 import mbody
 from mbody.model.simulation import OptimizationTask, SimulationSettings
 from tests.errors.command import said
-from tests.errors.derivatives import with_parameters
 from tests.errors.models import by_law, four_bar
 from tests.support.frictional import slider_crank
 
@@ -21,11 +20,6 @@ def optimize(minimize="peak(A.force)", by=None, machine=None, **options):
 def of_a_batch():
     system = mbody.assemble(four_bar()).with_values({"crank.A.x": [0.9, 1.1]})
     return optimize(machine=system)
-
-
-def of_a_file(table):
-    """A file with one task."""
-    return mbody.from_toml(mbody.to_toml(four_bar()) + f"\n[optimize.best]\n{table}\n")
 
 
 def in_the_command(*words):
@@ -67,7 +61,6 @@ SCENARIOS = {
     "an optimization of three aims": lambda: optimize(["A.force", "B.force", "O2.force"]),
     "an optimization of a history": lambda: optimize("A.force"),
     "an optimization at an instant that there is not": lambda: optimize("at(A.force, 30)"),
-    "an optimization without bounds": lambda: optimize(by=3),
     "an optimization with one bound": lambda: optimize(by={"crank.A.x": 1.0}),
     "an optimization with reversed bounds": lambda: optimize(by={"crank.A.x": (1.2, "80 cm")}),
     "an optimization with a bound of another kind": lambda: optimize(
@@ -77,12 +70,9 @@ SCENARIOS = {
         by={"crank.A.x": (1.0, float("inf"))}
     ),
     "an optimization with a negative mass": lambda: optimize(by={"crank.mass": (-1.0, 1.0)}),
-    "an optimization by a number that there is not": lambda: optimize(by={"crank.A.z": (1, 2)}),
-    "an optimization by a number that a formula makes": lambda: optimize(machine=with_parameters()),
     "an optimization with a start that is none": lambda: optimize(start=3),
     "an optimization with a start of another number": lambda: optimize(start={"rocker.B.x": 2.0}),
     "an optimization with a start beyond its bounds": lambda: optimize(start={"crank.A.x": 2.0}),
-    "an optimization with no starts": lambda: optimize(starts=0),
     "an optimization of another analysis": lambda: optimize(analysis="modes"),
     "an optimization of motions that end elsewhere": of_motions,
     "an optimization with an option that there is not": lambda: optimize(until=3.0),
@@ -110,13 +100,6 @@ SCENARIOS = {
     ),
     "an optimization without a design that closes": lambda: optimize(by={"crank.A.x": (30, 40)}),
     "an optimization of a name that there is not": lambda: mbody.optimize(four_bar(), "best"),
-    "an optimization of a file by a number that there is not": lambda: of_a_file(
-        'minimize = "peak(A.force)"\nby = { "crunk.A.x" = [1, 2] }'
-    ),
-    "an optimization of a file with one bound": lambda: of_a_file(
-        'minimize = "peak(A.force)"\nby = { "crank.A.x" = [1] }'
-    ),
-    "an optimization of a file without numbers": lambda: of_a_file('minimize = "peak(A.force)"'),
     "a task of optimization with an aim that is no text": lambda: OptimizationTask(minimize=[3]),
     "an optimization in the command that there is not": in_the_command("third"),
     "an optimization in the command without bounds": in_the_command("--minimize", "peak(A.force)"),
@@ -134,18 +117,14 @@ an optimization of nothing | ModelError | - | optimize: say what is to be least 
 an optimization of three aims | ModelError | - | optimize: there are 3 aims: give one, or two for their Pareto front, and make limits of the others by subject_to
 an optimization of a history | ModelError | - | optimize: 'A.force' is a history of 19 instants: say what of it is to be least, such as minimize="peak(A.force)"
 an optimization at an instant that there is not | ModelError | - | optimize: 'at(A.force, 30)': there is no such instant, they are 0 to 18
-an optimization without bounds | ModelError | - | optimize: by must be a dict of bounds such as {"crank.A.x": (0.1, 0.3)}, not 3
 an optimization with one bound | ModelError | crank.A.x | optimize: 'crank.A.x' takes a pair (low, high), not 1.0
 an optimization with reversed bounds | ModelError | crank.A.x | optimize: 'crank.A.x' goes from 1.2 to 0.8 m: give low, then high
 an optimization with a bound of another kind | ModelError | crank.A.x | optimize: 'crank.A.x': '1 N' is a force (N), where a length (m) is wanted
 an optimization with an infinite bound | ModelError | crank.A.x | optimize: 'crank.A.x' is inf, it must be finite
 an optimization with a negative mass | ModelError | crank.mass | optimize: 'crank.mass' goes from -1 kg, it must not be negative: give a greater lowest value
-an optimization by a number that there is not | ModelError | crank.A.z | there is no number 'crank.A.z' (there are: 'crank.A.y', 'crank.A.x', 'crank.cg.y', 'crank.cg.x', 'crank.O2.y', 'crank.O2.x')
-an optimization by a number that a formula makes | ModelError | crank.A.x | 'crank.A.x' is made by the formula '2*a': name 'a' instead, or give 'crank.A.x' a number of its own by with_values
 an optimization with a start that is none | ModelError | - | optimize: start must be a dict of numbers, not 3
 an optimization with a start of another number | ModelError | rocker.B.x | optimize: start has 'rocker.B.x', which by does not vary (it varies: 'crank.A.x')
 an optimization with a start beyond its bounds | ModelError | crank.A.x | optimize: start of 'crank.A.x' is 2, beyond its bounds 0.8 to 1.2
-an optimization with no starts | ModelError | - | optimize: starts must be a whole number from 1 to 10000, not 0
 an optimization of another analysis | ModelError | - | optimize: there is no analysis 'modes' with derivatives (there are: 'kinematics', 'kinetostatics', 'statics', 'simulate')
 an optimization of motions that end elsewhere | SolveError | - | optimize: none of 4 designs within the bounds can be analysed at all instants with derivatives; at the start: the motion ends at t = 0.496729 s after 167 instants, that of the description has 201: leave out the event that ends it, or choose a shorter time; give other bounds
 an optimization with an option that there is not | ModelError | - | optimize: kinetostatics has no option 'until' (there are: t, drive, turn, instants, turns, guess, at, over)
@@ -160,9 +139,6 @@ an optimization of a loss by friction | ModelError | - | optimize: 'A.loss' has 
 the description of an optimum whose number no file has | ModelError | motor.law.c0 | the model file of 'four-bar' has no number of its own for 'motor.law.c0': name a parameter for it; run.system has the numbers of the design
 an optimization without a design that closes | SolveError | - | optimize: none of 256 designs within the bounds can be analysed at all instants with derivatives; at the start: loops do not close at t = 0 s: the smallest gap is 23.41 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess; give other bounds
 an optimization of a name that there is not | ModelError | best | 'four-bar' has no optimization 'best' (it has: none)
-an optimization of a file by a number that there is not | ModelError | - | model: line 37: optimize.best: there is no number 'crunk.A.x' to find (there are: 'motor.acceleration', and those of bodies and the ground)
-an optimization of a file with one bound | ModelError | - | model: line 37: optimize.best: by.crank.A.x must be [low, high], not of 1 values
-an optimization of a file without numbers | ModelError | - | model: line 37: optimize.best.by: is missing: give it
 a task of optimization with an aim that is no text | ModelError | - | optimization: minimize takes texts, not 3
 an optimization in the command that there is not | ModelError | third | 'four-bar' has no optimization 'third' (it has: 'best', 'other')
 an optimization in the command without bounds | UsageError | - | choose the numbers that may change: --by NAME=LOW:HIGH

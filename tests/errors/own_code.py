@@ -107,19 +107,13 @@ SCENARIOS = {
         f"an exception in a {kind}": lambda kind=kind: kinetostatics(with_own(kind, no_oil))
         for kind in KINDS
     },
-    "a function that gives nothing": giving("driver", None),
-    "a function that gives nan": giving("load", math.nan),
-    "a function that gives text": giving("spring", "much"),
     "a load that gives nothing": giving("custom load", None),
     "a load that gives nan": giving("custom load", (math.nan,) * 6),
-    "a load of two numbers": giving("custom load", (1.0, 2.0)),
     "a joint of two numbers": giving("custom joint", (1.0, 2.0)),
     "a load without physics": lambda: kinetostatics(
         four_bar(CustomLoad("own", "ground.O2", "rocker.B"))
     ),
     "a joint without physics": lambda: kinetostatics(own_joint()),
-    "a function without an argument": lambda: kinematics(by_law(nothing)),
-    "a number of one's own": lambda: Cable("own", "ground.O2", "rocker.B", 0.0),
     "another of one's own": lambda: assemble(
         four_bar(Cable("own", "ground.O2", "rocker.B", 2.0))
     ).with_values({"own.length": -1.0}),
@@ -146,17 +140,11 @@ an exception in a load | SolveError | own | the function of 'own' failed: ValueE
 an exception in a spring | SolveError | own | the function of 'own' failed: ValueError: no oil
 an exception in a custom load | SolveError | own | the function of 'own' failed: ValueError: no oil
 an exception in a custom joint | SolveError | own | the function of 'own' failed: ValueError: no oil
-a function that gives nothing | SolveError | motor | the function of 'motor' failed: <lambda> returned None at x = 0; it must return one finite number
-a function that gives nan | SolveError | own | the function of 'own' failed: <lambda> returned nan at x = 0; it must return one finite number
-a function that gives text | SolveError | own | the function of 'own' failed: <lambda> returned 'much' at x = 3.83742; it must return one finite number
 a load that gives nothing | SolveError | own | the function of 'own' failed: ValueError: physics returned nothing
 a load that gives nan | SolveError | own | the function of 'own' failed: ValueError: physics gave a number that is not finite at t = 0
-a load of two numbers | SolveError | own | the function of 'own' failed: ValueError: physics gave 2 numbers, 6 are wanted
 a joint of two numbers | SolveError | own | the function of 'own' failed: ValueError: physics gave 2 numbers, 18 are wanted
 a load without physics | SolveError | own | the function of 'own' failed: NotImplementedError: CustomLoad needs a method physics(i, j, p, t)
 a joint without physics | SolveError | own | the function of 'own' failed: NotImplementedError: CustomJoint needs a method physics(i, j, p, t)
-a function without an argument | SolveError | motor | the function of 'motor' failed: TypeError: nothing() takes 0 positional arguments but 1 was given
-a number of one's own | ModelError | own | 'own': length is 0, it must be positive: give more than 0
 another of one's own | ModelError | own.length | 'own.length' is -1 m, it must be positive: give more than 0
 a plain field that is to be changed | ModelError | own.k | 'own.k' cannot be changed: Plain has it as a plain number; declare it as k: float = mbody.number_field("force", 3.0), with what it measures instead of "force"
 a plain field that is to be found | ModelError | own.k | 'own.k' cannot be changed: Plain has it as a plain number; declare it as k: float = mbody.number_field("force", 3.0), with what it measures instead of "force"

@@ -10,7 +10,6 @@ from mbody import Body, Mechanism, Revolute, gallery, report
 from tests.errors.command import said
 from tests.errors.engines import turn
 from tests.errors.models import four_bar
-from tests.errors.results import batch, motion
 
 
 def without_typst():
@@ -42,10 +41,7 @@ SCENARIOS = {
     "a report of an assembly that swings": said(
         ["report", "double_pendulum", "--assembly", "1", "-o", "none.html"]
     ),
-    "a report of kinematics": lambda: report(motion()),
-    "a report of a batch": lambda: report(batch()),
     "a section that is not there": lambda: report(four_bar(), ["joint"]),
-    "a section like no other": lambda: report(four_bar(), ["weather"]),
     "a report of a quantity that is not there": lambda: report(
         gallery.load("slider_crank"), plots=["C.force"]
     ),
@@ -62,10 +58,7 @@ a report of what nothing moves | ModelError | a pendulum | 'a pendulum' has no d
 a report of a name | ModelError | - | a report is of a mechanism or of what an analysis found, not of 'mud_pump'
 a report of an assembly of a result | ModelError | - | a result has its assembly mode already: give the mechanism, or leave assembly out
 a report of an assembly that swings | ModelError | - | an assembly mode is of driven analyses, and this is a free motion: leave it out, or choose instants
-a report of kinematics | ModelError | - | kinematics finds no forces: use kinetostatics or statics
-a report of a batch | ModelError | - | reports are of one design, this is a batch of 2 designs: take one of them, run.design(n)
 a section that is not there | ModelError | - | a report has no section 'joint': did you mean 'joints'? there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
-a section like no other | ModelError | - | a report has no section 'weather': there are summary, comparison, sketch, inputs, method, mobility, links, joints, loads, plots, polar, freebody, energy, friction, shaking, checks, opinions, references, repeat
 a report of a quantity that is not there | ModelError | - | measure 'C.force': there is no body 'C' (there are: 'ground', 'crank', 'rod', 'slider')
 a report to a place that is none | ModelError | - | a path must be text or path-like, not 3
 a report in a folder that is not there | ModelError | - | cannot write '/nowhere/a.html' (No such file or directory): choose a folder that exists and may be written to

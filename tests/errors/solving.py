@@ -4,35 +4,12 @@ import math
 
 import numpy as np
 
-from mbody import (
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    CouplingTerm,
-    DistanceDriver,
-    Fixed,
-    Gear,
-    Gravity,
-    LengthCoupling,
-    Marker,
-    Mechanism,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Spring,
-    Torque,
-    assemble,
-    driver_range,
-    kinematics,
-    kinetostatics,
-    makers,
-    mobility,
-    statics,
-)
+import mbody
+from mbody import makers
 from mbody.engineering import close_loops
 from mbody.laws import ConstantAcceleration, ConstantSpeed, Polynomial, Table
 from tests import near_grashof
-from tests.errors.models import FOLDED, STRETCHED, by_law, by_rocker, chain, four_bar
+from tests.errors.models import FOLDED, by_law, by_rocker, four_bar
 
 NAN = math.nan
 TABLE = Table([0.0, 1.0, 2.0], [1.0, 2.0, 4.0])
@@ -43,87 +20,69 @@ TIMES = {
     "one t that is nan": [0.0, NAN],
     "no t": [],
     "t in rows": [[0.0, 1.0], [2.0, 3.0]],
-    "t that is text": "1",
-    "t that are texts": ["0", "1"],
     "t that is none": [0.0, None],
-    "t that is true": True,
-    "t that is complex": 1j,
-    "t that is a dict": {},
 }
 
 DRIVE = {
-    "drive of a driver that is not there": {"engine": 1.0},
-    "drive of a body": {"crank": 1.0},
     "drive of a number": {3: 1.0},
     "a value that is nan": {"motor": NAN},
     "a rate that is nan": {"motor": (1.0, NAN)},
     "an acceleration that is text": {"motor": (1.0, 0.0, "0")},
-    "a value that is none": {"motor": None},
-    "a value that is text": {"motor": "60 deg"},
-    "no value in a tuple": {"motor": ()},
     "four values in a tuple": {"motor": (1, 2, 3, 4)},
     "no values": {"motor": []},
     "more rates than values": {"motor": ([1.0, 2.0], [1.0, 2.0, 3.0])},
     "drive that is a name": "motor",
-    "drive that is a number": 5,
 }
 
 GUESSES = {
-    "a guess of a body that is not there": {"rod": 1.0},
     "a guess of a driver": {"motor": 1.0},
     "a guess of the ground": {"ground": 1.0},
     "a guess that is nan": {"coupler": NAN},
     "a guess at nan": {"coupler": (0.0, NAN, 0.0)},
-    "a guess that is a mass": {"coupler": "30 kg"},
-    "a guess of a parameter": {"coupler": "2*q"},
-    "a guess of two numbers": {"coupler": (1.0, 2.0)},
     "guesses in a list": ["coupler"],
 }
 
 TURNS = {
-    "a turn of a driver that is not there": {"turn": "engine"},
     "a turn of a number": {"turn": 3},
-    "a turn with times": {"turn": True, "t": 0.0},
     "a turn with values": {"turn": True, "drive": {"motor": 1.0}},
     "instants without a turn": {"instants": 5},
-    "a turn of one instant": {"turn": True, "instants": 1},
-    "a turn of half an instant": {"turn": True, "instants": 2.5},
-    "a turn of text": {"turn": True, "instants": "9"},
 }
 
 
 def second(law, body="crank"):
-    return four_bar(AngleDriver("second", body, law))
+    return four_bar(mbody.AngleDriver("second", body, law))
 
 
 def parallelogram(start):
     machine = makers.four_bar(1, 3, 1, 3, masses=(1, 3, 1), start=start, speed=2.0)
-    machine.add(Gravity("gravity", y=-9.81))
+    machine.add(mbody.Gravity("gravity", y=-9.81))
     return machine
 
 
 def two_drivers_in_line():
     machine = parallelogram(0.5)
     machine.add(
-        Body("wheel", guess=0.0),
-        Revolute("axle", Marker("ground", (0.0, 2.0)), "wheel"),
-        AngleDriver("other", "wheel", 0.0),
+        mbody.Body("wheel", guess=0.0),
+        mbody.Revolute("axle", mbody.Marker("ground", (0.0, 2.0)), "wheel"),
+        mbody.AngleDriver("other", "wheel", 0.0),
     )
     return machine
 
 
 def turning_back_in_line():
     made = parallelogram(math.pi - 1.0)
-    machine = Mechanism("four-bar", ground=made.ground.points)
+    machine = mbody.Mechanism("four-bar", ground=made.ground.points)
     machine.add(*(one for one in made if one.name != "motor"))
-    machine.add(AngleDriver("motor", "crank", Polynomial([math.pi - 1.0, 2.0, -1.0])))
+    machine.add(mbody.AngleDriver("motor", "crank", Polynomial([math.pi - 1.0, 2.0, -1.0])))
     return machine
 
 
 def cylinder():
-    machine = Mechanism("m", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("m", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("b"), Revolute("O", "ground.O", "b"), DistanceDriver("jack", "ground.O", "b", 2.0)
+        mbody.Body("b"),
+        mbody.Revolute("O", "ground.O", "b"),
+        mbody.DistanceDriver("jack", "ground.O", "b", 2.0),
     )
     return machine
 
@@ -131,81 +90,87 @@ def cylinder():
 def press(start, speed=-0.5):
     """A slider-crank that its slider drives."""
     driven = makers.slider_crank(1.0, 3.0, start=0.0)
-    machine = Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
-    ram = CoordinateDriver("ram", "ground.O", "slider.B", ConstantSpeed(start, speed))
+    machine = mbody.Mechanism("press", ground={"O": (0.0, 0.0), "guide": (0.0, 0.0)})
+    ram = mbody.CoordinateDriver("ram", "ground.O", "slider.B", ConstantSpeed(start, speed))
     machine.add(*driven.bodies, *driven.joints, ram)
     return machine
 
 
 def welded():
-    machine = Mechanism("welded")
-    machine.add(Body("b"), Fixed("weld", "ground", "b"), AngleDriver("motor", "b", 0.0))
+    machine = mbody.Mechanism("welded")
+    machine.add(
+        mbody.Body("b"), mbody.Fixed("weld", "ground", "b"), mbody.AngleDriver("motor", "b", 0.0)
+    )
     return machine
 
 
 def free(count=1):
-    machine = Mechanism("free")
-    machine.add(*(Body(f"b{n}", mass=1.0) for n in range(count)))
-    machine.add(*(Prismatic(f"g{n}", "ground", f"b{n}") for n in range(1, count)))
+    machine = mbody.Mechanism("free")
+    machine.add(*(mbody.Body(f"b{n}", mass=1.0) for n in range(count)))
+    machine.add(*(mbody.Prismatic(f"g{n}", "ground", f"b{n}") for n in range(1, count)))
     return machine
 
 
 def structure():
     """Thirty bodies welded to the ground, one of them pinned a metre beside its place too."""
-    machine = Mechanism("structure", ground={"O": (1.0, 0.0)})
-    machine.add(*(Body(f"b{n}", points={"A": (0.0, 0.0)}) for n in range(30)))
-    machine.add(*(Fixed(f"w{n}", "ground", f"b{n}") for n in range(30)))
-    machine.add(Revolute("pin", "ground.O", "b0.A"))
+    machine = mbody.Mechanism("structure", ground={"O": (1.0, 0.0)})
+    machine.add(*(mbody.Body(f"b{n}", points={"A": (0.0, 0.0)}) for n in range(30)))
+    machine.add(*(mbody.Fixed(f"w{n}", "ground", f"b{n}") for n in range(30)))
+    machine.add(mbody.Revolute("pin", "ground.O", "b0.A"))
     return machine
 
 
 def unbalanced():
     """Very many rows, one weld twice, and a weight that nothing holds."""
-    machine = Mechanism("m")
-    machine.add(*(Body(f"b{n}", mass=1.0) for n in range(502)))
-    machine.add(*(Fixed(f"w{n}", "ground", f"b{n}") for n in range(501)))
-    machine.add(Fixed("twice", "ground", "b0"), Gravity("gravity", y=-9.81))
+    machine = mbody.Mechanism("m")
+    machine.add(*(mbody.Body(f"b{n}", mass=1.0) for n in range(502)))
+    machine.add(*(mbody.Fixed(f"w{n}", "ground", f"b{n}") for n in range(501)))
+    machine.add(mbody.Fixed("twice", "ground", "b0"), mbody.Gravity("gravity", y=-9.81))
     return machine
 
 
 def batch(**values):
-    return assemble(four_bar()).with_values({k.replace("_", "."): v for k, v in values.items()})
+    return mbody.assemble(four_bar()).with_values(
+        {k.replace("_", "."): v for k, v in values.items()}
+    )
 
 
 def gears_apart():
     """Two gears whose centres are too far from each other."""
-    machine = Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.1, 0.0)}, units="mm-N-s")
+    machine = mbody.Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.1, 0.0)}, units="mm-N-s")
     machine.add(
-        Body("a"),
-        Body("b"),
-        Revolute("A", "ground.A", "a"),
-        Revolute("B", "ground.B", "b"),
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", 0.0),
+        mbody.Body("a"),
+        mbody.Body("b"),
+        mbody.Revolute("A", "ground.A", "a"),
+        mbody.Revolute("B", "ground.B", "b"),
+        mbody.Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
+        mbody.AngleDriver("motor", "a", 0.0),
     )
     return machine
 
 
 def racked(height, radius=0.5):
     """A pinion whose centre is that high above its rack."""
-    machine = Mechanism("rack", ground={"O": (0.0, height)})
+    machine = mbody.Mechanism("rack", ground={"O": (0.0, height)})
     machine.add(
-        Body("rack"),
-        Body("pinion"),
-        Revolute("O", "ground.O", "pinion"),
-        Prismatic("guide", "ground", "rack"),
-        RackPinion("mesh", "rack", "pinion", radius=radius),
-        AngleDriver("motor", "pinion", 0.0),
+        mbody.Body("rack"),
+        mbody.Body("pinion"),
+        mbody.Revolute("O", "ground.O", "pinion"),
+        mbody.Prismatic("guide", "ground", "rack"),
+        mbody.RackPinion("mesh", "rack", "pinion", radius=radius),
+        mbody.AngleDriver("motor", "pinion", 0.0),
     )
     return machine
 
 
 def rope(length):
     """A rope between two places that are one."""
-    machine = Mechanism("hoist", ground={"hook": (0.0, 0.0)})
-    terms = [CouplingTerm(1.0, distance=("ground.hook", "block"))]
+    machine = mbody.Mechanism("hoist", ground={"hook": (0.0, 0.0)})
+    terms = [mbody.CouplingTerm(1.0, distance=("ground.hook", "block"))]
     machine.add(
-        Body("block"), Fixed("weld", "ground", "block"), LengthCoupling("rope", terms, length)
+        mbody.Body("block"),
+        mbody.Fixed("weld", "ground", "block"),
+        mbody.LengthCoupling("rope", terms, length),
     )
     return machine
 
@@ -222,152 +187,102 @@ APART = [
 ]
 
 SCENARIOS = {
-    "gears that do not mesh": lambda: kinetostatics(gears_apart()),
-    "a rack on the wrong side": lambda: kinetostatics(racked(-0.5)),
-    "a rack that the pinion does not touch": lambda: kinetostatics(racked(0.6)),
-    "a rope without a direction": lambda: kinetostatics(rope(1.0)),
-    "an analysis of nothing": lambda: kinematics(None),
-    "an analysis of a class": lambda: kinematics(Mechanism),
-    **{name: lambda t=t: kinematics(four_bar(), t) for name, t in TIMES.items()},
-    **{name: lambda d=d: kinematics(four_bar(), drive=d) for name, d in DRIVE.items()},
-    **{name: lambda g=g: kinematics(four_bar(), guess=g) for name, g in GUESSES.items()},
-    **{name: lambda kw=kw: kinematics(four_bar(), **kw) for name, kw in TURNS.items()},
-    "a turn without a driver": lambda: kinematics(four_bar(motor=False), turn=True),
-    "a turn of two drivers": lambda: kinematics(second(1.6, "rocker"), turn=True),
-    "a turn of a cylinder": lambda: kinematics(press(3.9), turn=True),
-    "a turn of a law that turns back": lambda: kinematics(
+    "gears that do not mesh": lambda: mbody.kinetostatics(gears_apart()),
+    "a rack on the wrong side": lambda: mbody.kinetostatics(racked(-0.5)),
+    "a rope without a direction": lambda: mbody.kinetostatics(rope(1.0)),
+    "an analysis of a class": lambda: mbody.kinematics(mbody.Mechanism),
+    **{name: lambda t=t: mbody.kinematics(four_bar(), t) for name, t in TIMES.items()},
+    **{name: lambda d=d: mbody.kinematics(four_bar(), drive=d) for name, d in DRIVE.items()},
+    **{name: lambda g=g: mbody.kinematics(four_bar(), guess=g) for name, g in GUESSES.items()},
+    **{name: lambda kw=kw: mbody.kinematics(four_bar(), **kw) for name, kw in TURNS.items()},
+    "a turn without a driver": lambda: mbody.kinematics(four_bar(motor=False), turn=True),
+    "a turn of a cylinder": lambda: mbody.kinematics(press(3.9), turn=True),
+    "a turn of a law that turns back": lambda: mbody.kinematics(
         by_law(ConstantAcceleration(0.0, 5.0, -40.0)), turn=True
     ),
-    "a turn of a batch": lambda: kinetostatics(batch(crank_mass=[1.0, 2.0]), turn=True),
+    "a turn of a batch": lambda: mbody.kinetostatics(batch(crank_mass=[1.0, 2.0]), turn=True),
     "rates of a body that is not there": lambda: close_loops(four_bar(), rates={"rod": 1.0}),
     "a rough rate that is nan": lambda: close_loops(four_bar(), rates={"crank": NAN}),
     "a rough rate that is a length": lambda: close_loops(four_bar(), rates={"crank": "2 m"}),
     "rates that are a number": lambda: close_loops(four_bar(), rates=5),
     "loops of a batch": lambda: close_loops(batch(crank_mass=[1.0, 2.0])),
     "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
-    "mobility of a batch": lambda: mobility(batch(crank_mass=[1.0, 2.0])),
-    "mobility at two times": lambda: mobility(four_bar(), t=[0.0, 1.0]),
-    "a range of one of two drivers": lambda: driver_range(second(1.6, "rocker")),
-    "a range of a driver that is not there": lambda: driver_range(four_bar(), "engine"),
-    "a range at times": lambda: driver_range(four_bar(), t=[0.0, 1.0]),
-    "a range of a batch": lambda: driver_range(batch(crank_mass=[1.0, 2.0])),
+    "mobility of a batch": lambda: mbody.mobility(batch(crank_mass=[1.0, 2.0])),
+    "a range of one of two drivers": lambda: mbody.driver_range(second(1.6, "rocker")),
+    "a range of a driver that is not there": lambda: mbody.driver_range(four_bar(), "engine"),
+    "a range at times": lambda: mbody.driver_range(four_bar(), t=[0.0, 1.0]),
+    "a range of a batch": lambda: mbody.driver_range(batch(crank_mass=[1.0, 2.0])),
     # -- laws over the times
-    "a table of a driver that ends": lambda: kinematics(by_law(TABLE), t=np.linspace(0.0, 3.0, 5)),
-    "a table of a load that ends": lambda: statics(
-        four_bar(Torque("brake", "rocker", value=TABLE)), t=[0.0, 2.25]
+    "a table of a spring that ends": lambda: mbody.kinetostatics(
+        four_bar(mbody.Spring("spring", "ground.O2", "rocker.B", law=TABLE))
     ),
-    "a table of a spring that ends": lambda: kinetostatics(
-        four_bar(Spring("spring", "ground.O2", "rocker.B", law=TABLE))
-    ),
-    "a formula without a value": lambda: kinetostatics(by_law("log(1 - t)"), t=[0.0, 1.0]),
-    "a formula with an infinite rate": lambda: kinetostatics(by_law("sqrt(t)"), t=[0.0, 1.0]),
-    "a load without a value": lambda: kinetostatics(
-        four_bar(Torque("brake", "rocker", value="5/(t - 1)")), t=[0.0, 1.0]
-    ),
-    "a spring without a value": lambda: kinetostatics(
-        four_bar(Spring("spring", "ground.O2", "rocker.B", law="log(x - 9)"))
-    ),
+    "a formula with an infinite rate": lambda: mbody.kinetostatics(by_law("sqrt(t)"), t=[0.0, 1.0]),
     "a law without a value where loops are closed": lambda: close_loops(
-        four_bar(AngleDriver("second", "rocker", "sqrt(t - 1)")), drive={"motor": 1.0}
+        four_bar(mbody.AngleDriver("second", "rocker", "sqrt(t - 1)")), drive={"motor": 1.0}
     ),
-    "a law that is infinite where loops are closed": lambda: kinematics(
+    "a law that is infinite where loops are closed": lambda: mbody.kinematics(
         by_law(ConstantAcceleration(0.0, 0.0, 1e308)), t=[10.0]
     ),
     # -- closing the loops
-    "links that are too short": lambda: kinematics(four_bar(lengths=(1.0, 1.0, 1.0, 4.0))),
-    "a chain that is too short": lambda: close_loops(chain(3, 4.5)),
     "a large structure that is too wide": lambda: close_loops(structure()),
-    "loads that nothing balances": lambda: statics(unbalanced()),
-    "an angle that is not reached": lambda: kinematics(by_rocker(STRETCHED - 0.1)),
-    "a place that is not reached": lambda: kinematics(press(5.0)),
-    "a cylinder without a direction": lambda: kinematics(cylinder()),
-    "a driver too many": lambda: kinematics(second(2.0, "rocker")),
-    "two drivers too many": lambda: kinematics(
-        four_bar(AngleDriver("second", "rocker", 2.0), AngleDriver("third", "coupler", 0.3))
-    ),
-    "a driver of what is fixed": lambda: kinematics(welded()),
-    "a driver twice": lambda: kinematics(second(ConstantSpeed(math.pi / 3.0, 1.0))),
-    "a driver too few": lambda: kinematics(four_bar(motor=False)),
-    "a body that is free": lambda: kinetostatics(free()),
-    "very many bodies that are free": lambda: kinematics(free(800)),
-    "a guess on another branch": lambda: kinematics(
+    "loads that nothing balances": lambda: mbody.statics(unbalanced()),
+    "a driver too many": lambda: mbody.kinematics(second(2.0, "rocker")),
+    "a driver twice": lambda: mbody.kinematics(second(ConstantSpeed(math.pi / 3.0, 1.0))),
+    "very many bodies that are free": lambda: mbody.kinematics(free(800)),
+    "a guess on another branch": lambda: mbody.kinematics(
         four_bar(), guess={"coupler": 1.5, "rocker": 1.0}
     ),
     "a design on another branch": lambda: near_grashof.batch_of(APART, 5),
-    "designs on another branch": lambda: near_grashof.batch_of(APART[:1] + 10 * APART[1:], 5),
     # -- dead centres and other stops
-    "a dead centre on the way": lambda: kinematics(press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)),
-    "a turn that there is not": lambda: kinematics(
-        makers.four_bar(6, 18, 12, 8, start=math.pi / 2.0), turn=True
+    "a dead centre on the way": lambda: mbody.kinematics(
+        press(3.9, 0.5), t=np.linspace(0.0, 1.0, 20)
     ),
-    "a turn beyond zero": lambda: kinematics(makers.four_bar(2, 3, 4, 5.5, start=1.0), turn=True),
-    "a start at a dead centre": lambda: kinematics(by_rocker(FOLDED)),
-    "a start at the end of a stroke": lambda: kinematics(press(4.0)),
+    "a turn beyond zero": lambda: mbody.kinematics(
+        makers.four_bar(2, 3, 4, 5.5, start=1.0), turn=True
+    ),
+    "a start at a dead centre": lambda: mbody.kinematics(by_rocker(FOLDED)),
+    "a start at the end of a stroke": lambda: mbody.kinematics(press(4.0)),
     "velocities at the end of a stroke": lambda: close_loops(press(4.0)),
-    "a change point at which the motion turns back": lambda: kinematics(
+    "a change point at which the motion turns back": lambda: mbody.kinematics(
         turning_back_in_line(), t=[0.0, 2.1]
     ),
-    "a change point with two drivers": lambda: kinematics(
+    "a change point with two drivers": lambda: mbody.kinematics(
         two_drivers_in_line(), drive={"motor": [0.5, math.pi, 4.0], "other": [0.0, 0.5, 1.0]}
     ),
-    "a law that jumps": lambda: kinematics(by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]),
-    "a design that cannot close": lambda: kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
-    "a design with a dead centre": lambda: kinematics(
-        assemble(press(3.9, 0.5)).with_values({"rod.B.x": [3.2, 3.0]}), t=np.linspace(0.0, 0.5, 20)
+    "a law that jumps": lambda: mbody.kinematics(
+        by_law(lambda t: t + (t > 0.5) * 2.0), t=[0.0, 1.0]
     ),
+    "a design that cannot close": lambda: mbody.kinetostatics(batch(coupler_B_x=[3.0, 3.1, 10.0])),
 }
 
 SENTENCES = r"""
 gears that do not mesh | SolveError | mesh | 'mesh' does not fit: by its radii the centres must be 3 mm apart, they are 3.1 mm: move them, or change the radii
 a rack on the wrong side | SolveError | mesh | 'mesh' does not fit: by its radius the centre must be 0.5 m to the left of the rack's line, it is 0.5 m to the right: turn the marker on the rack by 180 deg, move it, or change the radius
-a rack that the pinion does not touch | SolveError | mesh | 'mesh' does not fit: by its radius the centre must be 0.5 m to the left of the rack's line, it is 0.6 m to the left: move it, or change the radius
 a rope without a direction | SolveError | rope | 'rope' has no direction to begin with: two ends of it, on 'ground' and 'block', are guessed to be at one place; give a guess for the bodies
-an analysis of nothing | ModelError | - | an analysis takes a Mechanism or a System, not None
 an analysis of a class | ModelError | - | an analysis takes a Mechanism or a System, not <class 'mbody.model.mechanism.Mechanism'>
 t that is nan | ModelError | - | t is nan, it must be finite
 t that is infinite | ModelError | - | t is -inf, it must be finite
 one t that is nan | ModelError | - | t[1] is nan, it must be finite
 no t | ModelError | - | t is empty: give at least one number
 t in rows | ModelError | - | t must be a number or one row of them, not of shape (2, 2)
-t that is text | ModelError | - | t must be a number or an array of them, not '1'
-t that are texts | ModelError | - | t must be a number or an array of them, not ['0', '1']
 t that is none | ModelError | - | t must be a number or an array of them, not [0.0, None]
-t that is true | ModelError | - | t must be a number or an array of them, not True
-t that is complex | ModelError | - | t must be a number or an array of them, not 1j
-t that is a dict | ModelError | - | t must be a number or an array of them, not {}
-drive of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
-drive of a body | ModelError | crank | there is no driver 'crank' (there are: 'motor')
 drive of a number | ModelError | 3 | there is no driver 3 (there are: 'motor')
 a value that is nan | ModelError | motor | value of driver 'motor' is nan, it must be finite
 a rate that is nan | ModelError | motor | rate of driver 'motor' is nan, it must be finite
 an acceleration that is text | ModelError | motor | acceleration of driver 'motor' must be a number or an array of them, not '0'
-a value that is none | ModelError | motor | value of driver 'motor' must be a number or an array of them, not None
-a value that is text | ModelError | motor | value of driver 'motor' must be a number or an array of them, not '60 deg'
-no value in a tuple | ModelError | motor | driver 'motor' takes a value, or (value, rate, acceleration), not 0 of them
 four values in a tuple | ModelError | motor | driver 'motor' takes a value, or (value, rate, acceleration), not 4 of them
 no values | ModelError | motor | value of driver 'motor' is empty: give at least one number
 more rates than values | ModelError | - | driver values and times have different numbers of instants, [2, 3]: give as many of each, or one
 drive that is a name | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 'motor'
-drive that is a number | ModelError | - | drive must be a dict such as {"motor": 0.5}, not 5
-a guess of a body that is not there | ModelError | rod | 'four-bar' has no element 'rod' (it has: 'crank', 'coupler', 'rocker', 'O2', 'A', 'B', 'O4', 'motor')
 a guess of a driver | ModelError | motor | a guess is for bodies, 'motor' is none
 a guess of the ground | ModelError | ground | the ground does not move: a guess is for moving bodies
 a guess that is nan | ModelError | coupler | 'coupler': guess.angle is nan, it must be finite
 a guess at nan | ModelError | coupler | 'coupler': guess.y is nan, it must be finite
-a guess that is a mass | ModelError | coupler | 'coupler': guess.angle: '30 kg' is a mass (kg), where an angle (rad) is wanted
-a guess of a parameter | ModelError | coupler | 'coupler': guess: there is no parameter 'q' (there are none)
-a guess of two numbers | ModelError | coupler | 'coupler': guess must be an angle or (x, y, angle), not (1.0, 2.0)
 guesses in a list | ModelError | - | guess must be a dict such as {"coupler": 0.3}, not ['coupler']
-a turn of a driver that is not there | ModelError | engine | there is no driver 'engine' to turn (there are: 'motor')
 a turn of a number | ModelError | 3 | there is no driver 3 to turn (there are: 'motor')
-a turn with times | ModelError | - | turn goes alone: leave out t
 a turn with values | ModelError | - | turn goes alone: leave out drive
 instants without a turn | ModelError | - | instants goes with turn; times and driver values say how many they are
-a turn of one instant | ModelError | - | instants must be a whole number from 2 on, not 1
-a turn of half an instant | ModelError | - | instants must be a whole number from 2 on, not 2.5
-a turn of text | ModelError | - | instants must be a whole number from 2 on, not '9'
 a turn without a driver | ModelError | - | turn=True goes with one driver, 'four-bar' has 0 (none): add one
-a turn of two drivers | ModelError | - | turn=True goes with one driver, 'four-bar' has 2 ('motor', 'second'): name one of them
 a turn of a cylinder | ModelError | ram | driver 'ram' drives no angle, it cannot turn: give times t, or drive
 a turn of a law that turns back | ModelError | motor | driver 'motor' does not make a whole turn by its law: the law turns back at t = 0.125 where it has reached 0.3125 rad; it does not reach 6.28319 rad: request values before that, or change the law or the start
 a turn of a batch | ModelError | - | a turn of a batch of designs: give times or driver values instead
@@ -378,39 +293,22 @@ rates that are a number | ModelError | - | rates must be a dict such as {"crank"
 loops of a batch | ModelError | - | close_loops takes one design: choose one of the batch with design(n)
 loops at two times | ModelError | - | close_loops takes one instant: give one time and one value a driver
 mobility of a batch | ModelError | - | mobility takes one design: choose one of the batch with design(n)
-mobility at two times | ModelError | - | mobility takes one time, not 2
 a range of one of two drivers | ModelError | - | 'four-bar' has 2 drivers ('motor', 'second'): name the one whose range you want
 a range of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
 a range at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]
 a range of a batch | ModelError | - | driver_range takes one design: choose one of the batch with design(n)
-a table of a driver that ends | ModelError | motor | the law of driver 'motor': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
-a table of a load that ends | ModelError | brake | the value of load 'brake': Table: the table covers 0 to 2, but 2.25 was requested: add points, or choose outside="hold" or "line"
 a table of a spring that ends | SolveError | spring | load 'spring' has no value at t = 0 s: its law does not reach so far; extend it, or let it hold its last value
-a formula without a value | ModelError | motor | the law of driver 'motor': 'log(1 - t)' has no value at 1: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
 a formula with an infinite rate | ModelError | motor | the law of driver 'motor', Expression('sqrt(t)'), has an infinite rate at t = 0 s: begin after it, or choose another law
-a load without a value | ModelError | brake | the value of load 'brake': '5/(t - 1)' has no value at 1: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
-a spring without a value | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x - 9)' is not defined there; choose a formula that is, by max or min
 a law without a value where loops are closed | ModelError | second | the law of driver 'second': 'sqrt(t - 1)' has no value at 0: evaluate it elsewhere, or choose a formula that has one there, for example with max or min
 a law that is infinite where loops are closed | SolveError | motor | the law of 'motor' has no finite value at t = 10 s: begin elsewhere, or choose another law
-links that are too short | SolveError | A | loops do not close at t = 0 s: the smallest gap is 1.606 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
-a chain that is too short | SolveError | j1 | loops do not close at t = 0 s: the smallest gap is 1.5 m at 'j1' (between 'b0' and 'b1'): check lengths, or give a better guess
 a large structure that is too wide | SolveError | pin | loops of 'structure' do not close at t = 0 s: the search ended with a gap of 0.5 m at 'pin': check lengths, or give a better guess
 loads that nothing balances | SolveError | - | reactions leave 0.032 of the loads of 'm' unbalanced: its position is singular, or it can still move
-an angle that is not reached | SolveError | motor | driver 'motor' cannot bring 'rocker' to 1.48865 rad at t = 0 s: it comes within 0.1 rad where the links are stretched; check lengths and the law
-a place that is not reached | SolveError | ram | driver 'ram' cannot bring 'slider' to 5 m at t = 0 s: it comes within 1 m where the links are stretched; check lengths and the law
-a cylinder without a direction | SolveError | jack | 'jack' has no direction to begin with: two ends of it, on 'ground' and 'b', are guessed to be at one place; give a guess for the bodies
 a driver too many | SolveError | second | 2 drivers ('motor', 'second') for 1 degree of freedom of 'four-bar': remove 1
-two drivers too many | SolveError | third | 3 drivers ('motor', 'second', 'third') for 1 degree of freedom of 'four-bar': remove 2
-a driver of what is fixed | SolveError | motor | driver 'motor' repeats what joints and other drivers already impose (rank 3 of 4): remove it
 a driver twice | SolveError | second | driver 'second' repeats what joints and other drivers already impose (rank 9 of 10): remove it
-a driver too few | SolveError | - | kinematics needs 0 free degrees of freedom, 'four-bar' has 1 degree left: add a driver, for example on 'crank'
-a body that is free | SolveError | - | kinetostatics needs 0 free degrees of freedom, 'free' has 3 degrees left: add a driver, for example on 'b0'
 very many bodies that are free | SolveError | - | kinematics needs 0 free degrees of freedom, 'free' has 802 degrees left: add a driver, for example on 'b0'
 a guess on another branch | ModelWarning | - | the guess is on another branch than the position found: 'coupler' came out 64.0 deg from where the guess puts it; guess nearer to the branch that you want
 a design on another branch | ModelWarning | - | 1 design is closed on another branch than the first one: 1; analyse them alone, with a guess
-designs on another branch | ModelWarning | - | 10 designs are closed on another branch than the first one: 1, 2, 3, 4, 5, 6, 7, 8, …; analyse them alone, with a guess
 a dead centre on the way | SolveError | ram | dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; 'slider' can move from 2 to 4 m; drive 'crank', or stop before
-a turn that there is not | SolveError | motor | dead centre at 311.8 deg of 'crank': driver 'motor' cannot drive it any further; 'crank' can turn from 48.1896851 deg to 311.8103149 deg (-48.1896851 deg); drive 'rocker', or stop before
 a turn beyond zero | SolveError | motor | dead centre at 132.1 deg of 'crank': driver 'motor' cannot drive it any further; 'crank' can turn from -132.1021565 deg to 132.1021565 deg; drive 'coupler', or stop before
 a start at a dead centre | SolveError | motor | dead centre at 151 deg of 'rocker': driver 'motor' cannot drive it through there; drive 'crank', or start elsewhere
 a start at the end of a stroke | SolveError | ram | dead centre at 4 m of 'slider': driver 'ram' cannot drive it through there; drive 'crank', or start elsewhere
@@ -419,5 +317,4 @@ a change point at which the motion turns back | SolveError | motor | branches of
 a change point with two drivers | SolveError | motor | branches of 'four-bar' meet at 180 deg of 'crank', driven by 'motor', in 'O2', 'A', 'B', 'O4': on which of them the motion goes on is not certain; leave that instant out, the motion goes through there between others
 a law that jumps | SolveError | motor | the motion of 'four-bar' cannot be followed beyond 28.65 deg, t = 0.5 s, of 'crank': does the law of 'motor' jump there?
 a design that cannot close | SolveError | A | design 2 of the batch: loops do not close at t = 0 s: the smallest gap is 4.878 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
-a design with a dead centre | SolveError | ram | design 1 of the batch: dead centre at 4 m, t = 0.2 s, of 'slider': driver 'ram' cannot drive it any further; 'slider' can move from 2 to 4 m; drive 'crank', or stop before
 """

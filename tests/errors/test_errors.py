@@ -8,46 +8,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleCoupling,
-    AngleDriver,
-    BandBrake,
-    Belt,
-    Between,
-    Body,
-    CamFollower,
-    Clutch,
-    Contact,
-    Controller,
-    CoordinateDriver,
-    CouplingTerm,
-    Damper,
-    Distance,
-    DistanceDriver,
-    Fixed,
-    Force,
-    Freewheel,
-    FrictionForce,
-    Gear,
-    Gravity,
-    Input,
-    LengthCoupling,
-    Marker,
-    ModelError,
-    PinSlot,
-    Prismatic,
-    Quantity,
-    RackPinion,
-    Revolute,
-    Rolling,
-    Rope,
-    Spring,
-    State,
-    Stop,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
 from mbody.model import joints, loads
 from mbody.model.element import Element
 from mbody.model.joints import CustomJoint
@@ -87,40 +47,40 @@ def says(error, *words, element=...):
 
 PLACES = {"i": "a.P", "j": "b.Q"}
 EXAMPLES = {
-    Body: {},
-    Revolute: PLACES,
-    Prismatic: PLACES,
-    Fixed: PLACES,
-    Distance: {**PLACES, "length": 1.0},
-    Gear: {**PLACES, "radius_i": 2.0, "radius_j": 1.0},
-    CamFollower: {**PLACES, "profile": 1.0},
-    PinSlot: PLACES,
-    RackPinion: {**PLACES, "radius": 1.0},
-    Rolling: {**PLACES, "radius": 1.0},
-    BandBrake: {
+    mbody.Body: {},
+    mbody.Revolute: PLACES,
+    mbody.Prismatic: PLACES,
+    mbody.Fixed: PLACES,
+    mbody.Distance: {**PLACES, "length": 1.0},
+    mbody.Gear: {**PLACES, "radius_i": 2.0, "radius_j": 1.0},
+    mbody.CamFollower: {**PLACES, "profile": 1.0},
+    mbody.PinSlot: PLACES,
+    mbody.RackPinion: {**PLACES, "radius": 1.0},
+    mbody.Rolling: {**PLACES, "radius": 1.0},
+    mbody.BandBrake: {
         **PLACES,
         **{"radius": 1.0, "wrap": 1.0, "friction": 0.1, "lever": 1.0, "arm": 20.0},
     },
-    Belt: {
+    mbody.Belt: {
         **PLACES,
         **{"tension": 1.0, "radius_i": 1.0, "radius_j": 2.0, "distance": 8.0, "friction": 0.1},
     },
-    Clutch: PLACES,
-    FrictionForce: PLACES,
+    mbody.Clutch: PLACES,
+    mbody.FrictionForce: PLACES,
     CustomJoint: PLACES,
-    AngleCoupling: {"terms": [CouplingTerm(1.0, angle="a")]},
-    LengthCoupling: {"terms": [CouplingTerm(1.0, distance=("a.P", "b.Q"))]},
-    AngleDriver: {"body": "a", "law": 1.0},
-    DistanceDriver: {**PLACES, "law": 1.0},
-    CoordinateDriver: {**PLACES, "law": 1.0},
-    Force: {"at": "a.P", "value": 1.0},
-    Torque: {"body": "a", "value": 1.0},
-    Gravity: {"y": -9.81},
+    mbody.AngleCoupling: {"terms": [mbody.CouplingTerm(1.0, angle="a")]},
+    mbody.LengthCoupling: {"terms": [mbody.CouplingTerm(1.0, distance=("a.P", "b.Q"))]},
+    mbody.AngleDriver: {"body": "a", "law": 1.0},
+    mbody.DistanceDriver: {**PLACES, "law": 1.0},
+    mbody.CoordinateDriver: {**PLACES, "law": 1.0},
+    mbody.Force: {"at": "a.P", "value": 1.0},
+    mbody.Torque: {"body": "a", "value": 1.0},
+    mbody.Gravity: {"y": -9.81},
     CentrifugalField: {"speed": 1.0},
-    Spring: {**PLACES, "stiffness": 1.0},
-    Damper: {**PLACES, "coefficient": 1.0},
-    TorsionSpring: {"body": "a", "stiffness": 1.0},
-    TorsionDamper: {"body": "a", "coefficient": 1.0},
+    mbody.Spring: {**PLACES, "stiffness": 1.0},
+    mbody.Damper: {**PLACES, "coefficient": 1.0},
+    mbody.TorsionSpring: {"body": "a", "stiffness": 1.0},
+    mbody.TorsionDamper: {"body": "a", "coefficient": 1.0},
     PistonPressure: {**PLACES, "cycle": "a", "head_area": 1.0, "head": 1.0},
     ReciprocatingCylinder: {
         **PLACES,
@@ -146,15 +106,15 @@ EXAMPLES = {
         **{"i": "ground", "j": "b.Q", "radius": 0.3, "stiffness": 1e5, "friction": 0.9},
         **{"steepness": 10.0, "relaxation": 0.3},
     },
-    Input: {},
-    Contact: {"i": "a.P", "j": "b.rim"},
-    Between: {"i": "a.*", "j": "b.*"},
-    Rope: {"i": "a.P", "j": "b.Q", "length": 1.0},
-    Stop: {"of": "a.x + 9 m"},
-    Freewheel: {"i": "a.P", "j": "b.Q"},
-    State: {"rate": "1"},
-    Quantity: {"formula": "1"},
-    Controller: {"function": max, "every": 1.0, "sets": ["u"]},
+    mbody.Input: {},
+    mbody.Contact: {"i": "a.P", "j": "b.rim"},
+    mbody.Between: {"i": "a.*", "j": "b.*"},
+    mbody.Rope: {"i": "a.P", "j": "b.Q", "length": 1.0},
+    mbody.Stop: {"of": "a.x + 9 m"},
+    mbody.Freewheel: {"i": "a.P", "j": "b.Q"},
+    mbody.State: {"rate": "1"},
+    mbody.Quantity: {"formula": "1"},
+    mbody.Controller: {"function": max, "every": 1.0, "sets": ["u"]},
 }
 
 
@@ -190,14 +150,18 @@ def test_every_public_element_is_an_example():
 @each("value", [NAN, INF, -INF, np.float64(NAN)])
 @each(("cls", "field"), fields(is_number))
 def test_numbers_are_finite(cls, field, value):
-    with says(ModelError, f"'it': {field.name} is {float(value)}, it must be finite", element="it"):
+    with says(
+        mbody.ModelError, f"'it': {field.name} is {float(value)}, it must be finite", element="it"
+    ):
         make(cls, **{field.name: value})
 
 
 @each("value", [[1.0], (1.0, 2.0), 1j, True, {}, b"1", object()])
 @each(("cls", "field"), fields(is_number))
 def test_numbers_are_numbers(cls, field, value):
-    with says(ModelError, f"'it': {field.name}", "must be", "number", repr(value), element="it"):
+    with says(
+        mbody.ModelError, f"'it': {field.name}", "must be", "number", repr(value), element="it"
+    ):
         make(cls, **{field.name: value})
 
 
@@ -205,19 +169,21 @@ def test_numbers_are_numbers(cls, field, value):
 def test_none_is_only_for_what_may_be_left_out(cls, field):
     if field.default is None:
         if field.name in EXAMPLES[cls]:
-            with says(ModelError, "'it' has neither", "give one", element="it"):
+            with says(mbody.ModelError, "'it' has neither", "give one", element="it"):
                 make(cls, **{field.name: None})
         else:
             assert getattr(make(cls, **{field.name: None}), field.name) is None
         return
-    with says(ModelError, f"'it': {field.name}", "not None", element="it"):
+    with says(mbody.ModelError, f"'it': {field.name}", "not None", element="it"):
         make(cls, **{field.name: None})
 
 
-@each("value", [NAN, 3, None, ("a", "P"), Marker(None, "P"), Marker([], "P")])
+@each("value", [NAN, 3, None, ("a", "P"), mbody.Marker(None, "P"), mbody.Marker([], "P")])
 @each(("cls", "field"), fields(is_place))
 def test_places_are_places(cls, field, value):
-    with says(ModelError, f"'it': {field.name} must be a place such as", '"crank.A"', element="it"):
+    with says(
+        mbody.ModelError, f"'it': {field.name} must be a place such as", '"crank.A"', element="it"
+    ):
         make(cls, **{field.name: value})
 
 
@@ -225,7 +191,9 @@ def test_places_are_places(cls, field, value):
 @each(("cls", "field"), fields(is_place))
 def test_places_are_the_same_everywhere(cls, field, name):
     sentence = told(describing.SCENARIOS[name]).sentence
-    with says(ModelError, sentence.replace("'it': i", f"'it': {field.name}", 1), element="it"):
+    with says(
+        mbody.ModelError, sentence.replace("'it': i", f"'it': {field.name}", 1), element="it"
+    ):
         make(cls, **{field.name: describing.PLACES[name]})
 
 
@@ -233,15 +201,15 @@ def test_places_are_the_same_everywhere(cls, field, name):
 @each("cls", EXAMPLES)
 def test_names_are_text_without_a_dot(cls, name):
     sentence = f"every {cls.__name__} needs a name, not {name!r}"
-    with says(ModelError, "write 'crank_A'" if name == "crank.A" else sentence):
+    with says(mbody.ModelError, "write 'crank_A'" if name == "crank.A" else sentence):
         make(cls, name=name)
 
 
-@each("value", [None, 3, NAN, "", Body, []])
-@each(("cls", "field"), [(AngleDriver, "body"), (AngleDriver, "relative_to"),
-                                            (Torque, "body"), (TorsionSpring, "by")])  # fmt: skip
+@each("value", [None, 3, NAN, "", mbody.Body, []])
+@each(("cls", "field"), [(mbody.AngleDriver, "body"), (mbody.AngleDriver, "relative_to"),
+                                            (mbody.Torque, "body"), (mbody.TorsionSpring, "by")])  # fmt: skip
 def test_bodies_are_named(cls, field, value):
-    with says(ModelError, f"'it': {field} must name a body, not {value!r}", element="it"):
+    with says(mbody.ModelError, f"'it': {field} must name a body, not {value!r}", element="it"):
         make(cls, **{field: value})
 
 
@@ -251,15 +219,15 @@ def test_bodies_are_named(cls, field, value):
 @each("name", describing.ADDED)
 def test_what_is_refused_is_not_added(name):
     machine = crank_alone()
-    with says(ModelError, told(describing.SCENARIOS[f"adding {name}"]).sentence):
+    with says(mbody.ModelError, told(describing.SCENARIOS[f"adding {name}"]).sentence):
         machine.add(describing.ADDED[name])
     assert [e.name for e in machine] == ["crank"]
 
 
 def test_all_are_added_or_none():
     machine = crank_alone()
-    with says(ModelError, "'A' refers to body 'nobody'", element="A"):
-        machine.add(Body("rod"), Revolute("A", "rod", "nobody"), Body("slider"))
+    with says(mbody.ModelError, "'A' refers to body 'nobody'", element="A"):
+        machine.add(mbody.Body("rod"), mbody.Revolute("A", "rod", "nobody"), mbody.Body("slider"))
     assert "rod" not in machine and len(list(machine)) == 1
-    machine.add(Body("rod"), Revolute("A", "rod", "crank.A"))
+    machine.add(mbody.Body("rod"), mbody.Revolute("A", "rod", "crank.A"))
     assert [element.name for element in machine] == ["crank", "rod", "A"]

@@ -4,15 +4,7 @@ import pytest
 
 import mbody
 import mbody.engineering
-from mbody import (
-    AngleDriver,
-    Body,
-    ModelError,
-    Revolute,
-    cli,
-    gallery,
-    makers,
-)
+from mbody import AngleDriver, Body, ModelError, Revolute, cli, gallery, makers
 from mbody.files.model import from_toml
 from tests.support.model_text import model_from, text_from
 
@@ -69,13 +61,6 @@ def test_remedies_work_where_the_user_stands(words, told, verb, in_python, tmp_p
     assert in_python in str(caught.value) and "--" not in str(caught.value)
 
 
-def test_a_length_that_cannot_turn(capsys):
-    assert cli.main(["kinematics", "scissor_lift", "--over", "turn"]) == 2
-    assert "--at cylinder=" in capsys.readouterr().err
-    with pytest.raises(ModelError, match="give times t, or drive"):
-        mbody.kinematics(gallery.load("scissor_lift"), turn=True)
-
-
 # -- [simulate] every -------------------------------------------------------------------------
 
 EVERY = ARM + "[simulate]\nuntil = 1\nevery = 0.25\nstart = { a = { angle = 0, omega = 1 } }\n"
@@ -105,12 +90,6 @@ def test_every_is_looked_at(line, words):
 # -- arguments --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("progress", [5, "yes", 0.0, [print]])
-def test_what_is_no_progress_is_told(progress):
-    with pytest.raises(ModelError, match="progress must be True or a function"):
-        mbody.simulate(gallery.load("simple_pendulum"), 0.1, progress=progress)
-
-
 def test_progress_may_be_shown(capsys, monkeypatch):
     monkeypatch.setattr("mbody.analysis.dynamics.interruptions.PATIENCE", -1.0)
     monkeypatch.setattr("mbody.analysis.dynamics.interruptions.BETWEEN", -1.0)
@@ -129,21 +108,6 @@ def test_the_fluctuation_of_a_result():
     assert found == mbody.engineering.fluctuation(run).fluctuation
     with pytest.raises(ModelError, match="takes angles and torques, or a result"):
         mbody.engineering.energy_fluctuation([0.0, 1.0])
-
-
-@pytest.mark.parametrize(
-    ("key", "meant"), [("links", "bodies"), ("motors", "drivers"), ("forces", "loads")]
-)
-def test_other_words_for_sections(key, meant):
-    with pytest.raises(ModelError, match=f"did you mean '{meant}'"):
-        from_toml(f"[{key}.a]\n")
-
-
-def test_all_sections_are_named():
-    with pytest.raises(ModelError) as caught:
-        from_toml("[zzz]\n")
-    for section in ("bodies", "joints", "couplings", "drivers", "loads", "ground", "simulate"):
-        assert section in str(caught.value)
 
 
 def test_an_arm_is_turned():
