@@ -133,15 +133,6 @@ def test_the_upper_box_tips_over_the_end_of_the_lower_one(widths):
     assert run.energy.error < 1e-10
 
 
-def test_a_stack_at_rest_on_equal_boxes_stays():
-    """Five of one width, without a push that exceeds friction: corner upon corner."""
-    run = mbody.simulate(stack([1.0] * 5, [1.0] * 5, [0.4] * 5, until=0.9))
-    assert run.status == "completed"
-    assert not run.events
-    moved = [np.ptp(getattr(run[f"b{n}"], part)) for n in range(5) for part in ("x", "y", "angle")]
-    assert float(max(moved)) < 1e-12
-
-
 def leaning_stack(rng, count):
     """Boxes of random size that do not stand in the middle of each other, one of them pushed at a
     corner; without rebounds.
@@ -214,29 +205,3 @@ def test_derivatives_of_a_box_that_begins_to_slide():
     assert [slip.by[name] for name in by] == pytest.approx(
         [m * G / RATE, 0.0, most * G / RATE], rel=1e-9
     )
-
-
-@pytest.mark.slow
-def test_derivatives_of_a_box_past_the_end_of_another():
-    """The upper box passes the corner of the lower one at 2.036 s and lifts off its far corner at
-    2.272 s: derivatives go on through both, against differences of whole motions, extrapolated.
-    """
-    widths, masses, frictions = (1.2, 0.8), (3.0, 2.0), (0.3, 0.3)
-    machine = stack(widths, masses, frictions, until=2.35)
-    system = mbody.assemble(machine)
-    by = ["c1.friction", "b1.mass", "b0.C.x"]
-    measures = ["last(b1.x)", "last(b1.angle)"]
-    found = mbody.gradient(system, measures, by=by, analysis="simulate", rtol=1e-11)
-
-    def ends(name, step):
-        other = system.with_values({name: system.values[name] + step})
-        run = mbody.simulate(other, rtol=1e-11)
-        return np.array([run["b1"].x[-1], run["b1"].angle[-1]])
-
-    h = 1e-4
-    for n, name in enumerate(by):
-        near, far = (ends(name, k * h) - ends(name, -k * h) for k in (1, 2))
-        # differences err by their steps' errors of 1e-10 over 1e-4, and the fourth power of 1e-4
-        assert found.jacobian[:, n] == pytest.approx(
-            (8.0 * near - far) / (12.0 * h), rel=1e-5, abs=1e-5
-        )

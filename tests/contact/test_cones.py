@@ -91,11 +91,7 @@ def test_against_numpy_roots(seed):
     P = np.polynomial.polynomial
 
     def coefficients(M):
-        return (
-            [M[1, 1]],
-            [2.0 * M[1, 2], 2.0 * M[0, 1]],
-            [M[2, 2], 2.0 * M[0, 2], M[0, 0]],
-        )
+        return ([M[1, 1]], [2.0 * M[1, 2], 2.0 * M[0, 1]], [M[2, 2], 2.0 * M[0, 2], M[0, 0]])
 
     (a, b, c), (d, e, f) = coefficients(A[0]), coefficients(A[1])
     first = P.polysub(P.polymul(a, f), P.polymul(c, d))

@@ -62,21 +62,6 @@ def test_what_passes_where_the_arc_is_not_meets_nothing():
     assert float(hit.t) == pytest.approx(math.sqrt(2.0 * (1.5 + math.sqrt(0.91)) / G), abs=1e-10)
 
 
-@pytest.mark.parametrize("kind", ["disc", "ring"])
-def test_a_disc_bounces_from_the_end_of_an_arc(kind):
-    """It strikes the end at (1, 0), and goes on with the mirror image of its velocity."""
-    arc = {kind: "O", "radius": 1.0, "begin": "-90 deg", "end": 0.0}
-    r, x = 0.2, 1.05 if kind == "disc" else 0.95
-    run = bead(arc, {"x": x, "y": 0.8, "angle": 0.0}, 0.5, r, restitution=1.0)
-    height = math.sqrt(r * r - 0.05**2)
-    hit = next(e for e in run.events if e.name == "impact")
-    speed = math.sqrt(2.0 * G * (0.8 - height))
-    assert float(hit.t) == pytest.approx(speed / G, abs=1e-10)
-    normal = np.array([x - 1.0, height]) / r
-    after = np.array([0.0, -speed]) + 2.0 * speed * normal[1] * normal
-    np.testing.assert_allclose([hit.after["bead"].vx[0], hit.after["bead"].vy[0]], after, atol=1e-9)
-
-
 def test_an_arc_is_changed_by_name_and_goes_through_files():
     text = """
 name = "arc"
@@ -148,13 +133,3 @@ def test_two_arcs_touch_where_both_are():
     energy = G * y + 0.5 * v**2 + 0.5 * 0.05 * w**2
     assert rolling.any() and not rolling.all()
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
-
-
-@pytest.mark.parametrize(("begin", "end"), [(0.5, None), (None, 0.5)])
-def test_an_arc_has_both_ends(begin, end):
-    with pytest.raises(ModelError, match="begin or end alone"):
-        Body(
-            "b",
-            points={"C": (0, 0)},
-            shapes={"a": {"disc": "C", "radius": 1, "begin": begin, "end": end}},
-        )

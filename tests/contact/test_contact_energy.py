@@ -7,17 +7,6 @@ import functools
 import numpy as np
 
 import mbody
-from mbody import (
-    Body,
-    Contact,
-    CoordinateDriver,
-    Gravity,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    SimulationSettings,
-    TorsionSpring,
-)
 from mbody.laws import Table
 from tests.support.cases import first_fast
 
@@ -30,7 +19,7 @@ def falling(seed):
     """
     rng = np.random.default_rng([seed, 31])
     u = rng.uniform
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         f"falling chain {seed}",
         ground={"O": (0.0, 0.0), "P": (0.0, float(u(0.35, 0.45))), "W": (float(u(1.3, 1.5)), 0.0)},
         ground_shapes={
@@ -48,7 +37,7 @@ def falling(seed):
         disc = {"disc": "B", "radius": 0.05}
         end = disc if rng.random() < 0.5 else {"polygon": ["A", "D", "C"]}
         machine.add(
-            Body(
+            mbody.Body(
                 f"b{n}",
                 mass=float(u(0.5, 2.0)),
                 inertia=float(u(0.01, 0.1)),
@@ -59,7 +48,7 @@ def falling(seed):
             )
         )
         radius = float(u(0.01, 0.05))
-        machine.add(Revolute(f"j{n}", before, f"b{n}.A", friction=mu, pin_radius=radius))
+        machine.add(mbody.Revolute(f"j{n}", before, f"b{n}.A", friction=mu, pin_radius=radius))
         here = here[0] + length * np.cos(turn), here[1] + length * np.sin(turn)
         before = f"b{n}.B"
     law = {
@@ -68,11 +57,11 @@ def falling(seed):
         "law": str(rng.choice(["poisson", "newton"])),
     }
     last = f"b{links - 1}.end"
-    machine.add(Contact("floor", "ground.floor", last, **law))
-    machine.add(Contact("wall", "ground.wall", last, **law))
-    machine.add(TorsionSpring("spring", "b0", stiffness=float(u(0.0, 3.0))))
-    machine.add(Gravity("gravity", y=-G))
-    machine.simulation = SimulationSettings(until=0.6, rtol=1e-12)
+    machine.add(mbody.Contact("floor", "ground.floor", last, **law))
+    machine.add(mbody.Contact("wall", "ground.wall", last, **law))
+    machine.add(mbody.TorsionSpring("spring", "b0", stiffness=float(u(0.0, 3.0))))
+    machine.add(mbody.Gravity("gravity", y=-G))
+    machine.simulation = mbody.SimulationSettings(until=0.6, rtol=1e-12)
     return machine
 
 
@@ -118,14 +107,14 @@ def test_the_motions_have_impacts_and_losses_everywhere():
 def test_friction_of_joints_without_impulse_is_said():
     """Where the rate of a driver jumps joints and drivers alone decide what follows."""
     rate = Table([0.0, 0.5, 1.0], [0.0, 0.0, 0.5], interpolation="linear")
-    machine = Mechanism("cart", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("cart", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("cart", mass=1.0, inertia=0.1, points={"P": (0.0, 0.0)}),
-        Body("arm", mass=1.0, inertia=0.05, cg=(0.0, -0.5), points={"A": (0.0, 0.0)}),
-        Prismatic("guide", "ground.O", "cart.P"),
-        Revolute("pin", "cart.P", "arm.A", friction=0.2, pin_radius=0.02),
-        CoordinateDriver("drive", "ground.O", "cart.P", rate),
-        Gravity("gravity", y=-G),
+        mbody.Body("cart", mass=1.0, inertia=0.1, points={"P": (0.0, 0.0)}),
+        mbody.Body("arm", mass=1.0, inertia=0.05, cg=(0.0, -0.5), points={"A": (0.0, 0.0)}),
+        mbody.Prismatic("guide", "ground.O", "cart.P"),
+        mbody.Revolute("pin", "cart.P", "arm.A", friction=0.2, pin_radius=0.02),
+        mbody.CoordinateDriver("drive", "ground.O", "cart.P", rate),
+        mbody.Gravity("gravity", y=-G),
     )
     short, long = (mbody.simulate(machine, until) for until in (0.4, 0.7))
     sentence = "friction in 'pin' has no impulse of its own where rates of drivers jump"

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import mbody
@@ -69,19 +68,6 @@ def test_a_block_slides_up_an_incline_and_stays():
     check_account(run)
 
 
-def test_an_oscillator_with_friction_stays():
-    """Turns by 2 μ m g/k less, every π/ω; stays where k |x| ≤ μ m g."""
-    m, k, mu, x0 = 1.5, 60.0, 0.25, 0.7
-    run = simulated(models.OSCILLATOR)
-    half, less = math.pi / math.sqrt(k / m), mu * m * G / k
-    turns = math.ceil((x0 / less - 1.0) / 2.0)
-    stay = (-1) ** turns * (x0 - 2.0 * turns * less)
-    assert told(run, "stick") == pytest.approx([turns * half], abs=1e-12)
-    assert told(run, "slip") == pytest.approx([n * half for n in range(1, turns)], abs=1e-12)
-    assert float(run["block"].x[-1]) == pytest.approx(stay, abs=1e-12)
-    check_account(run)
-
-
 def test_a_disc_begins_to_roll():
     """v₀/(3 μ g), then 2 v₀/3."""
     run = simulated(models.DISC)
@@ -105,47 +91,6 @@ def test_a_disc_is_thrown():
     assert float(wheel.vx[0]) == pytest.approx(2.0 - along / 1.3, abs=1e-13)
     assert float(wheel.vy[0]) == pytest.approx(1.8, abs=1e-13)
     assert float(wheel.omega[0]) == pytest.approx(-along * 0.1 / (1.3 * 0.01 / 2.0), abs=1e-12)
-    check_account(run)
-
-
-def ladder_by_one_angle() -> tuple[float, float, float]:
-    """When a ladder with friction at both ends leaves the wall, its angle and rate: one equation,
-    by SciPy.
-    """
-    mu, wall = 0.25, 0.15
-
-    def solve(angle, rate):
-        c, s = math.cos(angle), math.sin(angle)
-        A = [[-s, mu, -1.0], [c, -1.0, -wall], [1.0 / 3.0, c - mu * s, -s - wall * c]]
-        return np.linalg.solve(A, [c * rate * rate, s * rate * rate - G, 0.0])
-
-    def leaves(t, y):
-        return solve(*y)[2]
-
-    leaves.terminal = True
-    found = solve_ivp(
-        lambda t, y: [y[1], solve(*y)[0]],
-        (0.0, 2.0),
-        [1.0, 0.0],
-        method="DOP853",
-        rtol=1e-13,
-        atol=1e-14,
-        events=leaves,
-    )
-    return float(found.t_events[0][0]), *map(float, found.y_events[0][0])
-
-
-def test_a_ladder_leaves_the_wall():
-    run = simulated(models.LADDER)
-    t, angle, rate = ladder_by_one_angle()
-    (leaves,) = (one for one in run.events if one.name == "open")
-    assert leaves.contact == "top"
-    # SciPy's own event is located by its polynomial of order 7
-    assert float(leaves.t) == pytest.approx(t, abs=1e-11)
-    assert float(leaves.t) == pytest.approx(0.8704936493288725, abs=1e-12)
-    state = leaves.state["ladder"]
-    assert math.pi - float(state.angle[0]) == pytest.approx(angle, abs=1e-10)
-    assert -float(state.omega[0]) == pytest.approx(rate, abs=1e-10)
     check_account(run)
 
 

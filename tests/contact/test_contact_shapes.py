@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipk
 
 import mbody
-from mbody import Between, Body, Contact, Gravity, Mechanism, Rope, SimulationSettings
+from mbody import Body, Contact, Gravity, Mechanism, Rope, SimulationSettings
 from tests.support import contact_models as models
 
 G = 9.81
@@ -51,9 +51,7 @@ def test_a_disc_rolls_off_a_drum_and_slips(swapped):
     mu, begin = 0.5, 0.2
     names = ("w.rim", "ground.drum") if swapped else ("ground.drum", "w.rim")
     made = machine(
-        wheel(),
-        Contact("on", *names, friction=mu),
-        shapes={"drum": {"disc": "O", "radius": 0.4}},
+        wheel(), Contact("on", *names, friction=mu), shapes={"drum": {"disc": "O", "radius": 0.4}}
     )
     start = {"w": {"x": 0.5 * math.sin(begin), "y": 0.5 * math.cos(begin)}}
     run = simulated(made, 0.6, start)
@@ -184,48 +182,6 @@ def test_a_box_tips_or_slides():
         assert float(run.contact("base")[-1]) == pytest.approx(G * c, abs=1e-10)
 
 
-def test_boxes_on_each_other():
-    """One falls on another, slides on it and comes to rest with it: forces are the weights."""
-    made = machine(
-        box("low", 0.3, 0.1),
-        box("high", 0.2, 0.1),
-        Contact("base", "ground.floor", "low.box", friction=0.3),
-        Contact("pile", "low.box", "high.box", friction=0.3),
-        shapes=FLOOR,
-    )
-    start = {"low": {"y": 0.1}, "high": {"x": 0.05, "y": 0.45, "vx": 0.3}}
-    run = simulated(made, 1.0, start, rtol=1e-10)
-    assert float(run["high"].y[-1]) == pytest.approx(0.3, abs=1e-12)
-    assert run.mode("pile")[-1] == run.mode("base")[-1] == "stick"
-    assert float(run.contact("base")[-1]) == pytest.approx(2.0 * G, abs=1e-10)
-    assert float(run.reaction("pile").fy[-1]) == pytest.approx(G, abs=1e-10)
-
-
-def test_three_discs_stay_or_fall():
-    """Two on the floor, one on them: they stay with tan 15° between discs, a third of it below."""
-
-    def disc(name):
-        shape = {"rim": {"disc": "C", "radius": 0.1}}
-        return Body(name, mass=1.0, inertia=0.005, points={"C": (0.0, 0.0)}, shapes=shape)
-
-    starts = {
-        "a": {"x": -0.1, "y": 0.1},
-        "b": {"x": 0.1, "y": 0.1},
-        "c": {"x": 0.0, "y": 0.1 + 0.1 * math.sqrt(3.0)},
-    }
-    least = math.tan(math.radians(15.0))
-    for part, stays in ((1.02, True), (0.98, False)):
-        made = machine(
-            *map(disc, "abc"),
-            Between("floor", "ground.floor", "?.rim", friction=part * least / 3.0),
-            Between("pile", "?.rim", "?.rim", friction=part * least),
-            shapes=FLOOR,
-        )
-        run = simulated(made, 0.2, starts)
-        fallen = float(run["c"].y[0] - run["c"].y[-1])
-        assert fallen < 1e-12 if stays else fallen > 1e-4
-
-
 def test_a_woodpecker_comes_down_in_its_limit_cycle():
     """The toy whose three contacts stick, slip and strike in turn: after a period it is where it
     was, lower. Period and events are those of an engine of its own, in minimal coordinates with
@@ -255,18 +211,6 @@ def test_a_woodpecker_comes_down_in_its_limit_cycle():
     assert float(last["bird"].omega[0]) == pytest.approx(13.888670718733145, abs=1e-9)
     assert float(last["sleeve"].y[0]) == pytest.approx(-0.056180611941158316, abs=1e-11)
     assert run.energy.error < 1e-9
-
-
-def test_groups_and_files_agree():
-    """A group is its contacts, written one by one."""
-    made = machine(
-        wheel(),
-        Between("all", "ground.*", "w.rim", friction=0.2),
-        shapes=FLOOR,
-    )
-    found = mbody.assemble(made).mechanism.contacts
-    assert [one.name for one in found] == ["all_1", "all_2"]
-    assert mbody.from_toml(mbody.to_toml(made)) == made
 
 
 def test_results_survive_files(tmp_path):

@@ -60,19 +60,6 @@ def test_a_box_slides_over_the_end_of_a_table_until_it_tips(way):
 
 
 @pytest.mark.processor
-def test_a_box_slides_over_the_joint_of_two_floors():
-    ground = {"A": (-1.0, 0.0), "B": (0.1, 0.0), "C": (1.0, 0.0)}
-    shapes = {"one": {"segment": ("A", "B")}, "two": {"segment": ("B", "C")}}
-    run = sliding(ground, shapes, (-0.3, HALF), 1.5, until=0.6)
-    assert {one.name for one in run.events} <= {"open", "slip", "stick"}
-    stops = 1.5 / (MU * G)
-    t = np.minimum(run.t, stops)
-    assert np.abs(run["box"].x - (-0.3 + 1.5 * t - 0.5 * MU * G * t * t)).max() < 1e-11
-    pressed = run.contact("on_one") + run.contact("on_two")
-    assert np.abs(pressed - 2.0 * G).max() < 1e-8 * 2.0 * G
-
-
-@pytest.mark.processor
 def test_a_step_of_the_floor_is_struck():
     """The floor goes on a millimetre higher: the box strikes it by its front."""
     ground = {

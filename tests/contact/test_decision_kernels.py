@@ -5,13 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-import mbody
-from mbody import Body, Contact, Gravity, Mechanism, SimulationSettings
-from mbody.analysis.contact.contact_tables import ClosedContacts, arresting_impulses
-from mbody.analysis.dynamics import integrators
-from tests.support.contact_problems import FrictionProblem, Tangent, cone, impulses
-
-LINE = {"line": {"point": "O"}}
+from mbody.analysis.contact.contact_tables import ClosedContacts
+from tests.support.contact_problems import FrictionProblem, cone, impulses
 
 
 def random_part(rng, size, leaning=0.0):
@@ -96,15 +91,6 @@ def test_every_solution_of_parts_is_found():
     assert several > 3
 
 
-def test_what_begins_to_slide_in_one_part_leaves_the_others():
-    """Kinetic friction of one of two blocks on the same floor: the forces of both by hand."""
-    D, c = np.eye(4), np.array([-9.0, -9.0, 4.0, 2.0])
-    tangents = tuple(Tangent(k, 0.4, begun=cone(k, 0.3)) for k in range(2))
-    found, _ = FrictionProblem(2, tangents, c, D, np.zeros(4)).solutions(begins=True)
-    assert [one.modes()[1] for one in found] == [("slip+", "stick")]
-    assert found[0].forces == pytest.approx([9.0, 9.0, -2.7, -2.0], abs=1e-12)
-
-
 @pytest.mark.parametrize("law", ["poisson", "newton", "mixed"])
 def test_impulses_are_those_of_both_stages(law):
     """Compression and expansion beside all modes of each; frictionless contacts among them."""
@@ -131,45 +117,3 @@ def test_impulses_are_those_of_both_stages(law):
             assert any(np.allclose(found, one, rtol=0.0, atol=size) for one in right)
             compared += 1
     assert compared > 50
-
-
-def test_least_impulses_stop_dependent_rows():
-    """Of rows that depend on each other those of the least norm: beside the pseudoinverse."""
-    rng = np.random.default_rng(5)
-    for _ in range(40):
-        n = int(rng.integers(1, 9))
-        R = rng.normal(size=(n, int(rng.integers(1, n + 1))))
-        D = R @ R.T
-        rates = D @ rng.normal(size=n)
-        s = np.diag(1.0 / np.sqrt(np.diag(D)))
-        expected = -s @ np.linalg.pinv(s @ D @ s, rcond=1e-12, hermitian=True) @ s @ rates
-        assert arresting_impulses(D, rates) == pytest.approx(expected, rel=1e-7, abs=1e-7)
-
-
-def test_memory_of_few_rows_grows(monkeypatch):
-    """A box on two corners has four rows: what is decided is the same with memory for one."""
-
-    def moved():
-        machine = Mechanism("box", ground={"O": (0.0, 0.0)}, ground_shapes={"floor": LINE})
-        corners = {"a": (-0.2, -0.1), "b": (0.2, -0.1), "c": (0.2, 0.1), "d": (-0.2, 0.1)}
-        machine.add(
-            Body(
-                "box",
-                mass=1.0,
-                inertia=0.02,
-                points=corners,
-                shapes={"s": {"polygon": list("abcd")}},
-            ),
-            Contact("foot", "ground.floor", "box.s", friction=0.3),
-            Gravity("g", y=-9.81),
-        )
-        start = {"box": {"x": 0.0, "y": 0.1, "angle": 0.0, "vx": 0.5, "vy": 0.0, "omega": 0.0}}
-        machine.simulation = SimulationSettings(until=0.3, start=start)
-        return mbody.simulate(machine, 0.3)
-
-    usual = moved()
-    monkeypatch.setattr(integrators, "FEW_ROWS", 1)
-    grown = moved()
-    assert [event.name for event in usual.events] == ["stick"]
-    assert [event.t for event in grown.events] == [event.t for event in usual.events]
-    assert np.array_equal(grown["box"].x, usual["box"].x)

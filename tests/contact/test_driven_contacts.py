@@ -110,22 +110,6 @@ def test_derivatives():
     assert g.jacobian[1].ravel() == pytest.approx([0.0, c], abs=1e-11)
 
 
-def test_designs():
-    """The same over a batch, on lanes, and in a sweep."""
-    machine, mu = models.box(height=0.1), np.linspace(0.1, 0.4, 20)
-    drive = {"pull": (np.linspace(0.0, 0.2, 3), 1.0, 0.0)}
-    needed = 50.0 * (math.sin(0.5) + mu * math.cos(0.5))
-    designs = mbody.assemble(machine).with_values({"under.friction": mu})
-    run = mbody.kinetostatics(designs, drive=drive)
-    assert run.effort("pull") == pytest.approx(np.tile(needed, (3, 1)).T, abs=1e-11)
-    swept = mbody.sweep(
-        machine, {"under.friction": mu}, measure={"pull": "max(pull.effort)"}, drive=drive
-    )
-    assert swept["pull"] == pytest.approx(needed, abs=1e-11)
-    same = mbody.assemble(machine).with_values({"under.friction": [0.2, 0.2]})
-    assert mbody.kinetostatics(same, drive=drive).effort("pull").shape == (2, 3)
-
-
 def test_past_the_end_of_an_edge():
     machine = models.sledge()
     assert mbody.kinetostatics(machine, np.linspace(0.0, 0.5, 6)).status == "completed"
@@ -176,16 +160,6 @@ def test_a_wheel_rolls_on_a_line_from_where_it_begins(tmp_path):
     led.add(mbody.CoordinateDriver("hand", "ground.O", "disc.C", "1 m + 0.1 m/s*t"))
     run = mbody.kinetostatics(led, t=[0.0, 1.0])
     assert run["disc"].angle == pytest.approx([0.3, 0.3 - 0.1 / 0.2], abs=1e-12)
-
-
-def test_a_wheel_rolls_in_a_ring_from_where_it_begins():
-    """The line of centres turns by −r/(R − r) of the disc's angle."""
-    first = math.radians(-50.0)
-    machine = models.rolling_disc(models.RING, 0.8 * math.cos(first), 0.8 * math.sin(first), 0.3)
-    machine.add(mbody.AngleDriver("motor", "disc", "0.3 rad - 1 rad/s*t"))
-    run = mbody.kinetostatics(machine, t=[0.0, 1.0])
-    direction = np.arctan2(run["disc"].y, run["disc"].x)
-    assert direction == pytest.approx([first, first + 0.25], abs=1e-12)
 
 
 @pytest.mark.parametrize("shape", [models.LINE, models.RING])

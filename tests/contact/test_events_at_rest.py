@@ -73,13 +73,6 @@ def test_what_sticks_is_no_event(length, mass, time):
             assert found == pytest.approx(expected.get(name, []), abs=1e-9), name
 
 
-def test_a_wheel_at_rest_on_its_axis_is_no_event():
-    model = mbody.gallery.load("geneva_drive")
-    events = [Event("wheel.ax", name="ax"), Event("wheel.ay", name="ay")]
-    run = mbody.simulate(model, 0.3, events=events, instants=3)
-    assert not [one.t for one in run.events if one.name in ("ax", "ay")]
-
-
 @pytest.mark.parametrize("stiffness", [1e2, 1e5])
 def test_what_hangs_at_rest_is_no_event(stiffness):
     machine = Mechanism("hanging", ground={"O": (0.0, 0.0)})

@@ -49,21 +49,6 @@ def test_a_motion_goes_on_bit_for_bit(machine, step, cut, tmp_path):
     assert lost == pytest.approx(whole.energy.lost["floor"][-1], rel=1e-9, abs=1e-12)
 
 
-def test_a_file_keeps_what_touches(tmp_path):
-    run = stepped(pile(5, 0.5), 0.05, 2e-3, instants=6)
-    mbody.save_run(run, tmp_path / "pile.npz")
-    again = mbody.load_run(tmp_path / "pile.npz")
-    assert again.mechanism == run.mechanism
-    assert (again.status, again.notes, again.stats) == (run.status, run.notes, run.stats)
-    for n in range(len(run)):
-        one, other = run.stepped.touching(n), again.stepped.touching(n)
-        assert (one.i, one.j) == (other.i, other.j)
-        assert np.array_equal(one.normal, other.normal)
-        assert np.array_equal(one.tangential, other.tangential)
-    assert np.array_equal(run.contact("discs"), again.contact("discs"))
-    assert again.checks.equilibrium == run.checks.equilibrium
-
-
 def test_what_was_interrupted_goes_on():
     def interrupt(reached):
         if reached > 0.05:
@@ -75,13 +60,6 @@ def test_what_was_interrupted_goes_on():
     later = onward(run, 0.4, 1e-3, times=times[times >= run.t[-1]])
     whole = stepped(pile(4, 0.2), 0.4, 1e-3, times=times)
     assert same(later, whole)
-
-
-def test_another_step_begins_anew():
-    first = stepped(pile(3, 0.2), 0.1, 1e-3)
-    later = onward(first, 0.2, 5e-4)
-    assert later.status == "completed"
-    assert later.t[0] == 0.1
 
 
 def test_contacts_of_their_own_names_go_on_too():

@@ -97,13 +97,6 @@ def test_a_ball_that_loses_nothing_gains_nothing():
     assert stepped(bouncing(1.0), 3.0, 5e-4).status == "completed"
 
 
-def test_a_stack_beyond_its_balance_topples():
-    """The upper box is carried beyond half of its width: 0.104 of 0.1."""
-    run = stepped(stack(2, shift=0.104), 0.2, 1e-3)
-    assert run["b1"].angle[-1] < -0.02
-    assert abs(run["b0"].angle[-1]) < 1e-9
-
-
 # -- motion ----------------------------------------------------------------------------------------
 
 
@@ -262,15 +255,6 @@ def test_a_wall_upon_tiles_is_struck(kind):
     assert abs(run["m"].vx[-1]) < 1e-9
 
 
-def test_modes_follow_the_sliding():
-    run = stepped(oscillator(), 0.4, 1e-3, instants=9)
-    sliding = run["block"].vx[1:-1] < 0.0
-    assert sliding.all()
-    # a contact's tangent is along the line, and the block slides to the left
-    assert set(run.mode("under")[1:-1]) == {"slip-"}
-    assert run.reaction("under").fx[3] == pytest.approx(0.25 * 1.5 * G, rel=1e-9)
-
-
 def bouncing(restitution):
     machine = floored("ball")
     machine.add(
@@ -342,22 +326,6 @@ def test_a_disc_swings_in_a_ring():
     assert forces[0] < 1e-3
 
 
-def test_a_rope_holds_a_ball():
-    machine = mbody.Mechanism("rope", ground={"O": (0, 0)})
-    machine.add(
-        disc("ball", 0.0, -0.5),
-        mbody.Gravity("gravity", y=-G),
-        mbody.Rope("rope", "ground.O", "ball.C", length=1.0),
-    )
-    run = stepped(machine, 1.0, 1e-3)
-    assert run["ball"].y[-1] == pytest.approx(-1.0, abs=1e-9)
-    assert run.contact("rope")[-1] == pytest.approx(G, rel=1e-9)
-    assert run.reaction("rope").fy[-1] == pytest.approx(G, rel=1e-9)
-    # it stops the ball after √(2·0.5/g)
-    taut = run.t[np.flatnonzero(np.array(run.mode("rope")) != "open")[0]]
-    assert taut == pytest.approx(math.sqrt(1.0 / G), abs=0.01)
-
-
 def test_a_chain_falls_on_the_floor_and_comes_to_rest():
     run = stepped(chain(8), 3.0, 1e-3, rtol=1e-10)
     assert run.status == "completed"
@@ -384,16 +352,6 @@ def test_a_chain_falls_on_the_floor_and_comes_to_rest():
         assert abs(fy) < 1e-8
 
 
-def test_joints_alone_keep_energy():
-    """Without contacts joints take nothing: the mean velocity fulfils their rows, order two."""
-    errors = []
-    for step in (1e-3, 5e-4):
-        run = stepped(mbody.gallery.load("double_pendulum"), 1.0, step)
-        exact = mbody.simulate(mbody.gallery.load("double_pendulum"), 1.0, rtol=1e-11)
-        errors.append(max(np.abs(run[b].angle - exact[b].angle).max() for b in run))
-    assert 3.5 < errors[0] / errors[1] < 4.5
-
-
 # -- cost ------------------------------------------------------------------------------------------
 
 
@@ -403,12 +361,6 @@ def test_what_is_far_apart_is_not_looked_at():
     assert pairs[1] <= 12 * max(pairs[0], 1)
     # no disc has another one in the cells around it
     assert pairs[1] <= 10 * 1000
-
-
-def test_a_heap_is_looked_at_in_proportion():
-    pairs = [stepped(pile(n), 0.01, 2e-3, instants=2).stats["pairs"] for n in (10, 20)]
-    discs = [55, 210]
-    assert pairs[1] / pairs[0] < 1.3 * discs[1] / discs[0]
 
 
 # -- results ---------------------------------------------------------------------------------------
@@ -422,18 +374,6 @@ def test_kept_instants_change_nothing():
     again = few.at([0.0123, 0.05])
     assert again["d2"].y[1] == few["d2"].y[1]
     assert again["d2"].y[0] < few["d2"].y[0]
-
-
-def test_a_group_is_what_its_contacts_are_one_by_one():
-    single = mbody.assemble(pile(2, 0.3))  # contacts by name, as events take them
-    assert not single.mechanism.groups
-    alone = stepped(single, 0.1, 1e-3, rtol=1e-13)
-    group = stepped(pile(2, 0.3), 0.1, 1e-3, rtol=1e-13)
-    for name in group:
-        assert np.abs(alone[name].y - group[name].y).max() < 1e-10
-    pressed = sum(alone.contact(f"floor_{n}") for n in (1, 2, 3))
-    assert pressed == pytest.approx(group.contact("floor"), rel=1e-6, abs=1e-6)
-    assert set(alone.mode("floor_1")) <= {"open", "stick", "slip+", "slip-"}
 
 
 def test_named_forces_are_those_of_the_places():
@@ -482,27 +422,6 @@ def test_neighbours_in_a_chain_are_no_contacts():
     run = stepped(machine, 0.05, 1e-3)
     assert run.contact("bars").max() == 0.0
     assert run.status == "completed"
-
-
-def test_groups_stay_groups_in_files():
-    machine = pile(2, 0.3)
-    text = mbody.to_toml(machine)
-    assert "between" in text
-    again = mbody.from_toml(text)
-    assert again == machine
-    assert len(again.groups) == 2
-
-
-def test_ctrl_c_keeps_what_was_done():
-    def interrupt(reached):
-        if reached > 0.05:
-            raise KeyboardInterrupt
-
-    run = stepped(pile(2, 0.1), 1.0, 1e-4, progress=interrupt)
-    assert run.status.startswith("stopped: at t = ")
-    assert 0.05 < run.t[-1] < 0.2
-    whole = stepped(pile(2, 0.1), 0.1, 1e-4)
-    assert run["d2"].y[5] == whole.at(run.t[5])["d2"].y[0]
 
 
 def test_notes_say_order_step_overlap_and_residuals():

@@ -8,29 +8,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CamFollower,
-    Contact,
-    CoordinateDriver,
-    Distance,
-    Freewheel,
-    Gear,
-    Gravity,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rope,
-    SimulationSettings,
-    Spring,
-    TorsionSpring,
-    kinetostatics,
-    simulate,
-)
 from mbody.analysis.contact.unilateral import Unilateral
 from mbody.laws import Harmonic
 
@@ -41,21 +18,23 @@ def cam(speed, **joint):
     """A flat-faced follower on an eccentric: y = r + a − a cos ωt, with a spring from above."""
     a, r, mass, k, preload = 0.01, 0.04, 0.5, 2000.0, 20.0
     lift = Harmonic(mean=a, amplitude=a, frequency=1.0, phase=-0.5 * math.pi)
-    centre = Marker("cam", "O", 0.5 * math.pi)
-    machine = Mechanism("cam", ground={"O": (0.0, 0.0), "S": (0.0, 1.0)})
+    centre = mbody.Marker("cam", "O", 0.5 * math.pi)
+    machine = mbody.Mechanism("cam", ground={"O": (0.0, 0.0), "S": (0.0, 1.0)})
     machine.add(
-        Body("cam", mass=1.0, inertia=0.01, points={"O": (0.0, 0.0)}),
-        Body("tappet", mass=mass, inertia=0.01, points={"T": (0.0, 0.0)}, guess=(0.0, r, 0.0)),
-        Revolute("O", "ground.O", "cam.O"),
-        Prismatic(
-            "guide",
-            Marker("ground", (0.0, 0.0), 0.5 * math.pi),
-            Marker("tappet", "T", 0.5 * math.pi),
+        mbody.Body("cam", mass=1.0, inertia=0.01, points={"O": (0.0, 0.0)}),
+        mbody.Body(
+            "tappet", mass=mass, inertia=0.01, points={"T": (0.0, 0.0)}, guess=(0.0, r, 0.0)
         ),
-        CamFollower("face", centre, "tappet.T", lift, base_radius=r, flat=True, **joint),
-        AngleDriver("motor", "cam", f"{speed} rad/s*t"),
-        Spring("spring", "ground.S", "tappet.T", k, free_length=1.0 - r + preload / k),
-        Gravity("gravity", y=-G),
+        mbody.Revolute("O", "ground.O", "cam.O"),
+        mbody.Prismatic(
+            "guide",
+            mbody.Marker("ground", (0.0, 0.0), 0.5 * math.pi),
+            mbody.Marker("tappet", "T", 0.5 * math.pi),
+        ),
+        mbody.CamFollower("face", centre, "tappet.T", lift, base_radius=r, flat=True, **joint),
+        mbody.AngleDriver("motor", "cam", f"{speed} rad/s*t"),
+        mbody.Spring("spring", "ground.S", "tappet.T", k, free_length=1.0 - r + preload / k),
+        mbody.Gravity("gravity", y=-G),
     )
     # (m g + F₀ + k y′) of lift y′ = a (1 − cos ωt), against m a ω² cos ωt
     return machine, a, mass, k, preload
@@ -69,11 +48,11 @@ def test_a_follower_jumps_off_its_cam():
     least = math.sqrt((mass * G + preload + 2.0 * k * a) / (mass * a))
     below, *_ = cam(0.999 * least, one_sided=True)
     turn = 2.0 * math.pi / least
-    run = simulate(below, 1.5 * turn, rtol=1e-11)
+    run = mbody.simulate(below, 1.5 * turn, rtol=1e-11)
     assert not run.events and set(run.mode("face")) == {"stick"}
     w = 1.2 * least
     above, *_ = cam(w, one_sided=True)
-    run = simulate(above, 1.2 * 2.0 * math.pi / w, rtol=1e-12)
+    run = mbody.simulate(above, 1.2 * 2.0 * math.pi / w, rtol=1e-12)
     off, lands = run.events[:2]
     phase = math.acos(-(mass * G + preload + k * a) / (mass * a * w * w - k * a))
     assert (off.name, off.contact) == ("open", "face")
@@ -95,18 +74,18 @@ def test_a_follower_jumps_off_its_cam():
     assert run.contact("face")[on] == pytest.approx(force, rel=1e-9)
     assert run.energy.error < 1e-9
     # other analyses keep it, and say where it would pull
-    notes = kinetostatics(above, turn=True).notes
+    notes = mbody.kinetostatics(above, turn=True).notes
     assert any("contact 'face' would have to pull 'tappet'" in note for note in notes)
 
 
 def gears(**more):
-    machine = Mechanism("gears", ground={"A": (0.0, 0.0), "B": (0.3, 0.0)})
+    machine = mbody.Mechanism("gears", ground={"A": (0.0, 0.0), "B": (0.3, 0.0)})
     machine.add(
-        Body("one", mass=1.0, inertia=0.02, points={"C": (0.0, 0.0)}),
-        Body("two", mass=1.0, inertia=0.05, points={"C": (0.0, 0.0)}, guess=(0.3, 0.0, 0.0)),
-        Revolute("A", "ground.A", "one.C"),
-        Revolute("B", "ground.B", "two.C"),
-        Gear("mesh", "one.C", "two.C", radius_i=0.1, radius_j=0.2, **more),
+        mbody.Body("one", mass=1.0, inertia=0.02, points={"C": (0.0, 0.0)}),
+        mbody.Body("two", mass=1.0, inertia=0.05, points={"C": (0.0, 0.0)}, guess=(0.3, 0.0, 0.0)),
+        mbody.Revolute("A", "ground.A", "one.C"),
+        mbody.Revolute("B", "ground.B", "two.C"),
+        mbody.Gear("mesh", "one.C", "two.C", radius_i=0.1, radius_j=0.2, **more),
     )
     return machine
 
@@ -118,10 +97,10 @@ def test_teeth_hammer_in_their_play(e):
     """
     b, w = 2e-4, 3.0
     machine = gears(backlash=b, restitution=e)
-    machine.simulation = SimulationSettings(
+    machine.simulation = mbody.SimulationSettings(
         0.008, {"one": {"angle": 0.0, "omega": w}, "two": {"angle": 0.0, "omega": 0.0}}, rtol=1e-12
     )
-    run = simulate(machine)
+    run = mbody.simulate(machine)
     slide, t, count = 0.1 * w, 0.5 * b / (0.1 * w), 0
     effective = 1.0 / (0.1**2 / 0.02 + 0.2**2 / 0.05)
     omegas = [w, 0.0]
@@ -143,62 +122,25 @@ def test_teeth_hammer_in_their_play(e):
     assert run.energy.error < 1e-9
 
 
-def test_teeth_that_are_pressed_rest_on_one_flank():
-    machine = gears(backlash=2e-4, restitution=0.3)
-    machine.add(TorsionSpring("load", "two", stiffness=0.5, free_angle=1.0))
-    machine.add(AngleDriver("motor", "one", "-0.2 rad/s*t"))
-    run = simulate(machine, 0.5, rtol=1e-10)
-    plain = gears()
-    plain.add(TorsionSpring("load", "two", stiffness=0.5, free_angle=1.0))
-    plain.add(AngleDriver("motor", "one", "-0.2 rad/s*t"))
-    whole = simulate(plain, 0.5, rtol=1e-10)
-    assert run.mode("mesh")[-1] == "stick"
-    # the driven wheel is ahead by half the play: the spring is by that weaker
-    ahead = 0.5 * 2e-4 / 0.2
-    force = whole.reaction("mesh").magnitude[-1] - 0.5 * ahead / 0.2
-    assert run.contact("mesh")[-1] == pytest.approx(force, rel=1e-6)
-
-
-def test_a_rack_has_play_too():
-    b, e, v = 1e-3, 0.5, 0.2
-    machine = Mechanism("rack", ground={"O": (0.0, 0.0)})
-    machine.add(
-        Body("rack", mass=2.0, inertia=1.0),
-        Body("pinion", mass=1.0, inertia=0.01, points={"C": (0.0, 0.0)}, guess=(0.0, 0.1, 0.0)),
-        Prismatic("guide", "ground.O", "rack"),
-        Revolute("O", Marker("ground", (0.0, 0.1)), "pinion.C"),
-        RackPinion("mesh", "rack", "pinion.C", radius=0.1, backlash=b, restitution=e),
-    )
-    machine.simulation = SimulationSettings(
-        0.01, {"rack": {"x": 0.0, "vx": v}, "pinion": {"angle": 0.0, "omega": 0.0}}, rtol=1e-12
-    )
-    run = simulate(machine)
-    first = run.events[0]
-    assert first.t == pytest.approx(0.5 * b / v, abs=1e-12)
-    impulse = (1.0 + e) * v / (1.0 / 2.0 + 0.1**2 / 0.01)
-    assert first.after["rack"].vx[0] == pytest.approx(v - impulse / 2.0, abs=1e-12)
-    assert abs(first.after["pinion"].omega[0]) == pytest.approx(0.1 * impulse / 0.01, abs=1e-12)
-
-
 @pytest.mark.parametrize("holds", ["rope", "bar"])
 def test_a_bob_that_is_swung_up_leaves_its_circle(holds):
     """v₀² = 4 g l: the string is slack at cos θ = −2/3, the bob flies a parabola until it is taut
     again, without rebound.
     """
     length = 0.5
-    machine = Mechanism("bob", ground={"O": (0.0, 0.0)})
-    machine.add(Body("bob", mass=0.7, inertia=0.1, points={"C": (0.0, 0.0)}))
+    machine = mbody.Mechanism("bob", ground={"O": (0.0, 0.0)})
+    machine.add(mbody.Body("bob", mass=0.7, inertia=0.1, points={"C": (0.0, 0.0)}))
     one = (
-        Rope("string", "ground.O", "bob.C", length)
+        mbody.Rope("string", "ground.O", "bob.C", length)
         if holds == "rope"
-        else Distance("string", "ground.O", "bob.C", length, one_sided="pull")
+        else mbody.Distance("string", "ground.O", "bob.C", length, one_sided="pull")
     )
-    machine.add(one, Gravity("gravity", y=-G))
+    machine.add(one, mbody.Gravity("gravity", y=-G))
     v0 = math.sqrt(4.0 * G * length)
-    machine.simulation = SimulationSettings(
+    machine.simulation = mbody.SimulationSettings(
         1.0, {"bob": {"x": 0.0, "y": -length, "vx": v0}}, rtol=1e-12
     )
-    run = simulate(machine)
+    run = mbody.simulate(machine)
     slack, taut = run.events[:2]
     angle = math.acos(-2.0 / 3.0)
 
@@ -224,17 +166,19 @@ def test_a_bob_that_is_swung_up_leaves_its_circle(holds):
 def test_a_strut_pushes_and_does_not_pull():
     """A mass on a strut from below, thrown up: it leaves at once and lands at 2 v/g, rebounds."""
     e, v = 0.4, 1.5
-    machine = Mechanism("strut", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("strut", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("mass", mass=2.0, inertia=0.1, points={"C": (0.0, 0.0)}, guess=(0.0, 0.3, 0.0)),
-        Prismatic(
-            "guide", Marker("ground", "O", 0.5 * math.pi), Marker("mass", "C", 0.5 * math.pi)
+        mbody.Body("mass", mass=2.0, inertia=0.1, points={"C": (0.0, 0.0)}, guess=(0.0, 0.3, 0.0)),
+        mbody.Prismatic(
+            "guide",
+            mbody.Marker("ground", "O", 0.5 * math.pi),
+            mbody.Marker("mass", "C", 0.5 * math.pi),
         ),
-        Distance("strut", "ground.O", "mass.C", 0.3, one_sided="push", restitution=e),
-        Gravity("gravity", y=-G),
+        mbody.Distance("strut", "ground.O", "mass.C", 0.3, one_sided="push", restitution=e),
+        mbody.Gravity("gravity", y=-G),
     )
-    machine.simulation = SimulationSettings(1.0, {"mass": {"y": 0.3, "vy": v}}, rtol=1e-12)
-    run = simulate(machine)
+    machine.simulation = mbody.SimulationSettings(1.0, {"mass": {"y": 0.3, "vy": v}}, rtol=1e-12)
+    run = mbody.simulate(machine)
     assert run.events[0].t == pytest.approx(2.0 * v / G, abs=1e-12)
     assert run.events[0].after["mass"].vy[0] == pytest.approx(e * v, abs=1e-11)
     assert run.mode("strut")[-1] == "stick"
@@ -245,18 +189,20 @@ def test_a_strut_pushes_and_does_not_pull():
 def test_a_pin_leaves_the_flank_that_carries_it(friction):
     """Shaken by a sin ωt it leaves where sin ωt = g/(a ω²), as a stone on a plate."""
     a, w = 0.2, 9.0
-    machine = Mechanism("flank", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("flank", ground={"O": (0.0, 0.0)})
     up = 0.5 * math.pi
     machine.add(
-        Body("plate", mass=1.0, inertia=1.0, points={"P": (0.0, 0.0)}),
-        Body("stone", mass=2.0, inertia=1.0, points={"C": (0.0, 0.0)}),
-        Prismatic("rails", Marker("ground", "O", up), Marker("plate", "P", up)),
-        Prismatic("guide", Marker("ground", "O", up), Marker("stone", "C", up)),
-        PinSlot("flank", "plate.P", "stone.C", one_sided=True, friction=friction),
-        CoordinateDriver("shaker", Marker("ground", "O", up), "plate.P", f"{a} m*sin({w} rad/s*t)"),
-        Gravity("gravity", y=-G),
+        mbody.Body("plate", mass=1.0, inertia=1.0, points={"P": (0.0, 0.0)}),
+        mbody.Body("stone", mass=2.0, inertia=1.0, points={"C": (0.0, 0.0)}),
+        mbody.Prismatic("rails", mbody.Marker("ground", "O", up), mbody.Marker("plate", "P", up)),
+        mbody.Prismatic("guide", mbody.Marker("ground", "O", up), mbody.Marker("stone", "C", up)),
+        mbody.PinSlot("flank", "plate.P", "stone.C", one_sided=True, friction=friction),
+        mbody.CoordinateDriver(
+            "shaker", mbody.Marker("ground", "O", up), "plate.P", f"{a} m*sin({w} rad/s*t)"
+        ),
+        mbody.Gravity("gravity", y=-G),
     )
-    run = simulate(machine, 0.6, rtol=1e-11)
+    run = mbody.simulate(machine, 0.6, rtol=1e-11)
     leaves, lands = run.events[:2]
     t1 = math.asin(G / (a * w * w)) / w
     assert leaves.name == "open" and leaves.t == pytest.approx(t1, abs=1e-11)
@@ -268,23 +214,6 @@ def test_a_pin_leaves_the_flank_that_carries_it(friction):
     landing = brentq(gap, t1 + 0.05, t1 + 0.5, xtol=1e-15)
     assert lands.name == "impact" and lands.t == pytest.approx(landing, abs=1e-10)
     assert run.energy.error < 1e-9
-
-
-def test_a_pin_between_two_flanks():
-    """Without load, elastic: to and fro over the play."""
-    c, v = 4e-3, 0.1
-    machine = Mechanism("slot", ground={"O": (0.0, 0.0)})
-    machine.add(
-        Body("pin", mass=1.0, inertia=1.0, points={"C": (0.0, 0.0)}),
-        PinSlot("slot", "ground.O", "pin.C", clearance=c, restitution=1.0),
-    )
-    machine.simulation = SimulationSettings(
-        0.5, {"pin": {"x": 0.0, "y": 0.0, "angle": 0.0, "vx": 0.3, "vy": v}}, rtol=1e-11
-    )
-    run = simulate(machine)
-    times = 0.5 * c / v + c / v * np.arange(12)
-    assert [one.t for one in run.events] == pytest.approx(times, abs=1e-11)
-    assert run["pin"].x == pytest.approx(0.3 * run.t, abs=1e-11)
 
 
 def bounces(c, e, start, until):
@@ -318,14 +247,14 @@ def test_a_pin_with_play_strikes_its_hole():
     c, e = 1e-2, 0.7
     start = (0.0, 0.0, 0.11, 0.05)
     state = {"x": 0.0, "y": 0.0, "angle": 0.0, "vx": start[2], "vy": start[3]}
-    machine = Mechanism("play", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("play", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("pin", mass=0.3, inertia=1e-4, points={"C": (0.0, 0.0)}),
-        Revolute("hole", "ground.O", "pin.C", clearance=c, restitution=e),
-        Gravity("gravity", y=-G),
+        mbody.Body("pin", mass=0.3, inertia=1e-4, points={"C": (0.0, 0.0)}),
+        mbody.Revolute("hole", "ground.O", "pin.C", clearance=c, restitution=e),
+        mbody.Gravity("gravity", y=-G),
     )
-    machine.simulation = SimulationSettings(0.25, {"pin": state}, rtol=1e-12)
-    run = simulate(machine)
+    machine.simulation = mbody.SimulationSettings(0.25, {"pin": state}, rtol=1e-12)
+    run = mbody.simulate(machine)
     impacts = [one for one in run.events if one.name == "impact"]
     expected = bounces(c, e, start, 0.25)
     assert len(expected) >= 12 and len(impacts) >= 12
@@ -333,24 +262,22 @@ def test_a_pin_with_play_strikes_its_hole():
         assert hit.t == pytest.approx(t, abs=1e-9)
         assert hit.after["pin"].vx[0] == pytest.approx(vx, abs=1e-7)
         assert hit.after["pin"].vy[0] == pytest.approx(vy, abs=1e-7)
-    shapes = Mechanism(
-        "play",
-        ground={"O": (0.0, 0.0)},
-        ground_shapes={"bore": {"ring": "O", "radius": 0.03}},
+    shapes = mbody.Mechanism(
+        "play", ground={"O": (0.0, 0.0)}, ground_shapes={"bore": {"ring": "O", "radius": 0.03}}
     )
     shapes.add(
-        Body(
+        mbody.Body(
             "pin",
             mass=0.3,
             inertia=1e-4,
             points={"C": (0.0, 0.0)},
             shapes={"rim": {"disc": "C", "radius": 0.02}},
         ),
-        Contact("hole", "ground.bore", "pin.rim", restitution=e),
-        Gravity("gravity", y=-G),
+        mbody.Contact("hole", "ground.bore", "pin.rim", restitution=e),
+        mbody.Gravity("gravity", y=-G),
     )
     shapes.simulation = machine.simulation
-    other = simulate(shapes)
+    other = mbody.simulate(shapes)
     # impacts are too weak to count when the pin all but rests, by model lengths that differ
     times = [[one.t for one in found.events][:30] for found in (other, run)]
     assert len(times[0]) == len(times[1]) == 30
@@ -363,10 +290,10 @@ def test_a_slider_crank_with_play_keeps_within_it():
     """
 
     def engine(clearance):
-        machine = Mechanism("engine", ground={"O": (0.0, 0.0)})
+        machine = mbody.Mechanism("engine", ground={"O": (0.0, 0.0)})
         machine.add(
-            Body("crank", mass=1.0, inertia=0.05, points={"O": (0.0, 0.0), "A": (0.1, 0.0)}),
-            Body(
+            mbody.Body("crank", mass=1.0, inertia=0.05, points={"O": (0.0, 0.0), "A": (0.1, 0.0)}),
+            mbody.Body(
                 "rod",
                 mass=0.5,
                 inertia=0.005,
@@ -374,19 +301,21 @@ def test_a_slider_crank_with_play_keeps_within_it():
                 points={"A": (0, 0), "B": (0.4, 0)},
                 guess=(0.1, 0.0, 0.0),
             ),
-            Body("piston", mass=0.8, inertia=0.001, points={"B": (0.0, 0.0)}, guess=(0.5, 0, 0)),
-            Revolute("O", "ground.O", "crank.O"),
-            Revolute("A", "crank.A", "rod.A"),
-            Revolute("B", "rod.B", "piston.B", clearance=clearance),
-            Prismatic("guide", "ground.O", "piston.B"),
-            AngleDriver("motor", "crank", "0.5 rad + 20 rad/s*t"),
+            mbody.Body(
+                "piston", mass=0.8, inertia=0.001, points={"B": (0.0, 0.0)}, guess=(0.5, 0, 0)
+            ),
+            mbody.Revolute("O", "ground.O", "crank.O"),
+            mbody.Revolute("A", "crank.A", "rod.A"),
+            mbody.Revolute("B", "rod.B", "piston.B", clearance=clearance),
+            mbody.Prismatic("guide", "ground.O", "piston.B"),
+            mbody.AngleDriver("motor", "crank", "0.5 rad + 20 rad/s*t"),
         )
         return machine
 
-    ideal = simulate(engine(None), 0.3, rtol=1e-9)
+    ideal = mbody.simulate(engine(None), 0.3, rtol=1e-9)
     apart = []
     for c in (1e-3, 1e-4):
-        run = simulate(engine(c), 0.3, rtol=1e-9)
+        run = mbody.simulate(engine(c), 0.3, rtol=1e-9)
         assert run.status == "completed" and run.energy.error < 1e-8
         pin, hole = run.point("piston.B"), run.point("rod.B")
         play = np.hypot(pin.x - hole.x, pin.y - hole.y)
@@ -397,13 +326,13 @@ def test_a_slider_crank_with_play_keeps_within_it():
 
 
 def freewheel(**more):
-    machine = Mechanism("freewheel", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("freewheel", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("hub", mass=1.0, inertia=0.1, points={"O": (0.0, 0.0)}),
-        Body("wheel", mass=1.0, inertia=0.4, points={"O": (0.0, 0.0)}),
-        Revolute("A", "ground.O", "hub.O"),
-        Revolute("B", "ground.O", "wheel.O"),
-        Freewheel("clutch", "hub.O", "wheel.O", **more),
+        mbody.Body("hub", mass=1.0, inertia=0.1, points={"O": (0.0, 0.0)}),
+        mbody.Body("wheel", mass=1.0, inertia=0.4, points={"O": (0.0, 0.0)}),
+        mbody.Revolute("A", "ground.O", "hub.O"),
+        mbody.Revolute("B", "ground.O", "wheel.O"),
+        mbody.Freewheel("clutch", "hub.O", "wheel.O", **more),
     )
     return machine
 
@@ -415,12 +344,9 @@ def test_a_freewheel_takes_along_and_lets_run_ahead(clockwise):
     """
     machine, way = freewheel(clockwise=clockwise), -1.0 if clockwise else 1.0
     for omega, common in ((3.0, 0.6), (-3.0, None)):
-        start = {
-            "hub": {"angle": 0.0, "omega": way * omega},
-            "wheel": {"angle": 0.0, "omega": 0.0},
-        }
-        machine.simulation = SimulationSettings(1.0, start)
-        run = simulate(machine)
+        start = {"hub": {"angle": 0.0, "omega": way * omega}, "wheel": {"angle": 0.0, "omega": 0.0}}
+        machine.simulation = mbody.SimulationSettings(1.0, start)
+        run = mbody.simulate(machine)
         ends = [way * run[name].omega[-1] for name in ("hub", "wheel")]
         expected = [omega, 0.0] if common is None else [common, common]
         assert ends == pytest.approx(expected, abs=1e-12)
@@ -434,10 +360,10 @@ def test_a_freewheel_winds_a_spring_up():
     A, w, k, inertia = 0.3, 4.0, 1.1, 0.4
     machine = freewheel()
     machine.add(
-        AngleDriver("motor", "hub", f"{A} rad*(1 - cos({w} rad/s*t))"),
-        TorsionSpring("spring", "wheel", stiffness=k),
+        mbody.AngleDriver("motor", "hub", f"{A} rad*(1 - cos({w} rad/s*t))"),
+        mbody.TorsionSpring("spring", "wheel", stiffness=k),
     )
-    run = simulate(machine, 1.5, rtol=1e-12)
+    run = mbody.simulate(machine, 1.5, rtol=1e-12)
     off, on = run.events[:2]
     phase = math.acos(k / (k - inertia * w * w))
     t1 = phase / w

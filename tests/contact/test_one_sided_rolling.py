@@ -8,7 +8,6 @@ import pytest
 import mbody
 from mbody import Body, Contact, Force, Gravity, Mechanism, Rolling, SimulationSettings
 from mbody.errors import ModelError
-from mbody.files.model import from_toml, to_toml
 
 G, RADIUS, MASS, INERTIA = 9.81, 0.1, 2.0, 0.02  # a hoop
 
@@ -32,18 +31,6 @@ def hoop(start, until=1.0, friction=0.15, contact=False, **more):
     return machine
 
 
-def test_it_slides_until_it_rolls():
-    """v/(2 μ g) of a hoop, then v/2."""
-    run = mbody.simulate(hoop({"vx": 2.0}))
-    (rolls,) = run.events
-    assert (rolls.name, rolls.contact) == ("stick", "road")
-    assert float(rolls.t) == pytest.approx(2.0 / (2.0 * 0.15 * G), abs=1e-11)
-    assert run["wheel"].vx[-1] == pytest.approx(1.0, abs=1e-11)
-    assert run.mode("road")[0] == "slip+" and run.mode("road")[-1] == "roll"
-    assert run.contact("road")[-1] == pytest.approx(MASS * G, rel=1e-12)
-    assert run.energy.lost["road"][-1] == pytest.approx(2.0, rel=1e-10)
-
-
 @pytest.mark.parametrize("start", [{"y": 0.5, "vx": 2.0}, {"vx": 1.0, "vy": 2.0, "omega": 30.0}])
 def test_it_flies_and_strikes_as_a_contact_of_its_disc(start):
     more = {"restitution": 0.5, "static": 0.3}
@@ -56,15 +43,6 @@ def test_it_flies_and_strikes_as_a_contact_of_its_disc(start):
         one, other = (getattr(run["wheel"], key) for run in (ours, theirs))
         np.testing.assert_allclose(one, other, atol=1e-9)
     assert list(ours.mode("road")) == list(theirs.mode("road"))
-
-
-def test_a_force_lifts_it_at_its_weight():
-    machine = hoop({}, friction=0.8)
-    machine.add(Force("lift", "wheel.C", "40 N/s*t", angle=math.pi / 2.0))
-    run = mbody.simulate(machine)
-    (leaves,) = (event for event in run.events if event.name == "open")
-    assert float(leaves.t) == pytest.approx(MASS * G / 40.0, abs=1e-10)
-    assert run.mode("road")[0] == "roll"
 
 
 @pytest.mark.parametrize("friction", [2.0, 20.0, 200.0])
@@ -106,12 +84,6 @@ def test_other_analyses_keep_it_and_say_where_it_would_pull():
     run = mbody.kinetostatics(machine, t=[0.0])
     assert run.reaction("road").fy[0] == pytest.approx(MASS * G - 40.0, abs=1e-10)
     assert any("road" in note for note in run.notes)
-
-
-def test_it_goes_through_files():
-    machine = hoop({"vx": 2.0}, restitution=0.5, static=0.3)
-    assert from_toml(to_toml(machine)) == machine
-    assert "one_sided   = true" in to_toml(machine) or "one_sided = true" in to_toml(machine)
 
 
 @pytest.mark.parametrize(

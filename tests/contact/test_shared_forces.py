@@ -304,14 +304,6 @@ def test_feet_of_different_friction(mu, push, rate, mode, press):
         assert own.fy == pytest.approx(force) and own.unique[:2] == (mode != "stick", True)
 
 
-def test_three_feet_of_different_friction_slide_in_several_ways():
-    """Any N ≥ 0 with ΣN = 10 and Σ x N = ½ Σ μ N: an acceleration between those of its corners."""
-    run = sliding_feet((0.2, 0.4, 0.6), 5.5, 0.0, (-0.5, 0.1, 0.5))
-    (event,) = run.events
-    assert event.name == "indeterminate" and "how loads are shared" in run.notes[0]
-    assert 0.5 - 1e-9 < float(run["b"].ax[0]) < 5.0 / 6.0 + 1e-9
-
-
 def test_no_share_keeps_a_table_that_tips():
     run = mbody.statics(on_feet((-1.0, 0.0, 1.0), 0.3, 0.0, cg=1.5))
     (doubt,) = run.doubts
@@ -479,26 +471,6 @@ def test_feet_without_a_force_of_their_own_slide_until_all_stop(until):
 
 
 # -- Many designs, and what is not examined ------------------------------------------------------
-
-
-@pytest.mark.parametrize("rate", [0.0, 0.1])
-def test_designs_of_a_batch_are_those_alone(rate):
-    made, masses = on_feet((-1.0, 0.0, 1.0), 0.3, 50.0, 0.1, rate), [10.0, 12.0, 15.0]
-    system = mbody.assemble(made)
-    many = mbody.kinetostatics(system.with_values({"top.mass": masses}), t=[0.0, 1.0])
-    for n, mass in enumerate(masses):
-        one = mbody.kinetostatics(system.with_values({"top.mass": mass}), t=[0.0, 1.0])
-        for k in range(3):
-            name = f"p{k}"
-            assert many.reaction(name).unique == one.reaction(name).unique != (True, True, True)
-            assert many.reaction(name).fy[n] == pytest.approx(one.reaction(name).fy)
-            low, high = many.range(name).low.fy[n], many.range(name).high.fy[n]
-            own = one.range(name)
-            assert (low, high) == (
-                pytest.approx(own.low.fy, abs=1e-9),
-                pytest.approx(own.high.fy, abs=1e-9),
-            )
-        assert many.unique_effort("pull") == one.unique_effort("pull") == (rate > 0.0)
 
 
 def test_a_joint_that_rests_in_one_design_alone():

@@ -1,19 +1,15 @@
 """Events of users in the kernel of steps, against closed forms and the same motion step by step."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.interpolate import CubicHermiteSpline
 
 import mbody
 from mbody import Body, Contact, Event, Gravity, Mechanism, SimulationSettings
 from mbody.analysis.dynamics import active_modes
 from mbody.analysis.dynamics.active_modes import ActiveModes
 from mbody.analysis.dynamics.integration import Integration
-from mbody.kernels.contact_guards import BEGIN, END, EVENT, INSIDE, KEPT_LOOKS, node
-from mbody.kernels.guard_zeros import NO_ZERO, UNCLEAR, first_zero
 from mbody.kernels.step_state import NOT_QUIET
 
 G, THROWN, RADIUS = 9.81, 3.0, 0.1
@@ -119,34 +115,6 @@ def test_an_event_ends_the_motion_before_the_impact_that_it_meets(codes):
     assert NOT_QUIET not in codes
 
 
-EVENTS = {
-    "woodpecker": (0.05, ["sleeve.omega", "bird.omega", "sleeve.vy + 0.1 m/s", "bird.ay"]),
-    "double_pendulum": (3.0, ["upper.omega", "lower.ax", "upper.angle - lower.angle"]),
-    "sliding_ladder": (1.0, ["ladder.omega - 1 rad/s", "ladder.ay + 3 m/s^2", "ladder.y - 0.5 m"]),
-}
-
-
-@pytest.mark.parametrize("name", EVENTS)
-def test_events_by_programs_are_those_that_python_finds(name, monkeypatch):
-    until, of = EVENTS[name]
-    model = mbody.gallery.load(name)
-    events = [Event(one, direction=(0, 1, -1)[n % 3]) for n, one in enumerate(of)]
-    runs = [mbody.simulate(model, until, events=events, instants=9, rtol=1e-10)]
-    plain = mbody.simulate(model, until, events=[], instants=9, rtol=1e-10)
-    monkeypatch.setattr(active_modes, "watched_by_program", lambda *_: None)
-    runs.append(mbody.simulate(model, until, events=events, instants=9, rtol=1e-10))
-    fast, slow = ([(e.name, e.contact, e.t) for e in run.events] for run in runs)
-    assert [one[:2] for one in fast] == [one[:2] for one in slow]
-    assert any(not one[1] for one in fast)
-    times = np.array([[one[2] for one in each] for each in (fast, slow)])
-    assert np.abs(times[0] - times[1]).max() <= 1e-8 * until
-    # watching does not change the motion, but for 1e-12 of a step by which zeros are located, which
-    # chains of impacts enlarge
-    table = slice(0, 2 * plain.system.coordinates)
-    found, expected = (run.record.table(table) for run in (runs[0], plain))
-    assert np.abs(found - expected).max() <= 1e-7 * np.abs(expected).max()
-
-
 @pytest.mark.parametrize("rtol", [1e-8, 1e-10])
 def test_a_crossing_with_a_rest_between_is_one_whatever_rounding_says(rtol):
     """The sleeve turns by 1e-14 where its ends hold it: signs before and after, by samples."""
@@ -156,41 +124,6 @@ def test_a_crossing_with_a_rest_between_is_one_whatever_rounding_says(rtol):
     signs = np.sign(rates[np.abs(rates) > 1e-9])
     met = [one for one in run.events if one.name == "sleeve.omega"]
     assert len(met) == np.count_nonzero(np.diff(signs)) == 23
-
-
-def looked_at(value, rate):
-    """What `first_zero` reads of one event, by the values and rates of its five looks."""
-    places = np.zeros((KEPT_LOOKS, 1))
-    values, rates = places.copy(), places.copy()
-    values[: len(value), 0], rates[: len(rate), 0] = value, rate
-    events = SimpleNamespace(
-        number=np.array([1.0, 0.0, 1.0, 0.0, 0.1, 0.1]),
-        stops=np.array([0]),
-        side=np.zeros((3, 1)),
-    )
-    return SimpleNamespace(
-        kind=np.array([EVENT]), owner=np.array([0]), value=values, rate=rates, gap=values,
-        past=np.full((KEPT_LOOKS, 1), -math.inf), past_rate=places, fresh=np.zeros(1),
-        sense=np.zeros(1), seen=-np.ones(1), events=events, count=np.array([0]),
-    )  # fmt: skip
-
-
-def test_every_search_for_a_zero_ends_at_one_of_the_cubics():
-    """Values of any size, many of them none: beside the cubics by SciPy."""
-    rng, found = np.random.default_rng(1), 0
-    for _ in range(300):
-        size, h = 10.0 ** rng.integers(-60, 1), 10.0 ** rng.integers(-8, 2)
-        value = size * rng.normal(size=5) * (rng.random(5) < 0.6)
-        rate = size * 10.0 ** rng.integers(-3, 3) * rng.normal(size=5) * (rng.random(5) < 0.7)
-        x = first_zero(looked_at(value, rate), 0, h, 0.0)
-        if x in (NO_ZERO, UNCLEAR):
-            continue
-        order = [BEGIN, INSIDE, INSIDE + 1, INSIDE + 2, END]
-        cubics = CubicHermiteSpline([node(k) for k in order], value[order], h * rate[order])
-        near = np.abs(cubics(np.linspace(x - 1e-9, x + 1e-9, 3)))
-        assert near.min() <= 1e-6 * np.abs(cubics(np.linspace(0.0, 1.0, 200))).max()
-        found += 1
-    assert found > 10
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError, KeyboardInterrupt])

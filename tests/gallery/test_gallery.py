@@ -6,10 +6,8 @@ import shlex
 
 import pytest
 
-import mbody
 from mbody import gallery
 from mbody.cli.command import parsed
-from mbody.errors import ModelError
 from mbody.files.model import from_toml, to_toml
 from mbody.quantities import read
 from tests.support.gallery_runs import run
@@ -42,30 +40,6 @@ NAMES = (
     *("stephenson_sixbar", "stick_slip"),
     *("toggle_press", "v_twin", "vehicle", "watt_sixbar", "woodpecker"),
 )
-
-
-def test_names():
-    assert gallery.names() == NAMES
-    assert mbody.gallery is gallery
-
-
-@pytest.mark.parametrize(
-    ("name", "told"),
-    [
-        ("norton_fourba", "no model 'norton_fourba': did you mean 'norton_fourbar'"),
-        ("../secret", r"'mbody models' lists all, in Python mbody\.gallery\.names\(\)"),
-        ("", "no model ''"),
-        (3, "no model '3'"),
-    ],
-)
-def test_an_unknown_name_is_a_sentence(name, told):
-    with pytest.raises(ModelError, match=told):
-        gallery.load(name)
-
-
-def test_parameters_are_checked():
-    with pytest.raises(ModelError, match=r"hoekens.toml: there is no parameter 'b'"):
-        gallery.load("hoekens", {"b": 1.0})
 
 
 #: Lines of the models that do not go on a page of 66: cylinders have ten numbers each.

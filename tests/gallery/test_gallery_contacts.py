@@ -99,16 +99,6 @@ def test_a_ball_with_backspin_comes_back():
     assert round(100.0 * lost / before) == 95  # the note
 
 
-def test_a_woodpecker_comes_down():
-    """Its limit cycle, found by an engine of its own in minimal coordinates."""
-    run = simulated("woodpecker")
-    slips = times(run, "slip", "low")
-    assert slips[-1] == pytest.approx(0.19376442240554725, abs=1e-10)
-    below = [float(e.state["sleeve"].y[0]) for e in run.events if e.name == "slip"]
-    assert below[-1] == pytest.approx(-0.056180611941158316, abs=1e-9)
-    assert {e.contact for e in run.events} == {"beak", "low", "high"}
-
-
 def test_a_vehicle_brakes_by_its_locked_wheels():
     """Without control the front wheels lock: their load follows from the moments of all parts, the
     rear wheels give T/r + J a/r².
