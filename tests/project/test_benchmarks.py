@@ -12,13 +12,9 @@ import sys
 import numpy as np
 import pytest
 
-import mbody
-from benchmarks import models, page, results, studies, targets
-from benchmarks.frame import OURS, Engine, Row, Scope, Trial, in_turn, race, sufficient_trial
-from benchmarks.peers import by_hand, closed_form, kinetostatic
-from benchmarks.peers.dyads import dyad_order, dyad_positions
-from benchmarks.planar import Pin, Planar, Rim, absolute, planar
-from benchmarks.questions import QUESTIONS, andrews, bodies, contacts, sweeps
+from benchmarks import page, results, targets
+from benchmarks.frame import OURS, Engine, Row, Scope, Trial, race, sufficient_trial
+from benchmarks.questions import QUESTIONS, contacts, sweeps
 from tests.support.paths import ROOT
 
 COMMAND = (sys.executable, "-m", "benchmarks")
@@ -71,95 +67,6 @@ def test_rows_of_a_race():
     assert by[best, "peer"].runs == 3
 
 
-def test_a_setting_that_fails_is_passed_over():
-    def prepare(setting):
-        if setting:
-            raise ArithmeticError("the step is too small")
-        return lambda: np.array([1e-5])
-
-    broken = Engine("peer", range(3), prepare, lambda found: (found, found))
-    rows = race("q", "w", [engine(OURS, [1e-6, 1e-6]), broken], off, Scope(runs=1), (1e-4,))
-    assert [row.error for row in rows] == [1e-6, 1e-5]
-
-
-# -- one model for all ------------------------------------------------------------------------
-
-
-def alpha(system):
-    """Angular accelerations at the start, by mbody."""
-    run = mbody.simulate(system, 1e-9, instants=2)
-    return np.array([run[body.name].alpha[0] for body in system.mechanism.bodies])
-
-
-@pytest.mark.parametrize("shape", models.SHAPES)
-def test_sparse_equations_agree_with_mbody(shape):
-    system = mbody.assemble(models.SHAPES[shape](10))
-    ours, other = alpha(system), bodies.accelerations(planar(system))
-    assert np.abs(ours - other).max() <= ROUNDING * np.abs(ours).max()
-
-
-def test_equation_of_the_four_bar_by_hand():
-    system = mbody.assemble(mbody.gallery.load("free_fourbar"))
-    found = by_hand.four_bar(0.0, np.array([math.pi / 3.0, 0.0]))
-    assert found[1] == pytest.approx(alpha(system)[0], rel=ROUNDING)
-
-
-def test_equations_of_andrews_by_hand():
-    system = mbody.assemble(mbody.gallery.load("andrews_squeezer"))
-    machine = planar(system)
-    y = np.append(andrews.angles_of(machine.pose[:, 2]), np.zeros(7))
-    ours = andrews.angles_of(alpha(system))
-    assert np.abs(by_hand.andrews(0.0, y)[7:] - ours).max() <= ROUNDING * np.abs(ours).max()
-
-
-def test_positions_dyad_by_dyad():
-    from mbody.topologies.dataset import random_linkages
-
-    arrays = random_linkages(2, 7, np.random.default_rng(3))
-    found = mbody.linkages(arrays, instants=41)
-    for n in range(0, len(found), 5):
-        links, fixed = arrays["links"][n].tolist(), arrays["ground"][n].tolist()
-        paths = dyad_positions(arrays["joints"][n], links, fixed, 41)
-        # closed loops are off by rounding over the sine of the least angle, 0.1
-        assert np.abs(paths.swapaxes(0, 1) - found.positions[n]).max() <= ROUNDING
-    with pytest.raises(ValueError, match="not of dyads"):
-        dyad_order([[0, 1], [1, 2]], [0], [0, 1])
-
-
-def test_equations_of_a_chain_by_hand():
-    system = mbody.assemble(models.chain(7))
-    slope = by_hand.chain(7, models.LENGTH, models.MASS, models.G)
-    ours = alpha(system)
-    assert np.abs(slope(0.0, np.zeros(14))[7:] - ours).max() <= ROUNDING * np.abs(ours).max()
-
-
-@pytest.mark.parametrize("shape", models.SHAPES)
-def test_angles_of_a_tree_and_back(shape):
-    machine = planar(mbody.assemble(models.SHAPES[shape](9)))
-    tree = machine.tree()
-    assert sorted(tree.order) == list(range(machine.bodies))
-    assert len(tree.loops) == len(machine.pins) - machine.bodies
-    assert absolute(tree, machine.relative(tree)[0]) == pytest.approx(machine.pose[:, 2], abs=1e-15)
-
-
-#: A peer's own exactness: Pinocchio's loops by μ = 1e-10, MuJoCo's by springs.
-PEERS = {
-    "pinocchio": ("pin_task", {"chain": 1e-10, "ladder": 1e-8, "tree": 1e-10, "hub": 1e-10}),
-    "mujoco": ("mujoco_task", {"chain": 1e-10, "ladder": 1e-2, "tree": 1e-10, "hub": 1e-10}),
-}
-
-
-@pytest.mark.parametrize("shape", models.SHAPES)
-@pytest.mark.parametrize("peer", PEERS)
-def test_accelerations_of_a_peer(peer, shape):
-    pytest.importorskip(peer)
-    maker, allowed = PEERS[peer]
-    machine = planar(mbody.assemble(models.SHAPES[shape](9)))
-    reference = bodies.accelerations(machine)
-    found = getattr(bodies, maker)(machine)[1]
-    assert np.abs(found - reference).max() <= allowed[shape] * np.abs(reference).max()
-
-
 # -- contact ----------------------------------------------------------------------------------
 
 
@@ -184,54 +91,6 @@ def test_a_spring_and_damper_return_what_is_asked(restitution, pulls):
     assert -speed[last] == pytest.approx(restitution, abs=2.0 * step)
 
 
-@pytest.mark.parametrize("standing", [False, True])
-def test_the_leg_of_a_peer_falls_and_stands_as_ours(standing):
-    pytest.importorskip("mujoco")
-    skipped = 200 if standing else 0
-    ours = contacts.our_leg(standing, skipped, 5, method="dop853")[1]
-    theirs = contacts.mujoco_leg(standing, skipped, 5, 1, contacts.Soft(12, True))[1]
-    # in flight two integrators, standing a spring in place of the floor
-    assert np.abs(ours - theirs).max() <= (5e-3 if standing else ROUNDING)
-
-
-def test_peers_get_the_numbers_of_the_woodpecker():
-    scene = contacts.woodpecker()
-    plain = scene.plain
-    assert plain.mass == pytest.approx([0.3e-3, 4.5e-3]) and plain.held == [(0, 0)]
-    assert plain.wall[0] == pytest.approx((2.5e-3, 0.0)) and plain.twists == [(0, 1, 5.6e-3)]
-    assert plain.wall[1] == pytest.approx((1.0, 0.0), abs=ROUNDING)
-    assert [(one.body, one.friction, one.restitution) for one in plain.rims] == [
-        (1, 0.3, 0.5),
-        (0, 0.3, 0.0),
-        (0, 0.3, 0.0),
-    ]
-
-
-def test_what_a_push_has_to_move_by_hand():
-    """Of a free body 1/(1/m + d²/I), of one in a pin its inertia about it by the squared arm."""
-    pose, rest, rim = (
-        np.array([[0.0, 0.0, 0.3]]),
-        np.zeros((1, 3)),
-        Rim(0, (0.2, 0.1), 0.0, 0.0, 0.0),
-    )
-    arm = 0.2 * math.cos(0.3) - 0.1 * math.sin(0.3)
-    free = Planar(np.array([2.0]), np.array([0.05]), pose, rest, [])
-    assert free.mass_at(rim) == pytest.approx(1.0 / (1.0 / 2.0 + arm**2 / 0.05), rel=ROUNDING)
-    pin = Pin(-1, 0, (0.0, 0.0), (-0.1, 0.0))
-    pinned = Planar(np.array([2.0]), np.array([0.05]), pose, rest, [pin])
-    about = 0.05 + 2.0 * 0.1**2
-    assert pinned.mass_at(rim) == pytest.approx(about / (arm + 0.1 * math.cos(0.3)) ** 2, rel=1e-12)
-
-
-@pytest.mark.parametrize("peer", ["mujoco", "pymunk", "exudyn"])
-def test_a_peer_falls_bounces_and_is_in_flight_again(peer):
-    pytest.importorskip(peer)
-    scene = contacts.ball()
-    choice = contacts.Rigid(10, False) if peer == "pymunk" else contacts.Soft(12, False)
-    end = getattr(contacts, f"{peer}_motion")(scene, choice, 20_000)()
-    assert abs(end()[0, 1] - contacts.ball_at(scene.until)) < 5e-3
-
-
 def test_what_a_peer_is_not_asked_stands_below_the_errors():
     rows = [
         made("contacts", "ball, error 1e-03", OURS, 0.01),
@@ -241,107 +100,12 @@ def test_what_a_peer_is_not_asked_stands_below_the_errors():
     assert "10 ms (1.0e-07)" in text and "peer: one coefficient" in text
 
 
-def test_exudyn_makes_the_same_four_bar():
-    exudyn = pytest.importorskip("exudyn")
-    assert exudyn is not None
-    from benchmarks.peers import exudyn as peer
-
-    system = mbody.assemble(mbody.gallery.load("free_fourbar"))
-    engine = peer.engine(planar(system), 0.1, (200,))
-    found = engine.state(engine.prepare(200)())[0]
-    run = mbody.simulate(system, 0.1, rtol=1e-10, instants=2)
-    exact = np.array([run[body.name].angle[-1] for body in system.mechanism.bodies])
-    assert np.abs(found - exact).max() <= 1e-5  # of second order: h^2 is 2.5e-7
-
-
 # -- many designs -----------------------------------------------------------------------------
 
 #: Of forces by two routes: lanes accept a last correction of 1e-12, times the condition of the
 #: loops, which is below 10.
 TURN = 1e-11
 DESIGNS = 3
-
-
-def turns(study):
-    """A sweep of a few designs, and each of them by itself."""
-    system = mbody.assemble(study.build())
-    found = study.sweep(system, DESIGNS, 1)
-    runs = [
-        mbody.kinetostatics(found.design(n), turn="motor", instants=studies.POSITIONS)
-        for n in range(DESIGNS)
-    ]
-    return found, runs
-
-
-def crank_of(run):
-    return closed_form.Crank(*(getattr(run["crank"], n) for n in ("angle", "omega", "alpha")))
-
-
-@pytest.mark.parametrize(
-    "form", ["four_bars", "all_of_four_bars", "book_four_bars", "nine_equations"]
-)
-def test_four_bars_by_hand(form):
-    found, runs = turns(studies.FOUR_BAR)
-    numbers = {n: values[:, None] for n, values in studies.norton_numbers(found).items()}
-    parts = getattr(closed_form, form)(numbers, crank_of(runs[0]))
-    for n, run in enumerate(runs):
-        force = run.reaction("A")
-        size = force.magnitude.max()
-        for ours, theirs in zip((force.fx, force.fy), parts):
-            assert np.abs(ours - theirs[n]).max() <= TURN * size
-        for joint, (x, y) in zip(("O2", "B", "O4"), zip(parts[2:8:2], parts[3:8:2])):
-            ours = run.reaction(joint).magnitude
-            assert np.abs(ours - np.hypot(x[n], y[n])).max() <= TURN * size
-        for torque in parts[8:]:
-            ours = run.effort("motor")
-            assert np.abs(ours - torque[n]).max() <= TURN * np.abs(ours).max()
-
-
-def test_slider_cranks_by_hand():
-    found, runs = turns(studies.SLIDER_CRANK)
-    numbers = {n: values[:, None] for n, values in studies.SLIDER_CRANK.numbers(found).items()}
-    force = np.hypot(*closed_form.slider_cranks(numbers, crank_of(runs[0])))
-    for n, run in enumerate(runs):
-        ours = run.reaction("A").magnitude
-        assert np.abs(ours - force[n]).max() <= TURN * ours.max()
-
-
-def test_designs_of_a_chunk_and_of_a_thread_are_the_same():
-    found, runs = turns(studies.SLIDER_CRANK)
-    numbers = {
-        n: np.resize(v, 2 * closed_form.CHUNK + 1)
-        for n, v in studies.SLIDER_CRANK.numbers(found).items()
-    }
-    how = closed_form.slider_cranks, numbers, crank_of(runs[0])
-    one, two = closed_form.peaks(*how), closed_form.on_threads(2, *how)
-    assert np.array_equal(one, two)
-    assert np.array_equal(one, np.resize(one[:DESIGNS], len(one)))
-    assert one[:DESIGNS] == pytest.approx(found["peak(A.force)"], rel=TURN)
-
-
-def test_the_eight_bar_turns_fully_and_far_from_its_dead_centres():
-    machine = models.eight_bar()
-    assert (len(machine.bodies), len(machine.joints)) == (7, 10)
-    run = mbody.kinetostatics(machine, turn="motor")
-    for coupler, rocker in (("coupler", "rocker"), ("link", "middle"), ("second", "output")):
-        across = np.abs(np.sin(run[rocker].angle - run[coupler].angle))
-        assert across.min() > math.sin(math.radians(46.0))
-
-
-@pytest.mark.parametrize("study", [*studies.SIX_BARS, studies.EIGHT_BAR], ids=lambda s: s.name)
-def test_forces_where_loops_are_cut(study):
-    pytest.importorskip("pinocchio")
-    _, runs = turns(study)
-    found = sweeps.cuts([run.system for run in runs], "B")()
-    assert found == pytest.approx([r.reaction("B").magnitude.max() for r in runs], rel=TURN)
-
-
-@pytest.mark.parametrize("peer", ["pinocchio", "mujoco"])
-def test_four_bars_of_a_peer(peer):
-    pytest.importorskip(peer)
-    found, runs = turns(studies.FOUR_BAR)
-    loop = sweeps.each(getattr(kinetostatic, f"{peer}_loop"), found, DESIGNS)
-    assert loop() == pytest.approx([r.reaction("A").magnitude.max() for r in runs], rel=TURN)
 
 
 @pytest.mark.slow
@@ -363,29 +127,11 @@ def test_rows_of_sweeps(monkeypatch):
     assert all(page.each(row).endswith(" a position") for row in driven)
 
 
-def test_times_are_divided_by_the_share_that_was_done():
-    clock = iter(np.cumsum([0.0, *[1.0] * 100]))  # a call lasts a second
-    rows = in_turn(
-        *("q", "w", {OURS: int, "peer, of 2 designs": int}, {}, Scope(runs=1)),
-        parts={"peer, of 2 designs": 0.01},
-        clock=lambda: float(next(clock)),
-    )
-    assert [row.median_s for row in rows] == [1.0, pytest.approx(100.0)]
-    assert rows[1].ratio_to_mbody == pytest.approx(100.0)
-
-
 # -- results and the page ---------------------------------------------------------------------
 
 
 def made(question, workload, engine, seconds, **more):
     return Row(question, workload, engine, 1e-7, seconds, 3, 1.0, **more)
-
-
-def test_exponents_are_of_all_sizes():
-    rows = [
-        made("bodies", f"chain of {n}, one evaluation", OURS, 2e-7 * n**1.02) for n in (10, 100)
-    ]
-    assert targets.exponents(rows)["chain", OURS] == pytest.approx(1.02, rel=1e-12)
 
 
 def test_a_goal_is_met_or_missed():
