@@ -2,13 +2,10 @@
 
 import difflib
 
-import pytest
-
 import mbody
 from mbody import gallery
 from mbody.files.model.read import built
-from mbody.files.model.write import as_data, shortest
-from mbody.live.live_view import file_numbers
+from mbody.files.model.write import as_data
 from mbody.model.model_notes import with_numbers
 from tests.support.cases import first_fast
 
@@ -122,18 +119,3 @@ def test_what_cannot_be_changed_in_place_is_written_anew(tmp_path):
     assert as_data(saved(other, tmp_path)[1]) == as_data(other)
     mbody.save(machine, tmp_path / "a.json")
     assert as_data(mbody.load(tmp_path / "a.json")) == as_data(machine)
-
-
-def test_the_fewest_digits():
-    assert shortest(0.1124 / 0.001) == 112.4 and shortest(1.0) == 1.0 and shortest(0.0) == 0.0
-    assert shortest(1 / 3) == pytest.approx(1 / 3, rel=1e-15)
-
-
-def test_numbers_of_a_file_stand_in_its_own_text():
-    """What pages and optima change are numbers of the text as it was written, comments and all."""
-    text = "# mine\n" + gallery.path("norton_fourbar").read_text("utf-8")
-    found = file_numbers(mbody.from_toml(text), ["coupler.weight", "crank.cg.angle", "ground.O4.x"])
-    assert [(one.value, one.unit) for one in found.numbers] == [(19, ""), (30, ""), (7.7, "lbf")]
-    cut = [*found.parts, ""]
-    numbers = ["19", "30", "7.7", "", ""]
-    assert "".join(a + b for a, b in zip(cut, numbers, strict=True)) == text

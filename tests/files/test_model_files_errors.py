@@ -1,13 +1,10 @@
 """Errors of model files: lines of TOML and JSON, many errors at once, large texts."""
 
-import os
 import time
 
 import pytest
 
-import mbody
 from mbody import ModelError, from_toml
-from tests.support.model_files import says_in_file
 from tests.support.model_text import model_from
 
 CRANK = 'name = "m"\n[bodies.crank]\nmass = 1\n[joints]\nO = { revolute = ["ground", "crank"] }\n'
@@ -168,35 +165,3 @@ def test_what_is_no_model(text, is_json, words):
     with pytest.raises(ModelError) as caught:
         model_from(text, is_json, name="file")
     assert words in str(caught.value) and str(caught.value).startswith("file: ")
-
-
-def test_files_that_cannot_be_read(tmp_path):
-    os.mkfifo(tmp_path / "pipe.toml")
-    (tmp_path / "bytes.toml").write_bytes(b"name = '\xff'")
-    (tmp_path / "large.toml").write_bytes(b"#" * 6_000_001)
-    for name, words in (
-        ("none.toml", "there is no file"),
-        (".", "is a folder"),
-        ("pipe.toml", "is no ordinary file"),
-        ("bytes.toml", "is no text: byte 9 is not UTF-8"),
-        ("large.toml", "more than 6 MB"),
-    ):
-        with says_in_file(words):
-            mbody.load(tmp_path / name)
-    (tmp_path / "bom.JSON").write_bytes(b'\xef\xbb\xbf{"name": "x"}')
-    assert mbody.load(tmp_path / "bom.JSON").name == "x"
-
-
-def test_parameters_from_outside():
-    text = 'name = "m"\n[parameters]\na = "1 in"\nb = "2*a"\n[bodies.c]\npoints.A = ["b", 0]\n'
-    assert from_toml(text)["c"].points["A"][0] == pytest.approx(0.0508, rel=1e-15)
-    assert from_toml(text, parameters={"a": "1 m"})["c"].points["A"][0] == 2.0
-    assert from_toml(text, parameters={"b": 5})["c"].points["A"][0] == 5.0
-    for given_parameters, words in (
-        ({"z": 1}, "model: there is no parameter 'z' (there are: 'a', 'b')"),
-        ({"a": None}, "parameter 'a' must be a number, not None"),
-        ({"a": "1 kg"}, "'a' is a length (m), and '1 kg' is a mass (kg)"),
-        ({"a": "2 +"}, "parameter 'a'"),
-    ):
-        with says_in_file(words):
-            from_toml(text, parameters=given_parameters)

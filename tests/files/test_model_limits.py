@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import mbody
-from mbody import Body, Gravity, Mechanism, ModelError, Revolute, cli, gallery
+from mbody import Body, Gravity, Mechanism, ModelError, Revolute
 from mbody.files.model import Limits
 from tests.support.cases import first_fast
 from tests.support.paths import ROOT
@@ -64,25 +64,6 @@ def test_the_environment_raises_the_limits(tmp_path, monkeypatch):
         mbody.load(path)
     monkeypatch.setenv("MBODY_LIMITS", "10")
     mbody.load(path)
-
-
-def test_the_command_names_its_own_remedy(tmp_path, monkeypatch, capsys):
-    path = tmp_path / "chain.toml"
-    mbody.save(chain(300), path)
-    monkeypatch.setenv("MBODY_LIMITS", "1e-3")
-    assert cli.main(["show", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert "by MBODY_LIMITS=" in told and "Limits(" not in told
-    factor = told.partition("MBODY_LIMITS=")[2].split()[0]
-    monkeypatch.setenv("MBODY_LIMITS", factor)
-    assert cli.main(["show", str(path)]) == 0
-
-
-def test_saved_results_have_no_limits_of_their_own(tmp_path, monkeypatch):
-    run = mbody.simulate(gallery.load("simple_pendulum"), 0.1, instants=2)
-    mbody.save_run(run, tmp_path / "run.npz")
-    monkeypatch.setenv("MBODY_LIMITS", "1e-6")
-    assert mbody.load_run(tmp_path / "run.npz").mechanism == run.mechanism
 
 
 def test_a_hostile_file_of_any_size_is_refused_soon(tmp_path):

@@ -2,45 +2,30 @@
 
 import json
 
-from mbody import (
-    Between,
-    Body,
-    CamFollower,
-    Distance,
-    Freewheel,
-    Gear,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    Revolute,
-    Rope,
-    Stop,
-    from_toml,
-    mobility,
-    to_toml,
-)
+import mbody
 from mbody.laws import Harmonic
 from mbody.makers import four_bar
 
 
 def test_one_sided_joints_in_files():
     places = {"A": (0.0, 0.0), "B": (0.3, 0.0), "C": (0.0, 0.0)}
-    machine = Mechanism("joints of all kinds", ground=places)
+    machine = mbody.Mechanism("joints of all kinds", ground=places)
     lift = Harmonic(mean=0.01, amplitude=0.01, frequency=1.0, phase=0.2)
     machine.add(
-        Body("one", mass=1.0, inertia=0.01, points={"C": (0.0, 0.0)}),
-        Body("two", mass=1.0, inertia=0.02, points={"C": (0.0, 0.0)}),
-        Body("tappet", mass=0.5, inertia=0.01, points={"T": (0.0, 0.0)}),
-        Body("mass", mass=1.0, points={"C": (0.0, 0.0)}),
-        Revolute("A", "ground.A", "one.C"),
-        Revolute("B", "ground.B", "two.C"),
-        Gear("mesh", "one.C", "two.C", radius_i=0.1, radius_j=0.2, backlash=2e-4, restitution=0.5),
-        Freewheel("stop", "ground.A", "one.C", clockwise=True),
-        Prismatic("guide", "ground.A", "tappet.T"),
-        CamFollower(
+        mbody.Body("one", mass=1.0, inertia=0.01, points={"C": (0.0, 0.0)}),
+        mbody.Body("two", mass=1.0, inertia=0.02, points={"C": (0.0, 0.0)}),
+        mbody.Body("tappet", mass=0.5, inertia=0.01, points={"T": (0.0, 0.0)}),
+        mbody.Body("mass", mass=1.0, points={"C": (0.0, 0.0)}),
+        mbody.Revolute("A", "ground.A", "one.C"),
+        mbody.Revolute("B", "ground.B", "two.C"),
+        mbody.Gear(
+            "mesh", "one.C", "two.C", radius_i=0.1, radius_j=0.2, backlash=2e-4, restitution=0.5
+        ),
+        mbody.Freewheel("stop", "ground.A", "one.C", clockwise=True),
+        mbody.Prismatic("guide", "ground.A", "tappet.T"),
+        mbody.CamFollower(
             "face",
-            Marker("one", "C"),
+            mbody.Marker("one", "C"),
             "tappet.T",
             lift,
             base_radius=0.04,
@@ -48,11 +33,13 @@ def test_one_sided_joints_in_files():
             one_sided=True,
             restitution=0.1,
         ),
-        Distance("strut", "ground.C", "mass.C", 0.3, one_sided="push"),
-        PinSlot("slot", "ground.C", "mass.C", clearance="1 mm"),
-        Revolute("pin", "ground.C", "mass.C", clearance="0.1 mm", friction=0.1, pin_radius=0.01),
+        mbody.Distance("strut", "ground.C", "mass.C", 0.3, one_sided="push"),
+        mbody.PinSlot("slot", "ground.C", "mass.C", clearance="1 mm"),
+        mbody.Revolute(
+            "pin", "ground.C", "mass.C", clearance="0.1 mm", friction=0.1, pin_radius=0.01
+        ),
     )
-    again = from_toml(to_toml(machine))
+    again = mbody.from_toml(mbody.to_toml(machine))
     assert again == machine
     fields = {
         "mesh": {"backlash": 2e-4, "restitution": 0.5},
@@ -68,18 +55,18 @@ def test_one_sided_joints_in_files():
 
 def test_mobility_says_what_holds_in_one_direction():
     """Every kind by name, in the data and in the summary; nothing is said where there is none."""
-    machine = Mechanism("all kinds", ground={"O": (0.0, 0.0), "P": (0.0, 1.0)})
+    machine = mbody.Mechanism("all kinds", ground={"O": (0.0, 0.0), "P": (0.0, 1.0)})
     machine.add(
-        Body("arm", points={"O": (0.0, 0.0), "A": (1.0, 0.0)}),
-        Body("bob", points={"C": (0.0, 0.0)}, shapes={"rim": {"disc": "C", "radius": 0.1}}),
-        Revolute("O", "ground.O", "arm.O", limits=(None, 2.0)),
-        Distance("strut", "ground.P", "bob.C", 1.0, one_sided="push"),
-        Rope("rope", "arm.A", "bob.C", length=2.0),
-        Stop("table", "bob.y + 3 m"),
-        Freewheel("hub", "ground.O", "arm.O"),
-        Between("touch", "bob.rim", "arm.*"),
+        mbody.Body("arm", points={"O": (0.0, 0.0), "A": (1.0, 0.0)}),
+        mbody.Body("bob", points={"C": (0.0, 0.0)}, shapes={"rim": {"disc": "C", "radius": 0.1}}),
+        mbody.Revolute("O", "ground.O", "arm.O", limits=(None, 2.0)),
+        mbody.Distance("strut", "ground.P", "bob.C", 1.0, one_sided="push"),
+        mbody.Rope("rope", "arm.A", "bob.C", length=2.0),
+        mbody.Stop("table", "bob.y + 3 m"),
+        mbody.Freewheel("hub", "ground.O", "arm.O"),
+        mbody.Between("touch", "bob.rim", "arm.*"),
     )
-    found = mobility(machine)
+    found = mbody.mobility(machine)
     kinds = {
         "contacts": ("touch_1", "touch_2"),
         "ropes": ("rope",),
@@ -98,5 +85,5 @@ def test_mobility_says_what_holds_in_one_direction():
     assert "1 joint that can separate, counted as closed: 'strut'" in said
     # counted so: the strut's row is among the rows, and the pin's two, no more
     assert found.of_joints.rows == 3
-    plain = mobility(four_bar(1.0, 3.0, 2.0, 3.5))
+    plain = mbody.mobility(four_bar(1.0, 3.0, 2.0, 3.5))
     assert plain.data()["one_sided"] == {} and "ONE-SIDED" not in str(plain)

@@ -14,15 +14,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbody
-from mbody import Body, Input, Mechanism, Revolute, State, Torque
+from mbody import Input, Torque
 from mbody.cli import main
-from mbody.files.model import from_toml, in_units, json_schema, to_toml
+from mbody.files.model import from_toml, json_schema, to_toml
 from mbody.files.model.read import from_json
 from mbody.files.model.write import to_json
-from mbody.live.live_view import file_numbers
-from mbody.model.model_notes import model_notes
-from mbody.model.numbers import dimension_named, resolve_number
-from mbody.quantities.units import DIMENSIONS
 
 MODEL = """\
 name = "loop"
@@ -114,24 +110,6 @@ def test_the_schema_takes_what_is_read_and_refuses_what_is_not():
         jsonschema.validate(tables, json_schema())
 
 
-def test_dimensions_are_those_of_the_text(machine):
-    torque = DIMENSIONS["torque"]
-    found = {one.name: one.dimension for one in (*machine.inputs, *machine.states)}
-    assert [found[name] for name in ("u", "wave", "steps", "gain")] == [torque] * 3 + [None]
-    assert found["lag"] == torque and found["i"] == DIMENSIONS["angle"] * DIMENSIONS["time"]
-
-
-def test_the_same_motion_in_other_units(machine):
-    text = MODEL.replace("*gain", "").replace("gain = 2\n", "")
-    ours, theirs = from_toml(text), in_units(from_toml(text), "in-lbf-s")
-    a, b = (mbody.simulate(one, rtol=1e-11) for one in (ours, theirs))
-    # both within ten times the tolerance of the motion
-    assert np.allclose(a["arm"].angle, b["arm"].angle, rtol=0, atol=1e-10)
-    assert np.allclose(a.measure("i"), b.measure("i"), rtol=0, atol=1e-10)
-    newton_metre = 1 / (0.45359237 * 9.80665 * 0.0254)
-    assert np.allclose(a.measure("lag") * newton_metre, b.measure("lag"), rtol=1e-9)
-
-
 def test_the_motion_of_a_file_is_that_of_scipy(run):
     kp, target, gain = 20.0, math.radians(30.0), 2.0
 
@@ -152,14 +130,6 @@ def test_the_motion_of_a_file_is_that_of_scipy(run):
 
 
 # -- numbers ---------------------------------------------------------------------------------------
-
-
-def test_numbers_by_name(machine):
-    assert resolve_number(machine, "u") == ("u.value", DIMENSIONS["torque"])
-    assert resolve_number(machine, "i.start")[1] == DIMENSIONS["angle"] * DIMENSIONS["time"]
-    assert dimension_named(machine, "lag.size") == DIMENSIONS["torque"]
-    system = mbody.assemble(machine).with_values({"u": 4.0, "i.start": 0.3})
-    assert system.values["u.value"] == 4.0 and system.values["i.start"] == 0.3
 
 
 def test_a_sweep_over_an_input_and_a_start_is_that_of_single_motions(machine):
@@ -184,21 +154,6 @@ def test_a_sweep_over_an_input_and_a_start_is_that_of_single_motions(machine):
 # -- results ---------------------------------------------------------------------------------------
 
 
-def test_data_tables_and_summaries_have_inputs_and_states(run):
-    data = run.data()
-    assert list(data["inputs"]) == ["u", "wave", "steps", "gain"]
-    assert data["inputs"]["wave"]["unit"] == "N·m" and data["inputs"]["gain"]["unit"] == ""
-    assert np.allclose(data["inputs"]["wave"]["values"], 0.5 * np.sin(3 * run.t), atol=1e-15)
-    assert np.allclose(data["inputs"]["steps"]["values"], 1 + run.t, atol=1e-15)
-    assert data["states"]["i"]["unit"] == "s·rad"
-    columns = run.columns()
-    assert np.array_equal(columns["i [s·rad]"], data["states"]["i"]["values"])
-    assert np.array_equal(run.to_dataframe()["gain"], np.full(len(run), 2.0))
-    summary = str(run)
-    assert "INPUTS" in summary and "STATES" in summary and "(u + wave - lag)/(0.2 s)" in summary
-    assert "inputs" not in mbody.simulate(mbody.gallery.load("simple_pendulum"), 0.1).data()
-
-
 def test_the_summary_of_an_instant_has_the_formula_of_a_load(machine):
     held = from_toml(MODEL + '\n[drivers]\nm = { angle = "arm", law = "1 rad/s*t" }\n')
     run = mbody.kinetostatics(held)
@@ -211,13 +166,6 @@ def test_the_summary_of_an_instant_has_the_formula_of_a_load(machine):
     assert run.effort("m")[0] == pytest.approx(-torque, rel=1e-12)
 
 
-def test_what_nothing_uses_is_noted(machine):
-    assert not any("nothing uses" in note for note in model_notes(machine) if "steps" not in note)
-    assert any("nothing uses input 'steps'" in note for note in model_notes(machine))
-    plain = from_toml(MODEL.replace("-3 N/m*spring.length*gain", "-3*(arm.angle - 30)*gain"))
-    assert any("measured angles are in rad" in note for note in model_notes(plain))
-
-
 def test_a_saved_run_comes_back_and_goes_on(machine, run, tmp_path):
     mbody.save_run(run, tmp_path / "run.npz")
     again = mbody.load_run(tmp_path / "run.npz")
@@ -226,29 +174,6 @@ def test_a_saved_run_comes_back_and_goes_on(machine, run, tmp_path):
     on, over = (mbody.simulate(machine, 2.0, start=one, rtol=1e-10) for one in (run, again))
     assert np.array_equal(on.measure("i"), over.measure("i"))
     assert np.array_equal(on["arm"].angle, over["arm"].angle)
-
-
-def test_pictures_take_inputs_and_states(run, tmp_path):
-    pytest.importorskip("matplotlib")
-    assert mbody.plot(run, "i", "u").axes
-    assert mbody.draw(run, [0]).axes
-    page = mbody.view(run)
-    assert "mbody" in str(page.html if hasattr(page, "html") else page)
-
-
-def test_crosschecks_read_the_formula_again(machine, run):
-    found = mbody.crosscheck(machine, "pinocchio", ours=run)
-    assert found.agrees
-    assert any(row.quantity.startswith("arm.alpha") for row in found.opinions["oracle"].rows)
-    missing = {one.element for one in found.opinions["pinocchio"].not_expressible}
-    assert {"motor", "pull", "u", "i"} <= missing
-
-
-def test_mjcf_names_what_is_not_in_the_file(machine):
-    from mbody.engines.mjcf import to_mjcf
-
-    missing = {one.element for one in to_mjcf(machine).not_expressible}
-    assert missing == {"motor", "pull", "u", "wave", "steps", "gain", "i", "lag"}
 
 
 # -- the command -----------------------------------------------------------------------------------
@@ -315,15 +240,6 @@ def test_motions_are_joined_and_followed_again(machine):
     assert whole.stats["steps"] >= first.stats["steps"] + second.stats["steps"]
 
 
-def test_a_dataset_of_xarray(run):
-    xarray = pytest.importorskip("xarray")
-    found = run.to_xarray()
-    assert isinstance(found, xarray.Dataset)
-    assert found["i"].attrs["units"] == "s·rad" and found["t"].attrs["units"] == "s"
-    assert np.array_equal(found["arm.angle"], run["arm"].angle)
-    assert found.attrs["status"] == run.status
-
-
 def test_what_a_dataset_is_made_of(run, monkeypatch):
     made = {}
 
@@ -338,27 +254,3 @@ def test_what_a_dataset_is_made_of(run, monkeypatch):
     assert np.array_equal(values, run.measure("lag"))
     assert made["coords"]["t"][0] == "t" and "t" not in made["parts"]
     assert made["attrs"]["model"] == "loop"
-
-
-def test_pages_write_back_inputs_and_starts(machine):
-    found = file_numbers(machine, ["u.value", "i.start", "gain.value"])
-    assert {name for one in found.numbers for name in one.factors} == {
-        "u.value",
-        "i.start",
-        "gain.value",
-    }
-    assert {(one.value, one.unit) for one in found.numbers} == {
-        (1.5, "N*m"),
-        (0.1, "rad*s"),
-        (2.0, ""),
-    }
-
-
-def test_inputs_and_states_of_python_are_those_of_the_file():
-    machine = Mechanism("arm", parameters={"c": "2 N*m*s/rad"})
-    machine.add(Body("arm", mass=1.0, inertia=0.1), Revolute("O", "ground", "arm"))
-    machine.add(Input("u", "1 N*m"), State("i", rate="(u - i)/(1 s)", start="steady", size="1 N*m"))
-    machine.add(Torque("motor", "arm", value="i - c*arm.omega"))
-    again = from_toml(to_toml(machine))
-    assert again == machine
-    assert again.inputs == machine.inputs and again.states == machine.states

@@ -8,22 +8,6 @@ import pytest
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CamFollower,
-    CoordinateDriver,
-    Damper,
-    Force,
-    Gravity,
-    Mechanism,
-    ModelError,
-    Prismatic,
-    Revolute,
-    Spring,
-    TorsionDamper,
-    TorsionSpring,
-)
 from mbody.laws import Table
 
 STEP = [0.0, 0.2, 0.21, 0.6, 0.61, 1.0], [0.0, 0.0, 2000.0, 2000.0, 0.0, 0.0]
@@ -77,7 +61,7 @@ def test_a_periodic_table_repeats_with_its_derivatives(kind, seed):
 def test_no_default_of_a_load_overshoots(seed):
     x, y = points(12, seed)
     y = np.round(y)  # flat parts and jumps
-    table = Force("F", "body", Table(x, y)).value
+    table = mbody.Force("F", "body", Table(x, y)).value
     assert table.interpolation == "pchip" and table.beyond() is None
     f = table(np.linspace(x[0], x[-1], 4001))
     assert f.min() >= y.min() - 1e-13 and f.max() <= y.max() + 1e-13
@@ -89,27 +73,29 @@ def test_no_default_of_a_load_overshoots(seed):
 def test_a_motion_is_smooth_and_a_load_within_its_points_by_default():
     table = Table(*STEP)
     smooth = [
-        AngleDriver("d", "b", table).law,
-        CoordinateDriver("d", "ground", "b", table).law,
-        CamFollower("c", "a", "b", profile=table, base_radius=1.0).profile,
+        mbody.AngleDriver("d", "b", table).law,
+        mbody.CoordinateDriver("d", "ground", "b", table).law,
+        mbody.CamFollower("c", "a", "b", profile=table, base_radius=1.0).profile,
     ]
     within = [
-        Force("F", "b", table).value,
-        Spring("s", "ground", "b", law=table).law,
-        Damper("s", "ground", "b", law=table).law,
-        TorsionSpring("s", "b", law=table).law,
-        TorsionDamper("s", "b", law=table).law,
-        Gravity("g", y=table).y,
+        mbody.Force("F", "b", table).value,
+        mbody.Spring("s", "ground", "b", law=table).law,
+        mbody.Damper("s", "ground", "b", law=table).law,
+        mbody.TorsionSpring("s", "b", law=table).law,
+        mbody.TorsionDamper("s", "b", law=table).law,
+        mbody.Gravity("g", y=table).y,
     ]
     assert {law.interpolation for law in smooth} == {"spline"}
     assert {law.interpolation for law in within} == {"pchip"}
-    assert Force("F", "b", Table(*STEP, end="natural")).value.interpolation == "spline"
-    assert Force("F", "b", Table(*STEP, interpolation="linear")).value.interpolation == "linear"
+    assert mbody.Force("F", "b", Table(*STEP, end="natural")).value.interpolation == "spline"
+    assert (
+        mbody.Force("F", "b", Table(*STEP, interpolation="linear")).value.interpolation == "linear"
+    )
 
 
 def test_text_in_a_table_chooses_as_numbers_do():
     machine = slide()
-    machine.add(Force("F", "m", Table(["0 s", "0.5 s"], ["0 N", "3 N"])))
+    machine.add(mbody.Force("F", "m", Table(["0 s", "0.5 s"], ["0 N", "3 N"])))
     assert machine["F"].value.interpolation == "pchip"
 
 
@@ -125,8 +111,8 @@ def test_beyond_finds_the_farthest_place():
 
 
 def slide(**how):
-    machine = Mechanism("slide", **how)
-    machine.add(Body("m", mass=1.0), Prismatic("guide", "ground", "m"))
+    machine = mbody.Mechanism("slide", **how)
+    machine.add(mbody.Body("m", mass=1.0), mbody.Prismatic("guide", "ground", "m"))
     return machine
 
 
@@ -142,10 +128,9 @@ def test_an_analysis_takes_the_interpolation(tmp_path, kind):
         "utf-8",
     )
     machine = mbody.load(tmp_path / "m.toml")
-    wanted = {
-        "linear": lambda t: np.interp(t, *STEP),
-        "spline": CubicSpline(*STEP),
-    }.get(kind, PchipInterpolator(*STEP))
+    wanted = {"linear": lambda t: np.interp(t, *STEP), "spline": CubicSpline(*STEP)}.get(
+        kind, PchipInterpolator(*STEP)
+    )
     for count in (5, 601):
         run = mbody.kinetostatics(machine, t=np.linspace(0.0, 1.0, count))
         np.testing.assert_allclose(-run.effort("d"), wanted(run.t), atol=1e-7)
@@ -157,7 +142,7 @@ def test_an_analysis_takes_the_interpolation(tmp_path, kind):
 def test_linear_force_in_a_free_motion():
     """v(1) is the area below the straight lines."""
     machine = slide()
-    machine.add(Force("F", "m", Table(*STEP, interpolation="linear")))
+    machine.add(mbody.Force("F", "m", Table(*STEP, interpolation="linear")))
     # the steps do not end at the corners of the table: what lies within a step across one is met to
     # some hundred times rtol, as the steps happen to lie
     run = mbody.simulate(machine, 1.0, rtol=1e-12)
@@ -173,11 +158,11 @@ def test_linear_force_in_a_free_motion():
 @pytest.mark.parametrize("analysis", ["kinetostatics", "simulate"])
 def test_a_result_beyond_a_table_of_time_is_doubtful(outside, analysis):
     machine = slide()
-    machine.add(Force("F", "m", Table([0.0, 0.5], [0.0, 3.0], outside=outside)))
+    machine.add(mbody.Force("F", "m", Table([0.0, 0.5], [0.0, 3.0], outside=outside)))
     if analysis == "simulate":
         within, beyond = (mbody.simulate(machine, t) for t in (0.5, 0.8))
     else:
-        machine.add(CoordinateDriver("d", "ground", "m", 0.0))
+        machine.add(mbody.CoordinateDriver("d", "ground", "m", 0.0))
         within, beyond = (mbody.kinetostatics(machine, t=[0.0, t]) for t in (0.5, 0.8))
     assert within.status == "completed" and not within.doubts
     (doubt,) = beyond.doubts
@@ -188,10 +173,10 @@ def test_a_result_beyond_a_table_of_time_is_doubtful(outside, analysis):
 
 
 LAWS = {
-    "spring": lambda law: Spring("s", "ground.C", "bob.P", free_length=1.0, law=law),
-    "damper": lambda law: Damper("s", "ground.C", "bob.P", law=law),
-    "torsion spring": lambda law: TorsionSpring("s", "bob", free_angle=0.2, law=law),
-    "torsion damper": lambda law: TorsionDamper("s", "bob", law=law),
+    "spring": lambda law: mbody.Spring("s", "ground.C", "bob.P", free_length=1.0, law=law),
+    "damper": lambda law: mbody.Damper("s", "ground.C", "bob.P", law=law),
+    "torsion spring": lambda law: mbody.TorsionSpring("s", "bob", free_angle=0.2, law=law),
+    "torsion damper": lambda law: mbody.TorsionDamper("s", "bob", law=law),
 }
 
 
@@ -210,12 +195,14 @@ def test_what_a_law_goes_by_is_watched(kind, batch):
     }[kind]
 
     def run(low, high):
-        machine = Mechanism("bob", ground={"C": (0.0, 2.0)})
+        machine = mbody.Mechanism("bob", ground={"C": (0.0, 2.0)})
         law = Table([low, 0.5 * (low + high), high], [1.0, 2.0, 3.0], outside="line")
         machine.add(
-            Body("bob", mass=1.0, points={"P": (1.0, 0.0)}), Revolute("O", "ground", "bob"),
-            AngleDriver("motor", "bob", "0.5 rad/s^2 * t^2"), LAWS[kind](law),
-        )  # fmt: skip
+            mbody.Body("bob", mass=1.0, points={"P": (1.0, 0.0)}),
+            mbody.Revolute("O", "ground", "bob"),
+            mbody.AngleDriver("motor", "bob", "0.5 rad/s^2 * t^2"),
+            LAWS[kind](law),
+        )
         system = mbody.assemble(machine)
         if batch:
             system = system.with_values({"bob.mass": [1.0, 2.0]})
@@ -231,11 +218,14 @@ def test_what_a_law_goes_by_is_watched(kind, batch):
 
 def test_an_excursion_between_kept_instants_is_seen():
     """A bob that swings to ±1 rad, kept at its zero crossings alone."""
-    machine = Mechanism("swing")
+    machine = mbody.Mechanism("swing")
     machine.add(
-        Body("bob", mass=1.0, inertia=1.0, guess=0.0), Revolute("O", "ground", "bob"),
-        TorsionSpring("s", "bob", law=Table([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9], outside="line")),
-    )  # fmt: skip
+        mbody.Body("bob", mass=1.0, inertia=1.0, guess=0.0),
+        mbody.Revolute("O", "ground", "bob"),
+        mbody.TorsionSpring(
+            "s", "bob", law=Table([-0.9, 0.0, 0.9], [-0.9, 0.0, 0.9], outside="line")
+        ),
+    )
     run = mbody.simulate(machine, 2 * math.pi, rates={"bob": 1.0}, instants=5)
     assert [doubt.kind for doubt in run.doubts] == ["extrapolation"]
 
@@ -243,7 +233,8 @@ def test_an_excursion_between_kept_instants_is_seen():
 def test_a_table_that_is_left_without_leave_is_still_refused():
     machine = slide()
     machine.add(
-        Force("F", "m", Table([0.0, 0.5], [0.0, 3.0])), CoordinateDriver("d", "ground", "m", 0.0)
+        mbody.Force("F", "m", Table([0.0, 0.5], [0.0, 3.0])),
+        mbody.CoordinateDriver("d", "ground", "m", 0.0),
     )
-    with pytest.raises((ModelError, mbody.SolveError), match="F"):
+    with pytest.raises((mbody.ModelError, mbody.SolveError), match="F"):
         mbody.kinetostatics(machine, t=[0.0, 0.8])

@@ -1,7 +1,6 @@
 """Tables of two variables, and curves that formulas call by name."""
 
 import math
-import pickle
 
 import numpy as np
 import pytest
@@ -9,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import RectBivariateSpline
 
-from mbody import Body, Force, Input, Mechanism, ModelError, Revolute, Spring, Torque, simulate
+from mbody import Body, Input, Mechanism, ModelError, Revolute, Torque, simulate
 from mbody.laws import ConstantSpeed, Table, Table2
-from mbody.solution.measures import measured
 from tests.errors.test_errors import says
 
 pytestmark = pytest.mark.processor
@@ -122,32 +120,6 @@ def test_outside_the_grid():
     assert line(2.5, 1.25) == pytest.approx(f + 0.5 * fx + 0.25 * fy, rel=1e-14)
 
 
-def test_tables_are_values():
-    table = Table2(X, Y, grid(wavy), "pchip")
-    assert table == pickle.loads(pickle.dumps(table)) and table != Table2(X, Y, grid(wavy))
-    assert repr(table) == "Table2(<5 × 4 points>, interpolation='pchip', outside='error')"
-
-
-@pytest.mark.parametrize(
-    ("x", "y", "z", "more", "words"),
-    [
-        ([0.0], [0, 1], [[0, 1]], {}, "x needs at least 2 places, it has 1"),
-        ([0, 0], [0, 1], [[0, 1]] * 2, {}, "x must increase from place to place, but x[1] = 0"),
-        ([0, 1], [1, 0], [[0, 1]] * 2, {}, "y must increase"),
-        ([0, 1], [0, 1], [[0, 1]], {}, "z has 1 rows and x has 2 places"),
-        ([0, 1], [0, 1], [[0, 1], [2]], {}, "z[1] has 1 numbers and y has 2 places"),
-        ([0, 1], [0, 1], [0, 1], {}, "z must be rows of numbers"),
-        ([0, 1], [0, 1], 3.0, {}, "z must be rows of numbers"),
-        ([0, 1], [0, 1], [[0, math.nan]] * 2, {}, "z[0][1] must be a finite number"),
-        ([0, 1], [0, 1], [[0, 1]] * 2, {"outside": "far"}, "outside must be one of error, hold"),
-        ([0, 1], [0, 1], [[0, 1]] * 2, {"interpolation": "no"}, "interpolation must be one of"),
-    ],
-)
-def test_what_is_no_grid(x, y, z, more, words):
-    with says(ModelError, f"Table2: {words}"):
-        Table2(x, y, z, **more)
-
-
 # -- curves in formulas ---------------------------------------------------------------------------
 
 SPEED = Table(
@@ -204,35 +176,3 @@ def test_any_law_may_be_a_curve():
     machine = wheel(drive, inertia=1.0, curves={"line": ConstantSpeed(2.0, -1.0)})
     run = simulate(machine, 1.0, rtol=1e-12, instants=3)
     np.testing.assert_allclose(run["wheel"].omega, 2.0 * (1.0 - np.exp(-run.t)), atol=1e-11)
-
-
-def test_curves_are_measured():
-    machine = wheel(Torque("drive", "wheel", value=1.0), curves={"motor": SPEED})
-    run = simulate(machine, 1.0, instants=3)
-    found = measured(run, "motor(wheel.omega)")[0]
-    slope = 5.0 / (20.0 * math.pi)
-    np.testing.assert_allclose(found, 20.0 - slope * run["wheel"].omega, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("moter(wheel.omega)", "there is no function 'moter'"),
-        ("moter(t)", "and the curves motor, engine"),
-        ("motor(wheel.angle)", "'motor' is of an angular velocity (rad/s), not of an angle (rad)"),
-        ("motor(wheel.omega, 1)", "the curve 'motor' takes one number, not 2"),
-        ("engine(wheel.omega)", "the curve 'engine' takes two numbers, not 1"),
-        ("motor", "'motor' is a curve: give it a number, as in 'motor(2)'"),
-        ("motor(wheel.omega) + 1 m", "it adds a torque (N·m) and a length (m)"),
-    ],
-)
-def test_what_no_formula_of_a_curve_is(text, words):
-    with says(ModelError, "'drive': value", words):
-        wheel(Torque("drive", "wheel", value=text), curves={"motor": SPEED, "engine": ENGINE})
-
-
-def test_a_table_of_two_variables_is_no_law_of_one():
-    with says(ModelError, "'f': value: a Table2 has two variables", "one of its curves"):
-        Force("f", "wheel.A", ENGINE)
-    with says(ModelError, "'s': law: a Table2 has two variables"):
-        Spring("s", "ground.A", "wheel.A", law=ENGINE)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatics
 from mbody.laws import Expression, Polynomial, law
 from mbody.laws.kernels import MAX_OPERATIONS, MAX_STACK, OPERATIONS
-from mbody.quantities import FormulaError, Scope, Valued, text_of
+from mbody.quantities import FormulaError, Valued, text_of
 from mbody.quantities.parse import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER
 from tests.support.expressions import four_bar, made, program
@@ -235,22 +235,6 @@ def test_saturation_dead_band_and_steps(text, places, expected):
         assert example.derivatives(place) == three
 
 
-def test_a_step_of_no_number_is_none():
-    for text in ("sign(sqrt(t))", "step(log(t))"):
-        with pytest.raises(ModelError, match="has no value at -1"):
-            program(text)(-1.0)
-
-
-def test_powers_of_zero():
-    for n, expected in ((0, (1, 0, 0)), (1, (0, 1, 0)), (2, (0, 0, 2)), (3, (0, 0, 0))):
-        assert program("(t - 1)^n", n=float(n)).derivatives(1.0) == expected
-    assert program("(t - 1)^2.5").derivatives(1.0) == (0.0, 0.0, 0.0)
-    assert program("(t - 1)^1.5").derivatives(1.0) == (0.0, 0.0, math.inf)
-    assert program("0^(1 + t)").derivatives(1.0) == (0.0, 0.0, 0.0)
-    assert program("(t - 3)^n", n=3.0).derivatives(1.0) == (-8.0, 12.0, -12.0)
-    assert program("(t - 3)^min(2, 1 + t)").derivatives(1.5) == (2.25, -3.0, 2.0)
-
-
 # --- where there is no value --------------------------------------------------------------------
 
 
@@ -360,20 +344,6 @@ def test_units_of_laws():
     assert found(0.2) == pytest.approx(2 * math.sin(0.6), rel=1e-15)
     found, _ = made("(t/2 s + 1) deg", ANGLE)
     assert found == Polynomial([PI / 180, 0.5 * (PI / 180)])
-
-
-def test_plain_degrees_are_scaled():
-    line, numbers = made("a + 90*t", ANGLE, angle="deg", a=60.0)
-    assert line(1.0) == pytest.approx(150 * PI / 180, rel=1e-15)
-    assert list(numbers) == ["c0"]
-    assert numbers["c0"].value(Scope(names={"a": Valued(180.0)})) == PI
-    swing, _ = made("30*sin(2*t)", ANGLE, angle="deg")
-    assert swing(0.4) == pytest.approx(30 * math.sin(0.8) * PI / 180, rel=1e-15)
-    assert made("30*sin(2*t)", ANGLE)[0](0.4) == 30 * math.sin(0.8)
-    # with units the angle is known
-    assert made("60 deg + 1 rev/s*t", ANGLE, angle="deg")[0](1.0) == pytest.approx(
-        PI / 3 + 2 * PI, rel=1e-15
-    )
 
 
 def test_a_program_that_keeps_too_many_waiting():

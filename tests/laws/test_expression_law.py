@@ -1,56 +1,18 @@
 """Laws from formulas: as other laws, over batches, their times, without compiler."""
 
-import os
-import pickle
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
 from mbody import ModelError, assemble, kinetostatics
-from mbody.core.selection import chosen
-from mbody.laws import (
-    ConstantAcceleration,
-    Expression,
-    Function,
-    Harmonic,
-    Polynomial,
-    law,
-    times_of,
-)
+from mbody.laws import ConstantAcceleration, Expression, Function, Harmonic, Polynomial, times_of
 from mbody.quantities import Scope, Valued, parse
 from mbody.quantities.units import DIMENSIONS
 from tests.support.expressions import four_bar, made, program
-from tests.support.paths import ROOT
 
 TIME, ANGLE, LENGTH = (DIMENSIONS[name] for name in ("time", "angle", "length"))
 
 
 # --- as a law -----------------------------------------------------------------------------------
-
-
-def test_an_expression_is_a_law_like_others():
-    example = program("10*sin(5*t)*exp(-t/2)")
-    copy = pickle.loads(pickle.dumps(example))
-    assert copy == example and hash(copy) == hash(example)
-    assert repr(example) == "Expression('10*sin(5*t)*exp(-t/2)')"
-    assert example.numbers() == {"c0": 5.0, "c1": 10.0, "c2": 2.0}
-    changed = example.with_numbers({"c0": 5.0, "c1": 20.0, "c2": 2.0})
-    assert changed != example and changed(0.3) == 2 * example(0.3)
-    assert all(type(value) is float for value in example.derivatives(0.3))
-    assert example(np.full((2, 3), 0.3)).shape == (2, 3)
-
-
-def test_the_kernel_reads_its_own_rows_lane_and_table_and_writes_none():
-    example = program("10*sin(5*t)*exp(-t/2) + hypot(t, 3)")
-    values, own = example.parameters(example.numbers()), example.table()
-    par = np.full((len(values) + 5, 3), np.nan)
-    par[2 : 2 + len(values), 1] = values
-    before = par.copy()
-    tab = np.concatenate([[np.nan] * 3, own, [np.nan]])
-    assert law(example.code, par, 2, len(values), 1, tab, 3, 0.37) == example.derivatives(0.37)
-    np.testing.assert_array_equal(par, before)
 
 
 def test_numbers_over_a_batch_equal_compiling_again():
@@ -167,29 +129,3 @@ def test_times_agree_with_those_of_the_python_function():
 
 
 # --- plain Python -------------------------------------------------------------------------------
-
-PLAIN = """
-import numpy as np
-from mbody.quantities import Scope, read
-from mbody.laws import compile_formula
-from mbody.quantities.units import NUMBER
-texts = ["exp(-x)*sin(5*x)^2/(1 + x^3)", "atan2(sin(x), cos(2*x)) + asin(x/3)", "x^x - tan(x)",
-         "hypot(x, 1) - log(1 + x)*sqrt(x)", "min(x, 0.5) + max(abs(x - 0.3), x)^1.5", "-acos(x/2)"]
-laws = [compile_formula(read(text, None), Scope(), NUMBER)[0] for text in texts]
-x = np.linspace(0.01, 1, 23)
-print(repr(np.array([l.derivatives(x) for l in laws[:1] + laws[2:5]]).tolist()))
-"""
-
-
-def test_plain_mode_gives_the_same_numbers():
-    root = ROOT
-    found = []
-    for core in ("plain", chosen().name):
-        env = {**os.environ, "MBODY_CORE": core, "PYTHONPATH": str(root)}
-        run = subprocess.run(
-            [sys.executable, "-W", "error", "-c", PLAIN], env=env, capture_output=True, text=True
-        )
-        assert run.returncode == 0, run.stderr
-        found.append([np.array(eval(line)) for line in run.stdout.splitlines()])
-    for plain, compiled_ in zip(*found, strict=True):
-        np.testing.assert_allclose(plain, compiled_, rtol=1e-12, atol=1e-12)

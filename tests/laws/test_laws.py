@@ -1,17 +1,13 @@
 """Motion and force laws against independent formulas and their own definitions."""
 
 import math
-import os
 import pickle
-import subprocess
-import sys
 import warnings
 
 import numpy as np
 import pytest
 
 from mbody.core import callbacks
-from mbody.core.selection import chosen
 from mbody.laws import (
     LAW_KINDS,
     SHAPES,
@@ -24,13 +20,11 @@ from mbody.laws import (
     Polynomial,
     Rise,
     Table,
-    as_law,
     evaluate,
     law,
     times_of,
 )
 from tests.support.law_examples import CAM, EXAMPLES, IDS, broken_function
-from tests.support.paths import ROOT
 
 PI = math.pi
 KNOTS = np.array([0.0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0])
@@ -85,28 +79,6 @@ def test_laws_pickle_compare_and_are_frozen(example):
 
 
 @pytest.mark.parametrize(
-    "example", [e for e in EXAMPLES if e.kind != "user"], ids=lambda e: type(e).__name__
-)
-def test_kernel_reads_its_own_rows_lane_and_table(example):
-    values = example.parameters(example.numbers())
-    par = np.full((len(values) + 5, 3), np.nan)
-    par[2 : 2 + len(values), 1] = values
-    own = example.table()
-    tab = np.concatenate([[np.nan, np.nan, np.nan], own, [np.nan]])
-    assert law(example.code, par, 2, len(values), 1, tab, 3, 0.37) == example.derivatives(0.37)
-
-
-@pytest.mark.parametrize("example", [e for e in EXAMPLES if e.kind == "user"])
-def test_a_function_is_asked_by_its_handle(example):
-    handle, found = callbacks.register(example.hook()), np.empty(3)
-    try:
-        assert callbacks.call_user(handle, np.array([0.37]), found) == 0
-    finally:
-        callbacks.release(handle)
-    assert tuple(found) == example.derivatives(0.37)
-
-
-@pytest.mark.parametrize(
     "example", [e for e in EXAMPLES if e.numbers()], ids=lambda e: type(e).__name__
 )
 def test_parameters_over_a_batch(example):
@@ -128,15 +100,6 @@ def test_parameters_over_a_batch(example):
         assert tuple(out[1]) == changed
         seen.add(changed[0])
     assert len(seen) == 3
-
-
-def test_numbers_are_in_the_users_terms():
-    accelerated = ConstantAcceleration(60, 25, -40)
-    assert accelerated.numbers() == {"value": 60.0, "speed": 25.0, "acceleration": -40.0}
-    assert accelerated.parameters(accelerated.numbers()) == [60.0, 25.0, -20.0]
-    assert Polynomial([1, 2]).numbers() == {"c0": 1.0, "c1": 2.0}
-    assert Rise("3-4-5", 1, 2, 3).numbers() == {"height": 1, "start": 2, "duration": 3, "base": 0}
-    assert CAM.numbers() == Table([0, 1], [0, 1]).numbers() == Function(math.sin).numbers() == {}
 
 
 # --- elementary laws ----------------------------------------------------------------------------
@@ -282,36 +245,4 @@ def test_times_from_a_turning_point_that_is_known_but_for_rounding():
         np.testing.assert_allclose(example(times_of(example, values, t0)), values, atol=1e-14)
 
 
-def test_as_law():
-    assert as_law(3) == as_law(np.float64(3)) == as_law(np.int64(3)) == Constant(3.0)
-    assert as_law(CAM) is CAM
-    assert as_law(math.sin) == Function(math.sin)
-
-
 # --- plain Python -------------------------------------------------------------------------------
-
-PLAIN = """
-import numpy as np
-from mbody.laws import *
-k = np.array([0.0, 0.1, 0.25, 0.3, 0.55, 0.7, 1.0])
-laws = [ConstantAcceleration(1, 2, -3), Harmonic(1, 2, 3, 0.4), Table(k, np.cos(3 * k)),
-        Cam([Rise("modified-trapezoidal", 1, 0, 0.3), Rise("modified-sine", -1, 0, 0.4)], 0.8),
-        Rise("4-5-6-7", 1, 0.1, 0.7), Function(np.sin)]
-x = np.linspace(0, 1, 23)
-print(repr(np.array([l.derivatives(x) for l in laws]).tolist()))
-print(repr(times_of(laws[4], [0.0, 0.25, 1.0], 0.0).tolist()))
-"""
-
-
-def test_plain_mode_gives_the_same_numbers():
-    root = ROOT
-    found = []
-    for core in ("plain", chosen().name):
-        env = {**os.environ, "MBODY_CORE": core, "PYTHONPATH": str(root)}
-        run = subprocess.run(
-            [sys.executable, "-W", "error", "-c", PLAIN], env=env, capture_output=True, text=True
-        )
-        assert run.returncode == 0, run.stderr
-        found.append([np.array(eval(line)) for line in run.stdout.splitlines()])
-    for plain, compiled in zip(*found, strict=True):
-        np.testing.assert_allclose(plain, compiled, rtol=1e-12, atol=1e-12)

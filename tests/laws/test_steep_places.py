@@ -155,21 +155,6 @@ def test_a_motion_sees_pulses(text):
     assert simulator["b"].omega == pytest.approx(PULSES[text] / 0.1, rel=1e-6)
 
 
-def test_many_simulators_see_them():
-    text = "200 N*m*clamp((t - 0.05 s)/(1e-4 s), 0, 1)*clamp((0.0505 s - t)/(1e-4 s), 0, 1)"
-    simulators = mbody.Simulators(wheel(text), 3)
-    for _ in range(10):
-        simulators.step(0.01)
-    np.testing.assert_allclose(simulators["b"].omega, 0.8, rtol=1e-6)
-
-
-def test_a_sweep_sees_them():
-    text = "peak*clamp((t - 0.05 s)/(1e-4 s), 0, 1)*clamp((0.0505 s - t)/(1e-4 s), 0, 1)"
-    machine = wheel(text, parameters={"peak": "200 N*m"})
-    found = mbody.sweep(machine, {"peak": [100.0, 200.0]}, "simulate", ["last(b.omega)"], until=0.1)
-    np.testing.assert_allclose(found["last(b.omega)"], [0.4, 0.8], rtol=1e-6)
-
-
 def test_an_auxiliary_state_sees_them():
     machine = wheel("0 N*m")
     rate = "1000*exp(-((t - 0.377 s)/(0.1 ms))^2)/(1 s)"

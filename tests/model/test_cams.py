@@ -82,15 +82,6 @@ def test_a_translating_follower_moves_by_its_lift_law(follower, clockwise, insta
     assert not run.notes
 
 
-def test_a_flat_face_is_touched_aside_by_the_slope_of_the_lift():
-    run = mbody.kinetostatics(tappet(base_radius=0.04, flat=True), turn=True, instants=37)
-    _, v, _ = PROGRAM.derivatives(np.mod(run["cam"].angle, TURN))
-    # the cam's place of contact, x to the right of its centre, rises with ω x = ω s′: so the push
-    # has the moment s′ F about the place on the tappet, which the guide takes
-    guide, contact = run.reaction("guide"), run.reaction("contact")
-    assert guide.torque == pytest.approx(-v * contact.fy, abs=1e-12)
-
-
 def polar_circle(e, r):
     """Polar equation of a circle of radius r whose centre lies at e on the line of 0."""
     return mbody.laws.Function(
@@ -194,15 +185,6 @@ def test_the_oracle_agrees_on_cams_of_every_kind():
     assert run.checks.virtual_work < 1e-11
 
 
-def test_lanes_are_the_scalar_path():
-    machine, t = mixed(), np.linspace(0.0, 1.6, 161)
-    wide = mbody.kinetostatics(machine, t=t)
-    narrow = [mbody.kinetostatics(machine, t=part) for part in np.array_split(t, 4)]
-    for joint in ("one", "two"):
-        both = np.concatenate([part.reaction(joint).fx for part in narrow])
-        assert wide.reaction(joint).fx == pytest.approx(both, abs=1e-9 * np.abs(both).max())
-
-
 def test_profiles_of_every_kind_of_law_are_one_profile():
     x = np.linspace(0.0, TURN, 721)
     laws = [
@@ -218,23 +200,6 @@ def test_profiles_of_every_kind_of_law_are_one_profile():
         assert run["tappet"].y == pytest.approx(runs[0]["tappet"].y, abs=1e-12)
         # its second derivative is off by h²/12 f⁗ = 6e-8 of 1, forces by as much
         assert run.reaction("contact").fy == pytest.approx(wanted, abs=1e-5)
-
-
-def test_a_batch_of_cams_is_its_designs():
-    system = mbody.assemble(tappet(Harmonic(0.05, 0.01, 2.0), offset=0.01, roller=0.01))
-    values = {
-        "contact.profile.amplitude": [0.01, 0.005, 0.008],
-        "contact.roller": [0.01, 0.02, 0.004],
-    }
-    batch = mbody.kinetostatics(system.with_values(values), t=np.linspace(0.0, 0.6, 20))
-    press = batch.contact("contact")
-    for n, (amplitude, roller) in enumerate(zip(*values.values(), strict=True)):
-        law = Harmonic(0.05, amplitude, 2.0)
-        machine = tappet(law, offset=0.01, roller=roller)
-        alone = mbody.kinetostatics(machine, t=np.linspace(0.0, 0.6, 20))
-        assert batch["tappet"].y[n] == pytest.approx(alone["tappet"].y, abs=CLOSE)
-        assert press[n] == pytest.approx(alone.contact("contact"), rel=1e-9)
-        assert np.abs(batch.reaction("contact").torque[n]).max() < 1e-12
 
 
 def test_a_follower_that_would_leave_its_cam_is_told():

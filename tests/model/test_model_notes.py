@@ -8,7 +8,6 @@ import pytest
 
 import mbody
 from mbody import Body, Mechanism, Revolute, gallery, makers
-from mbody.laws import Table
 from mbody.model.model_notes import model_notes
 
 FILE = """
@@ -114,17 +113,6 @@ def test_the_rule_of_plain_numbers():
     np.testing.assert_allclose(table.x, [-math.pi / 2, math.pi / 2])
 
 
-def test_a_driver_without_a_law():
-    text = FILE.format(
-        law="0", mass="mass = 1\ninertia = 1", spring='"3 N*m/rad * x"', units="SI"
-    ).replace(", law = 0", "")
-    run = mbody.kinetostatics(mbody.from_toml(text))
-    (note,) = run.notes
-    assert note.startswith("driver 'motor' has no law: it keeps 'arm' at 0 deg")
-    asked = mbody.from_toml(text + "[ask]\nat = { motor = 30 }\n")
-    assert not model_notes(asked)
-
-
 def test_a_link_without_length():
     machine = Mechanism("short", ground={"Q": (3.0, 0.0)})
     machine.add(
@@ -155,18 +143,6 @@ def test_of_many_bodies_there_is_one_note():
     assert said[1].startswith("9 bodies have plain masses, which are in blob ('rod0', ")
     (inertia,) = (one for one in model_notes(made) if "no inertia" in one)
     assert inertia.startswith("9 bodies have a mass or weight and no inertia ('rod0', ")
-
-
-def test_python_speaks_radians():
-    """Nothing is said of text laws in Python, whose plain angles are radians."""
-    machine = Mechanism("arm")
-    machine.add(
-        Body("arm", mass=1.0, inertia=0.1), Revolute("O", "ground", "arm"),
-        mbody.AngleDriver("motor", "arm", "2*pi*t"),
-        mbody.TorsionSpring("s", "arm", law=Table([-9.0, 9.0], [-1.0, 1.0])),
-    )  # fmt: skip
-    assert not model_notes(machine)
-    assert mbody.kinematics(machine, t=0.0)["arm"].omega[0] == pytest.approx(2 * math.pi)
 
 
 @pytest.mark.parametrize(("points", "said"), [(7, True), (20_001, False)])

@@ -6,28 +6,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    Force,
-    Gear,
-    Gravity,
-    Marker,
-    Mechanism,
-    ModelError,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-    SolveError,
-    Torque,
-)
 from mbody.engines.oracle import Reference
 from mbody.errors import ModelWarning
 from mbody.laws import ConstantSpeed
-from tests.errors.solving import gears_apart
 from tests.support.agreement import assert_agrees
 
 # closed loops leave 1e-13 of their size, forces the same times a condition below 10
@@ -37,18 +18,20 @@ CLOSE = 1e-12
 def train(sun=2.0, planet=1.0, speed=7.0, load=5.0):
     """Sun, planet on a carrier, fixed ring; the sun drives, a torque holds the carrier back."""
     arm = sun + planet
-    machine = Mechanism("epicyclic train")
+    machine = mbody.Mechanism("epicyclic train")
     machine.add(
-        Body("sun", mass=3.0, inertia=0.4),
-        Body("carrier", mass=1.0, inertia=0.2, cg=(0.5 * arm, 0.0), points={"P": (arm, 0.0)}),
-        Body("planet", mass=0.7, inertia=0.1),
-        Revolute("S", "ground", "sun"),
-        Revolute("C", "ground", "carrier"),
-        Revolute("P", "carrier.P", "planet"),
-        Gear("inner", "sun", "planet", radius_i=sun, radius_j=planet),
-        Gear("outer", "ground", "planet", radius_i=arm + planet, radius_j=planet, internal=True),
-        AngleDriver("motor", "sun", ConstantSpeed(0.3, speed)),
-        Torque("load", "carrier", value=-load),
+        mbody.Body("sun", mass=3.0, inertia=0.4),
+        mbody.Body("carrier", mass=1.0, inertia=0.2, cg=(0.5 * arm, 0.0), points={"P": (arm, 0.0)}),
+        mbody.Body("planet", mass=0.7, inertia=0.1),
+        mbody.Revolute("S", "ground", "sun"),
+        mbody.Revolute("C", "ground", "carrier"),
+        mbody.Revolute("P", "carrier.P", "planet"),
+        mbody.Gear("inner", "sun", "planet", radius_i=sun, radius_j=planet),
+        mbody.Gear(
+            "outer", "ground", "planet", radius_i=arm + planet, radius_j=planet, internal=True
+        ),
+        mbody.AngleDriver("motor", "sun", ConstantSpeed(0.3, speed)),
+        mbody.Torque("load", "carrier", value=-load),
     )
     return machine
 
@@ -75,14 +58,14 @@ def test_a_planetary_train_turns_by_williss_formula():
 
 
 def test_a_pair_on_fixed_centres_accelerates_its_inertias():
-    machine = Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.0, 0.0)})
+    machine = mbody.Mechanism("pair", ground={"A": (0.0, 0.0), "B": (3.0, 0.0)})
     machine.add(
-        Body("a", mass=1.0, inertia=2.0),
-        Body("b", mass=1.0, inertia=0.5),
-        Revolute("A", "ground.A", "a"),
-        Revolute("B", "ground.B", "b"),
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.0, 3.0, 4.0)),
+        mbody.Body("a", mass=1.0, inertia=2.0),
+        mbody.Body("b", mass=1.0, inertia=0.5),
+        mbody.Revolute("A", "ground.A", "a"),
+        mbody.Revolute("B", "ground.B", "b"),
+        mbody.Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
+        mbody.AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.0, 3.0, 4.0)),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
     assert run["b"].omega == pytest.approx(-2.0 * run["a"].omega, rel=CLOSE)
@@ -91,58 +74,35 @@ def test_a_pair_on_fixed_centres_accelerates_its_inertias():
     assert run.reaction("mesh").magnitude == pytest.approx(0.5 * 8.0 / 1.0, rel=1e-11)
 
 
-def test_wheels_that_do_not_mesh_are_a_sentence():
-    with pytest.raises(SolveError, match=r"'mesh' does not fit: .* 3 mm apart, they are 3\.1 mm"):
-        mbody.kinetostatics(gears_apart())
-    with pytest.raises(ModelError, match="the ring must be the greater one"):
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=2.0, internal=True)
-
-
-def test_wheels_of_every_design_must_mesh():
-    designs = mbody.assemble(train()).with_values({"inner.radius_j": [1.0, 1.0, 0.8]})
-    sentence = r"design 2 of the batch: 'inner' does not fit: .* 2\.8 m apart, they are 3 m: move"
-    for analysis in (mbody.kinematics, mbody.kinetostatics, mbody.statics):
-        with pytest.raises(SolveError, match=sentence):
-            analysis(designs, t=[0.0, 0.1])
-
-
 def test_wheels_that_come_apart_on_the_way_are_a_sentence():
-    machine = Mechanism("pair", ground={"A": (0.0, 0.0)})
+    machine = mbody.Mechanism("pair", ground={"A": (0.0, 0.0)})
     machine.add(
-        Body("a"),
-        Body("b"),
-        Body("slide"),
-        Revolute("A", "ground.A", "a"),
-        Prismatic("guide", "ground.A", "slide"),
-        Revolute("B", "slide", "b"),
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
-        AngleDriver("motor", "a", ConstantSpeed(0.0, 1.0)),
-        CoordinateDriver("jack", "ground.A", "slide", ConstantSpeed(3.0, 0.1)),
+        mbody.Body("a"),
+        mbody.Body("b"),
+        mbody.Body("slide"),
+        mbody.Revolute("A", "ground.A", "a"),
+        mbody.Prismatic("guide", "ground.A", "slide"),
+        mbody.Revolute("B", "slide", "b"),
+        mbody.Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0),
+        mbody.AngleDriver("motor", "a", ConstantSpeed(0.0, 1.0)),
+        mbody.CoordinateDriver("jack", "ground.A", "slide", ConstantSpeed(3.0, 0.1)),
     )
-    with pytest.raises(SolveError, match=r"'mesh' .* 3 m apart, they are 3\.05 m at t = 0\.5 s"):
+    with pytest.raises(
+        mbody.SolveError, match=r"'mesh' .* 3 m apart, they are 3\.05 m at t = 0\.5 s"
+    ):
         mbody.kinetostatics(machine, t=[0.0, 0.5, 1.0])
 
 
-@pytest.mark.parametrize("value", ["no", 1, None])
-def test_internal_is_true_or_false(value):
-    for make in (
-        lambda: Gear("it", "a", "b", radius_i=2.0, radius_j=1.0, internal=value),
-        lambda: Rolling("it", "a", "b", radius=1.0, on_radius=2.0, internal=value),
-    ):
-        with pytest.raises(ModelError, match="'it': internal must be True or False, not"):
-            make()
-
-
 def test_a_rack_is_pushed_by_the_torque_over_the_radius():
-    machine = Mechanism("rack", ground={"O": (0.0, 0.5)})
+    machine = mbody.Mechanism("rack", ground={"O": (0.0, 0.5)})
     machine.add(
-        Body("rack", mass=4.0),
-        Body("pinion", mass=1.0, inertia=0.3),
-        Revolute("O", "ground.O", "pinion"),
-        Prismatic("guide", "ground", "rack"),
-        RackPinion("mesh", "rack", "pinion", radius=0.5),
-        AngleDriver("motor", "pinion", mbody.laws.ConstantAcceleration(0.0, 2.0, 3.0)),
-        Force("cut", "rack", 10.0, angle=math.pi),
+        mbody.Body("rack", mass=4.0),
+        mbody.Body("pinion", mass=1.0, inertia=0.3),
+        mbody.Revolute("O", "ground.O", "pinion"),
+        mbody.Prismatic("guide", "ground", "rack"),
+        mbody.RackPinion("mesh", "rack", "pinion", radius=0.5),
+        mbody.AngleDriver("motor", "pinion", mbody.laws.ConstantAcceleration(0.0, 2.0, 3.0)),
+        mbody.Force("cut", "rack", 10.0, angle=math.pi),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 0.7])
     # the pinion is above the rack and pushes it the way that its lowest point goes, +r ω
@@ -155,14 +115,14 @@ def test_a_rack_is_pushed_by_the_torque_over_the_radius():
 
 def test_a_wheel_rolls_down_a_slope_only_if_it_is_held():
     m, inertia, r, slope, g = 2.0, 0.3, 0.5, math.radians(20.0), 9.81
-    machine = Mechanism("slope")
+    machine = mbody.Mechanism("slope")
     machine.add(
-        Body("wheel", mass=m, inertia=inertia),
-        Rolling("road", Marker("ground", (0.0, 0.0), slope), "wheel", radius=r),
-        CoordinateDriver(
-            "pull", Marker("ground", (0.0, 0.0), slope), "wheel", ConstantSpeed(0.0, 1.5)
+        mbody.Body("wheel", mass=m, inertia=inertia),
+        mbody.Rolling("road", mbody.Marker("ground", (0.0, 0.0), slope), "wheel", radius=r),
+        mbody.CoordinateDriver(
+            "pull", mbody.Marker("ground", (0.0, 0.0), slope), "wheel", ConstantSpeed(0.0, 1.5)
         ),
-        Gravity("gravity", y=-g),
+        mbody.Gravity("gravity", y=-g),
     )
     run = mbody.kinetostatics(machine, t=[0.0, 1.0])
     assert run["wheel"].omega == pytest.approx(-1.5 / r, rel=CLOSE)
@@ -182,14 +142,14 @@ def test_a_wheel_rolls_down_a_slope_only_if_it_is_held():
 
 def test_a_wheel_in_a_ring_is_cardans_straight_line():
     """A wheel of half the radius: every point of its rim goes along a straight line."""
-    machine = Mechanism("Cardan circles")
+    machine = mbody.Mechanism("Cardan circles")
     machine.add(
-        Body("arm", points={"C": (1.0, 0.0)}),
-        Body("wheel", points={"P": (1.0, 0.0)}),
-        Revolute("O", "ground", "arm"),
-        Revolute("C", "arm.C", "wheel"),
-        Rolling("ring", "ground", "wheel", radius=1.0, on_radius=2.0, internal=True),
-        AngleDriver("motor", "arm", ConstantSpeed(0.0, 1.0)),
+        mbody.Body("arm", points={"C": (1.0, 0.0)}),
+        mbody.Body("wheel", points={"P": (1.0, 0.0)}),
+        mbody.Revolute("O", "ground", "arm"),
+        mbody.Revolute("C", "arm.C", "wheel"),
+        mbody.Rolling("ring", "ground", "wheel", radius=1.0, on_radius=2.0, internal=True),
+        mbody.AngleDriver("motor", "arm", ConstantSpeed(0.0, 1.0)),
     )
     run = mbody.kinematics(machine, t=np.linspace(0.0, 6.0, 61))
     assert run["wheel"].omega == pytest.approx(-1.0, rel=CLOSE)
@@ -208,15 +168,15 @@ def test_a_wheel_in_a_ring_is_cardans_straight_line():
 )
 def test_a_contact_of_wheels_presses_with_the_weight(radius, on_radius, internal, above):
     """At rest where it touches below (or hangs from above) a wheel is carried by its contact."""
-    machine = Mechanism("wheels")
+    machine = mbody.Mechanism("wheels")
     machine.add(
-        Body("wheel", mass=2.0, inertia=0.3, guess=(0.0, above, 0.0)),
-        Rolling(
+        mbody.Body("wheel", mass=2.0, inertia=0.3, guess=(0.0, above, 0.0)),
+        mbody.Rolling(
             *("rim", "ground", "wheel", radius, on_radius, internal),
             phase=math.copysign(math.pi / 2.0, above),
         ),
-        CoordinateDriver("hold", "ground", "wheel", 0.0),
-        Gravity("gravity", y=-9.81),
+        mbody.CoordinateDriver("hold", "ground", "wheel", 0.0),
+        mbody.Gravity("gravity", y=-9.81),
     )
     run = mbody.statics(machine)
     assert run["wheel"].y[0] == pytest.approx(above)
@@ -224,14 +184,14 @@ def test_a_contact_of_wheels_presses_with_the_weight(radius, on_radius, internal
 
 
 def test_a_pin_in_a_slot_is_the_scotch_yoke():
-    machine = Mechanism("Scotch yoke")
+    machine = mbody.Mechanism("Scotch yoke")
     machine.add(
-        Body("crank", points={"A": (0.2, 0.0)}),
-        Body("yoke", mass=3.0),
-        Revolute("O", "ground", "crank"),
-        Prismatic("guide", "ground", "yoke"),
-        PinSlot("slot", Marker("yoke", (0.0, 0.0), math.pi / 2.0), "crank.A"),
-        AngleDriver("motor", "crank", ConstantSpeed(0.4, 10.0)),
+        mbody.Body("crank", points={"A": (0.2, 0.0)}),
+        mbody.Body("yoke", mass=3.0),
+        mbody.Revolute("O", "ground", "crank"),
+        mbody.Prismatic("guide", "ground", "yoke"),
+        mbody.PinSlot("slot", mbody.Marker("yoke", (0.0, 0.0), math.pi / 2.0), "crank.A"),
+        mbody.AngleDriver("motor", "crank", ConstantSpeed(0.4, 10.0)),
     )
     t = np.linspace(0.0, 0.6, 31)
     run = mbody.kinetostatics(machine, t=t)
@@ -262,47 +222,45 @@ def test_batches_of_radii(analysis):
             assert mine.torque[n] == pytest.approx(other.torque, abs=1e-10)
 
 
-def test_the_breakdown_is_told_at_the_pitch_point():
-    run = mbody.kinetostatics(train())
-    parts = run.breakdown("inner")
-    whole = run.reaction("inner")
-    assert sum(part.fx[0] for part in parts.values()) == pytest.approx(whole.fx[0])
-    assert all(abs(part.torque[0]) < 1e-11 for part in parts.values())
-
-
 def everything_in_one_loop():
     """Gears turn a pin, the pin a slotted lever; the lever pulls a wheel by a rod along a road and
     turns a planet that rolls in a fixed ring; a rack runs beside.
     """
     # the pitch line of the rack is 0.5 from its guide, which goes through the centre of b
-    guide = Marker("ground", "B", 0.1)
-    machine = Mechanism(
+    guide = mbody.Marker("ground", "B", 0.1)
+    machine = mbody.Mechanism(
         "mixed", ground={"A": (0.0, 0.0), "B": (3.0, 0.0), "C": (3.0, -4.0), "road": (0.0, 2.0)}
     )
     machine.add(
-        Body("a", mass=2.0, inertia=1.5, cg=(0.1, 0.2)),
-        Body("b", mass=1.0, inertia=0.4, points={"P": (0.6, 0.1)}, guess=-1.0),
-        Body("lever", mass=1.5, inertia=0.8, cg=(3.0, 0.1), points={"T": (7.0, 0.0)}, guess=1.38),
-        Body("rod", mass=0.8, inertia=0.5, cg=(2.0, 0.0), points={"R": (4.0, 0.0)}, guess=3.17),
-        Body("wheel", mass=1.2, inertia=0.3, cg=(0.05, 0), points={"R": (0, 0)}, guess=-0.06),
-        Body("rack", mass=0.9),
-        Body("planet", mass=0.5, inertia=0.05, cg=(0.0, 0.1), guess=(4.1, -3.6, -1.2)),
-        Revolute("A", "ground.A", "a"),
-        Revolute("B", "ground.B", "b"),
-        Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0, phase=0.2),
-        Revolute("C", "ground.C", "lever"),
-        PinSlot("slot", Marker("lever", (0.0, 0.1), 0.05), "b.P"),
-        Revolute("T", "lever.T", "rod"),
-        Revolute("R", "rod.R", "wheel.R"),
-        Rolling("road", Marker("ground", "road", 0.1), "wheel.R", radius=0.7, offset=0.3),
-        RackPinion("teeth", Marker("rack", (0.0, 0.5), math.pi), "b", radius=0.5),
-        Prismatic("guide", guide, "rack"),
-        Rolling("rim", "ground.C", "planet", radius=0.4, on_radius=1.5, internal=True),
-        Gear("second", "lever", "planet", radius_i=0.7, radius_j=0.4),
-        AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.2, 1.5, 0.4)),
-        Gravity("gravity", y=-9.81),
-        Torque("load", "planet", value=2.0),
-        Force("cut", "rack", 3.0, angle=0.4),
+        mbody.Body("a", mass=2.0, inertia=1.5, cg=(0.1, 0.2)),
+        mbody.Body("b", mass=1.0, inertia=0.4, points={"P": (0.6, 0.1)}, guess=-1.0),
+        mbody.Body(
+            "lever", mass=1.5, inertia=0.8, cg=(3.0, 0.1), points={"T": (7.0, 0.0)}, guess=1.38
+        ),
+        mbody.Body(
+            "rod", mass=0.8, inertia=0.5, cg=(2.0, 0.0), points={"R": (4.0, 0.0)}, guess=3.17
+        ),
+        mbody.Body("wheel", mass=1.2, inertia=0.3, cg=(0.05, 0), points={"R": (0, 0)}, guess=-0.06),
+        mbody.Body("rack", mass=0.9),
+        mbody.Body("planet", mass=0.5, inertia=0.05, cg=(0.0, 0.1), guess=(4.1, -3.6, -1.2)),
+        mbody.Revolute("A", "ground.A", "a"),
+        mbody.Revolute("B", "ground.B", "b"),
+        mbody.Gear("mesh", "a", "b", radius_i=2.0, radius_j=1.0, phase=0.2),
+        mbody.Revolute("C", "ground.C", "lever"),
+        mbody.PinSlot("slot", mbody.Marker("lever", (0.0, 0.1), 0.05), "b.P"),
+        mbody.Revolute("T", "lever.T", "rod"),
+        mbody.Revolute("R", "rod.R", "wheel.R"),
+        mbody.Rolling(
+            "road", mbody.Marker("ground", "road", 0.1), "wheel.R", radius=0.7, offset=0.3
+        ),
+        mbody.RackPinion("teeth", mbody.Marker("rack", (0.0, 0.5), math.pi), "b", radius=0.5),
+        mbody.Prismatic("guide", guide, "rack"),
+        mbody.Rolling("rim", "ground.C", "planet", radius=0.4, on_radius=1.5, internal=True),
+        mbody.Gear("second", "lever", "planet", radius_i=0.7, radius_j=0.4),
+        mbody.AngleDriver("motor", "a", mbody.laws.ConstantAcceleration(0.2, 1.5, 0.4)),
+        mbody.Gravity("gravity", y=-9.81),
+        mbody.Torque("load", "planet", value=2.0),
+        mbody.Force("cut", "rack", 3.0, angle=0.4),
     )
     return machine
 
@@ -320,11 +278,11 @@ def test_the_oracle_agrees_on_all_of_them_in_one_loop():
 
 def test_a_guess_elsewhere_on_the_rim_is_told_by_how_far():
     """The phase puts the wheel at 0 deg of the ring, a guess at its bottom: √2 · 0.8 m away."""
-    machine = Mechanism("ring")
+    machine = mbody.Mechanism("ring")
     machine.add(
-        Body("w", mass=1.0, guess=(0.0, -0.8, 0.0)),
-        Rolling("rim", "ground", "w", radius=0.2, on_radius=1.0, internal=True),
-        AngleDriver("motor", "w", 0.0),
+        mbody.Body("w", mass=1.0, guess=(0.0, -0.8, 0.0)),
+        mbody.Rolling("rim", "ground", "w", radius=0.2, on_radius=1.0, internal=True),
+        mbody.AngleDriver("motor", "w", 0.0),
     )
     with pytest.warns(ModelWarning, match=r"'w' came out 1\.131 m from where the guess"):
         assert mbody.kinematics(machine)["w"].x == pytest.approx(0.8)

@@ -8,18 +8,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mbody.quantities import (
-    FUNCTIONS,
-    FormulaError,
-    Scope,
-    Valued,
-    evaluate,
-    parse,
-    parse_unit,
-    read,
-)
-from mbody.quantities.parse import Binary, Measured, Name, Negative, Plain
-from mbody.quantities.units import DIMENSIONS, known, unit_system
+from mbody.quantities import FUNCTIONS, FormulaError, Scope, Valued, evaluate, parse, read
+from mbody.quantities.units import DIMENSIONS, unit_system
 from tests.support.formulas import worth
 
 SI = unit_system("SI")
@@ -164,41 +154,6 @@ def test_units_bind_tighter_than_arithmetic(text, same):
     found, expected = worth(text), worth(same)
     assert found.dimension == expected.dimension
     assert found.value == pytest.approx(expected.value, rel=6 * ROUNDED)  # a few more products
-
-
-def test_units_behind_names_and_brackets():
-    names = {"a": 2.0, "b": 3.0, "l": "15 in"}
-    assert worth("(a+b) mm", **names).value == 0.005
-    assert worth("a mm", **names).value == 0.002
-    assert worth("2*a deg", **names).value == pytest.approx(math.radians(4.0), rel=ROUNDED)
-    assert worth("sqrt(a*b + 3) in", **names).value == pytest.approx(0.0762, rel=2 * ROUNDED)
-    assert worth("-a lbf/in", **names).dimension == DIMENSIONS["stiffness"]
-    assert worth("l/2", **names).value == pytest.approx(0.1905, rel=ROUNDED)
-    for text in ("l mm", "(l + 1 mm) m", "(l/1 s) s"):
-        with pytest.raises(FormulaError, match="already: leave the unit out"):
-            worth(text, **names)
-    # a parameter that is called as a unit: the word right behind a number is the unit
-    assert worth("2*m + m", m=3.0).value == 9.0
-    assert worth("2 m", m=3.0).dimension == DIMENSIONS["length"]
-    # and so is what is joined to it without a space; apart it is the parameter
-    assert worth("2 N*m", m=3.0).dimension == DIMENSIONS["torque"]
-    assert worth("20 N/m", m=3.0).dimension == DIMENSIONS["stiffness"]
-    assert worth("20 N/m", m="3 kg").value == 20.0
-    assert worth("20 N / m", m="4 kg") == Valued(5.0, DIMENSIONS["acceleration"])
-    assert worth("20 N * m", m=3.0) == Valued(60.0, DIMENSIONS["force"])
-    # a length that is called m cannot be distinguished from metres by the result
-    with pytest.raises(FormulaError, match=r"'m' in 'N·m' is a unit, and a parameter of"):
-        worth("2 N*m", m="3 m")
-
-
-def test_trees():
-    assert parse("1.5 lbf") == Measured(Plain(parse("1.5").value), known("lbf"), ("lbf",))
-    assert parse("-a") == Negative(Name("a"))
-    assert parse("a + b*c") == Binary("+", Name("a"), Binary("*", Name("b"), Name("c")))
-    assert parse("a^b^c") == Binary("^", Name("a"), Binary("^", Name("b"), Name("c")))
-    assert parse("crank.A.x") == Name("crank.A.x")
-    assert parse_unit("1/s") == Binary("/", Plain(1), parse("1 s"))
-    assert parse("1/3 in").of == Plain(parse("1").value / 3)  # exact, as a fraction
 
 
 @pytest.mark.parametrize(
