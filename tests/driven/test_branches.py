@@ -14,7 +14,6 @@ from mbody.analysis.driven.path_following import Runner
 from mbody.analysis.driven.time_grid import time_grid
 from mbody.analysis.position.assembly_analysis import closed
 from mbody.errors import ModelWarning
-from mbody.system.pivoting import diagonal_blocks
 from mbody.system.rank import dense
 from tests import near_grashof
 
@@ -29,34 +28,6 @@ def test_near_grashof_linkages_keep_their_branch():
     found = near_grashof.campaign(3 * len(near_grashof.TOPOLOGIES), seed=3)
     assert set(near_grashof.totals(found)) == {"followed"}, found
     assert found["six-bar alike, 361, together: followed"] > 0
-
-
-#: Its second dyad is nearly stretched twice, 18 degrees of the crank apart: between these places
-#: the sine is below 0.011, and three places on a step of 10 degrees saw no bend.
-TWICE_NEAR = near_grashof.Linkage(
-    topology="six-bar on the rocker",
-    start=2.170464941497653,
-    margin=2.5321616632591663e-07,
-    ground=[-1.899954271174379 - 2.135130084895872j, 2.916665612844022 - 0.5454724377378226j],
-    dyads=[
-        near_grashof.Dyad(
-            (2.935100322788452, 2.3286913162417426),
-            -1,
-            (1.3824615339472897 + 0.8234571928079968j, 1.0834824543126387 + 1.4093126696540836j),
-        ),
-        near_grashof.Dyad(
-            (2.8863700685932914, 3.963459293724564),
-            -1,
-            (0.3822979718776348 + 0.26003159393273706j, 1.1385570147094344 + 1.158122247382445j),
-        ),
-    ],
-    near=1,
-)
-
-
-@pytest.mark.parametrize("instants", [*range(2, 75), 361])
-def test_two_places_near_another_branch_close_to_each_other(instants):
-    assert near_grashof.alone(TWICE_NEAR, instants) == "followed"
 
 
 def near_parallelogram(short, start=1.0, speed=10.0):
@@ -88,17 +59,6 @@ def test_near_parallelograms(short, instants):
     assert run.checks.branch == run.branch
     told = json.loads(json.dumps(run.data()))["checks"]["branch"]
     assert told == {"least": run.branch.least, "t": run.branch.t}
-
-
-def test_the_distance_of_an_ordinary_linkage_on_both_paths():
-    """On lanes it is that of the instant at which the determinant of a group is least: another
-    place of a flat valley, so that it is a little greater.
-    """
-    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, speed=10.0)
-    lanes, steps = (kinematics(machine, turn=True, instants=n).branch for n in (361, 90))
-    assert 0.1 < steps.least < 1.0
-    assert steps.least <= lanes.least < 1.03 * steps.least
-    assert 10.0 * abs(lanes.t - steps.t) < 0.3
 
 
 def test_batches_beside_another_branch():
@@ -226,23 +186,6 @@ def test_ten_turns_of_the_gallery():
     assert seen >= 10
 
 
-# -- single instants --------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_single_instants_of_the_gallery_warn_of_no_branch_that_the_turn_has():
-    warned = []
-    for name, machine, time in turning():
-        for t in time * np.linspace(0.0, 1.0, 13):
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                run = kinematics(machine, t=[t])
-            if any(issubclass(one.category, ModelWarning) for one in caught):
-                warned.append((name, t))
-            assert not any("another branch" in note for note in run.notes)
-    assert not warned
-
-
 # -- groups on lanes --------------------------------------------------------------------------
 
 
@@ -301,26 +244,3 @@ def eliminated(square, numbers):
             for b in range(square.change_start[a], square.change_start[a + 1]):
                 F[int(square.change[b])] -= low * F[int(square.change_by[b])]
     return F
-
-
-def test_diagonal_blocks_against_scipy():
-    sparse = pytest.importorskip("scipy.sparse")
-    from scipy.sparse import csgraph
-
-    rng = np.random.default_rng(5)
-    for _ in range(200):
-        size = int(rng.integers(1, 14))
-        pattern = rng.random((size, size)) < rng.uniform(0.05, 0.5)
-        found = diagonal_blocks(pattern)
-        matched = csgraph.maximum_bipartite_matching(sparse.csr_matrix(pattern), "column")
-        assert (found is None) == bool((matched < 0).any())
-        if found is None:
-            continue
-        rows, columns = found
-        # by another transversal: the blocks do not depend on it
-        labels = csgraph.connected_components(
-            sparse.csr_matrix(pattern[np.argsort(matched)]), connection="strong"
-        )[1]
-        same = columns[:, None] == columns[None, :]
-        assert (same == (labels[:, None] == labels[None, :])).all()
-        assert (rows == columns[matched]).all()

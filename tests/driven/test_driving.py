@@ -7,20 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Gravity,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    SimulationSettings,
-    TorsionDamper,
-    from_toml,
-    makers,
-    simulate,
-)
+from mbody import makers
 from mbody.engineering import close_loops
 from mbody.laws import Harmonic
 
@@ -31,7 +18,7 @@ G = 9.81
 
 def test_a_motor_with_a_torque_speed_line():
     """J ω̇ = T₀ (1 − ω/ω₀) from rest: ω = ω₀ (1 − exp(−T₀ t/(J ω₀)))."""
-    machine = from_toml("""
+    machine = mbody.from_toml("""
         [bodies.rotor]
         mass    = 3
         inertia = 0.2
@@ -43,7 +30,7 @@ def test_a_motor_with_a_torque_speed_line():
         torsion_damper = "rotor"
         law            = "-12 N*m*(1 - x/(30 rad/s))"
     """)
-    run = simulate(machine, 2.0, rtol=1e-11, instants=21)
+    run = mbody.simulate(machine, 2.0, rtol=1e-11, instants=21)
     rate = 12.0 / (0.2 * 30.0)
     # some dozens of steps of 1e-11, and the polynomial between them
     exact = 30.0 * (1.0 - np.exp(-rate * run.t))
@@ -57,19 +44,21 @@ def test_a_motor_with_a_torque_speed_line():
 def test_such_a_motor_turns_a_slider_crank():
     """Against one equation, J(θ) θ̈ + ½ J′ θ̇² = T₀ (1 − θ̇/ω₀), J by the ram's way x(θ)."""
     r, l, J, m, T, top = 0.1, 0.35, 0.05, 2.0, 6.0, 40.0
-    machine = Mechanism("press")
+    machine = mbody.Mechanism("press")
     machine.add(
-        Body("crank", mass=1.0, inertia=J, points={"A": (r, 0.0)}, guess=0.5),
-        Body("rod", points={"B": (l, 0.0)}, guess=-0.1),
-        Body("ram", mass=m),
-        Revolute("O", "ground", "crank"),
-        Revolute("A", "crank.A", "rod"),
-        Revolute("B", "rod.B", "ram"),
-        Prismatic("guide", "ground", "ram"),
-        TorsionDamper("motor", "crank", law=lambda x: -T * (1.0 - x / top)),
+        mbody.Body("crank", mass=1.0, inertia=J, points={"A": (r, 0.0)}, guess=0.5),
+        mbody.Body("rod", points={"B": (l, 0.0)}, guess=-0.1),
+        mbody.Body("ram", mass=m),
+        mbody.Revolute("O", "ground", "crank"),
+        mbody.Revolute("A", "crank.A", "rod"),
+        mbody.Revolute("B", "rod.B", "ram"),
+        mbody.Prismatic("guide", "ground", "ram"),
+        mbody.TorsionDamper("motor", "crank", law=lambda x: -T * (1.0 - x / top)),
     )
-    machine.simulation = SimulationSettings(1.0, {"crank": {"angle": 0.5}}, rtol=1e-10, instants=21)
-    run = simulate(machine)
+    machine.simulation = mbody.SimulationSettings(
+        1.0, {"crank": {"angle": 0.5}}, rtol=1e-10, instants=21
+    )
+    run = mbody.simulate(machine)
 
     def slope(t, y):
         s, c = math.sin(y[0]), math.cos(y[0])
@@ -90,16 +79,16 @@ def test_such_a_motor_turns_a_slider_crank():
 def test_a_pendulum_on_an_arm_that_is_turned():
     """l φ̈ = −g sin φ − a·e_φ of the arm's end, which moves on a circle by its law."""
     law = Harmonic(0.3, 0.8, 4.0, 0.0)
-    machine = Mechanism("whip")
+    machine = mbody.Mechanism("whip")
     machine.add(
-        Body("arm", points={"P": (0.4, 0.0)}, guess=0.3),
-        Body("bob", mass=1.5, cg=(0.0, -0.5)),
-        Revolute("O", "ground", "arm"),
-        Revolute("P", "arm.P", "bob"),
-        AngleDriver("motor", "arm", law),
-        Gravity("gravity", y=-G),
+        mbody.Body("arm", points={"P": (0.4, 0.0)}, guess=0.3),
+        mbody.Body("bob", mass=1.5, cg=(0.0, -0.5)),
+        mbody.Revolute("O", "ground", "arm"),
+        mbody.Revolute("P", "arm.P", "bob"),
+        mbody.AngleDriver("motor", "arm", law),
+        mbody.Gravity("gravity", y=-G),
     )
-    run = simulate(machine, 4.0, rtol=1e-10, instants=41)
+    run = mbody.simulate(machine, 4.0, rtol=1e-10, instants=41)
 
     def slope(t, y):
         a, rate, change = law.derivatives(t)
@@ -125,7 +114,7 @@ def test_a_pendulum_on_an_arm_that_is_turned():
 
 def test_a_five_bar_with_one_crank_driven():
     """The free crank, made to move as it did, needs no effort, the driven one the same."""
-    machine = Mechanism("five-bar", ground={"A": (0.0, 0.0), "E": (1.0, 0.0)})
+    machine = mbody.Mechanism("five-bar", ground={"A": (0.0, 0.0), "E": (1.0, 0.0)})
     for name, length, guess in (("a", 0.4, 1.2), ("b", 0.9, 0.5), ("c", 0.8, 2.2), ("d", 0.5, 1.9)):
         machine.add(makers.bar(name, length, mass=length, ends=("P", "Q"), guess=guess))
     for name, i, j in (
@@ -135,12 +124,15 @@ def test_a_five_bar_with_one_crank_driven():
         ("D", "d.Q", "c.P"),
         ("E", "ground.E", "d.P"),
     ):
-        machine.add(Revolute(name, i, j))
-    machine.add(AngleDriver("motor", "a", Harmonic(1.2, 0.5, 3.0, 0.0)), Gravity("gravity", y=-G))
-    run = simulate(machine, 1.0, rtol=1e-11, instants=21)
+        machine.add(mbody.Revolute(name, i, j))
+    machine.add(
+        mbody.AngleDriver("motor", "a", Harmonic(1.2, 0.5, 3.0, 0.0)),
+        mbody.Gravity("gravity", y=-G),
+    )
+    run = mbody.simulate(machine, 1.0, rtol=1e-11, instants=21)
     assert np.ptp(run["d"].angle) > 0.3
     both = machine.copied()
-    both.add(AngleDriver("second", "d", 0.0))
+    both.add(mbody.AngleDriver("second", "d", 0.0))
     told = {
         driver: tuple(getattr(run[body], part) for part in ("angle", "omega", "alpha"))
         for driver, body in (("motor", "a"), ("second", "d"))
@@ -158,8 +150,8 @@ def test_a_five_bar_with_one_crank_driven():
 def test_a_rate_that_the_joints_allow_is_met(machine, rates):
     """Mass centres beside the pin, closed loops: the body turns exactly as fast as requested."""
     if machine == "swing":
-        made = Mechanism("swing")
-        made.add(Body("bob", mass=1.0, cg=(0.5, 0.0)), Revolute("O", "ground", "bob"))
+        made = mbody.Mechanism("swing")
+        made.add(mbody.Body("bob", mass=1.0, cg=(0.5, 0.0)), mbody.Revolute("O", "ground", "bob"))
     else:
         made = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)).without("motor")
     start = close_loops(made, rates=rates)
@@ -178,7 +170,7 @@ def test_rates_that_the_joints_do_not_allow_are_told():
     assert start["crank"].omega[0] == pytest.approx(nearest, rel=1e-12)
     (note,) = start.notes
     assert note.startswith("rates: 'crank' turns at ") and "'rocker' turns at " in note
-    assert "not at 9" in note and simulate(made, 0.01, rates=asked).notes == (note,)
+    assert "not at 9" in note and mbody.simulate(made, 0.01, rates=asked).notes == (note,)
     driven = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0))
     assert "'rocker' turns at 0 rad/s, not at 9" in close_loops(
         driven, rates={"rocker": 9.0}
@@ -187,12 +179,12 @@ def test_rates_that_the_joints_do_not_allow_are_told():
 
 def test_a_turning_pin_of_a_body_beside_it():
     """What is left open moves least: the link that is not named does not lift its mass centre."""
-    made = Mechanism("two")
+    made = mbody.Mechanism("two")
     made.add(
-        Body("a", mass=1.0, cg=(0.5, 0.0), guess=0.0),
-        Body("b", mass=1.0, guess=0.0),
-        Revolute("O", "ground", "a"),
-        Revolute("P", Marker("a", (1.0, 0.0)), "b"),
+        mbody.Body("a", mass=1.0, cg=(0.5, 0.0), guess=0.0),
+        mbody.Body("b", mass=1.0, guess=0.0),
+        mbody.Revolute("O", "ground", "a"),
+        mbody.Revolute("P", mbody.Marker("a", (1.0, 0.0)), "b"),
     )
     start = close_loops(made, rates={"a": 2.0})
     assert start["b"].vy[0] == pytest.approx(2.0, rel=1e-12)

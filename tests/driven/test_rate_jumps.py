@@ -9,23 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import (
-    Body,
-    Contact,
-    CoordinateDriver,
-    Event,
-    Gravity,
-    Input,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    Rope,
-    SimulationSettings,
-    Simulator,
-    gradient,
-    simulate,
-)
 from mbody.laws import Table
 
 G, CORNER, END = 9.81, 0.5, 1.5
@@ -45,45 +28,47 @@ def straight(*rates):
 
 
 def pendulum(law, *, by_input=False):
-    machine = Mechanism("pendulum on a cart")
+    machine = mbody.Mechanism("pendulum on a cart")
     if by_input:
-        machine.add(Input("u", law))
+        machine.add(mbody.Input("u", law))
     machine.add(
-        Body("cart", mass=CART),
-        Body("bob", mass=BOB, inertia=INERTIA, cg=(0.0, -ARM), points={"P": (0.0, 0.0)}),
-        Prismatic("rail", "ground", "cart"),
-        Revolute("pin", "cart", "bob.P"),
-        Gravity("gravity", y=-G),
-        CoordinateDriver("push", "ground", "cart", "u" if by_input else law),
+        mbody.Body("cart", mass=CART),
+        mbody.Body("bob", mass=BOB, inertia=INERTIA, cg=(0.0, -ARM), points={"P": (0.0, 0.0)}),
+        mbody.Prismatic("rail", "ground", "cart"),
+        mbody.Revolute("pin", "cart", "bob.P"),
+        mbody.Gravity("gravity", y=-G),
+        mbody.CoordinateDriver("push", "ground", "cart", "u" if by_input else law),
     )
     start = {"bob": {"angle": 0.4, "omega": 0.2}}
-    machine.simulation = SimulationSettings(until=END, rtol=1e-10, start=start)
+    machine.simulation = mbody.SimulationSettings(until=END, rtol=1e-10, start=start)
     return machine
 
 
 def box_on_cart(rate, *, upright=False, restitution=0.0):
     """A box on a cart that is jerked along or upwards."""
     way = math.pi / 2 if upright else 0.0
-    axes = [Marker(body, (0.0, 0.0), way) for body in ("ground", "cart")]
-    machine = Mechanism("box on a cart")
+    axes = [mbody.Marker(body, (0.0, 0.0), way) for body in ("ground", "cart")]
+    machine = mbody.Mechanism("box on a cart")
     machine.add(
-        Body(
+        mbody.Body(
             "cart",
             mass=CART,
             points={"A": (-5.0, 0.0), "B": (5.0, 0.0)},
             shapes={"top": {"segment": ("A", "B")}},
         ),
-        Body("box", mass=BOX, inertia=0.02, points={"a": (-0.1, -0.1), "b": (0.1, -0.1)}),
-        Prismatic("rail", *axes),
-        CoordinateDriver("push", *axes, straight(0.0, rate)),
+        mbody.Body("box", mass=BOX, inertia=0.02, points={"a": (-0.1, -0.1), "b": (0.1, -0.1)}),
+        mbody.Prismatic("rail", *axes),
+        mbody.CoordinateDriver("push", *axes, straight(0.0, rate)),
         *(
-            Contact(f"at_{end}", "cart.top", f"box.{end}", friction=MU, restitution=restitution)
+            mbody.Contact(
+                f"at_{end}", "cart.top", f"box.{end}", friction=MU, restitution=restitution
+            )
             for end in "ab"
         ),
-        Gravity("gravity", y=-G),
+        mbody.Gravity("gravity", y=-G),
     )
     start = {"box": {"x": 0.0, "y": 0.1, "angle": 0.0}}
-    machine.simulation = SimulationSettings(until=END, rtol=1e-10, start=start)
+    machine.simulation = mbody.SimulationSettings(until=END, rtol=1e-10, start=start)
     return machine
 
 
@@ -94,14 +79,14 @@ def jump_of(run):
 
 
 @pytest.mark.parametrize("method", ["dop853", "dopri5", "radau5"])
-@pytest.mark.parametrize("events", [(), [Event("bob.x - 5 m")]])
+@pytest.mark.parametrize("events", [(), [mbody.Event("bob.x - 5 m")]])
 @pytest.mark.parametrize("by_input", [False, True])
 def test_a_pendulum_jumps_by_the_impulse_of_its_pin(method, events, by_input):
     """Of the angular momentum about the pin the impulse changes nothing."""
     before, after = 1.0, -0.6
     times = [0.0, CORNER - 1e-9, CORNER, END]
     machine = pendulum(straight(before, after), by_input=by_input)
-    run = simulate(machine, times=times, events=events, method=method)
+    run = mbody.simulate(machine, times=times, events=events, method=method)
     first, second = jump_of(run)
     about_pin = INERTIA + BOB * ARM**2
     jump = -BOB * ARM * math.cos(run["bob"].angle[2]) * (after - before) / about_pin
@@ -112,7 +97,7 @@ def test_a_pendulum_jumps_by_the_impulse_of_its_pin(method, events, by_input):
 
 
 def test_the_work_of_the_jerk_is_what_kinetic_energy_gains():
-    run = simulate(pendulum(straight(1.0, -0.6)), times=[0.0, CORNER - 1e-9, CORNER, END])
+    run = mbody.simulate(pendulum(straight(1.0, -0.6)), times=[0.0, CORNER - 1e-9, CORNER, END])
     gained = np.diff(run.energy.kinetic)[1]
     assert abs(gained) > 0.1
     # gravity works for a nanosecond
@@ -121,20 +106,20 @@ def test_the_work_of_the_jerk_is_what_kinetic_energy_gains():
 
 def test_a_motion_that_ends_at_the_corner_goes_on_from_it():
     machine = pendulum(straight(1.0, -0.6))
-    whole, half = simulate(machine), simulate(machine, CORNER)
+    whole, half = mbody.simulate(machine), mbody.simulate(machine, CORNER)
     assert half.t[-1] == CORNER
     assert half["cart"].vx[-1] == pytest.approx(-0.6, abs=CLOSE)
-    rest = simulate(machine, END, start=half)
+    rest = mbody.simulate(machine, END, start=half)
     assert_allclose(rest["bob"].omega[-1], whole["bob"].omega[-1], rtol=CLOSE)
     assert half.energy.error < CLOSE and rest.energy.error < CLOSE
 
 
 def test_steps_of_a_simulator_end_at_the_corner_and_beyond():
     machine = pendulum(straight(1.0, -0.6))
-    led = Simulator(machine, rtol=1e-10)
+    led = mbody.Simulator(machine, rtol=1e-10)
     for n in range(1, 16):
         led.until(n / 10)
-    assert_allclose(led["bob"].omega, simulate(machine)["bob"].omega[-1], rtol=CLOSE)
+    assert_allclose(led["bob"].omega, mbody.simulate(machine)["bob"].omega[-1], rtol=CLOSE)
     assert led.solution().energy.error < CLOSE
 
 
@@ -143,7 +128,7 @@ def test_a_box_is_left_behind_by_a_cart_that_is_jerked_along(method):
     """Nothing presses harder at once, so that friction has no impulse: it slides for v/(μ g)."""
     speed = 1.0
     slides = speed / (MU * G)
-    run = simulate(box_on_cart(speed), method=method)
+    run = mbody.simulate(box_on_cart(speed), method=method)
     assert [(event.name, event.contact) for event in run.events] == [
         ("slip", "at_a"),
         ("slip", "at_b"),
@@ -164,7 +149,7 @@ def test_a_box_is_left_behind_by_a_cart_that_is_jerked_along(method):
 def test_a_box_is_struck_by_a_table_that_is_jerked_up(restitution):
     """It leaves the table with (1 + e) times its speed."""
     speed = 1.0
-    run = simulate(box_on_cart(speed, upright=True, restitution=restitution))
+    run = mbody.simulate(box_on_cart(speed, upright=True, restitution=restitution))
     first = run.events[0]
     assert first.name == "impact" and first.t == CORNER
     assert_allclose(first.after["box"].vy[0], (1.0 + restitution) * speed, rtol=CLOSE)
@@ -174,7 +159,7 @@ def test_a_box_is_struck_by_a_table_that_is_jerked_up(restitution):
 def test_a_box_falls_after_a_table_that_is_jerked_down():
     """It meets the table again after 2 v/g."""
     speed = 1.0
-    run = simulate(box_on_cart(-speed, upright=True))
+    run = mbody.simulate(box_on_cart(-speed, upright=True))
     names = [event.name for event in run.events]
     assert names == ["open", "open", "impact"]
     assert_allclose(run.events[2].t, CORNER + 2.0 * speed / G, rtol=CLOSE)
@@ -183,18 +168,18 @@ def test_a_box_falls_after_a_table_that_is_jerked_down():
 
 @pytest.mark.parametrize(("before", "after", "speed"), [(1.0, 0.2, 1.0), (1.0, 1.7, 1.7)])
 def test_a_rope_pulls_a_sledge_and_does_not_push_it(before, after, speed):
-    machine = Mechanism("sledge")
+    machine = mbody.Mechanism("sledge")
     machine.add(
-        Body("cart", mass=1.0),
-        Body("sledge", mass=2.0),
-        Prismatic("rail", "ground", "cart"),
-        Prismatic("snow", "ground", "sledge"),
-        Rope("rope", "cart", "sledge", length=1.0),
-        CoordinateDriver("push", "ground", "cart", straight(before, after)),
+        mbody.Body("cart", mass=1.0),
+        mbody.Body("sledge", mass=2.0),
+        mbody.Prismatic("rail", "ground", "cart"),
+        mbody.Prismatic("snow", "ground", "sledge"),
+        mbody.Rope("rope", "cart", "sledge", length=1.0),
+        mbody.CoordinateDriver("push", "ground", "cart", straight(before, after)),
     )
     start = {"sledge": {"x": -1.0, "vx": before}}
-    machine.simulation = SimulationSettings(until=0.6, rtol=1e-10, start=start)
-    run = simulate(machine)
+    machine.simulation = mbody.SimulationSettings(until=0.6, rtol=1e-10, start=start)
+    run = mbody.simulate(machine)
     assert_allclose(run["sledge"].vx[-1], speed, rtol=CLOSE)
     assert run.status == "completed" and run.energy.error < CLOSE
 
@@ -202,10 +187,10 @@ def test_a_rope_pulls_a_sledge_and_does_not_push_it(before, after, speed):
 def test_derivatives_go_through_a_jerk_of_what_only_joints_hold():
     """Against differences of motions."""
     machine = pendulum(straight(1.0, -0.6))
-    found = gradient(machine, "last(bob.omega)", ["bob.inertia"], "simulate")
+    found = mbody.gradient(machine, "last(bob.omega)", ["bob.inertia"], "simulate")
     system, h = mbody.assemble(machine), 1e-5
     ends = [
-        simulate(system.with_values({"bob.inertia": INERTIA + s * h}))["bob"].omega[-1]
+        mbody.simulate(system.with_values({"bob.inertia": INERTIA + s * h}))["bob"].omega[-1]
         for s in (1.0, -1.0)
     ]
     # h² of the difference, and the rounding of two motions over h

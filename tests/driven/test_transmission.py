@@ -1,6 +1,5 @@
 """Transmission: against the closed forms of textbooks, and against statics with the load alone."""
 
-import json
 import math
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 import mbody
 from mbody import Torque
 from mbody.analysis.driven.transmission import grashof_class
-from mbody.cli import main
 
 A, B, C, D = LENGTHS = 1.0, 3.0, 2.0, 3.5
 
@@ -99,14 +97,6 @@ def test_dead_centres_of_driver_and_output():
     assert abs(found.mechanical_advantage[0]) > 1e9
 
 
-def test_the_output_may_be_a_point():
-    run = turned(mbody.makers.four_bar(*LENGTHS), 13)
-    body = mbody.transmission(run, output="rocker")
-    point = mbody.transmission(run, output="rocker.B")
-    assert point.angle == pytest.approx(body.angle, abs=1e-12)
-    assert point.velocity_ratio == pytest.approx(C * np.abs(body.velocity_ratio), rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("lengths", "words"),
     [
@@ -128,16 +118,3 @@ def test_grashof_agrees_with_the_proof(lengths, words):
         assert proof.full_turn == (words in ("Grashof: crank-rocker", "Grashof: double crank"))
     else:
         assert words == "Grashof: change point"
-
-
-def test_command(capsys):
-    assert main(["transmission", "norton_fourbar", "--output", "rocker", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert (data["joint"], data["output"], len(data["t"])) == ("B", "rocker", 361)
-    assert data["least"]["value"] == pytest.approx(min(data["transmission_angle"]), abs=1e-6)
-    assert data["grashof"][0]["class"] == "Grashof: crank-rocker"
-    assert main(["transmission", "watt_sixbar", "--output", "output"]) == 0
-    text = capsys.readouterr().out
-    assert "least transmission angle 48.5" in text and "triple rocker" in text
-    assert main(["transmission", "norton_fourbar", "--output", "piston"]) == 2
-    assert "there is no body 'piston'" in capsys.readouterr().err

@@ -1,13 +1,12 @@
 """Transmission by contact: Genevas against the closed form of the wheel, cams against their own."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 
 import mbody
-from mbody import ModelError, SimulationSettings, cli
+from mbody import SimulationSettings
 from mbody.engineering import cam_analysis
 from tests.contact.test_geneva_contact import OMEGA, by_hand, drive
 from tests.support.frictional import cam_drive
@@ -80,14 +79,6 @@ def test_the_same_flank_in_kinematics():
     assert found.least.driver == pytest.approx(0.0, abs=0.05)
 
 
-def test_contacts_that_are_not_closed_are_named():
-    machine, *_ = drive(4, play=PLAY, gap=2e-4)
-    # where drivers determine everything contacts are left out
-    machine.add(mbody.AngleDriver("hand", "wheel", 0.0))
-    with pytest.raises(ModelError, match=r"contacts drive it .*take a result of simulate"):
-        mbody.transmission(mbody.kinematics(machine, 0.0), "motor", "wheel")
-
-
 def test_a_swinging_roller_has_the_pressure_angle_of_its_cam():
     """By the velocity of the roller's centre, as `cam_analysis` has it by another way."""
     run = mbody.kinematics(cam_drive("roller", swinging=True), turn=True, instants=73)
@@ -96,15 +87,3 @@ def test_a_swinging_roller_has_the_pressure_angle_of_its_cam():
     assert there.sum() > 60
     size = np.abs(cam.pressure_angle[there])
     np.testing.assert_allclose(np.sin(found.pressure_angle[there]), np.sin(size), atol=1e-9)
-
-
-def test_the_command_follows_the_simulation(capsys):
-    assert cli.main(["transmission", "geneva_drive", "--output", "wheel", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert len(data["t"]) == 201 and data["joint"] == "back_2, fore_2"
-    # 4 slots: √½/(1 − √½) in the middle, but for the play
-    ratios = [abs(x) for x in data["velocity_ratio"] if x is not None]
-    assert 2.3 < max(ratios) < math.sqrt(0.5) / (1.0 - math.sqrt(0.5))
-    assert data["velocity_ratio"].count(0.0) > 100
-    assert cli.main(["transmission", "geneva_drive", "--output", "wheel"]) == 0
-    assert "no closed contact makes 'wheel' follow 'motor'" in capsys.readouterr().out

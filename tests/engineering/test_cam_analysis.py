@@ -9,16 +9,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CamFollower,
-    Marker,
-    Mechanism,
-    ModelError,
-    Prismatic,
-    Revolute,
-)
+from mbody import AngleDriver, Body, CamFollower, Marker, Mechanism, Prismatic, Revolute
 from mbody.engineering import cam_analysis, cam_profile
 from mbody.laws import Cam, ConstantSpeed, Dwell, Rise
 from mbody.quantities import deg
@@ -229,19 +220,3 @@ def test_the_contour_is_as_far_from_the_pitch_curve_as_the_roller_is_wide(tmp_pa
         rows = list(csv.reader(text))
     assert rows[0][0] == "psi [rad]"
     assert np.allclose(np.array(rows[1:], dtype=float)[:, 1:5], table[::10, 1:5], atol=1e-12)
-
-
-def test_what_is_no_cam_is_refused():
-    run = mbody.kinematics(mbody.gallery.load("cam_follower"), turn=True, instants=13)
-    with pytest.raises(ModelError, match="there is no cam 'O'"):
-        cam_analysis(run, "O")
-    with pytest.raises(ModelError, match="below 90 deg, not 120 deg"):
-        cam_analysis(run, limit="120 deg")
-    with pytest.raises(ModelError, match="has no cam"):
-        cam_analysis(mbody.kinematics(mbody.makers.four_bar(1, 3, 2, 3.5), turn=True))
-    with pytest.raises(ModelError, match="4 to 1000000 points"):
-        cam_analysis(run).contour(3)
-    with pytest.raises(ModelError, match="passes the pitch circle"):
-        cam_profile(program("3-4-5"), BASE, offset=0.05)
-    with pytest.raises(ModelError, match="does not reach a pitch circle"):
-        cam_profile(program("3-4-5"), BASE, arm=0.01, centre_distance=0.1)

@@ -1,6 +1,5 @@
 """Undercut cams: where, and what avoids it, by closed forms and by what an assembly refuses."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Mechanism, ModelError, cli
+from mbody import Mechanism, ModelError
 from mbody.engineering import cam_undercut
 from mbody.laws import Harmonic
 from tests.model.test_cams import PROGRAM, tappet
@@ -95,19 +94,3 @@ def test_one_of_several_cams_and_rough_ones():
     assert cam_undercut(machine, "other").least_base > alone.least_base
     with pytest.raises(ModelError, match="has no cam"):
         cam_undercut(Mechanism("none"))
-
-
-def test_the_command_reports_it(capsys, tmp_path):
-    how = ["cam", "cam_follower", "--set", "base=5 mm", "--set", "roller=40 mm"]
-    assert cli.main(how) == 1
-    text = capsys.readouterr().out
-    assert "'contact' undercuts its roller from ψ = 221.35 to 241.85 deg" in text
-    assert "greatest roller without undercut     26.3079" in text
-    assert cli.main([*how, "--json", "--csv", str(tmp_path / "contour.csv")]) == 1
-    printed = capsys.readouterr()
-    data = json.loads(printed.out)
-    assert data["undercut"] and data["ranges"] == [pytest.approx([221.35, 241.85])]
-    assert "no contour is written" in printed.err and not list(tmp_path.iterdir())
-    # what else is wrong is said as before
-    assert cli.main(["cam", "cam_follower", "--set", "base=-80 mm"]) == 2
-    assert "base_radius" in capsys.readouterr().err

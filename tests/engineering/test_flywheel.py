@@ -1,19 +1,14 @@
 """Flywheels that are sized by quadrature, against closed forms and against the free motion."""
 
-import json
-import math
-
 import numpy as np
 import pytest
 
 import mbody
 from mbody import AngleDriver, Body, Gravity, Mechanism, Revolute, Torque, makers
-from mbody.cli import main
 from mbody.engineering import flywheel, size_flywheel
 from mbody.laws import ConstantAcceleration, ConstantSpeed
 from tests.support.engines import engine
 
-TURN = 2.0 * math.pi
 #: The motion is followed to 1e-10 a step; extremes between 720 instants by a parabola, and those of
 #: the quadrature between 8 × 720 places, are better than 1e-8 of the fluctuation.
 PROVEN = 1e-6
@@ -106,21 +101,3 @@ def test_two_turns():
     found = size_flywheel(run, 0.05)
     assert len(found.angle) == 720 * 8 + 1
     assert found.simulated().coefficient == pytest.approx(0.05, rel=PROVEN)
-
-
-def test_the_command(capsys):
-    words = ["flywheel", "inline_six", "--coefficient", "0.005", "--instants", "289"]
-    assert main([*words, "--simulate"]) == 0
-    out = capsys.readouterr().out
-    assert "inertia of the flywheel" in out and "kg·m²" in out and "simulated" in out
-    assert main([*words, "--units", "mm-N-s", "--simulate", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["analysis"] == "flywheel" and data["units"]["length"] == "mm"
-    assert data["simulated"]["coefficient"] == pytest.approx(0.005, rel=1e-3)
-    again = size_flywheel(
-        mbody.kinetostatics(mbody.gallery.load("inline_six"), turn=True, turns=2, instants=289),
-        0.005,
-    )
-    # t·mm² in kg·m²: 1e3 · 1e-6
-    assert data["inertia"] * 1e-3 == pytest.approx(again.inertia, rel=1e-9)
-    assert main(["flywheel", "v_twin", "--coefficient", "small"]) == 2

@@ -1,7 +1,6 @@
 """Instant centres, centrodes, inflection circles and polygons, against closed forms."""
 
 import itertools
-import json
 import math
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 
 import mbody
 from mbody import AngleDriver, Body, Marker, Mechanism, PinSlot, Prismatic, Revolute
-from mbody.cli import main
 from mbody.engineering import (
     acceleration_polygon,
     centrodes,
@@ -140,14 +138,6 @@ def test_euler_savary_at_the_pins_of_a_four_bar():
         assert np.hypot(found.centre_x[0] - c[0], found.centre_y[0] - c[1]) < 1e-11
 
 
-def test_seen_from_a_body_that_moves():
-    """Of the ground seen from the crank the centrodes change their places."""
-    run = mbody.kinematics(mbody.gallery.load("norton_fourbar"), np.linspace(0.0, 0.05, 4))
-    there, back = centrodes(run, "rocker", "crank"), centrodes(run, "crank", "rocker")
-    assert np.abs(there.fixed_x - back.moving_x).max() < 1e-10
-    assert np.abs(there.moving_y - back.fixed_y).max() < 1e-10
-
-
 @pytest.mark.parametrize("name", ["norton_fourbar", "mud_pump_sixbar", "stephenson_sixbar"])
 def test_images_of_links_are_similar_to_them(name):
     run = mbody.kinematics(mbody.gallery.load(name), [0.0])
@@ -209,44 +199,3 @@ def test_what_does_not_move_has_no_centres():
         instant_centres(run)["coupler", "nothing"]
     with pytest.raises(mbody.ModelError, match="is not in the polygon"):
         velocity_polygon(run, ["crank.A"]).between("crank.A", "coupler.B")
-
-
-def test_the_command(capsys):
-    assert main(["poles", "norton_fourbar"]) == 0
-    text = capsys.readouterr().out
-    assert "CENTRE   of the links" in text and "22.7739" in text
-    assert main(["poles", "norton_fourbar", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert len(data["centres"]) == 6
-    assert data["collinearity"] < 1e-14
-
-
-def test_many_centres_are_found_and_said_together():
-    """Of 82 links: each of the 3321 by its name and by its bodies, groups as one by one."""
-    machine = mbody.gallery.load("n_windows_40")
-    centres = instant_centres(mbody.simulate(machine, 0.01, instants=2))
-    assert len(centres) == 82 * 81 // 2
-    places = {}
-    for one in centres.pairs:
-        i, j = sorted(1 + centres.bodies.index(name) for name in one.bodies)
-        assert centres.symbol(one) == (f"I{i}{j}" if j < 10 else f"I{i},{j}")
-        assert centres[one.bodies] is one and centres[one.bodies[::-1]] is one
-        if one.kind[1] == "finite":
-            # pins are 1 m apart, and what is one point differs by rounding
-            places.setdefault((round(float(one.x[1]), 6), round(float(one.y[1]), 6)), []).append(
-                one
-            )
-    wanted = {frozenset(map(centres.symbol, g)) for g in places.values() if len(g) > 1}
-    assert {frozenset(map(centres.symbol, g)) for g in centres.coincident(1)} == wanted
-
-
-@pytest.mark.slow
-def test_symbols_that_would_cover_each_other_are_left_out(tmp_path):
-    """The centres of many links are marked; where to read their names is said."""
-    path = tmp_path / "windows.svg"
-    assert main(["draw", "n_windows_40", "--poles", "-o", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    assert text.count('id="pole:') > 80 and 'id="label:pole:' not in text
-    assert "too near for symbols" in text
-    assert main(["draw", "norton_fourbar", "--poles", "-o", str(path)]) == 0
-    assert 'id="label:pole:' in path.read_text(encoding="utf-8")

@@ -1,6 +1,5 @@
 """Motors with gears and bearings with lives, against closed forms and reference values."""
 
-import json
 import math
 
 import numpy as np
@@ -158,35 +157,3 @@ def test_the_spectrum():
     assert sum(row[2] for row in rows[5:]) == pytest.approx(0.5, abs=2.0 / 2880)
     # from 7 to 8: cos above 2/3
     assert rows[7][2] == pytest.approx(math.acos(2.0 / 3.0) / math.pi, abs=2.0 / 2880)
-
-
-RUN = mbody.kinetostatics(shaft(ConstantSpeed(0.0, 5.0)), turn=True, instants=9)
-
-
-def test_the_commands_print_what_the_functions_find(capsys):
-    from mbody.cli import main
-
-    def data(*words):
-        assert main([*words, "--json"]) == 0
-        return json.loads(capsys.readouterr().out)
-
-    run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"), turn=True)
-    curve = MotorCurve(["0 rpm", "3000 rpm"], ["90 N*m", "50 N*m"], ["20 N*m", "16 N*m"])
-    wanted = motor_sizing(run, curve, ratio=3.0, efficiency=0.9, rest="0.1 s")
-    found = data(
-        *("motor", "norton_fourbar", "--speed", "0 rpm, 3000 rpm", "--peak", "90 N*m,50 N*m"),
-        *("--continuous", "20 N*m,16 N*m", "--ratio", "3", "--efficiency", "0.9"),
-        *("--rest", "0.1 s", "--over", "turn"),
-    )
-    assert {key: found[key] for key in wanted.data()} == wanted.data()
-    words = ("bearings", "norton_fourbar", "--rating", "A=2 kN", "--kind", "roller")
-    found = data(*words, "--over", "turn")["bearings"]
-    assert list(found) == ["O2", "A", "B", "O4"]
-    wanted = bearing_load(run, "A", "roller", "2 kN")
-    assert {key: found["A"][key] for key in wanted.data()} == wanted.data()
-    assert found["B"]["life"] is None
-    assert main([*words, "--joint", "B", "--spectrum", "3"]) == 0
-    text = capsys.readouterr().out
-    # of one row each: the joint that is asked for, and the one with a rating
-    assert "B: from" in text and "A: from" in text and "O2" not in text
-    assert f"{wanted.life / 1e6:.5g}" in text

@@ -1,6 +1,5 @@
 """Orders of shaking forces, balance shafts, couples and firing orders, against closed forms."""
 
-import json
 import math
 
 import numpy as np
@@ -9,7 +8,6 @@ from numpy.testing import assert_allclose
 
 import mbody
 from mbody import AngleCoupling, AngleDriver, Body, CouplingTerm, Mechanism, Revolute, Torque
-from mbody.cli import main
 from mbody.engineering import (
     balance_shafts,
     firing_angles,
@@ -20,7 +18,7 @@ from mbody.engineering import (
 )
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed, Table
-from tests.support.engines import engine, piston_orders
+from tests.support.engines import engine
 
 TURN = 2.0 * math.pi
 #: m r ω² of the engines.
@@ -84,23 +82,6 @@ def test_a_four_stroke_torque_has_half_orders():
 
 
 # -- engines --------------------------------------------------------------------------------------
-
-
-def test_one_cylinder():
-    """The closed series, and its reference digits."""
-    found = orders_of(engine([0.0]))
-    closed = piston_orders(0.25, 8)
-    assert_allclose(found.fx / UNIT, np.abs(closed), rtol=0, atol=1e-11)
-    for order, value in QUARTER.items():
-        assert found.fx[order] / UNIT == pytest.approx(abs(value), abs=1e-11)
-    assert_allclose(found.fy, 0.0, atol=ROUNDED)
-    assert found.peak[0] == pytest.approx(UNIT * 1.25, rel=1e-12)  # m r ω² (1 + λ) at the top
-
-
-@pytest.mark.parametrize("ratio", [0.15, 0.35])
-def test_other_rods(ratio):
-    found = orders_of(engine([0.0], ratio=ratio))
-    assert_allclose(found.fx / UNIT, np.abs(piston_orders(ratio, 8)), rtol=0, atol=1e-11)
 
 
 def test_inline_four():
@@ -252,40 +233,3 @@ def test_phases_of_a_table():
     assert_allclose(two[:73], one[72:], rtol=0, atol=1e-12)
     assert_allclose(one, gas(run["crank"].angle), rtol=0, atol=1e-12)
     assert_allclose(run.effort("motor"), -(one + two), rtol=0, atol=1e-12)
-
-
-def test_turns_in_files_and_commands(capsys, tmp_path):
-    """[ask] turns and --turns are the same cycle; a saved file keeps it."""
-    machine = mbody.gallery.load("inline_six")
-    assert machine.ask.turns == 2
-    assert mbody.from_toml(mbody.to_toml(machine)).ask.turns == 2
-    assert main(["shaking", "inline_six", "--instants", "145", "--shafts", "1,2", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["analysis"] == "shaking" and data["turns"] == 2 and data["shafts"] == []
-    force = dict(zip(data["orders"], data["force"], strict=True))
-    assert max(force[n] for n in (0.5, 1.0, 2.0, 4.0)) < 1e-6 < 1.0 < force[6.0]
-    words = ["shaking", "v_twin", "--over", "turn", "--turns", "3", "--instants", "217"]
-    assert main([*words, "--shafts", "1"]) == 0
-    out = capsys.readouterr().out
-    assert "SHAFT" in out and "with it   0.02   180.000   2842.45" in out
-    assert main(["shaking", "v_twin", "--shafts", "-1"]) == 2
-    assert main(["kinematics", "v_twin", "--at", "crank=3", "--turns", "2"]) == 2
-    assert main(["kinematics", "v_twin", "--turns", "0"]) == 2
-
-
-# -- what they refuse -----------------------------------------------------------------------------
-
-
-RUN = mbody.kinetostatics(engine([0.0]), turn=True, instants=33)
-
-
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [
-        (lambda: rocking_couple(RUN, {"piston1": "3 s"}), "offset"),
-    ],
-)
-def test_refusals(call, words):
-    with pytest.raises(ModelError) as caught:
-        call()
-    assert words in str(caught.value)

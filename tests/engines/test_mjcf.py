@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import Body, CamFollower, Gravity, Mechanism, Revolute, Rolling, Spring, cli, gallery
+from mbody import Body, Gravity, Mechanism, Revolute, Spring, gallery
 from mbody.analysis.driven.driven import analyse_at
 from mbody.engineering import close_loops
 from mbody.engines.mjcf import to_mjcf
@@ -14,7 +14,7 @@ from mbody.engines.mujoco import crosscheck_result
 from mbody.laws import Harmonic
 from tests.support.cases import first_fast
 from tests.support.linkages import random_linkage, times_within
-from tests.support.mjcf_models import DRIVEN, FREE, MIXED, crank_and_lever, driven
+from tests.support.mjcf_models import DRIVEN, FREE, MIXED, crank_and_lever
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -125,15 +125,6 @@ def test_mujoco_agrees_with_the_gallery(name):
     assert found.rows and found.agrees, [row for row in found.rows if row.verdict == "differs"]
 
 
-@pytest.mark.parametrize("name", ["vehicle", "cam_follower"])
-def test_what_holds_no_motion_is_told(name):
-    machine = gallery.load(name)
-    found = crosscheck_result(mbody.assemble(machine), mbody.kinetostatics(machine))
-    assert found.rows == () and found.not_expressible
-    told = {one.element for one in found.not_expressible}
-    assert told == {one.name for one in machine.joints if isinstance(one, Rolling | CamFollower)}
-
-
 @first_fast("name", (*FREE, *MIXED), 10)
 def test_mujoco_agrees_with_free_motions(name):
     run = mbody.simulate((FREE | MIXED)[name], 0.5, instants=11)
@@ -156,12 +147,6 @@ def test_mujoco_agrees_with_driven_motions(name):
     efforts = {f"{driver.name}.effort" for driver in run.mechanism.drivers}
     forces = {f"{joint.name}.force" for joint in run.mechanism.joints}
     assert efforts | forces <= {row.quantity for row in found.rows}
-
-
-def test_statics_is_asked_too():
-    run = mbody.statics(DRIVEN["angle"], t=[0.0, 0.2])
-    found = crosscheck_result(run.system, run)
-    assert found.agrees and {"m.effort", "slot.force"} <= {row.quantity for row in found.rows}
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -208,24 +193,7 @@ def test_a_fault_shows_in_the_free_motion(name):
     assert moved == len(machine.bodies)
 
 
-def test_a_fault_shows_in_the_forces():
-    machine = gallery.load("norton_fourbar")
-    system = mbody.assemble(machine)
-    for body in machine.bodies:
-        run = mbody.kinetostatics(fault(machine, body.name))
-        assert not crosscheck_result(system, run).agrees
-
-
 # -- the file, and the command ----------------------------------------------------------------
-
-
-def test_the_start_is_that_of_the_simulation():
-    machine = gallery.load("n_windows_2")
-    made = to_mjcf(machine)
-    begin = mbody.simulate(machine, instants=2).take([0])
-    for body in machine.bodies:
-        assert made.start[body.name].omega[-1] == pytest.approx(begin[body.name].omega[0])
-    assert any(begin[body.name].omega[0] for body in machine.bodies)
 
 
 @pytest.mark.parametrize("name", gallery.names())
@@ -246,17 +214,6 @@ def test_every_model_can_be_written(name):
     assert told <= {one.name for one in machine} and f"{machine.name}: written" in made.text
 
 
-def test_a_long_chain_is_written():
-    chain = Mechanism("chain")
-    before = "ground"
-    for n in range(400):
-        name = f"link{n}"
-        chain.add(Body(name, mass=1.0, inertia=0.1, points={"B": (1, 0)}, guess=(n, 0, 0)))
-        chain.add(Revolute(f"joint{n}", before, name))
-        before = f"{name}.B"
-    assert to_mjcf(chain).text.count("<body ") == 401
-
-
 def test_what_a_file_cannot_hold_is_named():
     machine = gallery.load("mud_pump")
     told = {one.element for one in to_mjcf(machine).not_expressible}
@@ -272,38 +229,6 @@ def test_what_a_file_cannot_hold_is_named():
     start = close_loops(crank_and_lever())
     told = {one.element for one in to_mjcf(machine, start).not_expressible}
     assert told == {"stop", "pull", "none", "shake", "rack"}
-
-
-def test_drivers_can_be_fixed():
-    machine = DRIVEN["coordinates"]
-    free, fixed = (to_mjcf(machine, fix_drivers=fixed).text for fixed in (False, True))
-    models = [mujoco.MjModel.from_xml_string(text) for text in (free, fixed)]
-    assert [model.neq for model in models] == [0, 2] and [model.nu for model in models] == [2, 2]
-    point = to_mjcf(DRIVEN["coordinate of a point"], fix_drivers=True)
-    assert [one.element for one in point.not_expressible] == ["m"]
-
-
-def test_a_motion_that_no_constraint_holds_is_told():
-    machine = DRIVEN["coordinate of a moving body"]
-    machine = driven(machine, Body("tail", mass=1.0, inertia=0.1, cg=(0.5, 0), guess=0.1))
-    machine.add(Revolute("T", "lever.C", "tail"))
-    run = mbody.simulate(machine, 0.2, instants=5)
-    found = crosscheck_result(run.system, run)
-    assert found.agrees and [one.element for one in found.not_expressible] == ["m"]
-    assert {"m.effort", "T.force"} <= {row.quantity for row in found.rows}
-    assert not any(row.quantity.endswith(".angle") for row in found.rows)
-
-
-def test_export_prints_or_writes(capsys, tmp_path):
-    assert cli.main(["export", "norton_fourbar", "--to", "mjcf"]) == 0
-    printed = capsys.readouterr()
-    assert mujoco.MjModel.from_xml_string(printed.out).nu == 3
-    assert "law of time" in printed.err
-    path = tmp_path / "cam.xml"
-    assert cli.main(["export", "cam_follower", "--to", "mjcf", "-o", str(path)]) == 0
-    told = capsys.readouterr()
-    assert told.out == "" and "not in the file: 'contact'" in told.err
-    assert mujoco.MjModel.from_xml_path(str(path)).nv == 2
 
 
 def test_the_file_names_what_smooth_joints_do_not_have():

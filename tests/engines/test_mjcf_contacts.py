@@ -3,28 +3,12 @@
 import math
 import re
 
-import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    Body,
-    Clutch,
-    Contact,
-    FrictionForce,
-    Gravity,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    SimulationSettings,
-    from_toml,
-    gallery,
-)
+from mbody import gallery
 from mbody.engines.mjcf import to_mjcf
-from mbody.engines.mjcf_contacts import LinearLaw, linear_law
 from mbody.exchange import import_model
-from mbody.laws import MeasuredFormula
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -63,7 +47,7 @@ until = 0.3
 
 def leg(units="SI", value="3 N*m", law="u"):
     text = LEG.replace("UNITS", units).replace("VALUE", value).replace("LAW", law)
-    return from_toml(text)
+    return mbody.from_toml(text)
 
 
 def stepped(made, until, step=1e-4, control=None):
@@ -147,14 +131,14 @@ def test_other_formulas_are_named_with_the_reason(law, why):
 
 def wheel(friction, slope=0.2, **shape):
     """A disc on a slope."""
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         "wheel",
         ground={"O": (0, 0)},
         ground_shapes={"road": {"line": {"point": "O", "angle": -slope}}},
     )
     at = 0.3 * math.sin(slope), 0.3 * math.cos(slope), 0.0
     machine.add(
-        Body(
+        mbody.Body(
             "disc",
             mass=2.0,
             inertia=0.09,
@@ -162,10 +146,10 @@ def wheel(friction, slope=0.2, **shape):
             shapes={"rim": {"disc": "C", "radius": 0.3}},
             guess=at,
         ),
-        Contact("road", "ground.road", "disc.rim", friction=friction, **shape),
-        Gravity("g", y=-9.81),
+        mbody.Contact("road", "ground.road", "disc.rim", friction=friction, **shape),
+        mbody.Gravity("g", y=-9.81),
     )
-    machine.simulation = SimulationSettings(
+    machine.simulation = mbody.SimulationSettings(
         until=1.0, start={"disc": {"x": at[0], "y": at[1], "angle": 0.0}}
     )
     return machine
@@ -198,12 +182,12 @@ def test_what_contacts_of_mujoco_have_not_is_named():
 
 
 def pendulum(*joints, **more):
-    machine = Mechanism("pendulum")
+    machine = mbody.Mechanism("pendulum")
     machine.add(
-        Body("arm", mass=1.0, inertia=0.05, cg=(0.3, 0), guess=0.4),
-        Revolute("O", "ground", "arm", **more),
+        mbody.Body("arm", mass=1.0, inertia=0.05, cg=(0.3, 0), guess=0.4),
+        mbody.Revolute("O", "ground", "arm", **more),
         *joints,
-        Gravity("g", y=-9.81),
+        mbody.Gravity("g", y=-9.81),
     )
     return machine
 
@@ -213,36 +197,13 @@ def pendulum(*joints, **more):
     [
         pendulum(viscous=0.4),
         pendulum(limits=(-0.6, 0.5)),
-        pendulum(Clutch("brake", "ground", "arm", torque=1.5)),
-        pendulum(Clutch("brake", "ground", "arm", torque=9.0)),
+        pendulum(mbody.Clutch("brake", "ground", "arm", torque=1.5)),
+        pendulum(mbody.Clutch("brake", "ground", "arm", torque=9.0)),
     ],
     ids=["viscous", "limits", "clutch", "clutch that holds"],
 )
 def test_limits_damping_and_constant_friction_of_joints(machine):
     assert same(machine, 0.5, 3e-3, step=5e-5).not_expressible == ()
-
-
-@pytest.mark.parametrize("turned", [False, True])
-def test_the_same_of_slides(turned):
-    machine = Mechanism("rail")
-    ends = Marker("ground", (0, 0), -0.6), Marker("car", (0, 0), -0.6)
-    guide = ends[::-1] if turned else ends
-    limits = (-0.3, 9.0) if turned else (-9.0, 0.3)
-    machine.add(
-        Body("car", mass=2.0, inertia=0.1, guess=(0, 0, 0)),
-        Prismatic("rail", *guide, limits=limits, viscous=0.8),
-        FrictionForce("packing", *guide, force=3.0),
-        Gravity("g", y=-9.81),
-    )
-    assert same(machine, 0.6, 2e-3).not_expressible == ()
-
-
-def test_friction_of_the_reaction_is_named_with_its_reason():
-    made = to_mjcf(pendulum(friction=0.2, pin_radius=0.02, viscous=0.1))
-    assert [(one.element, one.why) for one in made.not_expressible] == [
-        ("O", "its friction, which follows the reaction")
-    ]
-    assert 'damping="0.1"' in made.text
 
 
 @pytest.mark.parametrize("machine", [leg(), wheel(0.3)], ids=["leg", "wheel"])
@@ -259,24 +220,13 @@ def test_what_is_written_comes_back(tmp_path, machine):
     assert len(again.contacts) == 1
 
 
-def test_a_formula_is_taken_apart():
-    operations = ("variable", "* constant", "constant", "min", "negative")
-    law = linear_law(MeasuredFormula("-min(2*u, 3)", operations, ("u",), (2.0, 3.0)), {})
-    assert law == LinearLaw({"u": -2.0}, -3.0, math.inf)
-    assert linear_law(MeasuredFormula("sin(u)", ("variable", "sin"), ("u",), ()), {}) is None
-    two = LinearLaw({"u": 1.0}).plus(LinearLaw({"u": 1.0, "w": 2.0}), -1.0)
-    assert two == LinearLaw({"u": 0.0, "w": -2.0})
-    assert LinearLaw({"u": 1.0}, 0.0, 1.0).plus(LinearLaw({"w": 1.0})) is None
-    assert np.isinf(law.high) and law.is_bounded
-
-
 @pytest.mark.parametrize("follows", [False, True])
 def test_a_force_of_an_input_is_an_actuator_at_its_place(follows):
     machine = pendulum()
     machine.add(
         mbody.Input("u", "2 N"),
         mbody.Force(
-            "push", Marker("arm", (0.5, 0.0)), "3*u - 1 N", angle="70 deg", follows=follows
+            "push", mbody.Marker("arm", (0.5, 0.0)), "3*u - 1 N", angle="70 deg", follows=follows
         ),
     )
     made = same(machine, 0.4, 2e-3)

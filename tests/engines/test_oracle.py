@@ -14,7 +14,6 @@ from mbody.analysis.position.assembly_analysis import closed
 from mbody.core.lanes import LANES
 from mbody.engineering import close_loops
 from mbody.engines.oracle import Reference
-from mbody.laws import ConstantSpeed
 from mbody.solution.histories import Record
 from tests.support.oracle_runs import (
     FINE,
@@ -133,30 +132,7 @@ def test_lanes_are_the_scalar_path(linkage):
     assert_checked(run)
 
 
-@some
-def test_lanes_of_statics_and_kinematics(linkage):
-    mechanism, fine = instants(linkage)
-    wanted, still = truth(linkage), np.zeros_like(truth(linkage).q)
-    at = slice(None, None, STRIDE)
-    run = kinematics(mechanism, fine)
-    assert run.record.blocks[0].shape[2] == LANES
-    assert_motion(run, *wanted[2:5], at=at)
-    run = statics(mechanism, fine)
-    assert run.record.blocks[0].shape[2] == LANES
-    assert_motion(run, wanted.q, still, still, at=at)
-    assert_forces(run, forces_of(wanted.oracle, wanted.q, still, still, wanted.t), at)
-
-
 # -- branches, however coarse the output -----------------------------------------------------
-
-
-@every
-def test_coarse_instants_stay_on_the_branch(linkage):
-    mechanism, fine = instants(linkage)
-    coarse = kinetostatics(mechanism, fine[:: (FINE - 1) // 2])
-    whole = truth(linkage)
-    assert_motion(coarse, whole.q[::3], whole.v[::3], whole.a[::3])
-    assert_forces(coarse, whole.forces[::3])
 
 
 @turning
@@ -237,19 +213,6 @@ def test_a_given_motion_put_back_as_torque(linkage):
         system = assemble(machine)
         a, _ = accelerations(system, wanted.q[k], wanted.v[k], float(wanted.t[k]), 4)
         assert_allclose(a, wanted.a[k], rtol=0, atol=1e-9 * np.abs(wanted.a).max())
-
-
-def test_a_driver_law_of_constant_speed_over_a_turn():
-    """`turn` along a law at constant speed has equal times and no angular acceleration."""
-    machine = makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 2.0, 3.0), start=0.4, speed=7.0)
-    run = kinetostatics(machine, turn=True, instants=FINE)
-    assert_allclose(np.diff(run.t), 2.0 * math.pi / 7.0 / (FINE - 1))
-    assert np.abs(run["crank"].alpha).max() < 1e-9
-    oracle = Reference(machine)
-    assert machine["motor"].law == ConstantSpeed(0.4, 7.0)
-    q, v, a = (part[::20] for part in oracle.motion(run.t[::2]))
-    assert_motion(run, q, v, a, slice(None, None, 40))
-    assert_forces(run, forces_of(oracle, q, v, a, run.t[::40]), slice(None, None, 40))
 
 
 @pytest.mark.parametrize("start", [0.0, 0.5 * math.pi, math.pi])
