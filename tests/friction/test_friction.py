@@ -1,6 +1,5 @@
 """Friction in joints against closed forms and against dense equations of every contact."""
 
-import json
 import math
 
 import numpy as np
@@ -19,7 +18,6 @@ from tests.support.frictional import (
     difference,
     drawer,
     gear_pair,
-    rack_and_pinion,
     slider_crank,
     with_changes,
     with_friction,
@@ -90,15 +88,6 @@ def test_a_turn_by_friction_circles():
         assert abs(run.effort("motor")[k] - wanted) < 1e-12 * FORCE * CRANK
 
 
-@pytest.mark.parametrize("degrees", [2.2810597888554582, 176.95903307859197])
-def test_near_its_dead_centres_a_slider_does_not_drive_its_crank(degrees):
-    assert abs(torque(slider_crank(), degrees)) < 1e-11 * FORCE * CRANK
-    held = mbody.statics(slider_crank(), drive={"motor": np.radians([degrees - 90.0, degrees])})
-    limits = held.range("motor")
-    assert abs(limits.high[1]) < 1e-11 * FORCE * CRANK  # at its limit, either way
-    assert not any("self-locking" in note for note in held.notes) or limits.low[1] < 0.0
-
-
 def test_what_runs_fast_elsewhere_does_not_stop_friction():
     """A crank that creeps in its rough bearing, beside a wheel that turns 1e12 times as fast."""
 
@@ -149,20 +138,6 @@ def test_a_drawer_of_the_references_from_a_file():
     assert again.effort("pull")[0] == run.effort("pull")[0]
 
 
-@pytest.mark.parametrize("mu", [0.5 + 1e-9, 0.51, 0.8, 3.0])
-def test_a_drawer_jams(mu):
-    run = mbody.kinetostatics(drawer(mu))
-    (jam,) = run.friction.jams
-    assert (jam.t, jam.joint) == (0.0, "guide") and jam.coefficient == pytest.approx(0.5, rel=1e-9)
-    assert run.status.startswith("doubtful: it jams at t = 0 s") and "0.5 on" in run.status
-    assert np.isnan(run.effort("pull")).all() and np.isnan(run.reaction("guide").fx).all()
-    data = json.loads(json.dumps(run.data()))
-    assert data["efforts"]["pull"] == [None] and data["friction"]["certified"] is False
-    assert data["friction"]["jams"] == [
-        {"t": 0.0, "joint": "guide", "coefficient": jam.coefficient}
-    ]
-
-
 @pytest.mark.parametrize("speed", [1.0, -1.0])
 @pytest.mark.parametrize("height", [None, 0.05, 0.1])
 def test_a_guide_with_two_rails(height, speed):
@@ -172,18 +147,6 @@ def test_a_guide_with_two_rails(height, speed):
         Force("two", "drawer.C", 3.0, angle=np.radians(130.0)),
     )
     assert difference(mbody.kinetostatics(machine), 0) < 1e-13
-
-
-def test_rails_apart_change_a_guide():
-    found = []
-    for height in (0.0, 0.1):
-        machine = drawer(0.2, height=height)
-        machine.add(Force("down", "drawer.C", 30.0, angle=-np.pi / 2.0))
-        found.append(float(mbody.kinetostatics(machine).effort("pull")[0]))
-    # by hand: N = W up, and T = P a against the pull; F = μ 2 |T + μ h N/2|/ℓ
-    W, mu, a, length = 30.0, 0.2, 0.2, 0.2
-    wanted = [(10.0 + mu**2 * h * W / length) / (1.0 - 2.0 * mu * a / length) for h in (0.0, 0.1)]
-    assert found == pytest.approx(wanted, rel=1e-13)
 
 
 # -- against dense equations over a turn -------------------------------------------------------
@@ -218,9 +181,7 @@ def toggle_press():
         Revolute("E", "upper.B", "lower.B"),
         Revolute("D", "lower.D", "ram.D"),
         Prismatic(
-            "guide",
-            mbody.Marker("ground", "G", np.pi / 2.0),
-            mbody.Marker("ram", "D", np.pi / 2.0),
+            "guide", mbody.Marker("ground", "G", np.pi / 2.0), mbody.Marker("ram", "D", np.pi / 2.0)
         ),
         mbody.AngleDriver("motor", "crank", mbody.laws.ConstantSpeed(1.0, 8.0)),
         Force("load", "ram.D", 20e3, angle=np.pi / 2.0),
@@ -277,31 +238,6 @@ def test_causes_sum_to_the_whole(name):
 
 
 # -- teeth, cams, wheels -----------------------------------------------------------------------
-
-TEETH = (
-    {"efficiency": 0.9},
-    {"efficiency": 0.5, "pressure_angle": "20 deg"},
-    {"pressure_angle": "25 deg"},
-    {"friction": 0.1, "pressure_angle": "20 deg"},
-    {"friction": 0.1, "pressure_angle": "25 deg", "module": 0.3},
-)
-
-
-@pytest.mark.parametrize("teeth", TEETH, ids=str)
-@pytest.mark.parametrize("carrier", [0.0, 0.7, -2.0])
-@pytest.mark.parametrize("load", [5.0, -5.0])
-@pytest.mark.parametrize("internal", [False, True])
-def test_gears(internal, load, carrier, teeth):
-    run = mbody.kinetostatics(gear_pair(internal, load, 3.0, carrier, **teeth))
-    assert difference(run, 0) < 1e-11  # the mean arm of friction is a sum over the path there
-
-
-@pytest.mark.parametrize("teeth", [*TEETH[:-1], {**TEETH[-1], "module": 0.03}], ids=str)
-@pytest.mark.parametrize("speed", [2.0, -2.0])
-@pytest.mark.parametrize("load", [5.0, -5.0])
-def test_racks(load, speed, teeth):
-    run = mbody.kinetostatics(rack_and_pinion(load, speed, **teeth))
-    assert difference(run, 0) < 1e-11
 
 
 @pytest.mark.parametrize("load", [5.0, -5.0])

@@ -7,12 +7,10 @@ import mbody
 from mbody.kernels.friction import CERTIFICATE
 from tests.frictional_linkages import PARTS, examined, frictional_linkage
 from tests.support.frictional import (
-    FORCE,
     cam_drive,
     drawer,
     followed_part,
     gear_pair,
-    rack_and_pinion,
     slider_crank,
     with_friction,
 )
@@ -96,70 +94,11 @@ def test_the_certificate_of_a_design_is_its_own():
     assert 0.0 < found[0].max() < 1.0
 
 
-def test_a_sweep():
-    mu = np.linspace(0.05, 0.3, 24)
-    study = mbody.sweep(
-        slider_crank(**HEAVY),
-        {"A.friction": mu},
-        measure={"loss": "mean(A.loss)", "torque": "peak(motor.effort)"},
-        turn="motor",
-    )
-    assert not study.failures
-    for n in (0, 11, 23):
-        run = mbody.kinetostatics(
-            mbody.assemble(slider_crank(**HEAVY)).with_values({"A.friction": float(mu[n])}),
-            turn="motor",
-        )
-        mean = np.trapezoid(run.losses["A"], run.t) / np.ptp(run.t)
-        assert study["loss"][n] == pytest.approx(float(mean), rel=1e-11)
-        assert study["torque"][n] == pytest.approx(float(np.abs(run.effort("motor")).max()))
-
-
-def test_a_sweep_into_jamming():
-    study = mbody.sweep(
-        drawer(0.1), {"guide.friction": [0.1, 0.3, 0.7]}, measure="max(pull.effort)", t=[0.0, 1.0]
-    )
-    assert study["max(pull.effort)"][:2] == pytest.approx([12.5, 25.0])
-    assert list(study.failures) == [2]
-
-
 @pytest.mark.parametrize("name", MACHINES)
 def test_other_engines_agree_or_say_why_not(name):
     found = mbody.crosscheck(MACHINES[name](), ["pinocchio", "pymunk", "mujoco"])
     assert found.agrees, str(found)
     assert "friction is of the real reaction" in str(found)
-
-
-def test_the_search_for_an_effort():
-    """`solve_for` with friction: the load at which the motor has nothing to do is none."""
-    machine = slider_crank(**HEAVY)
-    answer = mbody.solve_for(
-        machine, unknowns="load", conditions="motor.effort = 5 N*m", at={"motor": 4.0}
-    )
-    load = answer[0].unknowns["load"]
-    again = mbody.assemble(machine).with_values({"load": load})
-    run = mbody.kinetostatics(again, drive={"motor": (4.0, 10.0, 0.0)})
-    assert run.effort("motor")[0] == pytest.approx(5.0, abs=1e-9 * FORCE)
-
-
-@pytest.mark.parametrize(
-    "machine",
-    [
-        slider_crank(static=0.2, stribeck=0.3, viscous=1.0, **HEAVY),
-        gear_pair(internal=True, friction=0.1, pressure_angle="20 deg", module=0.2),
-        rack_and_pinion(efficiency=0.9, pressure_angle="25 deg"),
-        cam_drive("roller", friction=0.2, static=0.3, pin_radius=0.004),
-        drawer(0.2, height=0.01),
-    ],
-    ids=lambda machine: machine.name,
-)
-def test_files_carry_friction(machine):
-    again = mbody.from_toml(mbody.to_toml(machine))
-    for element in machine.joints:
-        assert again[element.name] == element
-    t = [0.01, 0.02]
-    one, other = mbody.kinetostatics(machine, t), mbody.kinetostatics(again, t)
-    assert np.array_equal(forces(one), forces(other))
 
 
 # -- random linkages ----------------------------------------------------------------------------

@@ -22,7 +22,6 @@ from tests.support.frictional import (
     drawer,
     gear_pair,
     slider_crank,
-    with_friction,
 )
 
 HEAVY = {"masses": (1.0, 2.0, 3.0), "length": 0.06}
@@ -57,13 +56,6 @@ def test_losses_everywhere(tmp_path):
     assert float(rows[3]["A.loss [N·m/s]"]) == run.losses["A"][3]
     assert "FRICTION" in str(run) and "guide" in str(run)
     assert not mbody.kinematics(slider_crank()).losses
-
-
-def test_without_friction_nothing_is_said():
-    run = mbody.kinetostatics(mbody.makers.slider_crank(CRANK, 0.2, speed=3.0))
-    assert run.friction is None and not run.losses
-    assert not {"losses", "modes", "ranges", "friction"} & set(run.data())
-    assert "FRICTION" not in str(run)
 
 
 def test_damping_alone():
@@ -194,15 +186,6 @@ def test_gears_at_rest_with_a_pressure_angle():
     assert plain[0] == pytest.approx(-dense.solve().lam[dense.reference.rows["motor"]][0])
 
 
-# -- uniqueness ---------------------------------------------------------------------------------
-
-
-def test_redundant_rows_leave_friction_open():
-    machine = with_friction(mbody.gallery.load("parallel_cranks"), 0.1, 0.01)
-    run = mbody.kinetostatics(machine)
-    assert any("friction in" in note and "not unique" in note for note in run.notes), run.notes
-
-
 # -- efficiency ---------------------------------------------------------------------------------
 
 
@@ -240,14 +223,6 @@ def test_an_account_of_work():
     assert found.given == pytest.approx(own, rel=1e-8)
 
 
-def test_instants_that_are_given_are_summed():
-    """Where no law led the motion the trapezoidal rule is used."""
-    angles = np.linspace(math.pi, 2.0 * math.pi, 721)
-    t = (angles - math.pi) / 10.0
-    run = mbody.kinetostatics(slider_crank(0.1), t, drive={"motor": (angles, 10.0, 0.0)})
-    assert run.efficiency("load").value == pytest.approx(0.91657661, abs=2e-4)
-
-
 # -- slip rows of cams --------------------------------------------------------------------------
 
 
@@ -273,30 +248,6 @@ def test_equations_have_friction_among_the_loads():
     system = mbody.kinetostatics(slider_crank(**HEAVY)).equations()
     assert np.allclose(np.linalg.solve(system.matrix, system.rhs), system.values)
     assert "friction of joints is among the loads" in str(system)
-
-
-def test_the_command_gives_the_efficiency(capsys, tmp_path):
-    from mbody.cli import main
-
-    path = tmp_path / "press.toml"
-    path.write_text(mbody.to_toml(slider_crank(0.1)), encoding="utf-8")
-    times = ", ".join(f"{t:.16g} s" for t in np.linspace(np.pi - 0.1, 2.0 * np.pi - 0.1, 5) / 10.0)
-    arguments = ["kinetostatics", str(path), "--at", f"t={times}", "--efficiency", "load"]
-    assert main([*arguments, "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)["efficiency"]
-    assert found["value"] == pytest.approx(0.9165766128, abs=1e-9)
-    assert found["given"] == pytest.approx(found["useful"] + found["lost"], rel=1e-12)
-    assert main(arguments) == 0
-    assert "EFFICIENCY   0.916577 of 'load'" in capsys.readouterr().out
-
-
-def test_a_report_has_a_chapter_of_friction():
-    pytest.importorskip("matplotlib")
-    from mbody.reports.mechanism_report import report
-
-    made = report(stroke(0.3), ["friction"])
-    (chapter,) = made.document.chapters
-    assert chapter.key == "friction" and "Power lost by sliding, by joint" in made.html()
 
 
 # -- beside other analyses ----------------------------------------------------------------------

@@ -5,21 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Clutch,
-    CoordinateDriver,
-    FrictionForce,
-    Input,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    assemble,
-    kinetostatics,
-    makers,
-    sweep,
-)
+import mbody
+from mbody import makers
 from mbody.engines.oracle.friction import DenseFriction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.laws import Polynomial
@@ -28,19 +15,19 @@ pytestmark = pytest.mark.processor
 
 
 def driven_wheel(**clutch):
-    machine = Mechanism("a braked wheel", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("a braked wheel", ground={"O": (0.0, 0.0)})
     machine.add(
-        Input("press", 100.0),
-        Body("wheel", mass=1.0, inertia=0.5),
-        Revolute("pin", "ground.O", "wheel"),
-        Clutch("brake", "ground.O", "wheel", **clutch),
-        AngleDriver("motor", "wheel", Polynomial((0.0, 3.0, 1.0))),
+        mbody.Input("press", 100.0),
+        mbody.Body("wheel", mass=1.0, inertia=0.5),
+        mbody.Revolute("pin", "ground.O", "wheel"),
+        mbody.Clutch("brake", "ground.O", "wheel", **clutch),
+        mbody.AngleDriver("motor", "wheel", Polynomial((0.0, 3.0, 1.0))),
     )
     return machine
 
 
 def test_a_brake_takes_its_torque_against_the_rate():
-    run = kinetostatics(driven_wheel(torque=12.0), t=[0.0, 0.5])
+    run = mbody.kinetostatics(driven_wheel(torque=12.0), t=[0.0, 0.5])
     np.testing.assert_allclose(run.effort("motor"), 12.0 + 0.5 * 2.0, rtol=1e-14)
     np.testing.assert_allclose(run.reaction("brake").torque, -12.0, rtol=1e-14)
     np.testing.assert_allclose(run.losses["brake"], [36.0, 48.0], rtol=1e-14)
@@ -49,18 +36,13 @@ def test_a_brake_takes_its_torque_against_the_rate():
 
 def test_its_torque_may_follow_measured_quantities_and_inputs():
     machine = driven_wheel(torque="0.04*press*(1 + abs(wheel.omega)/10)")
-    run = kinetostatics(machine, t=[0.0, 0.5])
+    run = mbody.kinetostatics(machine, t=[0.0, 0.5])
     np.testing.assert_allclose(-run.reaction("brake").torque, 4.0 * np.array([1.3, 1.4]))
-
-
-def test_negative_torque_is_none():
-    run = kinetostatics(driven_wheel(torque=-5.0), t=[0.0])
-    assert run.effort("motor")[0] == pytest.approx(1.0, abs=1e-14)
 
 
 def test_what_slips_fast_has_the_torque_of_slipping():
     machine = driven_wheel(torque=10.0, static=1.5, stribeck=2.0)
-    run = kinetostatics(machine, t=[0.0, 0.5])
+    run = mbody.kinetostatics(machine, t=[0.0, 0.5])
     rate = np.array([3.0, 4.0])
     np.testing.assert_allclose(
         -run.reaction("brake").torque, 10.0 * (1.0 + 0.5 * np.exp(-((rate / 2.0) ** 2)))
@@ -71,13 +53,15 @@ def packed():
     """A slider-crank whose slider runs in a packing that a formula tightens."""
     machine = makers.slider_crank(0.05, 0.2, masses=(1.0, 2.0, 3.0), start=0.3, speed=20.0)
     machine.add(
-        FrictionForce("packing", "ground", "slider", force="30 + 4*abs(slider.vx)", static=1.2)
+        mbody.FrictionForce(
+            "packing", "ground", "slider", force="30 + 4*abs(slider.vx)", static=1.2
+        )
     )
     return machine
 
 
 def test_a_packing_equals_the_dense_equations_over_a_turn():
-    run = kinetostatics(packed(), turn="motor", instants=37)
+    run = mbody.kinetostatics(packed(), turn="motor", instants=37)
     reference = Reference(run.system.mechanism)
     names = list(run)
     parts = [
@@ -94,28 +78,32 @@ def test_a_packing_equals_the_dense_equations_over_a_turn():
 
 def test_lanes_and_designs_agree_with_single_instants():
     machine = packed()
-    whole = kinetostatics(machine, turn="motor", instants=721)
+    whole = mbody.kinetostatics(machine, turn="motor", instants=721)
     some = [5, 300, 600]
-    few = kinetostatics(machine, t=whole.t[some])
+    few = mbody.kinetostatics(machine, t=whole.t[some])
     np.testing.assert_allclose(whole.effort("motor")[some], few.effort("motor"), rtol=1e-11)
     forces = [20.0, 30.0, 45.0]
     machine = makers.slider_crank(0.05, 0.2, masses=(1.0, 2.0, 3.0), start=0.3, speed=20.0)
-    machine.add(FrictionForce("packing", "ground", "slider", force=30.0))
-    table = sweep(machine, {"packing.force": forces}, measure="peak(motor.effort)", turn="motor")
+    machine.add(mbody.FrictionForce("packing", "ground", "slider", force=30.0))
+    table = mbody.sweep(
+        machine, {"packing.force": forces}, measure="peak(motor.effort)", turn="motor"
+    )
     for force, found in zip(forces, table["peak(motor.effort)"], strict=True):
-        one = kinetostatics(assemble(machine).with_values({"packing.force": force}), turn="motor")
+        one = mbody.kinetostatics(
+            mbody.assemble(machine).with_values({"packing.force": force}), turn="motor"
+        )
         assert found == pytest.approx(np.abs(one.effort("motor")).max(), rel=1e-9)
 
 
 def test_at_rest_there_is_a_range():
-    machine = Mechanism("a packed rod")
+    machine = mbody.Mechanism("a packed rod")
     machine.add(
-        Body("rod", mass=2.0),
-        Prismatic("guide", "ground", "rod"),
-        FrictionForce("packing", "ground", "rod", force=30.0, static=1.5),
-        CoordinateDriver("hold", "ground", "rod", 0.0),
+        mbody.Body("rod", mass=2.0),
+        mbody.Prismatic("guide", "ground", "rod"),
+        mbody.FrictionForce("packing", "ground", "rod", force=30.0, static=1.5),
+        mbody.CoordinateDriver("hold", "ground", "rod", 0.0),
     )
-    run = kinetostatics(machine, t=[0.0])
+    run = mbody.kinetostatics(machine, t=[0.0])
     band = run.range("hold")
     assert band.low[0] == pytest.approx(-45.0, abs=1e-12)
     assert band.high[0] == pytest.approx(45.0, abs=1e-12)

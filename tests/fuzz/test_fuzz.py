@@ -4,35 +4,9 @@ import subprocess
 import sys
 
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
-from tests.fuzz import KEPT, KINDS, mutate, plain, properties, strategies
+from tests.fuzz import KEPT, KINDS, mutate, plain, properties
 from tests.support.paths import ROOT
-
-some = settings(max_examples=150, suppress_health_check=list(HealthCheck), derandomize=True)
-
-
-@pytest.mark.slow
-@some
-@given(strategies.formulas)
-def test_formulas(text):
-    properties.guarded(lambda: properties.formula(text))
-
-
-@pytest.mark.slow
-@some
-@given(strategies.tables(), st.booleans())
-def test_tables(data, is_json):
-    text = mutate.written(data, is_json)
-    properties.guarded(lambda: properties.model(text, is_json))
-
-
-@pytest.mark.slow
-@some
-@given(st.booleans().flatmap(lambda j: st.tuples(strategies.texts(j), st.just(j))))
-def test_texts(case):
-    properties.guarded(lambda: properties.model(*case))
 
 
 def test_plain_mutations(tmp_path):

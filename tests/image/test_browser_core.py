@@ -225,26 +225,6 @@ def test_a_refused_number_changes_nothing(page):
     assert before == after and same
 
 
-def test_wheels_that_no_longer_fit_are_doubted(page):
-    script = """(() => {
-      const model = open_("planetary_train"), before = model.turn().stats.doubts;
-      model.set({ "arm.P.y": 5 });
-      return [before, model.turn().stats.doubts];
-    })()"""
-    before, after = page.value(script)
-    assert before == [] and after and "does not fit" in after[0]
-
-
-def test_memory_is_used_again(page):
-    script = """(() => {
-      for (let n = 0; n < 3; n++) open_("mud_pump").free();
-      const before = core.memory.buffer.byteLength;
-      for (let n = 0; n < 50; n++) { const m = open_("mud_pump"); m.turn(); m.free(); }
-      return core.memory.buffer.byteLength - before;
-    })()"""
-    assert page.value(script) == 0
-
-
 def test_the_program_of_the_page_runs(page):
     """docs/browser.md, with files from memory in place of those of a server."""
     text = (ROOT / "docs" / "browser.md").read_text("utf-8")

@@ -6,9 +6,6 @@ from types import SimpleNamespace
 import pytest
 
 import mbody
-from mbody.cli import compile as compile_command
-from mbody.core import native
-from mbody.core.native import progress, run_builder
 from mbody.image import arena, fmu
 
 NAMES = [kernel.__name__ for kernel in arena.IMAGE_KERNELS]
@@ -73,19 +70,3 @@ def test_what_the_builder_says_is_told_where_it_fails(monkeypatch, tmp_path, mod
     build = fmu._build if module is fmu else arena.build_browser_core
     with pytest.raises(mbody.ModelError, match=r"could not be built; .*\nwarning: it is a small"):
         build(tmp_path)
-
-
-def test_quiet_is_quiet(monkeypatch, tmp_path, capfd):
-    monkeypatch.setenv("MBODY_QUIET", "1")
-    assert progress("anything", 3) is None
-    command, settings = builder(["one"])(["module:kernel"], "host", tmp_path)
-    assert run_builder(command, settings, None, sys.stderr) == 0
-    assert capfd.readouterr() == ("", "warning: it is a small one\n")
-
-
-def test_the_command_counts_the_steps(monkeypatch, tmp_path, capfd):
-    monkeypatch.setattr(native, "builder_command", builder(["host.so"]))
-    args = SimpleNamespace(target=[], out=tmp_path, images=True, fmu=False)
-    assert compile_command._for_machines(args, ["host"]) == 0
-    said = "".join(f"{line}\n" for line in lines([*NAMES, "host.so"]))
-    assert capfd.readouterr() == (said, "warning: it is a small one\n")

@@ -14,9 +14,7 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.cli.compile import all_kernels
 from mbody.image.model_image import to_image
-from mbody.kernels import advance, step_state
 from tests.support import embedded
 from tests.support.cases import first_fast
 from tests.support.embedded import (
@@ -165,46 +163,7 @@ def test_every_function_is_documented():
     assert len(declared) == 35 and declared == described
 
 
-def test_no_function_has_the_name_of_a_kernels():
-    text = (DOOR / "mbody.h").read_text("utf-8")
-    declared = set(re.findall(r"^\S.*\b(mbody_\w+)\(.*\);", text, re.MULTILINE))
-    kernels = {f"mbody_{name}{form}" for name in all_kernels() for form in ("", "_np", "_words")}
-    tables = {"mbody_user_door", "mbody_object_head", "mbody_sources", "mbody_entries"}
-    assert not declared & (kernels | tables)
-
-
 # ---- driven motion -------------------------------------------------------------------------------
-
-
-def test_the_slots_of_a_motion_are_those_of_the_kernels():
-    """The numbers of the state of a motion and the codes of its steps, as mbody.c has them."""
-    text = (DOOR / "mbody.c").read_text("utf-8")
-    _, _, text = text.partition("/* mbody/kernels/step_state.py")
-    place, found = 0, {}
-    for line in re.findall(r"enum \{(.*?)\};", text)[:2]:
-        place = 0
-        for part in line.split(","):
-            name, _, number = part.partition("=")
-            place = int(number) if number else place
-            found[name.strip()] = place
-            place += 1
-    assert found.pop("SLOTS") == step_state.PROGRESS
-    assert len(found) == 15
-    assert found == {name: getattr(step_state, name) for name in found}
-
-
-def test_the_happenings_of_a_motion_are_those_of_the_kernel():
-    """What has happened where something opens, sticks or strikes, as mbody.c numbers it."""
-    text = (DOOR / "mbody.c").read_text("utf-8").partition("/* mbody/kernels/advance.py")[2]
-    stages, codes = (
-        re.findall(r"\w+", one) for one in re.findall(r"enum \{(.*?)\};", text, re.S)[:2]
-    )
-    assert stages == ["STARTING", "5", "JUMPED"] and (advance.STARTING, advance.JUMPED) == (5, 6)
-    first = ["NOT_QUIET", "9", "ZERO", "IMPACT"]
-    assert codes[:4] == first and (step_state.NOT_QUIET, step_state.ZERO) == (9, 10)
-    own = {"CONTINUED": "BEGUN", "INDEFINITE": "LOST", "ROOM": "MEMORY"}
-    for number, name in enumerate(codes[3:], start=advance.IMPACT):
-        assert getattr(advance, own.get(name, name)) == number
 
 
 def test_a_turn_with_other_numbers(crank):
@@ -340,14 +299,6 @@ def test_a_number_changes_while_it_moves(library, images, released):
     assert plain.start(0.0, 1.0) == plain.advance(0.4) == GOOD
     gap = plain.history(ADVANCE, "crank.angle")[0] - released.history(ADVANCE, "crank.angle")[0]
     assert abs(gap) > 1e-3
-
-
-def test_a_start_elsewhere(released):
-    q = released.numbers("start.q")
-    assert released.start(0.0, 1.0) == released.advance(0.3) == GOOD
-    q[:] = list(released.numbers("motion.y"))[: len(q)]
-    assert released.start(0.0, math.nan) == GOOD  # at rest where it was at 0.3
-    assert released.history(ADVANCE, "crank.omega") == [pytest.approx(0.0, abs=1e-12)]
 
 
 def test_images_without_an_analysis_say_so(released):

@@ -7,17 +7,7 @@ import math
 import shutil
 import subprocess
 import zipfile
-from ctypes import (
-    CFUNCTYPE,
-    byref,
-    c_bool,
-    c_char_p,
-    c_double,
-    c_int,
-    c_size_t,
-    c_uint,
-    c_void_p,
-)
+from ctypes import CFUNCTYPE, byref, c_bool, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -319,13 +309,6 @@ def test_a_motion_that_ends_is_discarded_with_a_reason(binary, tmp_path):
     assert unit.step(reached.value, 0.01) == DISCARD and "has ended" in unit.sentence
 
 
-def test_a_motion_that_ends_in_fmi_3(binary, tmp_path):
-    unit = Unit3(binary, tmp_path, to_image(gallery.load("slider_crank")).content)
-    assert unit.begin() == OK and unit.step(0.0, 0.07) == OK and unit.reached.value == 0.07
-    assert unit.step(0.07, 0.05) == DISCARD and unit.ended
-    assert "singular position" in unit.sentence and 0.07 <= unit.reached.value < 0.12
-
-
 def test_a_motion_that_ends_returns_early_where_that_is_allowed(binary, tmp_path):
     unit = Unit3(binary, tmp_path, to_image(gallery.load("slider_crank")).content, early=True)
     assert unit.begin() == OK and unit.step(0.0, 0.07) == OK and not unit.early
@@ -336,16 +319,6 @@ def test_a_motion_that_ends_returns_early_where_that_is_allowed(binary, tmp_path
     assert unit.call("EnterEventMode") == OK
     assert unit.call("UpdateDiscreteStates", *map(byref, flags), byref(c_double())) == OK
     assert [flag.value for flag in flags] == [False, True, False, False, False]
-
-
-def test_what_cannot_be_instantiated_says_why_in_fmi_3(binary, tmp_path, image):
-    for sentence, made in (
-        ("not for model exchange", Unit3(binary, tmp_path, image, kind="ModelExchange")),
-        ("not for scheduled", Unit3(binary, tmp_path, image, kind="ScheduledExecution")),
-        ("is that of another model", Unit3(binary, tmp_path, image, guid_="{other}")),
-        ("cannot be read", Unit3(binary, tmp_path, image, uri="/nowhere")),
-    ):
-        assert not made.component and sentence in made.sentence
 
 
 def test_what_cannot_be_instantiated_says_why(binary, tmp_path, image):
@@ -359,21 +332,6 @@ def test_what_cannot_be_instantiated_says_why(binary, tmp_path, image):
     ):
         assert not made.component and sentence in made.sentence
         assert made.said[-1][:2] == (ERROR, "logStatusError")
-
-
-def test_other_kinds_of_variables_are_refused_in_fmi_3(binary, tmp_path, image):
-    unit = Unit3(binary, tmp_path, image)
-    one, value, count = (c_uint * 1)(0), (c_double * 1)(), c_size_t(1)
-    for kind in ("Float32", "Int8", "UInt16", "Int64", "Boolean", "String"):
-        for way in ("Get", "Set"):
-            assert unit.call(way + kind, one, count, value, count) == ERROR
-            assert "Float64" in unit.sentence
-    assert unit.call("GetFloat64", one, count, value, c_size_t(2)) == ERROR
-    assert unit.call("EnterEventMode") == OK and unit.call("EnterStepMode") == OK
-    assert unit.call("EnterConfigurationMode") == ERROR and "structural" in unit.sentence
-    assert unit.call("SetTime", c_double(1.0)) == ERROR
-    assert unit.call("GetContinuousStates", value, count) == ERROR
-    assert "co-simulation alone" in unit.sentence
 
 
 def test_other_kinds_of_variables_and_derivatives_are_refused(binary, tmp_path, image):

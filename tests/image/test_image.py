@@ -117,15 +117,6 @@ def test_the_manifest_names_what_is_there(name):
     assert ("run" in image.calls) == ("free" in manifest["analyses"])
 
 
-def test_most_numbers_of_the_gallery_can_be_changed():
-    """All that do not follow from parameters, where no cam, no curve and no spinning plane is."""
-    whole = 0
-    for name in MODELS:
-        fixed = made(name).manifest["not_changeable"].values()
-        whole += all(why.startswith("it follows from") for why in fixed)
-    assert whole >= len(MODELS) - 6
-
-
 # -- numbers ----------------------------------------------------------------------------------
 
 
@@ -272,14 +263,6 @@ def parts(name):
     return slice(0, n), slice(n, 2 * n), slice(2 * n, 3 * n), slice(3 * n, None)
 
 
-@pytest.mark.parametrize("angle", [0.3, 1.0, 2.5])
-def test_loops_close_at_a_given_angle(angle):
-    image = loaded("norton_fourbar")
-    assert image.close(0.0, angle)
-    wanted = mbody.engineering.close_loops(system("norton_fourbar"), drive={"motor": angle})
-    assert apart(image["driven.q"], wanted.record.table(slice(0, 9))[0]) < NEAR
-
-
 def test_loops_that_do_not_close_are_said_to_be_open():
     image = loaded("norton_fourbar")
     q = image["driven.q"].copy()
@@ -345,30 +328,6 @@ def test_a_free_motion_has_the_steps_of_simulate(name):
     assert apart(pages[:, :n], run.record.table(slice(0, n))) < 10.0 * NEAR
     for key in list(measured)[:40]:
         assert apart(measured[key], run.measure(key), 1.0 + np.abs(run.measure(key)).max()) < 1e-9
-
-
-@pytest.mark.parametrize("name", ["free_fourbar", "simple_pendulum"])
-def test_a_free_motion_with_other_numbers(name):
-    image = loaded(name)
-    new = others(image)
-    assert image.set(new, "free") == -1 and image.run() == DONE
-    run = simulated(name, image["run.times"].copy(), new)
-    n = 2 * system(name).coordinates
-    assert apart(image.output("run")[0][:, :n], run.record.table(slice(0, n))) < 1e-9
-
-
-def test_many_small_advances_end_where_simulate_is():
-    """Steps end at every instant, those of simulate do not: each is as exact as its tolerance."""
-    image, name = loaded("free_fourbar"), "free_fourbar"
-    times = np.linspace(0.0, 2.0, 401)
-    run = simulated(name, times)
-    assert image.call("begin") == 0
-    n = 2 * system(name).coordinates
-    for k, t in enumerate(times[1:], 1):
-        assert image.advance(t) == DONE
-        wanted = run.record.table(slice(0, n))[k]
-        assert apart(image["advance.pages"][:n], wanted) < 1e-8
-    assert image.output("advance")[1]["crank.angle"][0] == image["advance.pages"][2]
 
 
 def test_a_state_that_was_saved_goes_on_with_the_same_bits():

@@ -6,23 +6,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    Damper,
-    DistanceDriver,
-    Force,
-    Gravity,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
 from mbody.core import selection
 from mbody.image.model_image import to_image
 from mbody.laws import ConstantSpeed, Harmonic
@@ -41,50 +24,56 @@ PARAMETERS = {"k": 20.0, "a": 0.4, "w": 3.0}
 
 def arm(*more, joints=(), **options):
     """Two bars in a row, the second one from the first."""
-    made = Mechanism("arm", ground={"C": (0.5, 0.8)}, parameters=PARAMETERS, **options)
+    made = mbody.Mechanism("arm", ground={"C": (0.5, 0.8)}, parameters=PARAMETERS, **options)
     made.add(
-        Body("first", mass=2.0, inertia=0.1, cg=(0.5, 0.1), points={"A": (1.0, 0.0)}, guess=0.4),
-        Body("second", mass=1.0, inertia=0.05, cg=(0.3, 0.0), points={"P": (0.7, 0.2)}, guess=1.1),
-        Revolute("O", "ground", "first"),
+        mbody.Body(
+            "first", mass=2.0, inertia=0.1, cg=(0.5, 0.1), points={"A": (1.0, 0.0)}, guess=0.4
+        ),
+        mbody.Body(
+            "second", mass=1.0, inertia=0.05, cg=(0.3, 0.0), points={"P": (0.7, 0.2)}, guess=1.1
+        ),
+        mbody.Revolute("O", "ground", "first"),
         *joints,
-        Gravity("gravity", y=-9.81),
+        mbody.Gravity("gravity", y=-9.81),
         *more,
     )
     return made
 
 
 def turning(*more):
-    return arm(*more, joints=(Revolute("A", "first.A", "second"),))
+    return arm(*more, joints=(mbody.Revolute("A", "first.A", "second"),))
 
 
 LOADS = (
-    Spring("spring", "ground.C", "second.P", stiffness="k", free_length=0.2, preload=1.5),
-    Spring("rubber", "first.A", "ground.C", law="3*x + 2*k*x^3"),
-    Damper("damper", "second.P", "ground.C", coefficient=2.5),
-    Damper("oil", "ground.C", "first.A", law="2*x/(1 + abs(x))"),
-    TorsionSpring("coil", "second", "first", stiffness=4.0, free_angle=0.2, preload=0.3),
-    TorsionDamper("drag", "second", "first", coefficient=0.4),
-    Force("push", "second.P", "a*sin(w*t) + 2", angle=0.7),
-    Force("jet", Marker("second", (0.1, 0.2), 0.3), 1.5, angle=0.2, follows=True),
-    Torque("load", "first", value=Harmonic(1.0, 0.5, 2.0, 0.1)),
-    Torque("between", "second", "first", value="min(t, 0.5)"),
+    mbody.Spring("spring", "ground.C", "second.P", stiffness="k", free_length=0.2, preload=1.5),
+    mbody.Spring("rubber", "first.A", "ground.C", law="3*x + 2*k*x^3"),
+    mbody.Damper("damper", "second.P", "ground.C", coefficient=2.5),
+    mbody.Damper("oil", "ground.C", "first.A", law="2*x/(1 + abs(x))"),
+    mbody.TorsionSpring("coil", "second", "first", stiffness=4.0, free_angle=0.2, preload=0.3),
+    mbody.TorsionDamper("drag", "second", "first", coefficient=0.4),
+    mbody.Force("push", "second.P", "a*sin(w*t) + 2", angle=0.7),
+    mbody.Force("jet", mbody.Marker("second", (0.1, 0.2), 0.3), 1.5, angle=0.2, follows=True),
+    mbody.Torque("load", "first", value=Harmonic(1.0, 0.5, 2.0, 0.1)),
+    mbody.Torque("between", "second", "first", value="min(t, 0.5)"),
 )
 #: Mechanisms with two drivers, of which one moves a body from another one that moves.
 DRIVEN = {
     "two angles": lambda: turning(
-        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
-        AngleDriver("elbow", "second", "0.7 + 0.3*sin(w*t)", relative_to="first"),
+        mbody.AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        mbody.AngleDriver("elbow", "second", "0.7 + 0.3*sin(w*t)", relative_to="first"),
         *LOADS,
     ),
     "a slide on a bar": lambda: arm(
-        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
-        CoordinateDriver("slide", Marker("first", (0.1, 0.0), 0.5), "second.P", "0.6 + 0.2*t^2"),
+        mbody.AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        mbody.CoordinateDriver(
+            "slide", mbody.Marker("first", (0.1, 0.0), 0.5), "second.P", "0.6 + 0.2*t^2"
+        ),
         *LOADS,
-        joints=(Prismatic("guide", Marker("first", (0.1, 0.0), 0.5), "second"),),
+        joints=(mbody.Prismatic("guide", mbody.Marker("first", (0.1, 0.0), 0.5), "second"),),
     ),
     "a cylinder": lambda: turning(
-        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
-        DistanceDriver("ram", "first", "second.P", "1.2 + 0.1*sin(w*t)"),
+        mbody.AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        mbody.DistanceDriver("ram", "first", "second.P", "1.2 + 0.1*sin(w*t)"),
         *LOADS,
     ),
 }
@@ -149,7 +138,7 @@ def test_a_free_motion_of_all_loads():
 
 
 def test_numbers_that_python_decides_by_are_constants():
-    machine = turning(AngleDriver("shoulder", "first"), AngleDriver("elbow", "second"))
+    machine = turning(mbody.AngleDriver("shoulder", "first"), mbody.AngleDriver("elbow", "second"))
     made = to_image(machine, 5).manifest
     assert not made["not_changeable"]
     machine = mbody.gallery.load("flyball_governor")

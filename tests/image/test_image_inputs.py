@@ -3,22 +3,6 @@
 import numpy as np
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Damper,
-    Force,
-    Gravity,
-    Input,
-    Mechanism,
-    Quantity,
-    Revolute,
-    SimulationSettings,
-    Spring,
-    State,
-    Torque,
-    TorsionSpring,
-)
 from mbody.image.model_image import to_image
 from mbody.laws import ConstantSpeed, Table
 from tests.support import embedded
@@ -34,33 +18,39 @@ NEAR = 1e-9
 
 def arm(*more, level="steady"):
     """Two bars in a row, with a formula in every kind of load."""
-    made = Mechanism("arm", ground={"C": (0.5, 0.8)}, parameters={"k": 20.0})
+    made = mbody.Mechanism("arm", ground={"C": (0.5, 0.8)}, parameters={"k": 20.0})
     made.add(
-        Body("first", mass=2.0, inertia=0.1, cg=(0.5, 0.1), points={"A": (1.0, 0.0)}, guess=0.4),
-        Body("second", mass=1.0, inertia=0.05, cg=(0.3, 0.0), points={"P": (0.7, 0.2)}, guess=1.1),
-        Revolute("O", "ground", "first"),
-        Revolute("A", "first.A", "second"),
-        Gravity("gravity", y=-9.81),
-        Input("u", 0.5),
-        Input("wave", "2*sin(3*t)"),
-        State("lag", rate="5*(first.angle - lag)", start="0.2 rad"),
-        State("level", rate="3*(u - level) + A.rate", start=level),
-        Quantity("drag", "0.2*first.A.vx"),
+        mbody.Body(
+            "first", mass=2.0, inertia=0.1, cg=(0.5, 0.1), points={"A": (1.0, 0.0)}, guess=0.4
+        ),
+        mbody.Body(
+            "second", mass=1.0, inertia=0.05, cg=(0.3, 0.0), points={"P": (0.7, 0.2)}, guess=1.1
+        ),
+        mbody.Revolute("O", "ground", "first"),
+        mbody.Revolute("A", "first.A", "second"),
+        mbody.Gravity("gravity", y=-9.81),
+        mbody.Input("u", 0.5),
+        mbody.Input("wave", "2*sin(3*t)"),
+        mbody.State("lag", rate="5*(first.angle - lag)", start="0.2 rad"),
+        mbody.State("level", rate="3*(u - level) + A.rate", start=level),
+        mbody.Quantity("drag", "0.2*first.A.vx"),
         *more,
-        Spring(
+        mbody.Spring(
             "spring", "ground.C", "second.P", law="k*x + 0.3*x^3 + first.omega", free_length=0.2
         ),
-        Damper("damper", "second.P", "ground.C", law="2.5*x*(1 + 0.1*second.y^2)"),
-        TorsionSpring("coil", "second", "first", law="4*x + 0.1*lag"),
-        Force("push", "second.P", "u*cos(first.angle) - spring.length + ground.C.y", angle=0.7),
-        Torque("load", "first", value="wave - drag"),
+        mbody.Damper("damper", "second.P", "ground.C", law="2.5*x*(1 + 0.1*second.y^2)"),
+        mbody.TorsionSpring("coil", "second", "first", law="4*x + 0.1*lag"),
+        mbody.Force(
+            "push", "second.P", "u*cos(first.angle) - spring.length + ground.C.y", angle=0.7
+        ),
+        mbody.Torque("load", "first", value="wave - drag"),
     )
     return made
 
 
 def moving(level="steady"):
     made = arm(level=level)
-    made.simulation = SimulationSettings(1.0, rtol=1e-12, instants=21)
+    made.simulation = mbody.SimulationSettings(1.0, rtol=1e-12, instants=21)
     return made
 
 
@@ -94,8 +84,8 @@ def test_numbers_of_formulas_can_be_changed():
 
 def test_a_driven_motion_has_formulas_and_inputs():
     machine = arm(
-        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
-        AngleDriver("elbow", "second", "0.7 + 0.3*sin(2*t)", relative_to="first"),
+        mbody.AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        mbody.AngleDriver("elbow", "second", "0.7 + 0.3*sin(2*t)", relative_to="first"),
     )
     image = Loaded(to_image(machine, 11).content)
     assert image.set({"u.value": 2.0}, "driven") == -1 and image.call("turn") == 0
@@ -107,10 +97,10 @@ def test_a_driven_motion_has_formulas_and_inputs():
 def following():
     """Two bars of which the second follows the first, an input and a state."""
     return arm(
-        Input("shift", "0.1 rad"),
-        State("speed", rate="1 - speed", start=0.0),
-        State("way", rate="speed", start=0.0),
-        AngleDriver("elbow", "second", "0.7 + shift + 0.3*sin(first.angle) + 0.1*way"),
+        mbody.Input("shift", "0.1 rad"),
+        mbody.State("speed", rate="1 - speed", start=0.0),
+        mbody.State("way", rate="speed", start=0.0),
+        mbody.AngleDriver("elbow", "second", "0.7 + shift + 0.3*sin(first.angle) + 0.1*way"),
         level=0.3,
     )
 
@@ -118,7 +108,7 @@ def following():
 def test_drivers_that_follow_positions_states_and_inputs():
     """The input that a driver follows cannot be set while it moves; it is a number of the model."""
     machine = following()
-    machine.simulation = SimulationSettings(1.0, rtol=1e-12, instants=21)
+    machine.simulation = mbody.SimulationSettings(1.0, rtol=1e-12, instants=21)
     made = to_image(machine, analyses=("free",))
     assert made.manifest["inputs"] == ["u"]
     assert "shift.value" in [one["name"] for one in made.manifest["numbers"]]
@@ -128,8 +118,8 @@ def test_drivers_that_follow_positions_states_and_inputs():
     names = [*NAMES, "elbow.value", "elbow.effort", "second.alpha"]
     assert unlike(image.output("run")[1], run, names) < NEAR
     driven = arm(
-        AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
-        AngleDriver("elbow", "second", "0.7 + 0.3*sin(first.angle) + 0.1*first.A.x*sin(2*t)"),
+        mbody.AngleDriver("shoulder", "first", ConstantSpeed(0.4, 1.0)),
+        mbody.AngleDriver("elbow", "second", "0.7 + 0.3*sin(first.angle) + 0.1*first.A.x*sin(2*t)"),
     )
     image = Loaded(to_image(driven, 11).content)
     assert image.call("turn") == 0

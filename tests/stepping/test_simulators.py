@@ -41,29 +41,6 @@ def test_each_motion_is_that_of_a_simulator(method, rtol):
     assert sims.reaction("B").magnitude[17] == pytest.approx(sim.reaction("B").magnitude, rel=1e-9)
 
 
-def test_the_number_of_threads_does_not_matter():
-    system, n = mbody.assemble(driven_four_bar()), 300
-    found = []
-    for threads in (1, 3):
-        sims = mbody.Simulators(system, n, rtol=1e-6, threads=threads)
-        for u in torques(n, 5):
-            sims.inputs["u"] = u
-            sims.step(5e-3)
-        found.append(np.hstack([sims.q, sims.v]))
-    assert np.array_equal(*found)
-
-
-def test_every_motion_has_its_own_time():
-    system = mbody.assemble(driven_four_bar())
-    sims = mbody.Simulators(system, 3, rtol=1e-9)
-    sims.step(np.array([0.1, 0.2, 0.3]))
-    assert np.array_equal(sims.t, [0.1, 0.2, 0.3])
-    sims.until(0.3)
-    run = mbody.simulate(system, 0.3, rtol=1e-11, times=[0.3])
-    # the tolerance times the growth of errors in 0.3 s
-    assert np.abs(sims["crank"].angle - run["crank"].angle[-1]).max() < 1e-7
-
-
 def test_states_are_kept_and_set_back():
     sims = mbody.Simulators(driven_four_bar(), 5, rtol=1e-8)
     sims.step(0.01)

@@ -142,26 +142,6 @@ def test_a_state_set_back_gives_the_same_bits(kept):
         assert np.array_equal(first, again)
 
 
-def test_a_state_goes_on_in_another_simulator():
-    machine = gallery.load("free_fourbar")
-    one, other = Simulator(machine), Simulator(machine)
-    advanced(one, 20)
-    other.state = one.state
-    assert np.array_equal(advanced(one), advanced(other))
-
-
-def test_a_state_does_not_change():
-    sim = Simulator(gallery.load("free_fourbar"))
-    state = sim.state
-    q = state.q.copy()
-    advanced(sim)
-    assert np.array_equal(state.q, q) and not np.array_equal(sim.q, q)
-    with pytest.raises(ValueError, match="read-only"):
-        state.q[0] = 1.0
-    with pytest.raises(AttributeError):
-        state.t = 2.0
-
-
 def test_reading_does_not_change_the_motion():
     quiet, read = (Simulator(gallery.load("free_fourbar")) for _ in range(2))
     for _ in range(100):
@@ -170,16 +150,6 @@ def test_reading_does_not_change_the_motion():
         assert read.reaction("B").fx and read["crank"].alpha and read.accelerations().any()
         assert read.status == "completed" and read.state is not None
     assert np.array_equal(whole(quiet), whole(read))
-
-
-def test_doubts_and_energy_are_those_of_simulate():
-    machine = gallery.load("free_fourbar")
-    sim, run = Simulator(machine, rtol=1e-7), mbody.simulate(machine, 2.0, rtol=1e-7, instants=2)
-    sim.until(2.0)
-    found = sim.solution()
-    assert np.array_equal(found.energy.balance, run.energy.balance)
-    assert found.checks.branch.least == run.checks.branch.least
-    assert sim.doubts == run.doubts == ()
 
 
 def test_a_doubt_is_reported():
@@ -425,19 +395,3 @@ def test_measures_are_compiled(text):
             expected = float(sim.solution().measure(text)[-1])
         assert sim.measure(text) == pytest.approx(expected, rel=1e-12, abs=1e-11, nan_ok=True)
         assert type(sim.measure(text)) is float
-
-
-def test_inputs_that_there_are_not():
-    sim = Simulator(gallery.load("free_fourbar"))
-    assert dict(sim.inputs) == {} and len(sim.inputs) == 0
-    with pytest.raises(ModelError, match=r"there is no input 'u' \(there are: none\)"):
-        sim.inputs["u"] = 1.0
-    assert sim.own.shape == (0,)
-
-
-def test_what_a_repr_shows():
-    sim = Simulator(gallery.load("free_fourbar"))
-    sim.step(0.125)
-    assert repr(sim).endswith("t = 0.125 s)")
-    for one in (sim["crank"], sim["crank.A"], sim.reaction("B"), sim.inputs):
-        assert repr(one)

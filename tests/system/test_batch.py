@@ -17,7 +17,6 @@ from mbody import (
 )
 from mbody.analysis.driven.path_following import Runner
 from mbody.core.lanes import LANES
-from mbody.engineering import close_loops
 from tests.support.batches import DESIGNS, TIMES, OneOf, four_bar, same, spread
 
 
@@ -52,15 +51,6 @@ def test_batches_that_do_not_fill_the_lanes(count):
     assert run.effort("motor").shape == (count, len(TIMES))
     for n in {0, count // 2, count - 1}:
         same(OneOf(run, n), kinetostatics(batch.design(n), TIMES))
-
-
-def test_a_batch_with_values_of_the_driver():
-    batch = assemble(four_bar()).with_values(spread())
-    angle = np.linspace(0.6, 3.0, 11) ** 1.5
-    drive = {"motor": (angle, np.linspace(1.0, 4.0, 11), -2.0)}
-    run = kinetostatics(batch, drive=drive)
-    for n in (0, 17, DESIGNS - 1):
-        same(OneOf(run, n), kinetostatics(batch.design(n), drive=drive))
 
 
 def test_points_of_a_batch():
@@ -171,13 +161,3 @@ def test_a_design_that_meets_a_dead_centre_is_named():
     values["crank.A.x"][33] = 2.2  # stretched before a turn is made
     with pytest.raises(SolveError, match=r"^design 33 of the batch: dead centre at .*'motor'"):
         kinetostatics(assemble(four_bar()).with_values(values), np.linspace(0.0, 1.2, 25))
-
-
-def test_what_a_batch_does_not_do():
-    batch = assemble(four_bar()).with_values(spread(3))
-    with pytest.raises(ModelError, match="a turn of a batch of designs"):
-        kinetostatics(batch, turn=True)
-    with pytest.raises(ModelError, match="close_loops takes one design"):
-        close_loops(batch)
-    with pytest.raises(ModelError, match="the breakdown of 'A' is for one design"):
-        kinetostatics(batch, TIMES).breakdown("A")

@@ -43,19 +43,6 @@ def test_all_numbers_at_once_against_the_oracle():
             assert_allclose(found, part, rtol=0, atol=1e-10 * top)
 
 
-def test_values_by_keyword_and_one_after_the_other():
-    system = assemble(four_bar())
-    one = system.with_values({"crank.mass": 5.0}).with_values({"crank.inertia": 1.0})
-    other = system.with_values({"crank.mass": 5.0, "crank.inertia": 1.0})
-    assert one.values == other.values
-    assert np.array_equal(one.par, other.par) and np.array_equal(one.mass, other.mass)
-    back = other.with_values({"crank.mass": 2.0, "crank.inertia": 0.2})
-    assert np.array_equal(back.mass, system.mass)
-    # a name without a dot is none of a number, keyword or not
-    with pytest.raises(ModelError, match="there is no number 'crank' to change"):
-        system.with_values(crank=1.0)
-
-
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-import mbody
 from mbody import assemble, kinetostatics
 from mbody.model.loads import CustomLoad
 from tests.support.batches import TIMES, OneOf, four_bar, same, spread
@@ -77,14 +76,3 @@ def test_two_threads_on_one_system(make):
         assert len(runs) == 8
         for run in runs:
             same(run, wanted[k], exactly=True)
-
-
-def test_a_system_keeps_what_was_described():
-    """Adding to the mechanism afterwards changes no system, and a system's own takes nothing."""
-    machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1))
-    system = mbody.assemble(machine)
-    machine.add(mbody.Gravity("gravity", y=-9.81))
-    assert mbody.kinetostatics(system).effort("motor")[0] == 0.0
-    assert mbody.kinetostatics(machine).effort("motor")[0] != 0.0
-    with pytest.raises(mbody.ModelError, match="has been assembled"):
-        system.mechanism.add(mbody.Gravity("late", y=-9.81))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from mbody import Body, Contact, Force, Mechanism, Revolute, SimulationSettings, Spring, assemble
+from mbody import Body, Contact, Mechanism, Revolute, SimulationSettings, Spring, assemble
 from mbody.kernels.layout import inverse_masses
 
 
@@ -21,10 +21,6 @@ def lengths(*elements, ground=None, start=None, **options):
 def rod(name="rod", length=0.8, **more):
     points = {"E": (length, 0.0)} | more
     return Body(name, mass=1.0, inertia=0.05, cg=(0.5 * length, 0.0), points=points)
-
-
-def test_the_farthest_joint_from_a_mass_centre():
-    assert lengths(rod(), Revolute("O", "ground.O", "rod")).length == 0.4
 
 
 @pytest.mark.parametrize("place", [1e-12, 3.0, 1e6])
@@ -75,13 +71,6 @@ def test_a_disc_and_a_far_line():
         ground_shapes={"floor": {"line": {"point": "far"}}},
     )
     assert made.length == 3e-6
-
-
-def test_loads_and_their_arms():
-    body = Body("block", mass=1.0, points={"P": (0.0, 0.07)})
-    assert lengths(body, Force("push", "block.P", 1.0)).length == 0.07
-    spring = Spring("spring", "ground.O", "block", stiffness=1.0, free_length=0.3)
-    assert lengths(Body("block", mass=1.0), spring).length == 0.3
 
 
 def test_each_part_has_its_own():

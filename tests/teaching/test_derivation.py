@@ -9,24 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import (
-    AngleCoupling,
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    CouplingTerm,
-    DistanceDriver,
-    Gear,
-    LengthCoupling,
-    Mechanism,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-)
-from mbody.cli import main
-from mbody.errors import ModelError
-from mbody.laws import ConstantAcceleration, ConstantSpeed, Harmonic
+from mbody.laws import ConstantAcceleration, Harmonic
 from mbody.teaching import derivation
 from mbody.teaching.vector_loops import conditions, edges, vector_loops
 from tests.support.cases import first_fast
@@ -46,70 +29,73 @@ def driven(name):
 
 def accelerated_wheels():
     """A planet on an arm that speeds up, its ring fixed."""
-    machine = Mechanism("train")
+    machine = mbody.Mechanism("train")
     machine.add(
-        Body("arm", mass=1.0, inertia=1.0, points={"P": (3.0, 0.0)}),
-        Body("planet", mass=1.0, inertia=1.0),
-        Revolute("O", "ground", "arm"),
-        Revolute("P", "arm.P", "planet"),
-        Gear("ring", "ground", "planet", radius_i=4.0, radius_j=1.0, internal=True),
-        AngleDriver("motor", "arm", ConstantAcceleration(0.3, 1.5, 2.0)),
+        mbody.Body("arm", mass=1.0, inertia=1.0, points={"P": (3.0, 0.0)}),
+        mbody.Body("planet", mass=1.0, inertia=1.0),
+        mbody.Revolute("O", "ground", "arm"),
+        mbody.Revolute("P", "arm.P", "planet"),
+        mbody.Gear("ring", "ground", "planet", radius_i=4.0, radius_j=1.0, internal=True),
+        mbody.AngleDriver("motor", "arm", ConstantAcceleration(0.3, 1.5, 2.0)),
     )
     return machine
 
 
 def rolling_disc():
     """A wheel on an inclined road, pushed along."""
-    machine = Mechanism("disc")
+    machine = mbody.Mechanism("disc")
     machine.add(
-        Body("wheel", mass=1.0, inertia=1.0, guess=(1.0, 2.0, 0.0)),
-        Rolling("road", mbody.Marker("ground", (0.0, 0.0), angle=0.3), "wheel", radius=0.5),
-        AngleDriver("motor", "wheel", ConstantAcceleration(0.0, 1.5, 2.0)),
+        mbody.Body("wheel", mass=1.0, inertia=1.0, guess=(1.0, 2.0, 0.0)),
+        mbody.Rolling("road", mbody.Marker("ground", (0.0, 0.0), angle=0.3), "wheel", radius=0.5),
+        mbody.AngleDriver("motor", "wheel", ConstantAcceleration(0.0, 1.5, 2.0)),
     )
     return machine
 
 
 def on_a_drum():
     """A roller that an arm carries round a drum that turns."""
-    machine = Mechanism("drum")
+    machine = mbody.Mechanism("drum")
     machine.add(
-        Body("drum", mass=1.0, inertia=1.0),
-        Body("roller", mass=1.0, inertia=1.0, guess=(3.0, 0.0, 0.0)),
-        Revolute("O", "ground", "drum"),
-        Rolling("contact", "drum", "roller", radius=1.0, on_radius=2.0),
-        AngleDriver("motor", "drum", ConstantAcceleration(0.0, 1.5, 2.0)),
-        AngleDriver("second", "roller", ConstantAcceleration(0.0, -2.0, 1.0)),
+        mbody.Body("drum", mass=1.0, inertia=1.0),
+        mbody.Body("roller", mass=1.0, inertia=1.0, guess=(3.0, 0.0, 0.0)),
+        mbody.Revolute("O", "ground", "drum"),
+        mbody.Rolling("contact", "drum", "roller", radius=1.0, on_radius=2.0),
+        mbody.AngleDriver("motor", "drum", ConstantAcceleration(0.0, 1.5, 2.0)),
+        mbody.AngleDriver("second", "roller", ConstantAcceleration(0.0, -2.0, 1.0)),
     )
     return machine
 
 
 def rack():
     """A rack that a pinion moves, and a screw that the rack drives."""
-    machine = Mechanism("rack", ground={"O": (0.0, 0.5), "S": (3.0, 0.0), "G": (0.0, 0.0)})
+    machine = mbody.Mechanism("rack", ground={"O": (0.0, 0.5), "S": (3.0, 0.0), "G": (0.0, 0.0)})
     machine.add(
-        Body("pinion", mass=1.0, inertia=1.0),
-        Body("bar", mass=1.0, inertia=1.0),
-        Body("screw", mass=1.0, inertia=1.0),
-        Revolute("O", "ground.O", "pinion"),
-        Revolute("S", "ground.S", "screw"),
-        Prismatic("guide", "ground.G", "bar"),
-        RackPinion("mesh", "bar", "pinion", radius=0.5),
-        LengthCoupling(
+        mbody.Body("pinion", mass=1.0, inertia=1.0),
+        mbody.Body("bar", mass=1.0, inertia=1.0),
+        mbody.Body("screw", mass=1.0, inertia=1.0),
+        mbody.Revolute("O", "ground.O", "pinion"),
+        mbody.Revolute("S", "ground.S", "screw"),
+        mbody.Prismatic("guide", "ground.G", "bar"),
+        mbody.RackPinion("mesh", "bar", "pinion", radius=0.5),
+        mbody.LengthCoupling(
             "thread",
-            [CouplingTerm(1.0, coordinate=("ground.G", "bar")), CouplingTerm(0.2, angle="screw")],
+            [
+                mbody.CouplingTerm(1.0, coordinate=("ground.G", "bar")),
+                mbody.CouplingTerm(0.2, angle="screw"),
+            ],
         ),
-        AngleDriver("motor", "pinion", ConstantAcceleration(0.2, 1.5, 2.0)),
+        mbody.AngleDriver("motor", "pinion", ConstantAcceleration(0.2, 1.5, 2.0)),
     )
     return machine
 
 
 def lift():
     """A boom that a cylinder of changing length raises."""
-    machine, law = Mechanism("lift"), Harmonic(mean=1.2, amplitude=0.1, frequency=3.0)
+    machine, law = mbody.Mechanism("lift"), Harmonic(mean=1.2, amplitude=0.1, frequency=3.0)
     machine.add(
-        Body("boom", mass=2.0, inertia=1.0, points={"P": (1.0, 0.1)}, guess=(0.0, 0.0, 0.5)),
-        Revolute("O", "ground", "boom"),
-        DistanceDriver("cylinder", mbody.Marker("ground", (0.3, -0.8)), "boom.P", law),
+        mbody.Body("boom", mass=2.0, inertia=1.0, points={"P": (1.0, 0.1)}, guess=(0.0, 0.0, 0.5)),
+        mbody.Revolute("O", "ground", "boom"),
+        mbody.DistanceDriver("cylinder", mbody.Marker("ground", (0.3, -0.8)), "boom.P", law),
     )
     return machine
 
@@ -201,22 +187,6 @@ def test_rates_of_a_planet_by_willis():
     assert values["ω3"] == pytest.approx(-3.0 * omega, rel=1e-12)
     assert values["α3"] == pytest.approx(-3.0 * alpha, rel=1e-12)
     assert (values["ρ(ring,1)"], values["ρ(ring,3)"]) == (4.0, -1.0)
-
-
-def test_a_differential():
-    machine = Mechanism("differential")
-    for name in ("left", "right", "case"):
-        machine.add(Body(name, mass=1.0, inertia=1.0), Revolute(name[0], "ground", name))
-    terms = [CouplingTerm(c, angle=b) for c, b in ((1, "left"), (1, "right"), (-2, "case"))]
-    machine.add(AngleCoupling("diff", terms))
-    machine.add(AngleDriver("a", "left", ConstantSpeed(0.0, 3.0)))
-    machine.add(AngleDriver("b", "right", Harmonic(mean=0.0, amplitude=1.0, frequency=2.0)))
-    found = derivation(mbody.kinetostatics(machine, [0.2]))
-    (condition,) = found.conditions
-    assert " ".join(text for text, _ in condition.equations[0].line()) == (
-        "c(diff,1) ω2 + c(diff,2) ω3 + c(diff,3) ω4 = 0"
-    )
-    assert found.gap < 1e-12 and found.residual < 1e-12
 
 
 # -- the same equations as a matrix ---------------------------------------------------------------
@@ -324,20 +294,6 @@ def test_equations_are_latex(name):
     assert not commands
 
 
-def test_names_with_signs_of_latex():
-    machine = Mechanism("50% & more_")
-    machine.add(
-        Body("bar_1#", mass=1.0, inertia=1.0),
-        Revolute("pin_%", "ground", "bar_1#"),
-        AngleDriver("motor", "bar_1#", ConstantSpeed(0.0, 1.0)),
-        mbody.Torque("load_$", "bar_1#", value=2.0),
-    )
-    run = mbody.kinetostatics(machine)
-    latex, markdown = run.derivation("latex"), run.derivation("markdown")
-    assert r"T_{\mathrm{load\_\$},2}" in latex and r"bar\_1\#" in latex and braces(latex) == 0
-    assert r"bar\_1\#" in markdown
-
-
 def test_all_forms_have_all_equations():
     run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
     found = derivation(run)
@@ -351,58 +307,28 @@ def test_all_forms_have_all_equations():
     assert run.derivation("latex") == latex
 
 
-def test_statics_and_kinematics():
-    machine = mbody.gallery.load("static_fourbar")
-    found = derivation(mbody.statics(machine))
-    assert all(not row.right for link in found.links for row in link.equations)
-    assert found.residual <= 1e-9
-    assert not derivation(mbody.kinematics(machine)).links
-
-
 # -- the command ---------------------------------------------------------------------------------
-
-
-def test_the_command(capsys, tmp_path):
-    assert main(["derive", "norton_fourbar", "--at", "crank=60"]) == 0
-    assert "angle of crank     60°" in capsys.readouterr().out
-    assert main(["derive", "norton_fourbar", "--form", "latex", "-o", str(tmp_path / "a.tex")]) == 0
-    assert (tmp_path / "a.tex").read_text("utf-8").startswith(r"\documentclass")
-    assert main(["derive", "planetary_train"]) == 0
-    assert "the first of 361 instants" in capsys.readouterr().err
 
 
 def test_what_is_driven_has_its_word():
     """A slide has a displacement, a cylinder a distance, a motor on a link an angle from it."""
-    machine = Mechanism("table", ground={"O": (0.0, 0.0), "C": (0.0, -3.0)})
+    machine = mbody.Mechanism("table", ground={"O": (0.0, 0.0), "C": (0.0, -3.0)})
     machine.add(
-        Body("block", mass=1.0, points={"P": (0.0, 0.0)}),
-        Body("arm", mass=1.0, inertia=1.0, guess=0.0),
-        Body("jib", mass=1.0, inertia=1.0, points={"P": (4.0, 0.0)}, guess=0.0),
-        Prismatic("guide", "ground.O", "block"),
-        Revolute("pin", "block.P", "arm"),
-        Revolute("O", "ground.O", "jib"),
-        CoordinateDriver("screw", "ground.O", "block", "1 m + 0.5 m/s*t"),
-        AngleDriver("motor", "arm", 0.5, relative_to="block"),
-        DistanceDriver("cylinder", "ground.C", "jib.P", "5 m"),
+        mbody.Body("block", mass=1.0, points={"P": (0.0, 0.0)}),
+        mbody.Body("arm", mass=1.0, inertia=1.0, guess=0.0),
+        mbody.Body("jib", mass=1.0, inertia=1.0, points={"P": (4.0, 0.0)}, guess=0.0),
+        mbody.Prismatic("guide", "ground.O", "block"),
+        mbody.Revolute("pin", "block.P", "arm"),
+        mbody.Revolute("O", "ground.O", "jib"),
+        mbody.CoordinateDriver("screw", "ground.O", "block", "1 m + 0.5 m/s*t"),
+        mbody.AngleDriver("motor", "arm", 0.5, relative_to="block"),
+        mbody.DistanceDriver("cylinder", "ground.C", "jib.P", "5 m"),
     )
     text = str(derivation(mbody.kinetostatics(machine)))
     given = text[text.index("GIVEN MOTION") : text.index("LOOP 1")]
     assert "screw      displacement of block" in given
     assert "motor      angle of arm from block" in given
     assert "cylinder   distance of jib.P from ground.C" in given
-
-
-def test_of_a_free_motion_the_time_that_is_given(capsys):
-    assert main(["derive", "simple_pendulum", "--to", "0.5"]) == 0
-    assert "simulate at t = 0.5 s" in capsys.readouterr().out
-
-
-def test_refusals():
-    run = mbody.kinetostatics(mbody.gallery.load("norton_fourbar"))
-    with pytest.raises(ModelError, match="not as 'word'"):
-        run.derivation("word")
-    with pytest.raises(ModelError, match="there is no instant 7"):
-        derivation(run, 7)
 
 
 def test_the_friction_of_a_pin_and_a_motor_between_the_same_links_are_told_apart():

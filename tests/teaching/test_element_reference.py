@@ -10,7 +10,6 @@ import pytest
 
 import mbody
 from mbody import laws
-from mbody.cli import main
 from mbody.errors import ModelError
 from mbody.files.model import json_schema
 from mbody.files.model.problems import LAWS, SECTIONS, also_written, written_fields
@@ -130,26 +129,9 @@ def test_long_examples_go_on_below_and_are_the_same(section, kind):
     assert ast.dump(shown) == ast.dump(ast.parse(found.python))
 
 
-def test_the_list_has_all():
-    text = reference_overview()
-    for _, kind in KINDS:
-        assert f"\n  {kind} " in text
-    assert all(f"\n  {kind} " in text for kind in LAWS)
-
-
 def test_a_name_of_a_class_or_of_several_tables():
     assert element_reference("TorsionSpring")[0].kind == "torsion_spring"
     assert [found.section for found in element_reference("angle")] == ["couplings", "drivers"]
-
-
-def test_the_command(capsys):
-    assert main(["explain", "spring"]) == 0
-    text = capsys.readouterr().out
-    assert "stiffness: a number, stiffness [N/m]" in text and "length (length)" in text
-    assert main(["explain"]) == 0
-    assert "[loads]" in capsys.readouterr().out
-    assert main(["explain", "sprng"]) == 2
-    assert "did you mean 'spring'" in capsys.readouterr().err
 
 
 def test_what_is_said_of_several_fields_is_said_once():
@@ -179,8 +161,3 @@ def test_the_other_tables_have_an_example_that_reads(table):
     assert example.startswith(f"[{table}")
     mbody.from_toml(f'units = "mm-N-s"\n{needed}{example}\n{arm}')
     assert example in reference_overview(table)
-
-
-def test_a_table_is_explained_by_its_kinds():
-    assert reference_overview("coupling").splitlines()[0] == "[couplings]"
-    assert not reference_overview("revolute") and not reference_overview("qqqq")

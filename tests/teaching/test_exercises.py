@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.cli import main
-from mbody.errors import ModelError
 from mbody.teaching import exercises, least_transmission, new_model
 
 VARY = {"a": ("30 mm", "50 mm"), "c": ("70 mm", "90 mm")}
@@ -96,14 +94,6 @@ def test_the_transmission_of_a_four_bar(degrees):
     assert least_transmission(run) == pytest.approx(math.acos(abs(cosine)), abs=1e-9)
 
 
-def test_the_transmission_of_a_slider_crank():
-    """sin of the pressure angle = r sin θ/l, greatest at 90 deg."""
-    machine = mbody.from_toml(new_model("slidercrank"))
-    run = mbody.kinematics(machine, turn=True, instants=73)
-    assert least_transmission(run) == pytest.approx(math.acos(40.0 / 120.0), abs=1e-9)
-    assert least_transmission(mbody.simulate(mbody.gallery.load("simple_pendulum"), 0.1)) is None
-
-
 @pytest.mark.parametrize(
     ("kind", "vary"),
     [
@@ -120,31 +110,3 @@ def test_other_mechanisms(kind, vary):
     for name in vary:
         assert re.search(rf"\| {name} \| [\d.]+ \w+", text), name
     assert all(max(e.solution.gap, e.solution.residual) < 1e-9 for e in found.exercises)
-
-
-def test_the_command(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    main(["new", "fourbar"])
-    capsys.readouterr()
-    words = ["exercise", "fourbar.toml", "--vary", "a=30:50", "--count", "3", "--seed", "7"]
-    assert main([*words, "--key", "key.md"]) == 0
-    printed = capsys.readouterr()
-    assert printed.out.count("## Exercise") == 3 and "wrote key.md" in printed.err
-    figures = sorted(path.name for path in (tmp_path / "fourbar_figures").iterdir())
-    assert figures == ["exercise_1.svg", "exercise_2.svg", "exercise_3.svg"]
-    assert (tmp_path / "key.md").read_text("utf-8").count("3: Loop 1") == 1
-    main([*words, "-o", "sheet.md"])
-    assert (tmp_path / "sheet.md").read_text("utf-8") == printed.out
-    assert "| a | 3" in printed.out or "| a | 4" in printed.out
-
-
-def test_refusals():
-    for vary, words in (
-        ({}, "nothing differs"),
-        ({"a": ("5 cm", "60 mm")}, "same unit"),
-        ({"a": ("60", "50")}, "lower bound first"),
-        ({"a": ("300", "400")}, "can be built"),
-        ({"q": ("3", "4")}, "q"),
-    ):
-        with pytest.raises(ModelError, match=words):
-            sheet(0, 1, vary)

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.cli import main
-from mbody.errors import ModelError
 from mbody.teaching import KINDS, new_model
 
 OTHER = {
@@ -62,12 +60,6 @@ def test_lengths_are_those_of_the_mechanism():
         assert length == pytest.approx(wanted, rel=1e-9)
 
 
-def test_a_train_has_its_ratio():
-    run = mbody.kinetostatics(mbody.from_toml(new_model("gears", OTHER["gears"])), [0.0])
-    ratio = run["output"].omega / run["pinion"].omega
-    assert ratio[0] == pytest.approx(10 / 30 * 20 / 50, rel=1e-12)
-
-
 def test_a_pendulum_swings_by_its_length():
     """A uniform bar from 30 deg below the horizontal: energy at the bottom is m g l/2 (1 − sin 30°)
     less what the damper takes, none here."""
@@ -76,27 +68,3 @@ def test_a_pendulum_swings_by_its_length():
     fastest = np.abs(run["pendulum"].omega).max()
     square = 3.0 * 9.81 / 0.5 * (1.0 - math.sin(math.pi / 6))
     assert fastest == pytest.approx(math.sqrt(square), rel=1e-5)
-
-
-def test_the_command(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["new", "fourbar", "--lengths", "50, 120,80,110"]) == 0
-    assert capsys.readouterr().err.strip() == "wrote fourbar.toml"
-    assert main(["check", "fourbar.toml"]) == 0
-    assert main(["kinetostatics", "fourbar.toml", "--at", "crank=60"]) == 0
-    capsys.readouterr()
-    assert main(["new", "fourbar"]) == 2
-    assert "is there already" in capsys.readouterr().err
-    assert main(["new", "Slider-Crank", "-o", "-"]) == 0
-    assert capsys.readouterr().out == new_model("slidercrank")
-
-
-def test_refusals():
-    for kind, lengths, words in (
-        ("robot", [], "there is no model of the kind"),
-        ("fourbar", [1, 2], "has 4 lengths"),
-        ("pendulum", ["60 deg"], "length"),
-        ("fourbar", [-1, 2, 3, 4], "must be positive"),
-    ):
-        with pytest.raises(ModelError, match=words):
-            new_model(kind, lengths)

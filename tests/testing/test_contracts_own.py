@@ -1,12 +1,10 @@
 """Users' own joints and loads obey the contract and agree with the built-in ones."""
 
-import math
-
 import numpy as np
 import pytest
 
 import mbody
-from mbody import AngleDriver, Body, Force, Mechanism, Prismatic, Revolute, Torque
+from mbody import AngleDriver, Body, Mechanism, Prismatic, Revolute, Torque
 from mbody.laws import ConstantSpeed
 from mbody.testing import check_joint, check_load
 from tests.support.own_elements import ON_GROUND, Attraction, Drag, I, J, OwnRevolute, PointOnLine
@@ -35,37 +33,6 @@ def test_own_loads():
     assert drag["velocity"].note == "its forces depend on velocities"
     assert pull["conservative"].note == "it has a potential"
     assert drag["pickle"].error == pull["pickle"].error == 0.0
-
-
-def test_a_class_without_a_name_is_not_pickled():
-    class Local(OwnRevolute):
-        pass
-
-    report = check_joint(Local("pin", I, J), states=2)
-    assert math.isnan(report["pickle"].error)
-    assert "no name in a module" in report["pickle"].note
-    report = check_load(Force("push", J, lambda t: 2.0 * t), states=2)
-    assert math.isnan(report["pickle"].error)
-
-
-def test_own_revolute_is_the_built_in_one():
-    run, own = (
-        mbody.kinetostatics(machine, t=np.linspace(0.0, 0.6, 30))
-        for machine in (four_bar(Revolute), four_bar(OwnRevolute))
-    )
-    scale = np.abs(run.effort("motor")).max()
-    assert np.abs(run.effort("motor") - own.effort("motor")).max() < 1e-11 * scale
-    for a, b in zip(forces_at(run, "B"), forces_at(own, "B"), strict=True):
-        assert np.abs(a - b).max() < 1e-11 * run.reaction("B").magnitude.max()
-
-
-def four_bar(kind):
-    plain = mbody.makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0), speed=10.0)
-    machine = Mechanism("four-bar", ground=plain.ground.points)
-    for element in plain:
-        swap = element.name == "B"
-        machine.add(kind("B", element.i, element.j) if swap else element)
-    return machine
 
 
 def forces_at(run, joint):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from unittest import mock
 
 import numpy as np
 import pytest
 
 import mbody
-from mbody.cli import main
-from mbody.errors import ModelError
 from mbody.topologies.dataset import LinkageSet, shape_of, write_linkages
 
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -128,18 +125,3 @@ def test_ctrl_c_keeps_what_was_done(tmp_path):
         assert stopped.status == "stopped: 5 of 12 linkages are written"
         assert len(list(tmp_path.glob("*.parquet"))) == 1
         assert write_linkages(tmp_path, what).status == "completed"
-
-
-def test_a_folder_of_another_set_is_left_alone(tmp_path):
-    write_linkages(tmp_path, LinkageSet(count=2, nodes=5, instants=5))
-    with pytest.raises(ModelError, match="another seed"):
-        write_linkages(tmp_path, LinkageSet(count=2, nodes=5, instants=5, seed=9))
-
-
-def test_the_command(tmp_path, capsys):
-    words = ["linkages", "--count", "6", "--nodes", "5", "--seed", "2", "--groups", "dyads"]
-    words += ["--instants", "7", "--turn", "90", "--speed", "3", "--threads", "1"]
-    assert main([*words, "--to", str(tmp_path / "set")]) == 0
-    assert "6 of 6 linkages" in capsys.readouterr().err
-    there = json.loads((tmp_path / "set" / "_linkages.json").read_text())
-    assert there["nodes"] == 5 and abs(there["turn"] - np.pi / 2) < 1e-12

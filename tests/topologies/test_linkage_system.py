@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from mbody.system.assembler import assemble, eliminate, split
+from mbody.system.assembler import assemble
 from mbody.topologies.dataset import random_linkages
 from mbody.topologies.plan import canonical_order, graph_of, linkage_arrays, linkage_system
 from tests.support.dense_linkages import random_dyads
-from tests.support.elimination_lists import lists_of
 from tests.support.linkage_elements import linkage_of_elements
 
 
@@ -70,19 +69,3 @@ def test_the_system_is_that_of_elements(arrays):
         assert made.closing[:, 0].tolist() == [number[f"C{n}_{a}"] for n, a in slots]
         assert made.slides[:, 0].tolist() == [number[f"S{n}"] for n in range(len(made.slides))]
         assert made.drivers.tolist() == [number[f"D{n}"] for n in range(len(made.drivers))]
-
-
-def test_elimination_is_the_rule_written_out():
-    """Random rows on random bodies, with hubs that are split and rows on more bodies than two."""
-    random, hubs, wide = np.random.default_rng(0), 0, 0
-    for _ in range(60):
-        bodies, ends = int(random.integers(3, 25)), []
-        for _ in range(int(random.integers(0, 60))):
-            size = int(random.choice([2, 2, 2, 2, 3]))
-            ends.append(tuple(random.choice(bodies + 1, size, replace=False).tolist()))
-        slots = split(bodies, ends)
-        hubs, wide = hubs + (slots.welds > 0), wide + any(len(pair) > 2 for pair in ends)
-        found = eliminate(slots)
-        for name, expected in lists_of(slots).items():
-            assert list(getattr(found, name)) == expected, name
-    assert hubs > 10 and wide > 10

@@ -9,7 +9,6 @@ import mbody
 from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.topologies.dataset import GROUPS, assur_bars, random_linkages
-from mbody.topologies.plan import graph_of, planned
 from tests.support.dense_linkages import forces_of, moved, random_dyads
 
 GRAVITY, SPEED = (0.3, -9.81), 2.0
@@ -256,24 +255,6 @@ def test_many_go_as_one_alone():
         assert abs(alone.margin[0] - found.margin[n]) < 1e-6
 
 
-def test_units_turn_and_speed():
-    """Lengths in other units, a part of a turn backwards, rest."""
-    found = mbody.linkages(FOUR_BAR, gravity=GRAVITY, speed=SPEED, instants=21)
-    part = {name: np.array(own) for name, own in FOUR_BAR.items()}
-    part["joints"] = 1e-3 * part["joints"]
-    small = mbody.linkages(part, gravity=tuple(1e-3 * np.array(GRAVITY)), speed=SPEED, instants=21)
-    # mass goes with length, acceleration too
-    assert np.allclose(small.forces * 1e6, found.forces, 1e-9, 1e-9)
-    assert np.allclose(small.torque * 1e9, found.torque, 1e-9, 1e-9)
-    assert np.allclose(small.margin, found.margin)
-    back = mbody.linkages(FOUR_BAR, gravity=GRAVITY, speed=-SPEED, turn=-np.pi, instants=11)
-    assert np.allclose(back.positions[0], found.positions[0, ::-1][:11])
-    assert np.allclose(back.forces[0], found.forces[0, ::-1][:11], 1e-9, 1e-9)
-    slow = mbody.linkages(FOUR_BAR, gravity=GRAVITY, speed=1e-6, instants=21)
-    rest = mbody.linkages(FOUR_BAR, gravity=GRAVITY, speed=0.0, instants=21)
-    assert np.allclose(slow.forces, rest.forces, 0.0, 1e-9)
-
-
 def test_failed_linkages_are_rows_with_reasons():
     nan, far = [(0, 0), (np.nan, 0), (3, 2), (4, 0)], [(0, 0), (1, 0), (1.5, 0.5), (1.8, 0)]
     good = FOUR_BAR["joints"][0]
@@ -318,26 +299,6 @@ def test_a_part_that_moves_and_one_that_is_held_twice():
     }
     found = mbody.linkages(arrays)
     assert found.failures[0]
-
-
-def test_fixed_pivots_hold_however_links_turn():
-    """No linkage of a thousand turns leaves its lane: pivots of links that turn round stay good."""
-    from unittest import mock
-
-    arrays = random_linkages(12, 8, np.random.default_rng(5))
-    with mock.patch("mbody.topologies.many_linkages._GroupContinuation._alone") as alone:
-        found = mbody.linkages(arrays)
-    assert len(found) > 100 and alone.call_count <= len(found) // 100
-
-
-def test_plans_are_kept_by_topology():
-    planned.cache_clear()
-    arrays = random_dyads(5, 5, 1)
-    mbody.linkages(arrays, instants=5)
-    first = planned.cache_info().misses
-    mbody.linkages(arrays, instants=5)
-    assert planned.cache_info().misses == first <= 5
-    assert graph_of(np.array([0, 1, 1, 0, 0], dtype=np.int16).tobytes(), (2, 1, 2, 1, 0)).links
 
 
 def test_assur_groups_contain_no_smaller_ones():
