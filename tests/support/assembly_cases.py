@@ -11,25 +11,11 @@ import math
 import numpy as np
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Distance,
-    DistanceDriver,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    Revolute,
-)
 
 #: Links (the ground is 0) and joints of Assur structures.
 CHAINS = {
     "triad": (5, [(0, 1), (0, 2), (0, 3), (1, 4), (2, 4), (3, 4)]),
-    "tetrad serial": (
-        7,
-        [(0, 1), (1, 2), (2, 3), (0, 4), (4, 3), (0, 5), (5, 2), (1, 6), (6, 3)],
-    ),
+    "tetrad serial": (7, [(0, 1), (1, 2), (2, 3), (0, 4), (4, 3), (0, 5), (5, 2), (1, 6), (6, 3)]),
     "tetrad quaternary": (
         7,
         [(0, 1), (1, 5), (0, 2), (2, 5), (0, 3), (3, 6), (0, 4), (4, 6), (5, 6)],
@@ -43,7 +29,7 @@ def structure(links, joints, seed):
     P = rng.uniform(-1, 1, (len(joints), 2))
     turn, origin = rng.uniform(-3, 3, links), rng.uniform(-1, 1, (links, 2))
     ground = {f"p{k}": tuple(P[k].tolist()) for k, j in enumerate(joints) if 0 in j}
-    machine = Mechanism("structure", ground=ground)
+    machine = mbody.Mechanism("structure", ground=ground)
     for link in range(1, links):
         c, s = math.cos(turn[link]), math.sin(turn[link])
         axes = np.array([[c, s], [-s, c]])
@@ -52,10 +38,10 @@ def structure(links, joints, seed):
             for k, j in enumerate(joints)
             if link in j
         }
-        machine.add(Body(f"b{link}", points=points, guess=float(turn[link])))
+        machine.add(mbody.Body(f"b{link}", points=points, guess=float(turn[link])))
     names = ["ground", *(f"b{link}" for link in range(1, links))]
     for k, (a, b) in enumerate(joints):
-        machine.add(Revolute(f"J{k}", f"{names[a]}.p{k}", f"{names[b]}.p{k}"))
+        machine.add(mbody.Revolute(f"J{k}", f"{names[a]}.p{k}", f"{names[b]}.p{k}"))
     return machine
 
 
@@ -64,11 +50,11 @@ def platform(legs):
     A, d = ((0, 0), (15.91, 0), (0, 10)), (17.04, 16.54, 20.84)
     a = math.acos((d[0] ** 2 + d[2] ** 2 - d[1] ** 2) / (2 * d[0] * d[2]))
     corners = {"B1": (0, 0), "B2": (d[0], 0), "B3": (d[2] * math.cos(a), d[2] * math.sin(a))}
-    machine = Mechanism("3-RPR", ground={f"A{k + 1}": A[k] for k in range(3)})
-    machine.add(Body("platform", points=corners))
+    machine = mbody.Mechanism("3-RPR", ground={f"A{k + 1}": A[k] for k in range(3)})
+    machine.add(mbody.Body("platform", points=corners))
     for k in range(3):
         machine.add(
-            DistanceDriver(f"leg{k + 1}", f"ground.A{k + 1}", f"platform.B{k + 1}", legs[k])
+            mbody.DistanceDriver(f"leg{k + 1}", f"ground.A{k + 1}", f"platform.B{k + 1}", legs[k])
         )
     return machine
 
@@ -76,19 +62,15 @@ def platform(legs):
 def slotted(seed):
     """A platform on two rods, with a slot that runs over a pin of the ground."""
     r = np.random.default_rng(seed).uniform
-    ground = {
-        "A1": (0, 0),
-        "A2": (float(r(1, 3)), 0),
-        "P": (float(r(0, 2)), float(r(1, 2))),
-    }
-    machine = Mechanism("slotted", ground=ground)
+    ground = {"A1": (0, 0), "A2": (float(r(1, 3)), 0), "P": (float(r(0, 2)), float(r(1, 2)))}
+    machine = mbody.Mechanism("slotted", ground=ground)
     machine.add(
-        Body("platform", points={"B1": (0, 0), "B2": (float(r(0.5, 1.5)), 0)}),
-        Distance("rod1", "ground.A1", "platform.B1", length=float(r(1, 2))),
-        Distance("rod2", "ground.A2", "platform.B2", length=float(r(1, 2))),
-        PinSlot(
+        mbody.Body("platform", points={"B1": (0, 0), "B2": (float(r(0.5, 1.5)), 0)}),
+        mbody.Distance("rod1", "ground.A1", "platform.B1", length=float(r(1, 2))),
+        mbody.Distance("rod2", "ground.A2", "platform.B2", length=float(r(1, 2))),
+        mbody.PinSlot(
             "slot",
-            Marker("platform", (float(r(-1, 1)), float(r(-1, 1))), float(r(-3, 3))),
+            mbody.Marker("platform", (float(r(-1, 1)), float(r(-1, 1))), float(r(-3, 3))),
             "ground.P",
         ),
     )
@@ -99,23 +81,25 @@ def slider_sixbar(seed):
     """A four-bar with a random coupler point that drives a slider on a random line."""
     r = np.random.default_rng(seed).uniform
     a, b, c, d = (float(x) for x in r(1, 4, 4))
-    machine = Mechanism("slider six-bar", ground={"O2": (0, 0), "O4": (d, 0)})
+    machine = mbody.Mechanism("slider six-bar", ground={"O2": (0, 0), "O4": (d, 0)})
     machine.add(
-        Body("crank", points={"A": (a, 0)}),
-        Body("coupler", points={"B": (b, 0), "P": (float(r(0, b)), float(r(-2, 2)))}),
-        Body("rocker", points={"B": (c, 0)}),
-        Body("rod", points={"C": (float(r(2, 6)), 0)}),
-        Body("slider"),
-        Revolute("O2", "ground.O2", "crank"),
-        Revolute("A", "crank.A", "coupler"),
-        Revolute("B", "coupler.B", "rocker.B"),
-        Revolute("O4", "ground.O4", "rocker"),
-        Revolute("P", "coupler.P", "rod"),
-        Revolute("C", "rod.C", "slider"),
-        Prismatic(
-            "guide", Marker("ground", (float(r(-2, 2)), float(r(-2, 2))), float(r(-3, 3))), "slider"
+        mbody.Body("crank", points={"A": (a, 0)}),
+        mbody.Body("coupler", points={"B": (b, 0), "P": (float(r(0, b)), float(r(-2, 2)))}),
+        mbody.Body("rocker", points={"B": (c, 0)}),
+        mbody.Body("rod", points={"C": (float(r(2, 6)), 0)}),
+        mbody.Body("slider"),
+        mbody.Revolute("O2", "ground.O2", "crank"),
+        mbody.Revolute("A", "crank.A", "coupler"),
+        mbody.Revolute("B", "coupler.B", "rocker.B"),
+        mbody.Revolute("O4", "ground.O4", "rocker"),
+        mbody.Revolute("P", "coupler.P", "rod"),
+        mbody.Revolute("C", "rod.C", "slider"),
+        mbody.Prismatic(
+            "guide",
+            mbody.Marker("ground", (float(r(-2, 2)), float(r(-2, 2))), float(r(-3, 3))),
+            "slider",
         ),
-        AngleDriver("motor", "crank", float(r(-3, 3))),
+        mbody.AngleDriver("motor", "crank", float(r(-3, 3))),
     )
     return machine
 
@@ -125,13 +109,13 @@ def redundant(seed):
     r = np.random.default_rng(seed).uniform
     feet = [(0.0, 0.0), (float(r(2, 3)), float(r(-1, 1))), (float(r(4, 6)), float(r(-1, 1)))]
     length = float(r(0.5, 1.5))
-    machine = Mechanism("redundant", ground={f"O{k}": foot for k, foot in enumerate(feet)})
-    machine.add(Body("coupler", points={f"B{k}": foot for k, foot in enumerate(feet)}))
+    machine = mbody.Mechanism("redundant", ground={f"O{k}": foot for k, foot in enumerate(feet)})
+    machine.add(mbody.Body("coupler", points={f"B{k}": foot for k, foot in enumerate(feet)}))
     for k in range(3):
-        machine.add(Body(f"crank{k}", points={"B": (length, 0.0)}))
-        machine.add(Revolute(f"O{k}", f"ground.O{k}", f"crank{k}"))
-        machine.add(Revolute(f"B{k}", f"crank{k}.B", f"coupler.B{k}"))
-    machine.add(AngleDriver("motor", "crank0", float(r(-3, 3))))
+        machine.add(mbody.Body(f"crank{k}", points={"B": (length, 0.0)}))
+        machine.add(mbody.Revolute(f"O{k}", f"ground.O{k}", f"crank{k}"))
+        machine.add(mbody.Revolute(f"B{k}", f"crank{k}.B", f"coupler.B{k}"))
+    machine.add(mbody.AngleDriver("motor", "crank0", float(r(-3, 3))))
     return machine
 
 
@@ -140,20 +124,20 @@ def geared(seed):
     r = np.random.default_rng(seed).uniform
     ratio = (1.0, 2.0)[seed % 2]
     d = float(r(2, 3))
-    machine = Mechanism("geared five-bar", ground={"O1": (0, 0), "O2": (d, 0)})
+    machine = mbody.Mechanism("geared five-bar", ground={"O1": (0, 0), "O2": (d, 0)})
     first = d * ratio / (1.0 + ratio)
     machine.add(
-        Body("one", points={"A": (float(r(0.5, 1)), 0)}),
-        Body("two", points={"B": (float(r(0.5, 1)), 0)}),
-        Body("left", points={"C": (float(r(1, 3)), 0)}),
-        Body("right", points={"C": (float(r(1, 3)), 0)}),
-        Revolute("O1", "ground.O1", "one"),
-        Revolute("O2", "ground.O2", "two"),
-        Revolute("A", "one.A", "left"),
-        Revolute("B", "two.B", "right"),
-        Revolute("C", "left.C", "right.C"),
+        mbody.Body("one", points={"A": (float(r(0.5, 1)), 0)}),
+        mbody.Body("two", points={"B": (float(r(0.5, 1)), 0)}),
+        mbody.Body("left", points={"C": (float(r(1, 3)), 0)}),
+        mbody.Body("right", points={"C": (float(r(1, 3)), 0)}),
+        mbody.Revolute("O1", "ground.O1", "one"),
+        mbody.Revolute("O2", "ground.O2", "two"),
+        mbody.Revolute("A", "one.A", "left"),
+        mbody.Revolute("B", "two.B", "right"),
+        mbody.Revolute("C", "left.C", "right.C"),
         mbody.Gear("mesh", "one", "two", radius_i=first, radius_j=d - first),
-        AngleDriver("motor", "one", float(r(-3, 3))),
+        mbody.AngleDriver("motor", "one", float(r(-3, 3))),
     )
     return machine
 

@@ -3,18 +3,8 @@
 import numpy as np
 from numpy.testing import assert_allclose
 
-from mbody import (
-    AngleDriver,
-    Body,
-    Force,
-    Gravity,
-    Mechanism,
-    Revolute,
-    Spring,
-    Torque,
-    assemble,
-    makers,
-)
+import mbody
+from mbody import makers
 from mbody.core.lanes import LANES
 from mbody.laws import ConstantAcceleration, Harmonic, Polynomial
 from mbody.makers import polar
@@ -32,16 +22,18 @@ def four_bar(**changes):
         "push.angle": 0.8, "c0": 1.0, "c1": 2.0, "stiffness": 40.0, "free_length": 0.5,
         "preload": 3.0, "mean": -9.81, "O4.x": 3.5, "frequency": 7.0,
     } | changes  # fmt: skip
-    machine = Mechanism("four-bar", g=9.9, ground={"O2": (0.0, 0.0), "O4": (number["O4.x"], 0.0)})
+    machine = mbody.Mechanism(
+        "four-bar", g=9.9, ground={"O2": (0.0, 0.0), "O4": (number["O4.x"], 0.0)}
+    )
     machine.add(
-        Body(
+        mbody.Body(
             "crank",
             mass=number["mass"],
             inertia=number["inertia"],
             cg=(0.4, 0.1),
             points={"O": (0.0, 0.0), "A": (number["A.x"], number["A.y"])},
         ),
-        Body(
+        mbody.Body(
             "coupler",
             weight=number["weight"],
             inertia=0.8,
@@ -54,15 +46,17 @@ def four_bar(**changes):
             guess=0.4,
         ),
         makers.bar("rocker", 2.0, mass=3.0, guess=1.6),
-        Revolute("O2", "ground.O2", "crank.O"),
-        Revolute("A", "crank.A", "coupler.A"),
-        Revolute("B", "coupler.B", "rocker.B"),
-        Revolute("O4", "ground.O4", "rocker.A"),
-        AngleDriver("motor", "crank", ConstantAcceleration(number["value"], number["speed"], 4.0)),
-        Gravity("gravity", y=Harmonic(number["mean"], 1.0, number["frequency"])),
-        Force("push", "coupler.P", number["push"], angle=number["push.angle"], follows=True),
-        Torque("load", "rocker", value=Polynomial([number["c0"], number["c1"]])),
-        Spring(
+        mbody.Revolute("O2", "ground.O2", "crank.O"),
+        mbody.Revolute("A", "crank.A", "coupler.A"),
+        mbody.Revolute("B", "coupler.B", "rocker.B"),
+        mbody.Revolute("O4", "ground.O4", "rocker.A"),
+        mbody.AngleDriver(
+            "motor", "crank", ConstantAcceleration(number["value"], number["speed"], 4.0)
+        ),
+        mbody.Gravity("gravity", y=Harmonic(number["mean"], 1.0, number["frequency"])),
+        mbody.Force("push", "coupler.P", number["push"], angle=number["push.angle"], follows=True),
+        mbody.Torque("load", "rocker", value=Polynomial([number["c0"], number["c1"]])),
+        mbody.Spring(
             "spring",
             "ground.O4",
             "coupler.P",
@@ -130,7 +124,7 @@ def same(one, other, *, exactly=False):
 def spread(count=DESIGNS, seed=0):
     """Every number of the four-bar somewhere about its first value."""
     rng = np.random.default_rng(seed)
-    machine = assemble(four_bar())
+    machine = mbody.assemble(four_bar())
     return {name: float(machine.values[name]) + rng.uniform(-0.08, 0.08, count) for name in NUMBERS}
 
 

@@ -140,10 +140,7 @@ class ComplexOracle:
             return (
                 [turns * (ri + rj)]
                 if isinstance(e, Gear)
-                else [
-                    apart - (ri + rj),
-                    turns * (ri + rj),
-                ]
+                else [apart - (ri + rj), turns * (ri + rj)]
             )
         if isinstance(e, Distance):
             return [apart - self.p.law(e, "length", 0.0)]

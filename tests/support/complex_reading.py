@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbody.engines.independent_reading import evaluated
-from mbody.laws import (
-    Constant,
-    ConstantAcceleration,
-    ConstantSpeed,
-    Harmonic,
-    Polynomial,
-    Rise,
-)
+from mbody.laws import Constant, ConstantAcceleration, ConstantSpeed, Harmonic, Polynomial, Rise
 from mbody.model.element import Polar, place_name
 from tests.support.taylor import Taylor, cos, sin
 
@@ -148,11 +141,7 @@ def _around(law: Any, x: complex, h: float = 4e-3) -> tuple[Any, Any, Any]:
     if x.imag:
         ends = [float(law.derivatives(x.real + k * h)[2]) for k in PLACES]
         third = float(WEIGHTS @ np.array(ends)) / h
-    return (
-        complex(f, f1 * x.imag),
-        complex(f1, f2 * x.imag),
-        complex(f2, third * x.imag),
-    )
+    return (complex(f, f1 * x.imag), complex(f1, f2 * x.imag), complex(f2, third * x.imag))
 
 
 def _rise(law: Any, n: dict[str, Any], x: complex) -> tuple[Any, Any, Any]:

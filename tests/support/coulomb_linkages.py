@@ -10,17 +10,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import mbody
-from mbody import (
-    Body,
-    Contact,
-    Force,
-    Gravity,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    Revolute,
-    SimulationSettings,
-)
 
 __all__ = ["Linkage", "curvature", "gradient", "linkage"]
 
@@ -36,7 +25,7 @@ class Linkage:
     kind, its row of sliding, the numbers of the rows that press it, the arm and μ.
     """
 
-    machine: Mechanism
+    machine: mbody.Mechanism
     mass: np.ndarray
     load: np.ndarray
     q: np.ndarray
@@ -118,7 +107,7 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
         elif rng.random() < 0.7:
             arm = float(rng.uniform(0.02, 0.2))
             more = {} if mu is None else {"friction": mu, "pin_radius": arm}
-            joints.append(Revolute(f"j{b}", *names, **more))
+            joints.append(mbody.Revolute(f"j{b}", *names, **more))
             for k in range(2):
                 rows.append(
                     lambda z, k=k, i=before, j=b, p=last, r=tuple(at): (
@@ -138,7 +127,7 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
             # the direction of the guide on the link before, at which the angle is what it is
             base = angle(q, before)
             joints.append(
-                Prismatic(
+                mbody.Prismatic(
                     f"j{b}",
                     mbody.Marker(names[0].split(".")[0], names[0].split(".")[1], float(t - base)),
                     mbody.Marker(f"b{b}", "A", 0.0),
@@ -164,7 +153,7 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
         # the end of the chain in a slot of the ground
         u = float(rng.uniform(-math.pi, math.pi))
         ground["S"], mu = tuple(here), float(rng.uniform(0.05, greatest))
-        slot = PinSlot("slot", mbody.Marker("ground", "S", u), f"b{count - 1}.B", friction=mu)
+        slot = mbody.PinSlot("slot", mbody.Marker("ground", "S", u), f"b{count - 1}.B", friction=mu)
         joints.append(slot)
 
         def way(z, normal, j=count - 1, p=tuple(here), r=points[count - 1]["B"], u=u):
@@ -187,7 +176,7 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
         u = float(rng.normal(0.0, 0.5)) if rng.random() < 0.7 else float(rng.uniform(-3.0, 3.0))
         ground[f"F{k}"], shapes[f"f{k}"] = tuple(spot), {"line": {"point": f"F{k}", "angle": u}}
         mu = float(rng.uniform(0.0, greatest)) if rng.random() < 0.9 else 0.0
-        touching.append(Contact(f"c{k}", f"ground.f{k}", f"b{b}.C{k}", friction=mu))
+        touching.append(mbody.Contact(f"c{k}", f"ground.f{k}", f"b{b}.C{k}", friction=mu))
         mus.append(mu)
 
         def gap(z, across, b=b, at=at, spot=tuple(spot), u=u):
@@ -213,13 +202,13 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
         v = v - np.linalg.pinv(holds, rcond=1e-9) @ (holds @ v) if len(holds) else v
     if np.abs(v).max() < 1e-10:
         v[:] = 0.0
-    machine = Mechanism("linkage", ground=ground, ground_shapes=shapes)
+    machine = mbody.Mechanism("linkage", ground=ground, ground_shapes=shapes)
     start = {}
     for b in range(count):
         x, y, t = (float(part) for part in q[3 * b : 3 * b + 3])
         name = f"b{b}"
         machine.add(
-            Body(
+            mbody.Body(
                 name,
                 mass=float(mass[3 * b]),
                 inertia=float(mass[3 * b + 2]),
@@ -228,8 +217,8 @@ def linkage(rng: np.random.Generator, *, most_contacts=2, greatest=0.9) -> Linka
         )
         vx, vy, w = (float(part) for part in v[3 * b : 3 * b + 3])
         start[name] = {"x": x, "y": y, "angle": t, "vx": vx, "vy": vy, "omega": w}
-    machine.add(*joints, *touching, Gravity("gravity", y=-G))
+    machine.add(*joints, *touching, mbody.Gravity("gravity", y=-G))
     size, heading = math.hypot(*push), math.atan2(push[1], push[0])
-    machine.add(Force("push", f"b{count - 1}", size, angle=heading))
-    machine.simulation = SimulationSettings(until=1e-7, rtol=1e-9, start=start)
+    machine.add(mbody.Force("push", f"b{count - 1}", size, angle=heading))
+    machine.simulation = mbody.SimulationSettings(until=1e-7, rtol=1e-9, start=start)
     return Linkage(machine, mass, load, q, v, rows, normals, tangents, mus, rubs)

@@ -38,9 +38,7 @@ def engine(throws, *, banks=None, r=0.05, ratio=0.25, mass=0.5, speed=100.0, sta
             Revolute(f"pin{n}", f"crank.A{n}", f"rod{n}.A"),
             Revolute(f"wrist{n}", f"rod{n}.B", f"piston{n}"),
             Prismatic(
-                f"guide{n}",
-                Marker("ground", "O", bank),
-                Marker(f"piston{n}", (0.0, 0.0), 0.0),
+                f"guide{n}", Marker("ground", "O", bank), Marker(f"piston{n}", (0.0, 0.0), 0.0)
             ),
         )
     return machine

@@ -5,21 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CamFollower,
-    CoordinateDriver,
-    Force,
-    Gear,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Torque,
-)
 from mbody.engines.oracle.friction import DenseFriction
 from mbody.engines.oracle.mechanics import Reference
 from mbody.laws import ConstantSpeed, Harmonic
@@ -34,7 +19,7 @@ NEAR = 15
 
 def with_changes(machine, change, name=None):
     """The same mechanism with other joints: `change` gives fields by joint, {} for no change."""
-    copy = Mechanism(
+    copy = mbody.Mechanism(
         name or machine.name, units=machine.units, g=machine.g, ground=machine.ground.points
     )
     copy.add(*(replace(element, **change(element)) for element in machine))
@@ -45,11 +30,11 @@ def with_friction(machine, mu=0.1, radius=0.01, length=None, **more):
     """Friction in all pins and slides."""
 
     def change(element):
-        if isinstance(element, Revolute):
+        if isinstance(element, mbody.Revolute):
             return {"friction": mu, "pin_radius": radius, **more}
-        if isinstance(element, Prismatic):
+        if isinstance(element, mbody.Prismatic):
             return {"friction": mu, "length": length, **more}
-        return {"friction": mu, **more} if isinstance(element, PinSlot) else {}
+        return {"friction": mu, **more} if isinstance(element, mbody.PinSlot) else {}
 
     return with_changes(machine, change)
 
@@ -57,18 +42,18 @@ def with_friction(machine, mu=0.1, radius=0.01, length=None, **more):
 def slider_crank(mu=0.1, radius=0.01, *, masses=(0.0, 0.0, 0.0), speed=10.0, length=None, **more):
     """That of the references: a force of 1000 N on the slider in −x, friction in all joints."""
     machine = mbody.makers.slider_crank(CRANK, ROD, masses=masses, start=0.1, speed=speed)
-    machine.add(Force("load", "slider.B", FORCE, angle=np.pi))
+    machine.add(mbody.Force("load", "slider.B", FORCE, angle=np.pi))
     return with_friction(machine, mu, radius, length, **more)
 
 
 def drawer(mu, length=0.2, height=None, speed=1.0, a=0.2, force=10.0):
     """Pulled at a distance a from its middle."""
-    machine = Mechanism("drawer", units="SI", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("drawer", units="SI", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("drawer", mass=1.0, points={"C": (0.0, 0.0), "P": (0.0, a)}),
-        Prismatic("guide", "ground.O", "drawer.C", friction=mu, length=length, height=height),
-        CoordinateDriver("pull", "ground.O", "drawer.P", ConstantSpeed(0.0, speed)),
-        Force("load", "drawer.C", force, angle=np.pi),
+        mbody.Body("drawer", mass=1.0, points={"C": (0.0, 0.0), "P": (0.0, a)}),
+        mbody.Prismatic("guide", "ground.O", "drawer.C", friction=mu, length=length, height=height),
+        mbody.CoordinateDriver("pull", "ground.O", "drawer.P", ConstantSpeed(0.0, speed)),
+        mbody.Force("load", "drawer.C", force, angle=np.pi),
     )
     return machine
 
@@ -76,35 +61,37 @@ def drawer(mu, length=0.2, height=None, speed=1.0, a=0.2, force=10.0):
 def gear_pair(internal=False, load=5.0, speed=3.0, carrier=0.0, **teeth):
     """Two wheels on a carrier that turns, too; the driven one has its weight off its centre."""
     apart = 2.0 if internal else 4.0
-    machine = Mechanism("gears", units="SI", ground={"O": (0.0, 0.0)})
+    machine = mbody.Mechanism("gears", units="SI", ground={"O": (0.0, 0.0)})
     machine.add(
-        Body("carrier", mass=2.0, inertia=0.1, points={"O": (0.0, 0.0), "C": (apart, 0.0)}),
-        Body("a", mass=1.0, inertia=0.3),
-        Body("b", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}),
-        Revolute("O", "ground.O", "carrier.O"),
-        Revolute("A", "carrier.O", "a"),
-        Revolute("B", "carrier.C", "b", friction=0.1, pin_radius=0.1),
-        Gear("mesh", "a", "b", radius_i=3.0, radius_j=1.0, internal=internal, **teeth),
-        AngleDriver("motor", "a", ConstantSpeed(0.0, speed)),
-        AngleDriver("hold", "carrier", ConstantSpeed(0.0, carrier)),
-        Torque("load", "b", value=load),
-        Force("push", "b.P", 3.0, angle=0.4),
+        mbody.Body("carrier", mass=2.0, inertia=0.1, points={"O": (0.0, 0.0), "C": (apart, 0.0)}),
+        mbody.Body("a", mass=1.0, inertia=0.3),
+        mbody.Body("b", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}),
+        mbody.Revolute("O", "ground.O", "carrier.O"),
+        mbody.Revolute("A", "carrier.O", "a"),
+        mbody.Revolute("B", "carrier.C", "b", friction=0.1, pin_radius=0.1),
+        mbody.Gear("mesh", "a", "b", radius_i=3.0, radius_j=1.0, internal=internal, **teeth),
+        mbody.AngleDriver("motor", "a", ConstantSpeed(0.0, speed)),
+        mbody.AngleDriver("hold", "carrier", ConstantSpeed(0.0, carrier)),
+        mbody.Torque("load", "b", value=load),
+        mbody.Force("push", "b.P", 3.0, angle=0.4),
     )
     return machine
 
 
 def rack_and_pinion(load=5.0, speed=2.0, **teeth):
     """A pinion that drives a rack on a guide of two points."""
-    machine = Mechanism("rack", units="SI", ground={"O": (0.0, 0.0), "C": (0.0, 0.8)})
+    machine = mbody.Mechanism("rack", units="SI", ground={"O": (0.0, 0.0), "C": (0.0, 0.8)})
     machine.add(
-        Body("rack", mass=2.0, inertia=0.1),
-        Body("pinion", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}, guess=(0.0, 0.8, 0.0)),
-        Prismatic("guide", "ground.O", "rack", friction=0.05, length=0.5),
-        Revolute("B", "ground.C", "pinion", friction=0.1, pin_radius=0.1),
-        RackPinion("mesh", "rack", "pinion", radius=0.8, **teeth),
-        AngleDriver("motor", "pinion", ConstantSpeed(0.0, speed)),
-        Force("load", "rack", load),
-        Force("push", "pinion.P", 3.0, angle=0.4),
+        mbody.Body("rack", mass=2.0, inertia=0.1),
+        mbody.Body(
+            "pinion", mass=1.5, inertia=0.2, points={"P": (0.5, 0.2)}, guess=(0.0, 0.8, 0.0)
+        ),
+        mbody.Prismatic("guide", "ground.O", "rack", friction=0.05, length=0.5),
+        mbody.Revolute("B", "ground.C", "pinion", friction=0.1, pin_radius=0.1),
+        mbody.RackPinion("mesh", "rack", "pinion", radius=0.8, **teeth),
+        mbody.AngleDriver("motor", "pinion", ConstantSpeed(0.0, speed)),
+        mbody.Force("load", "rack", load),
+        mbody.Force("push", "pinion.P", 3.0, angle=0.4),
     )
     return machine
 
@@ -113,22 +100,22 @@ def cam_drive(kind, swinging=False, clockwise=False, **coefficients):
     """A knife edge, a roller or a flat face on a cam, on a guide or on an arm."""
     follower = {"roller": {"roller": 0.01}, "flat": {"flat": True}}.get(kind, {})
     places = {"O": (0.0, 0.0), "G": (0.005, 0.0), "P": (0.1, 0.02)}
-    machine = Mechanism("cam", units="SI", ground=places)
-    machine.add(Body("shaft", mass=1.0, inertia=0.01))
+    machine = mbody.Mechanism("cam", units="SI", ground=places)
+    machine.add(mbody.Body("shaft", mass=1.0, inertia=0.01))
     if swinging:
         arm = {"O": (0.0, 0.0), "R": (-0.1, 0.03)}
         machine.add(
-            Body("tappet", mass=0.5, inertia=0.001, points=arm, guess="5 deg"),
-            Revolute("A", "ground.P", "tappet.O", friction=0.1, pin_radius=0.005),
+            mbody.Body("tappet", mass=0.5, inertia=0.001, points=arm, guess="5 deg"),
+            mbody.Revolute("A", "ground.P", "tappet.O", friction=0.1, pin_radius=0.005),
         )
     else:
         up = np.pi / 2.0
         machine.add(
-            Body("tappet", mass=0.5, points={"R": (0.0, 0.0)}, guess=(0.005, 0.06, 0.0)),
-            Prismatic(
+            mbody.Body("tappet", mass=0.5, points={"R": (0.0, 0.0)}, guess=(0.005, 0.06, 0.0)),
+            mbody.Prismatic(
                 "A",
-                Marker("ground", "G", up),
-                Marker("tappet", "R", up),
+                mbody.Marker("ground", "G", up),
+                mbody.Marker("tappet", "R", up),
                 friction=0.1,
                 length=0.05,
                 height=0.01,
@@ -137,19 +124,19 @@ def cam_drive(kind, swinging=False, clockwise=False, **coefficients):
     tilt = np.radians(10.0) if swinging and kind == "flat" else 0.0
     lift = Harmonic(mean=0.01, amplitude=0.01, frequency=1.0, phase=0.3)
     machine.add(
-        Revolute("O", "ground.O", "shaft", friction=0.1, pin_radius=0.01),
-        CamFollower(
+        mbody.Revolute("O", "ground.O", "shaft", friction=0.1, pin_radius=0.01),
+        mbody.CamFollower(
             "cam",
             "shaft",
-            Marker("tappet", "R", tilt),
+            mbody.Marker("tappet", "R", tilt),
             lift,
             base_radius=0.04,
             clockwise=clockwise,
             **follower,
             **coefficients,
         ),
-        AngleDriver("motor", "shaft", ConstantSpeed(0.0, -20.0 if clockwise else 20.0)),
-        Force("load", "tappet.R", 500.0, angle=0.2 - np.pi / 2.0),
+        mbody.AngleDriver("motor", "shaft", ConstantSpeed(0.0, -20.0 if clockwise else 20.0)),
+        mbody.Force("load", "tappet.R", 500.0, angle=0.2 - np.pi / 2.0),
     )
     return machine
 

@@ -31,8 +31,6 @@ SAME = 1e-9
 
 linkages = st.sampled_from(LINKAGES)
 seeds = st.integers(0, 10**6)
-angles = st.floats(-math.pi, math.pi)
-sizes = st.floats(-3.0, 3.0)
 lightly = settings(max_examples=8)
 
 

@@ -3,32 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from mbody import (
-    AngleCoupling,
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    CouplingTerm,
-    Damper,
-    Distance,
-    Fixed,
-    Force,
-    Gear,
-    Gravity,
-    LengthCoupling,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-    makers,
-)
+import mbody
+from mbody import makers
 from mbody.laws import ConstantSpeed
 from mbody.model.joints import CustomJoint
 from mbody.model.loads import CustomLoad
@@ -54,128 +30,132 @@ class Wind(CustomLoad):
 
 
 def planetary():
-    machine = Mechanism("planetary gear", units="mm-N-s", ground={"O": (0, 0)})
+    machine = mbody.Mechanism("planetary gear", units="mm-N-s", ground={"O": (0, 0)})
     machine.add(
-        Body("sun", mass=1e-3, inertia=1.0),
-        Body("arm", mass=1e-3, points={"C": (30, 0)}),
-        Body("planet"),
-        Revolute("O", "ground.O", "sun"),
-        Revolute("P", "ground.O", "arm"),
-        Revolute("C", "arm.C", "planet"),
-        Gear("mesh", "sun", "planet", radius_i=20, radius_j=10),
-        Gear("ring", "ground.O", "planet", radius_i=40, radius_j=10, internal=True),
-        AngleDriver("motor", "sun", ConstantSpeed(0, 10)),
-        Torque("load", "arm", value=-500),
+        mbody.Body("sun", mass=1e-3, inertia=1.0),
+        mbody.Body("arm", mass=1e-3, points={"C": (30, 0)}),
+        mbody.Body("planet"),
+        mbody.Revolute("O", "ground.O", "sun"),
+        mbody.Revolute("P", "ground.O", "arm"),
+        mbody.Revolute("C", "arm.C", "planet"),
+        mbody.Gear("mesh", "sun", "planet", radius_i=20, radius_j=10),
+        mbody.Gear("ring", "ground.O", "planet", radius_i=40, radius_j=10, internal=True),
+        mbody.AngleDriver("motor", "sun", ConstantSpeed(0, 10)),
+        mbody.Torque("load", "arm", value=-500),
     )
     return machine
 
 
 def rack():
-    machine = Mechanism("rack", units="mm-N-s", ground={"O": (0, 20)})
-    end = Marker("rack", (40, 0))
+    machine = mbody.Mechanism("rack", units="mm-N-s", ground={"O": (0, 20)})
+    end = mbody.Marker("rack", (40, 0))
     machine.add(
-        Body("pinion", mass=1e-3),
-        Body("rack", mass=1e-3),
-        Revolute("O", "ground.O", "pinion"),
-        Prismatic("guide", "ground", "rack"),
-        RackPinion("mesh", "rack", "pinion", radius=20),
-        AngleDriver("motor", "pinion", ConstantSpeed(0.5, -1)),
-        Spring("k", Marker("ground", (-90, 0)), Marker("rack", (-40, 0)), stiffness=1.0),
-        Damper("c", Marker("ground", (90, 15)), end, coefficient=1.0),
-        Force("F", end, 5, angle=math.pi),
+        mbody.Body("pinion", mass=1e-3),
+        mbody.Body("rack", mass=1e-3),
+        mbody.Revolute("O", "ground.O", "pinion"),
+        mbody.Prismatic("guide", "ground", "rack"),
+        mbody.RackPinion("mesh", "rack", "pinion", radius=20),
+        mbody.AngleDriver("motor", "pinion", ConstantSpeed(0.5, -1)),
+        mbody.Spring(
+            "k", mbody.Marker("ground", (-90, 0)), mbody.Marker("rack", (-40, 0)), stiffness=1.0
+        ),
+        mbody.Damper("c", mbody.Marker("ground", (90, 15)), end, coefficient=1.0),
+        mbody.Force("F", end, 5, angle=math.pi),
     )
     return machine
 
 
 def wheel():
-    machine = Mechanism("wheel and bob")
+    machine = mbody.Mechanism("wheel and bob")
     machine.add(
-        Body("wheel", mass=2),
-        Body("bob", mass=1, cg=(0.5, 0), points={"A": (0, 0)}),
-        Rolling("road", "ground", "wheel", radius=0.3),
-        Revolute("A", "wheel", "bob.A"),
-        Gravity("g", y=-9.81),
-        TorsionSpring("kt", "bob", by="wheel", stiffness=2.0),
-        TorsionDamper("ct", "bob", coefficient=1.0),
-        AngleDriver("m", "wheel", ConstantSpeed(0, -1)),
-        AngleDriver("m2", "bob", -1.0),
+        mbody.Body("wheel", mass=2),
+        mbody.Body("bob", mass=1, cg=(0.5, 0), points={"A": (0, 0)}),
+        mbody.Rolling("road", "ground", "wheel", radius=0.3),
+        mbody.Revolute("A", "wheel", "bob.A"),
+        mbody.Gravity("g", y=-9.81),
+        mbody.TorsionSpring("kt", "bob", by="wheel", stiffness=2.0),
+        mbody.TorsionDamper("ct", "bob", coefficient=1.0),
+        mbody.AngleDriver("m", "wheel", ConstantSpeed(0, -1)),
+        mbody.AngleDriver("m2", "bob", -1.0),
     )
     return machine
 
 
 def yoke():
-    machine = Mechanism("Scotch yoke", units="mm-N-s")
+    machine = mbody.Mechanism("Scotch yoke", units="mm-N-s")
     machine.add(
-        Body("crank", points={"A": (30, 0)}),
-        Body("yoke", mass=1e-3),
-        Revolute("O", "ground", "crank"),
-        PinSlot("A", Marker("yoke", (0, 0), math.pi / 2), "crank.A"),
-        Prismatic("g", "ground", Marker("yoke", (60, 0))),
-        CoordinateDriver("ram", "ground", "yoke", ConstantSpeed(20, -3)),
+        mbody.Body("crank", points={"A": (30, 0)}),
+        mbody.Body("yoke", mass=1e-3),
+        mbody.Revolute("O", "ground", "crank"),
+        mbody.PinSlot("A", mbody.Marker("yoke", (0, 0), math.pi / 2), "crank.A"),
+        mbody.Prismatic("g", "ground", mbody.Marker("yoke", (60, 0))),
+        mbody.CoordinateDriver("ram", "ground", "yoke", ConstantSpeed(20, -3)),
     )
     return machine
 
 
 def rods():
-    machine = Mechanism("rod, weld and users' own", ground={"O": (0, 0), "W": (4, 0)})
+    machine = mbody.Mechanism("rod, weld and users' own", ground={"O": (0, 0), "W": (4, 0)})
     machine.add(
-        Body("a", mass=1, points={"A": (1, 0)}, guess=1.0),
-        Body("b", mass=1, points={"B": (0, 2)}, guess=(4, 0, 0)),
-        Body("c", mass=1, points={"C": (-1, 1)}, guess=(4, 2, 0.5)),
-        Revolute("O", "ground.O", "a"),
-        Fixed("weld", "ground.W", "b"),
-        Revolute("C", "b.B", "c.C"),
+        mbody.Body("a", mass=1, points={"A": (1, 0)}, guess=1.0),
+        mbody.Body("b", mass=1, points={"B": (0, 2)}, guess=(4, 0, 0)),
+        mbody.Body("c", mass=1, points={"C": (-1, 1)}, guess=(4, 2, 0.5)),
+        mbody.Revolute("O", "ground.O", "a"),
+        mbody.Fixed("weld", "ground.W", "b"),
+        mbody.Revolute("C", "b.B", "c.C"),
         Held("held", "b", "c"),
-        Distance("rod", "a.A", "b.B", length=3.6),
+        mbody.Distance("rod", "a.A", "b.B", length=3.6),
         Wind("wind", "ground", "a.A"),
     )
     return machine
 
 
 def one():
-    machine = Mechanism("one body")
-    machine.add(Body("b", mass=1.0))
+    machine = mbody.Mechanism("one body")
+    machine.add(mbody.Body("b", mass=1.0))
     return machine
 
 
 def chain():
-    machine, here = Mechanism("chain"), "ground"
+    machine, here = mbody.Mechanism("chain"), "ground"
     for n in range(60):
         machine.add(
-            makers.bar(f"b{n}", 1.0, guess=-1.2 + n / 25), Revolute(f"j{n}", here, f"b{n}.A")
+            makers.bar(f"b{n}", 1.0, guess=-1.2 + n / 25), mbody.Revolute(f"j{n}", here, f"b{n}.A")
         )
         here = f"b{n}.B"
     return machine
 
 
 def tackle():
-    machine = Mechanism("tackle", ground={"top": (0, 5), "eye": (2, 5), "axis": (3, 5)})
-    block = Marker("ground", (0, 0), UP), Marker("block", (0, 0), UP)
+    machine = mbody.Mechanism("tackle", ground={"top": (0, 5), "eye": (2, 5), "axis": (3, 5)})
+    block = mbody.Marker("ground", (0, 0), UP), mbody.Marker("block", (0, 0), UP)
     parts = [
-        CouplingTerm(2.0, distance=("ground.top", "block")),
-        CouplingTerm(0.5, angle="drum"),
-        CouplingTerm(1.0, coordinate=(Marker("ground", (2, 0), UP), "block")),
+        mbody.CouplingTerm(2.0, distance=("ground.top", "block")),
+        mbody.CouplingTerm(0.5, angle="drum"),
+        mbody.CouplingTerm(1.0, coordinate=(mbody.Marker("ground", (2, 0), UP), "block")),
     ]
     machine.add(
-        Body("block", mass=1, guess=(0, 1, 0)),
-        Body("drum", mass=1, inertia=1),
-        Prismatic("guide", *block),
-        Revolute("axis", "ground.axis", "drum"),
-        LengthCoupling("rope", parts, value=9.0),
-        AngleDriver("winch", "drum", ConstantSpeed(0, 1)),
+        mbody.Body("block", mass=1, guess=(0, 1, 0)),
+        mbody.Body("drum", mass=1, inertia=1),
+        mbody.Prismatic("guide", *block),
+        mbody.Revolute("axis", "ground.axis", "drum"),
+        mbody.LengthCoupling("rope", parts, value=9.0),
+        mbody.AngleDriver("winch", "drum", ConstantSpeed(0, 1)),
     )
     return machine
 
 
 def shafts():
-    machine = Mechanism("shafts", ground={"A": (0, 0), "B": (3, 0)})
+    machine = mbody.Mechanism("shafts", ground={"A": (0, 0), "B": (3, 0)})
     machine.add(
         makers.bar("a", 1.0),
         makers.bar("b", 1.0),
-        Revolute("pin", "ground.A", "a.A"),
-        Revolute("pivot", "ground.B", "b.A"),
-        AngleCoupling("chain", [CouplingTerm(2.0, angle="a"), CouplingTerm(-1.0, angle="b")]),
-        AngleDriver("motor", "a", ConstantSpeed(0.4, 1)),
+        mbody.Revolute("pin", "ground.A", "a.A"),
+        mbody.Revolute("pivot", "ground.B", "b.A"),
+        mbody.AngleCoupling(
+            "chain", [mbody.CouplingTerm(2.0, angle="a"), mbody.CouplingTerm(-1.0, angle="b")]
+        ),
+        mbody.AngleDriver("motor", "a", ConstantSpeed(0.4, 1)),
     )
     return machine
 

@@ -81,11 +81,7 @@ def chain(count, angle=0.3, height=0.5, length=0.1):
                 inertia=0.1 * length**2 / 12.0,
                 cg=(0.5 * length, 0.0),
                 points={"A": (0.0, 0.0), "B": (length, 0.0)},
-                guess=(
-                    n * length * math.cos(angle),
-                    height + n * length * math.sin(angle),
-                    angle,
-                ),
+                guess=(n * length * math.cos(angle), height + n * length * math.sin(angle), angle),
             )
         )
     machine.add(*(mbody.Revolute(f"j{n}", f"l{n - 1}.B", f"l{n}.A") for n in range(1, count)))

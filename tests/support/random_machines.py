@@ -5,25 +5,7 @@ import math
 import numpy as np
 from hypothesis import strategies as st
 
-from mbody import (
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    Damper,
-    Distance,
-    DistanceDriver,
-    Fixed,
-    Force,
-    Gravity,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    Spring,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
-)
+import mbody
 from mbody.laws import (
     SHAPES,
     Cam,
@@ -124,7 +106,7 @@ def machines(draw):
     names = draw(st.permutations(ODD))
     one, two, *rest = names
     texts = st.text(st.characters(exclude_categories=["Cs"]), max_size=30)
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         draw(texts),
         units=draw(st.sampled_from(["SI", "mm-N-s", "in-lbf-s", "cm-kN-s"])),
         g=draw(st.one_of(st.none(), st.floats(1e-3, 1e5), st.just("9.81 m/s^2"))),
@@ -144,7 +126,7 @@ def machines(draw):
             st.none(), angles, st.tuples(numbers, numbers, turns), st.builds(Guess, x=numbers)
         )
         machine.add(
-            Body(
+            mbody.Body(
                 name,
                 inertia=draw(mixed(st.one_of(st.just(-0.0), positive), inertia)),
                 cg=draw(points),
@@ -160,7 +142,7 @@ def machines(draw):
         where = st.one_of(points, st.just((0.0, 0.0)))
         if bodies:
             where = st.one_of(where, st.sampled_from(sorted(bodies)))
-        marker = st.builds(Marker, st.just(name), where, st.one_of(st.just(0.0), turns))
+        marker = st.builds(mbody.Marker, st.just(name), where, st.one_of(st.just(0.0), turns))
         return draw(marker)
 
     def pair():
@@ -178,16 +160,20 @@ def machines(draw):
     other = st.sampled_from([two, "ground"])
     apart = mixed(positive, st.just("l + t*a m/s"))
     kinds = (
-        lambda: Revolute(rest.pop(), **pair()),
-        lambda: Prismatic(rest.pop(), **pair()),
-        lambda: Fixed(rest.pop(), **pair()),
-        lambda: Distance(rest.pop(), **pair(), length=draw(mixed(positive, st.just("l")))),
-        lambda: AngleDriver(rest.pop(), one, draw(angle_laws), draw(other)),
-        lambda: DistanceDriver(rest.pop(), **pair(), law=draw(apart)),
-        lambda: CoordinateDriver(rest.pop(), **pair(), law=draw(length_laws)),
-        lambda: Force(rest.pop(), place(one), draw(force_laws), draw(turns), draw(st.booleans())),
-        lambda: Torque(rest.pop(), **bodies(), value=draw(torque_laws)),
-        lambda: Gravity(draw(st.sampled_from(["gravity", rest.pop()])), draw(small), draw(small)),
+        lambda: mbody.Revolute(rest.pop(), **pair()),
+        lambda: mbody.Prismatic(rest.pop(), **pair()),
+        lambda: mbody.Fixed(rest.pop(), **pair()),
+        lambda: mbody.Distance(rest.pop(), **pair(), length=draw(mixed(positive, st.just("l")))),
+        lambda: mbody.AngleDriver(rest.pop(), one, draw(angle_laws), draw(other)),
+        lambda: mbody.DistanceDriver(rest.pop(), **pair(), law=draw(apart)),
+        lambda: mbody.CoordinateDriver(rest.pop(), **pair(), law=draw(length_laws)),
+        lambda: mbody.Force(
+            rest.pop(), place(one), draw(force_laws), draw(turns), draw(st.booleans())
+        ),
+        lambda: mbody.Torque(rest.pop(), **bodies(), value=draw(torque_laws)),
+        lambda: mbody.Gravity(
+            draw(st.sampled_from(["gravity", rest.pop()])), draw(small), draw(small)
+        ),
         lambda: CentrifugalField(rest.pop(), place("ground"), draw(speed_laws)),
         lambda: CentrifugalField(
             rest.pop(),
@@ -195,12 +181,16 @@ def machines(draw):
             momentum=draw(momentum_laws),
             inertia=draw(numbers.map(abs)),
         ),
-        lambda: Spring(rest.pop(), **pair(), **stiff("stiffness", of_length, {"preload": numbers})),
-        lambda: Damper(rest.pop(), **pair(), **stiff("coefficient", of_rate, {})),
-        lambda: TorsionSpring(
+        lambda: mbody.Spring(
+            rest.pop(), **pair(), **stiff("stiffness", of_length, {"preload": numbers})
+        ),
+        lambda: mbody.Damper(rest.pop(), **pair(), **stiff("coefficient", of_rate, {})),
+        lambda: mbody.TorsionSpring(
             rest.pop(), **bodies(), **stiff("stiffness", of_angle, {"free_angle": turns})
         ),
-        lambda: TorsionDamper(rest.pop(), **bodies(), **stiff("coefficient", of_rate_angle, {})),
+        lambda: mbody.TorsionDamper(
+            rest.pop(), **bodies(), **stiff("coefficient", of_rate_angle, {})
+        ),
     )
     for make in draw(st.lists(st.sampled_from(kinds), min_size=1, max_size=6)):
         element = make()

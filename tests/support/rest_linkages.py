@@ -14,15 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody import (
-    Body,
-    Gravity,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    Spring,
-)
+from mbody import Body, Gravity, Marker, Mechanism, Prismatic, Revolute, Spring
 
 Array = np.ndarray
 Poses = Callable[..., dict[str, tuple[Array, Array, Array]]]

@@ -3,11 +3,7 @@
 from numpy.testing import assert_array_equal
 
 from mbody import makers
-from mbody.sweeps import (
-    Normal,
-    Uniform,
-    monte_carlo,
-)
+from mbody.sweeps import Normal, Uniform, monte_carlo
 
 CRANK, ROD, SPEED = 1.0, 3.0, 10.0
 
