@@ -2,6 +2,7 @@
 
 import contextlib
 import functools
+import importlib
 import io
 import re
 import sys
@@ -14,112 +15,14 @@ from mbody.cli.streams import UsageError
 from mbody.edit.places import EditError
 from mbody.errors import ModelError, ModelWarning, SolveError
 from mbody.quantities import FormulaError
-from tests.errors import (
-    assembling,
-    balancing,
-    bars,
-    boards,
-    bridges_pymunk,
-    cams,
-    closing,
-    command,
-    controlling,
-    cores,
-    crosschecks,
-    derivatives,
-    describing,
-    drives,
-    editing,
-    engineering,
-    engines,
-    everyday,
-    exchanging,
-    fitting,
-    following,
-    formulas,
-    friction,
-    images,
-    laws,
-    linkages,
-    many_at_once,
-    many_contacts,
-    mistyped,
-    mjcf,
-    model_files,
-    motors,
-    moving,
-    one_sided,
-    optimizing,
-    own_code,
-    pistons,
-    questions,
-    reporting,
-    resting,
-    results,
-    signal_files,
-    simulating,
-    solving,
-    starting,
-    stepping,
-    sweeps,
-    synthesizing,
-    teaching,
-    tolerating,
-    touching,
-    unknowns,
-    views,
-)
 from tests.support.paths import ROOT
 
 PACKAGE = ROOT / "mbody"
-SUBJECTS = (
-    *(everyday, mistyped, describing, friction, touching, pistons, laws, formulas),
-    *(model_files, assembling),
-    *(
-        solving,
-        resting,
-        simulating,
-        one_sided,
-        starting,
-        stepping,
-        many_at_once,
-        many_contacts,
-        controlling,
-        following,
-        motors,
-        signal_files,
-        own_code,
-        results,
-        engineering,
-        engines,
-        bars,
-        drives,
-        editing,
-        cams,
-        balancing,
-        teaching,
-        closing,
-        crosschecks,
-        optimizing,
-        questions,
-        unknowns,
-        views,
-        moving,
-        sweeps,
-        linkages,
-        derivatives,
-        tolerating,
-        fitting,
-        synthesizing,
-        bridges_pymunk,
-        mjcf,
-        exchanging,
-        reporting,
-        images,
-        command,
-        boards,
-        cores,
-    ),
+#: The files of this folder that have scenarios.
+SUBJECTS = tuple(
+    importlib.import_module(f"tests.errors.{path.stem}")
+    for path in sorted(Path(__file__).parent.glob("*.py"))
+    if re.search(r"^SCENARIOS = ", path.read_text("utf-8"), re.MULTILINE)
 )
 SEPARATOR = " | "
 KINDS = (ModelError, SolveError, UsageError, ModelWarning)
