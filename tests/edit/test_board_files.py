@@ -14,9 +14,7 @@ import zlib
 import pytest
 
 import mbody
-from mbody import gallery
 from mbody.edit.board_state import dxf_picture
-from mbody.edit.document import Document
 from mbody.edit.session import EXPORTS, BoardSession
 from tests.edit.test_board_server import FOURBAR, set_force
 from tests.edit.test_board_server import served as served
@@ -64,25 +62,6 @@ def test_a_conflict_is_said_and_nothing_is_lost(served):
     assert file.read_text("utf-8") == theirs
 
 
-def test_a_conflict_is_ended_by_force_or_by_reading_anew(served):
-    file = served.folder / "fourbar.toml"
-    mine = set_force(served, "120 N")[1]["text"]
-    file.write_text(FOURBAR.replace("100 N", "55 N"), "utf-8")
-    assert served.act("save", force=True)[1]["saved"] and file.read_text("utf-8") == mine
-    set_force(served, "130 N")
-    theirs = FOURBAR.replace("100 N", "60 N")
-    file.write_text(theirs, "utf-8")
-    state = served.act("open", file="fourbar.toml", force=True)[1]
-    assert state["text"] == theirs and not state["journal"] and state["saved"]
-
-
-def test_what_was_given_up_does_not_come_back(served):
-    set_force(served, "120 N")
-    state = served.act("open", file="fourbar.toml", force=True)[1]
-    assert state["text"] == FOURBAR and not state["journal"] and not said(state)
-    assert not list(served.folder.glob("*.journal*"))
-
-
 def test_a_journal_is_offered_by_the_next_start(served):
     mine = set_force(served, "120 N")[1]["text"]
     beside = BoardSession(served.folder, "fourbar.toml")
@@ -124,15 +103,6 @@ def test_links_and_pipes_of_a_hostile_folder_lead_nowhere(served, tmp_path_facto
     assert [file.read_text() for file in outside.iterdir()] == ["mine"]
 
 
-def test_a_journal_of_another_text_is_said(served):
-    set_force(served, "120 N")
-    served.server.session.document.close()
-    (served.folder / "fourbar.toml").write_text(FOURBAR.replace("100 N", "55 N"), "utf-8")
-    state = BoardSession(served.folder, "fourbar.toml").answer({"act": "look"})[1]
-    assert not state["journal"] and any("journal" in text for text in said(state))
-    assert list(served.folder.glob("*.journal*"))
-
-
 # -- dragging ------------------------------------------------------------------------------------
 
 
@@ -165,23 +135,6 @@ def test_drags_change_no_file_and_forces_are_those_of_mbody(served):
     assert served.act("drop")[1] == {"rev": rev}
     state = served.act("look")[1]
     assert state["rev"] == rev and state["text"] == FOURBAR
-
-
-def test_what_cannot_be_dragged_is_a_sentence(served):
-    for drag, word in (
-        ({"do": "number", "path": ["loads", "F", "at"], "value": 1}, "type another value"),
-        ({"do": "point", "place": "crank.X", "to": [1, 2]}, "no point"),
-    ):
-        assert word in served.act("drag", drag=drag)[1]["fault"]["sentence"]
-    for drag in ({}, {"do": "move", "body": "crank", "at": [0], "to": [1, 2]}, [1]):
-        assert served.act("drag", drag=drag)[0] == 400
-    served.act("open", new="")
-    assert "nothing to drag" in served.act("home")[1]["fault"]["sentence"]
-
-
-def test_modes_come_as_poses(served):
-    found = served.act("modes")[1]
-    assert found["complete"] and len(found["modes"]) == 2
 
 
 # -- exports -------------------------------------------------------------------------------------
@@ -242,27 +195,6 @@ def test_exports_write_over_nothing_but_their_own(served):
     assert "already" in export(served, do="csv")["fault"]["sentence"]
 
 
-def test_what_is_no_export_is_refused(served):
-    for more, word in (
-        ({"do": "rm"}, "exports no"),
-        ({"do": "csv", "file": "../out.csv"}, "is not below"),
-        ({"do": "csv", "file": "fourbar.toml"}, "must end in"),
-        ({"id": "x"}, "no such export"),
-    ):
-        assert word in served.act("job", **more)[1]["fault"]["sentence"]
-    set_force(served, "120 N")
-    assert "save" in served.act("job", do="csv")[1]["fault"]["sentence"]
-
-
-def test_why_a_command_has_failed_is_said(served):
-    assert "has mass" in export(served, do="fmu")["fault"]["sentence"]
-    served.act("edit", edit={"do": "text", "text": FOURBAR.replace("100 N", "100 NN")})
-    served.act("save")
-    found = export(served, do="film", file="film.gif")
-    assert found["done"] == 1.0 and "no unit 'NN'" in found["fault"]["sentence"]
-    assert not (served.folder / "film.gif").exists()
-
-
 def test_nothing_in_the_folder_is_run(served):
     """Neither modules beside the model, nor names of files that look like options."""
     for name in ("numpy", "mbody", "matplotlib", "sitecustomize"):
@@ -271,12 +203,6 @@ def test_nothing_in_the_folder_is_run(served):
     assert export(served, do="csv")["file"] == "--help.csv"
     assert (served.folder / "--help.csv").read_text().startswith("t [s]")
     assert not list(served.folder.glob("ran-*"))
-
-
-def test_a_gallery_model_is_exported_by_its_name(served):
-    served.act("open", gallery="hoekens")
-    found = export(served, do="drawing")
-    assert found["file"] == "hoekens.svg" and " hoekens " in found["command"]
 
 
 # -- import and views ----------------------------------------------------------------------------
@@ -393,22 +319,3 @@ def test_the_command_prints_the_address_and_ends_quietly(tmp_path):
     assert (tmp_path / "fourbar.toml.journal").exists()
     assert (tmp_path / "fourbar.toml").read_text("utf-8") == FOURBAR
     connection.close()
-
-
-def test_a_model_elsewhere_is_refused(tmp_path, monkeypatch, capsys):
-    from mbody.cli import main
-
-    (tmp_path / "sub").mkdir()
-    monkeypatch.chdir(tmp_path / "sub")
-    for name in ("../x.toml", str(tmp_path / "x.toml"), "x.json", "nothing"):
-        assert main(["edit", name, "--no-open"]) == 2
-        assert capsys.readouterr().err.startswith("mbody: ")
-    assert main(["edit", "--no-open", "--port", "70000"]) == 2
-    assert "leave --port out" in capsys.readouterr().err
-
-
-def test_the_document_of_a_gallery_model_is_its_file():
-    name = "hoekens"
-    file = gallery.path(name)
-    state = BoardSession(file.parent.parent, name).answer({"act": "look"})[1]
-    assert state["text"] == file.read_text("utf-8") == Document.open(file).text

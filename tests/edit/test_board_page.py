@@ -93,13 +93,6 @@ def test_numbers_are_typed_while_drawing(page):
     page.keys("Escape")
 
 
-def test_places_between_the_lines_of_the_grid_are_clicked(page):
-    page.key("l")
-    page.click(0, 0)
-    page.click(21, 35)
-    assert "points = { A = [0, 0], B = [21, 35] }" in page.text
-
-
 def test_the_place_shown_in_a_diagram_has_the_value_of_the_analysis(page):
     command(page, "Begin from the gallery")
     page.wait("document.querySelector('#menu-title').textContent.startsWith('Begin')")
@@ -271,18 +264,6 @@ def test_all_sizes_light_and_dark_are_for_everyone(page, size, dark, pictures):
     page.size(1280, 800)
 
 
-def test_texts_of_a_model_are_texts(page):
-    tab(page, "text")
-    name = "<img src=x onerror='document.title=1'>"
-    text = f'name = "{name}"\n' + EMPTY + "[parameters]\nhalf = 1\n"
-    page.fill("textarea", text)
-    page.key("Enter", "ctrl")
-    assert page.text == text
-    assert page.read("document.querySelector('h1').textContent") == name
-    assert page.read("document.images.length") == 0
-    tab(page, "numbers")
-
-
 def command(page, words):
     """A command by its name."""
     page.key("/")
@@ -378,29 +359,6 @@ def pick(page, words):
     page.read("([...document.querySelectorAll('dialog .list button')].find((one) => "
               f"one.innerText.startsWith({json.dumps(words)})).click(), 0)")  # fmt: skip
     page.idle()
-
-
-def test_a_file_that_changed_elsewhere_is_written_over_or_shown(page, folder):
-    two_links(page)
-    page.key("s", "ctrl")
-    page.fill("dialog input", "drawn.toml")
-    page.key("Enter")
-    page.idle()
-    file = folder / "drawn.toml"
-    first = page.text
-    assert file.read_bytes() == first.encode()
-    other = "# by another program\n" + EMPTY
-    page.key("z", "ctrl")
-    second = page.text
-    for words, text in (("Write over it", second), ("Show the file", other)):
-        file.write_text(other)
-        page.key("s", "ctrl")
-        pick(page, words)
-        page.wait(f"mbody.board.text() === {json.dumps(text)}")
-        assert file.read_text() == page.text == text
-        page.key("z", "ctrl")
-    file.write_text(other + "\n")  # nothing is unsaved: the page follows
-    page.wait(f"mbody.board.text() === {json.dumps(other + chr(10))}")
 
 
 def test_what_comes_from_another_program_is_named_mirrored_measured_and_written(page, folder):

@@ -121,13 +121,6 @@ def test_the_token_is_needed(served, path):
     assert served.ask("GET", asked, None, {})[0] == 403
 
 
-def test_only_the_page_itself_is_opened_by_its_address(served):
-    from_bar = {"Sec-Fetch-Site": "none"}
-    assert served.ask("GET", served.below, None, from_bar)[0] in (200, 404)
-    assert served.ask("GET", f"{served.below}viewer/motion.mjs", None, from_bar)[0] == 403
-    assert served.ask("GET", f"{served.below}viewer/motion.mjs", None, PAGE)[0] == 200
-
-
 BAD = {
     "no JSON": (b"{", {}, 400),
     "a list": (b"[1]", {}, 400),
@@ -188,12 +181,6 @@ def test_answers_say_how_they_may_be_used(served):
     assert json.loads(body)["text"] == FOURBAR
 
 
-def test_nothing_is_logged(served, capfd):
-    served.act("look")
-    served.ask("GET", "/other", None, {})
-    assert capfd.readouterr() == ("", "")
-
-
 # -- the document ---------------------------------------------------------------------------------
 
 
@@ -214,13 +201,6 @@ def test_an_edit_undo_and_redo(served):
     assert (
         again["text"] == after["text"] and (served.folder / "fourbar.toml").read_text() == FOURBAR
     )
-
-
-def test_a_refused_edit_changes_nothing(served):
-    rev = served.act("look")[1]["rev"]
-    status, answer = set_force(served, "90 rmp")
-    assert status == 200 and answer["rev"] == rev and "rmp" in answer["fault"]["sentence"]
-    assert served.act("look")[1]["text"] == FOURBAR
 
 
 def test_an_edit_of_an_old_revision_gets_the_new_state(served):
@@ -281,13 +261,6 @@ def test_nothing_is_written_outside_or_under_other_names(served, tmp_path_factor
     if name:
         after = {file: file.read_bytes() for file in before}
         assert after == before
-
-
-def test_unsaved_edits_are_not_left_unasked(served):
-    set_force(served, "120 N")
-    assert "unsaved" in served.act("open", gallery="hoekens")[1]["fault"]["sentence"]
-    state = served.act("open", gallery="hoekens", force=True)[1]
-    assert "hoekens" in state["command"] and state["file"] == ""
 
 
 def test_revisions_go_on_over_documents(served):

@@ -75,24 +75,6 @@ def test_rows_have_the_values_of_the_mechanism(name):
     assert count > 0.3 * len(state["rows"]) or name == LARGE
 
 
-def test_peaks_are_those_of_the_revolution():
-    state = state_of(opened("norton_fourbar"))
-    run = mbody.kinetostatics(gallery.load("norton_fourbar"), turn=True)
-    peaks = {name: (peak, unit, at) for name, peak, unit, at in state["peaks"]}
-    for joint in ("O2", "A", "B", "O4"):
-        size = np.hypot(*(np.array(getattr(run.reaction(joint), key)) for key in ("fx", "fy")))
-        peak, unit, at = peaks[f"{joint}.force"]
-        assert (peak, unit) == (pytest.approx(float(size.max()), rel=1e-12), "lbf")
-        assert at == pytest.approx(math.degrees(run.driven("motor")[0][int(size.argmax())]))
-    effort = np.array(run.effort("motor"))
-    (plot,) = (one for one in state["plots"] if one["name"] == "motor.effort")
-    assert plot["peak"] == pytest.approx(float(effort[np.abs(effort).argmax()]), rel=1e-7)
-    # every second instant, and the extremes, so that what stands below the curve is the peak
-    kept = np.unique([*range(0, len(effort), 2), effort.argmin(), effort.argmax()])
-    assert np.array(plot["y"]) == pytest.approx(effort[kept], rel=1e-6, abs=1e-4)
-    assert len(plot["x"]) == len(plot["y"]) <= 184
-
-
 HEAD = 'units = "mm-N-s"\n'
 LINK = "[bodies.link1]\npoints = { A = [0, 0], B = [30, 0] }\n"
 PINNED = "[ground]\npoints = { A = [0, 0] }\n[joints]\nA = { revolute = ['ground.A', 'link1.A'] }\n"
@@ -131,13 +113,6 @@ def test_every_half_drawn_state_is_one(name):
     assert ("trouble" in kinds) == (name == "dead centre"), state["messages"]
 
 
-def test_loose_links_and_ends_of_the_ground():
-    state = state_of(Document(STATES["a loose link"][0]))
-    assert state["free"]["loose"] == ["link1"] and state["run"] is None
-    state = state_of(Document(STATES["ground alone"][0]))
-    assert state["ground"]["B"] == pytest.approx([0.0, 3.0])
-
-
 def test_a_text_with_mistakes_shows_the_last_good_picture():
     document = Document(FOURBAR)
     before = state_of(document)
@@ -151,13 +126,6 @@ def test_a_text_with_mistakes_shows_the_last_good_picture():
         assert state["fault"]["sentence"] and state["scene"] == before["scene"]
         (fault,) = (one for one in state["messages"] if one["kind"] == "fault")
         assert fault["text"] == state["fault"]["sentence"]
-
-
-def test_names_and_words_of_strangers_stay_text():
-    title = "</script><img src=x onerror=alert(1)>"
-    long = "n" * 10_000
-    state = state_of(Document(f'name = "{title}"\nnote = "{long}"\n' + FOURBAR))
-    assert state["name"] == title and state["fault"] is None
 
 
 def test_deep_and_large_files_are_refused_in_a_sentence():
@@ -176,17 +144,6 @@ def test_where_a_driver_can_go():
     reach = math.degrees(math.acos((60**2 + 100**2 - 150**2) / (2 * 60 * 100)))
     assert high == pytest.approx(reach, abs=1e-6) and low < 70 < high
     assert state_of(Document(FOURBAR))["drivers"]["motor"]["range"] is None
-
-
-def test_modes_are_those_of_the_analysis():
-    document = Document(FOURBAR)
-    found, own = modes_of(document.state), mbody.assembly_modes(mbody.from_toml(FOURBAR))
-    assert found["complete"] and len(found["modes"]) == len(own.modes) == 2
-    assert sum(one["current"] for one in found["modes"]) == 1
-    pose = next(one["poses"] for one in found["modes"] if one["current"])
-    assert {body: one["pose"] for body, one in state_of(document)["bodies"].items()} == {
-        body: pytest.approx(one, abs=1e-9) for body, one in pose.items()
-    }
 
 
 def test_a_driver_that_does_not_go_round_has_curves_over_its_range():

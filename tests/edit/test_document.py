@@ -10,9 +10,7 @@ import time
 import pytest
 
 import mbody
-from mbody import gallery
 from mbody.edit.document import Document
-from tests.support.cases import first_fast
 
 LINK = {"do": "link", "at": [{"xy": [0, 0]}, {"xy": [20, 35]}], "what": "link drawn"}
 START = '# mine\r\nunits = "mm-N-s"  # kept\r\n'
@@ -30,32 +28,6 @@ def board(tmp_path):
     document.close()
 
 
-def numbers(table, path=()):
-    """Paths of plain numbers."""
-    for key, value in table.items():
-        if isinstance(value, dict):
-            yield from numbers(value, (*path, key))
-        elif isinstance(value, (int, float)) and not isinstance(value, bool):
-            yield (*path, key), value
-
-
-@first_fast("name", gallery.names(), 12)
-def test_one_number_of_a_model_changed_and_taken_back(name):
-    path = gallery.path(name)
-    text = path.read_bytes().decode()
-    document = Document(text, path.name, path.parent)
-    assert document.fault is None
-    place, value = next(((p, v) for p, v in numbers(document.tree) if p[0] != "ask"), (("g",), 9.8))
-    fault = document.apply({"do": "set", "path": place, "text": repr(value * 1.001)})
-    assert fault is None, fault
-    changed = [
-        a for a, b in zip(text.split("\n"), document.text.split("\n"), strict=False) if a != b
-    ]
-    assert 0 < len(changed) <= 1 + text.count("\n") * (place == ("g",))
-    assert document.undo() == "set" and document.text == text
-    assert document.redo() == "set" and document.text != text
-
-
 def test_half_drawn_is_an_ordinary_state():
     board = Document()
     assert board.fault is None and board.state.system is None and board.groups() == []
@@ -68,28 +40,6 @@ def test_half_drawn_is_an_ordinary_state():
     assert board.state.mobility.freedom == 2 and board.state.turn is None
     assert board.apply({"do": "motor", "body": "link1", "name": "second"}) is None
     assert board.state.mobility.driven.redundant == 1
-
-
-def test_refused_is_unchanged(board):
-    text, revision, state = board.text, board.revision, board.state
-    fault = board.apply({"do": "set", "path": ["drivers", "motor", "law"], "text": "90 rmp"})
-    assert fault.element == "motor" and fault.path[-1] == "law" and "rpm" in fault.sentence
-    for edit in ({"do": "fly"}, {}, {"do": "link"}, {"do": "link", "at": 3}, {"do": "_look"},
-                 {"do": "move", "place": "link1.A", "xy": [float("nan"), 0]},
-                 {"do": "set", "path": [], "text": "1"}, {"do": "text", "other": 1},
-                 {"do": "delete", "names": [["bodies"]]}, {"do": ["link"]}):  # fmt: skip
-        assert board.apply(edit).sentence
-    assert (board.text, board.revision) == (text, revision) and board.state is state
-    assert not board.undone and len(board.done) == 3
-
-
-def test_a_text_with_mistakes_is_a_state_with_its_fault(board):
-    typed = board.text.replace("60 rpm", "60 rmp")
-    good = board.state
-    assert board.apply({"do": "text", "text": typed}) is None
-    assert board.fault.problems and board.text == typed and board.state is good
-    assert board.apply({"do": "motor", "body": "link1"}).sentence and board.text == typed
-    assert board.undo() == "text" and board.fault is None
 
 
 def test_saved_and_opened_again(board, tmp_path):
@@ -231,17 +181,6 @@ def test_files_that_cannot_be_written_are_said(board, tmp_path):
     text = board.text
     assert board.apply(LINK) is None and board.save(force=True) is None
     assert file.read_bytes().decode() == board.text != text
-
-
-def test_links_of_a_hostile_folder_lead_nowhere(tmp_path):
-    inside, outside = tmp_path / "inside", tmp_path / "outside"
-    inside.mkdir(), outside.mkdir()
-    (inside / "drawing.toml").write_bytes(START.encode())
-    (inside / "drawing.toml.journal").symlink_to(outside / "new")
-    board = Document.open(inside / "drawing.toml")
-    assert board.journal and "damaged" in board.recover().sentence
-    assert board.apply(LINK) is None and not [*outside.iterdir()]
-    assert (inside / "drawing.toml.journal.old").is_symlink()
 
 
 @pytest.mark.parametrize(

@@ -84,14 +84,6 @@ def test_a_chain_without_a_motor_is_dragged_by_its_free_motions():
         assert max(gaps(drag)) < 1e-12
 
 
-def test_what_is_held_everywhere_says_so():
-    machine = loose_chain()
-    machine.add(mbody.Revolute("B", mbody.Marker("ground", (3.0, 1.0)), "two.B"))
-    drag = dragging(machine)
-    drag.move("two", (0.0, 0.0), (9.0, 9.0))
-    assert drag.stopped == "nothing moves 'two': it is held everywhere"
-
-
 @pytest.mark.parametrize(
     ("name", "places"),
     [
@@ -213,19 +205,6 @@ def dragged(size, mass):
 @pytest.mark.parametrize(("size", "mass"), [(1e-6, 1e-6), (1e-3, 1e6), (1e3, 1e-6), (1e6, 1e6)])
 def test_drags_are_the_same_in_all_sizes(size, mass):
     assert np.allclose(dragged(size, mass), dragged(1.0, 1.0), rtol=1e-7, atol=1e-8)
-
-
-def test_numbers_of_a_motor_take_it_with_them():
-    drag = sized(1.0, 1.0).number("start", 1.9)
-    direct = sized(1.0, 1.0).drawn.system.with_values({"start": 1.9})
-    run = mbody.kinetostatics(direct)
-    assert not drag.away and drag.now.pose("crank")[2] == pytest.approx(1.9, abs=1e-12)
-    assert float(drag.now.run.effort("motor")[0]) == pytest.approx(float(run.effort("motor")[0]))
-    drag.home().number("speed", 6.0)
-    doubled = mbody.kinetostatics(drag.drawn.system.with_values({"speed": 6.0}))
-    assert float(drag.now.run.effort("motor")[0]) == pytest.approx(
-        float(doubled.effort("motor")[0])
-    )
 
 
 def test_a_drag_in_steps_ends_where_one_step_does():

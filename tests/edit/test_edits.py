@@ -80,13 +80,6 @@ def same_forces(board, by_hand, names):
     assert_allclose(a, b, atol=1e-9 * float(np.abs(b).max()))
 
 
-def test_a_four_bar_is_that_written_by_hand():
-    board = drawn(*FOUR_BAR)
-    assert board.text.startswith(MM) and board.state.mobility.freedom == 0
-    assert board.state.turn is not None and board.state.troubles == []
-    same_forces(board, FOUR_BAR_BY_HAND, {"A": "O2", "B": "B", "C": "C", "E": "O4"})
-
-
 def test_a_sixbar_with_a_multi_joint():
     board = drawn(
         *FOUR_BAR,
@@ -108,33 +101,6 @@ def test_a_sixbar_with_a_multi_joint():
         + '\nFF = { force = 30, at = "out.F", angle = 180 }\n'
     )
     same_forces(board, more, {"A": "O2", "B": "B", "E": "O4", "F": "F6", "G": "O6", "C_2": "C2"})
-
-
-def test_a_slider_crank():
-    board = drawn(
-        ("link", at((0, 0), (30, 40))),
-        ("link", at("link1.B", (150, 0))),
-        ("ground", {"place": "link1.A"}),
-        ("slider", {"place": "link2.C", "angle": 0}),
-        ("motor", {"body": "link1"}),
-        ("force", {"place": "link2.C", "force": "50 N", "angle": 180}),
-    )
-    hand = """
-    units = "mm-N-s"
-    [bodies]
-    crank = { points = { B = [50, 0] } }
-    rod = { points = { C = ["sqrt(120^2 + 40^2)", 0] } }
-    [joints]
-    O = { revolute = ["ground", "crank"] }
-    B = { revolute = ["crank.B", "rod"] }
-    line = { pin_slot = ["ground", "rod.C"] }
-    [drivers.motor]
-    angle = "crank"
-    law = { constant_speed = { value = "atan2(40, 30)", speed = "60 rpm" } }
-    [loads]
-    F = { force = "50 N", at = "rod.C", angle = 180 }
-    """
-    same_forces(board, hand, {"A": "O", "B": "B", "slot1": "line"})
 
 
 def test_a_gear_pair_and_a_rack():
@@ -312,19 +278,6 @@ def test_numbers_keep_their_units_and_formulas(place, xy, lines):
     assert len(changed) == (2 if place == "crank.Q" else 1)
 
 
-def test_a_length_alone():
-    board = drawn(
-        ("link", at((0, 0), (30, 40))),
-        ("move", {"place": "link1.B", "xy": [60, 60], "along": True}),
-    )
-    assert_allclose(board.state.place("link1.B"), [50.4, 67.2], rtol=1e-12)  # (3, 4)/5 of 84
-    bent = drawn(
-        ("link", at((0, 0), (30, 40), (30, 30))),
-        ("move", {"place": "link1.B", "xy": [60, 60], "along": True}),
-    )
-    assert_allclose(bent.state.place("link1.B"), [30, 60], rtol=1e-12)  # from the nearest point
-
-
 def test_the_assembly_mode_stays():
     """A large move keeps the side of the dyad on which it was drawn."""
     board = drawn(*FOUR_BAR[:6])
@@ -334,20 +287,6 @@ def test_the_assembly_mode_stays():
 
 
 # -- other edits -----------------------------------------------------------------------------------
-
-
-def test_joined_and_set_free():
-    board = drawn(
-        ("link", at((0, 0), (10, 0))),
-        ("link", at((30, 5), (60, 0))),
-        ("join", {"place": "link2.C", "to": "link1.B"}),
-    )
-    assert tomllib.loads(board.text)["joints"] == {"C": {"revolute": ["link1.B", "link2.C"]}}
-    assert board.state.place("link2.C") == (10, 0) and board.state.mobility.freedom == 4
-    board = drawn(
-        ("ground", {"place": "link1.A"}), ("unground", {"place": "link1.A"}), text=board.text
-    )
-    assert "A" not in tomllib.loads(board.text).get("ground", {}).get("points", {})
 
 
 def test_a_slot_in_a_link_and_a_motor_between_links():
@@ -399,17 +338,6 @@ def test_fields_as_they_are_typed():
     assert "mass   = 0.50\n" in board.text  # as it was typed
     assert board.apply({"do": "unset", "path": ["bodies", "link2", "mass"]}) is None
     assert "mass" not in tomllib.loads(board.text)["bodies"]["link2"]
-
-
-def test_other_units():
-    board = drawn(*FOUR_BAR)
-    before = turn_of(board.text)
-    assert board.apply({"do": "units", "units": "SI", "convert": True}) is None
-    assert board.text.startswith('# mine\nunits = "SI"  # plain numbers') and "100 N" in board.text
-    after = turn_of(board.text)
-    assert_allclose(after.reaction("B").fx, before.reaction("B").fx, rtol=1e-9, atol=1e-7)
-    assert board.undo() and board.apply({"do": "units", "units": "SI"}) is None
-    assert board.state.place("link2.C") == (90, 60) and board.state.mechanism.units.length == "m"
 
 
 @pytest.mark.parametrize(
@@ -493,20 +421,6 @@ def test_a_number_becomes_a_parameter():
     same_forces(board, FOUR_BAR_BY_HAND, {"A": "O2", "B": "B", "C": "C", "E": "O4"})
 
 
-def test_another_assembly_mode():
-    board = drawn(*FOUR_BAR)
-    modes = mbody.assembly_modes(board.state.system)
-    other = next(n for n, mode in enumerate(modes.modes) if not mode.used)
-    assert board.apply({"do": "mode", "index": other}) is None
-    x, y = board.state.place("link2.C")
-    # the mirror image of C in the line from B to E
-    b, e, c = np.array([20, 35]), np.array([80, 0]), np.array([90, 60])
-    along = (e - b) / np.linalg.norm(e - b)
-    assert_allclose([x, y], b + 2 * along * ((c - b) @ along) - (c - b), atol=1e-6)
-    board = drawn(*FOUR_BAR[:3], ("guess", {"body": "link1", "angle": 30}))
-    assert board.tree["bodies"]["link1"]["guess"] == 30
-
-
 LINKS = [["bodies", "link1"], ["bodies", "link2"], ["bodies", "link3"]]
 
 
@@ -554,11 +468,6 @@ def test_a_mirror_image_moves_as_one():
     one, two = run.point("link2.D"), run.point(f"{second}.D")
     assert_allclose(two.x, 400 - one.x, atol=1e-8)
     assert_allclose(two.y, one.y, atol=1e-8)
-
-
-def test_a_mirror_says_what_it_leaves_out():
-    board = drawn(*FOUR_BAR, ("mirror", {"names": LINKS, "line": [[200, 0], [200, 10]]}))
-    assert board.remark == "not mirrored are motor, F1, T1: add them"
 
 
 # -- random edits ----------------------------------------------------------------------------------

@@ -2,9 +2,7 @@
 
 import hashlib
 import re
-import sys
 from html.parser import HTMLParser
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -14,8 +12,7 @@ from mbody import ModelError, cli, from_toml, gallery, kinetostatics, report
 from mbody.files.model import in_units, report_settings
 from mbody.model.simulation import Instants
 from mbody.reports.chapters import SECTIONS
-from mbody.reports.described import Grid, Notice, Picture, typeset
-from mbody.reports.mechanism_report import FORMATS
+from mbody.reports.described import Grid, Notice, typeset
 from mbody.reports.writers import typst_text
 from mbody.summaries.text_table import number
 from tests.support.cases import first_fast
@@ -146,14 +143,6 @@ def test_an_instant_is_marked_in_its_turn():
     assert len(named.document.pictures) == 6 and len(named.run) == 2
 
 
-def test_free_motion():
-    made = report(gallery.load("simple_pendulum"), QUICK, to=1.0)
-    keys = [chapter.key for chapter in made.document.chapters]
-    assert "energy" in keys and made.run.analysis == "simulate"
-    (energy,) = (one for one in made.document.chapters if one.key == "energy")
-    assert any(isinstance(block, Picture) for block in energy.blocks)
-
-
 def test_doubts_are_seen():
     machine = gallery.load("bouncing_ball")
     run = mbody.simulate(machine, times=[0.0])
@@ -182,19 +171,6 @@ def test_two_designs(tmp_path):
     words = ["report", "mud_pump", "--compare", "p_d=100 bar", "--sections", "comparison"]
     assert cli.main([*words, "-o", str(tmp_path / "a.html")]) == 0
     assert "p_d=100 bar" in (tmp_path / "a.html").read_text("utf-8")
-
-
-def test_redundant_forces_are_marked():
-    made = report(gallery.load("parallel_cranks"), ["mobility", "joints"])
-    assert "1 redundant row (" in made.html() and "not unique" in made.html()
-
-
-def test_crosschecks_have_a_verdict():
-    made = report(gallery.load("norton_fourbar"), ["opinions"], against="pinocchio")
-    table = grids(made, "opinions")["Cross-checks"]
-    assert column(table, "engine") == ["balance", "oracle", "pinocchio"]
-    assert all(cell.startswith("agrees in all") for cell in column(table, "verdict"))
-    assert "All 3 engines agree" in made.html()
 
 
 def test_it_can_be_repeated(pump):
@@ -323,28 +299,6 @@ def test_the_text_for_typst_is_balanced(pump):
     assert text.count("#grid-table(") == sum(
         isinstance(block, Grid) for c in pump.document.chapters for block in c.blocks
     )
-
-
-def test_without_typst_the_command_says_what_to_install(tmp_path, capsys):
-    with mock.patch.dict(sys.modules, typst=None):
-        assert cli.main(["report", "hoekens", "-o", str(tmp_path / "a.pdf")]) == 2
-    assert "pip install typst" in capsys.readouterr().err
-
-
-def test_in_a_notebook(pump):
-    frame = pump._repr_html_()
-    assert frame.startswith("<iframe srcdoc=") and "&lt;h1&gt;" in frame
-
-
-def test_the_command(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = ["report", "slider_crank", "--sections", "joints,repeat", "--over", "turn"]
-    assert cli.main([*words, "--instants", "13"]) == 0
-    text = (tmp_path / "slider_crank.html").read_text("utf-8")
-    assert "13 instants" in text and "--sections joints,repeat --over turn --instants 13" in text
-    assert cli.main(["report", "slider_crank", "--sections", "sketch", "-o", "a.md"]) == 0
-    assert capsys.readouterr().err == "wrote slider_crank.html\nwrote a.md and 1 pictures\n"
-    assert set(FORMATS) == {".html", ".md", ".tex", ".pdf"}
 
 
 def test_numbers_are_typeset():

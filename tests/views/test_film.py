@@ -10,9 +10,9 @@ import pytest
 from PIL import Image
 
 import mbody
-from mbody import ModelError, gallery
+from mbody import gallery
 from mbody.cli import main
-from mbody.views.film_frames import MARGIN, FilmSet, painted, places
+from mbody.views.film_frames import MARGIN, FilmSet, painted
 from mbody.views.labels import INK, LINK
 from mbody.views.shapes import motion
 
@@ -81,14 +81,6 @@ def test_links_and_pins_are_painted_where_the_motion_has_them(four_bar):
         assert any(tuple(one) in (fill, ink) for one in near.tolist())
 
 
-def test_frames_lie_at_equal_times(four_bar, free):
-    at = places(four_bar, 36)
-    times = np.interp(at, np.arange(len(four_bar)), four_bar.t)
-    assert np.ptp(np.diff(times)) < 1e-12
-    assert at[-1] < len(four_bar) - 2  # it closes on itself
-    assert places(free, 11)[-1] == len(free) - 1
-
-
 def test_arrows_have_one_scale_in_all_frames(four_bar):
     film = FilmSet({"": four_bar}, 20, 640, ("forces",), ())
     peak = max(four_bar.reaction(name).magnitude.max() for name in ("O2", "A", "B", "O4"))
@@ -121,14 +113,6 @@ def test_an_svg_film_moves_links_as_the_motion_does(four_bar, tmp_path):
     assert "script" not in text and not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", text)
 
 
-def test_several_designs_share_one_canvas(tmp_path):
-    machine = gallery.path("mud_pump")
-    runs = {f"r = {r}": motion(mbody.load(machine, parameters={"r": r})) for r in ("5", "7")}
-    film = FilmSet(runs, 4, 480, ("names", "ghosts"), None)
-    assert len(film.scenes) == 2 and film.carried[1]
-    assert painted(film, 0).shape == (film.height, film.width, 3)
-
-
 def test_the_command_writes_a_film(tmp_path, capsys):
     path = tmp_path / "free.webp"
     words = ["animate", "free_fourbar", "--to", "0.5", "--duration", "0.5", "--rate", "8"]
@@ -136,17 +120,6 @@ def test_the_command_writes_a_film(tmp_path, capsys):
     assert capsys.readouterr().err == f"wrote {path}\n"
     with Image.open(path) as film:
         assert film.n_frames == 4
-
-
-def test_mp4_needs_its_package(four_bar, tmp_path):
-    try:
-        import imageio_ffmpeg  # noqa: F401
-    except ImportError:
-        with pytest.raises(ModelError, match="pip install imageio-ffmpeg"):
-            mbody.animate(four_bar, tmp_path / "turn.mp4", duration=0.2)
-    else:
-        mbody.animate(four_bar, tmp_path / "turn.mp4", duration=0.2)
-        assert (tmp_path / "turn.mp4").stat().st_size > 1000
 
 
 def test_a_film_that_cannot_be_made_leaves_no_file(tmp_path):

@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import cli, free_body, gallery, kinetostatics
-from mbody.analysis.driven.free_body import FreeBody
+from mbody import free_body, gallery, kinetostatics
 from mbody.summaries.text_table import force_names, forces_on
-from mbody.views import save
-from mbody.views.free_bodies import draw_free_bodies, force_peak, when
+from mbody.views.free_bodies import draw_free_bodies, force_peak
 from tests.support.cases import first_fast
 from tests.support.gallery_runs import run as asked
-from tests.support.picture_reader import artists
 
 #: The sums are of some ten numbers that solve linear equations to rounding, of which the greatest
 #: is one; what forces of least norm leave open is solved to rounding too.
@@ -159,36 +156,3 @@ def test_labels_keep_off_arrows_and_each_other(name):
                 assert covered <= 2, (bodies[n // 3], gid, other, covered)
             for other, beside in boxes:
                 assert gid == other or not box.padded(-1.0).overlaps(beside.padded(-1.0)), gid
-
-
-def test_draw_of_a_free_body():
-    run = kinetostatics(gallery.load("slider_crank"))
-    free = free_body(run, "rod", -1)
-    assert isinstance(free, FreeBody) and free.status == run.status and free.instant == len(run) - 1
-    assert {"force:F23", "force:F43"} <= set(artists(free.draw()))
-
-
-def test_what_is_at_rest_and_what_is_alone():
-    run = mbody.statics(gallery.load("static_fourbar"))
-    assert "force:-ma" not in artists(draw_free_bodies(run, ["crank"]))
-    ball = mbody.simulate(gallery.load("bouncing_ball"), times=[0.0])
-    assert {"force:gravity", "force:-ma"} <= set(artists(draw_free_bodies(ball)))
-    assert when(run, 0).endswith("t = 0 s")
-
-
-def test_the_same_file_every_time(tmp_path):
-    run = kinetostatics(gallery.load("slider_crank"))
-    for n in range(2):
-        save(draw_free_bodies(run), tmp_path / f"{n}.svg")
-    assert (tmp_path / "0.svg").read_bytes() == (tmp_path / "1.svg").read_bytes()
-
-
-def test_the_command(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    words = ["freebody", "mud_pump", "--at", "crank=30,60", "--bodies", "rod1,ram1"]
-    assert cli.main(words) == 0
-    text = (tmp_path / "mud_pump-freebody.svg").read_text("utf-8")
-    assert text.count('id="force:F35"') == 2 and 'id="side:F35"' in text
-    assert cli.main(["freebody", "free_fourbar", "--bodies", "crank", "-o", "a.png"]) == 0
-    out, err = capsys.readouterr()
-    assert out == "" and "wrote mud_pump-freebody.svg\n" in err and "greatest joint force" in err

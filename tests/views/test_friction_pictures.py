@@ -6,22 +6,9 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    Contact,
-    Force,
-    Gravity,
-    Mechanism,
-    Prismatic,
-    Revolute,
-    Rope,
-    SimulationSettings,
-)
 from mbody.laws import ConstantSpeed
 from mbody.solution.contact_points import contact_points_of
 from mbody.views.acting import sign_history
-from mbody.views.film_frames import FilmSet
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
 from mbody.views.sketch import MODES, mode_rows
@@ -33,63 +20,54 @@ FLOOR = {"floor": {"line": {"point": "O"}}}
 
 def wheel():
     """A disc that is thrown along a table: it slides, rolls, and falls over the edge."""
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         "wheel",
         ground={"A": (0.0, 0.0), "B": (1.0, 0.0)},
         ground_shapes={"top": {"segment": ("A", "B")}},
     )
     rim = {"rim": {"disc": "C", "radius": 0.2}}
     machine.add(
-        Body("wheel", mass=3.0, inertia=0.06, points={"C": (0.0, 0.0)}, shapes=rim),
-        Contact("road", "ground.top", "wheel.rim", friction=0.15),
-        Gravity("g", y=-G),
+        mbody.Body("wheel", mass=3.0, inertia=0.06, points={"C": (0.0, 0.0)}, shapes=rim),
+        mbody.Contact("road", "ground.top", "wheel.rim", friction=0.15),
+        mbody.Gravity("g", y=-G),
     )
     start = {"wheel": {"x": 0.1, "y": 0.2, "vx": 2.0}}
-    machine.simulation = SimulationSettings(until=0.8, start=start, instants=81)
+    machine.simulation = mbody.SimulationSettings(until=0.8, start=start, instants=81)
     return mbody.simulate(machine)
 
 
 def ladder(friction=0.25):
     wall = {"wall": {"line": {"point": "O", "angle": -0.5 * np.pi}}}
-    machine = Mechanism("ladder", ground={"O": (0, 0)}, ground_shapes=FLOOR | wall)
+    machine = mbody.Mechanism("ladder", ground={"O": (0, 0)}, ground_shapes=FLOOR | wall)
     points = {"foot": (-2.0, 0.0), "top": (2.0, 0.0)}
     machine.add(
-        Body("ladder", mass=10.0, inertia=40.0 / 3.0, points=points),
-        Contact("foot", "ground.floor", "ladder.foot", friction=friction, static=1.2 * friction),
-        Contact("top", "ground.wall", "ladder.top", friction=0.15),
-        Gravity("g", y=-G),
+        mbody.Body("ladder", mass=10.0, inertia=40.0 / 3.0, points=points),
+        mbody.Contact(
+            "foot", "ground.floor", "ladder.foot", friction=friction, static=1.2 * friction
+        ),
+        mbody.Contact("top", "ground.wall", "ladder.top", friction=0.15),
+        mbody.Gravity("g", y=-G),
     )
     start = {"ladder": {"x": 2 * np.cos(1), "y": 2 * np.sin(1), "angle": np.pi - 1}}
-    machine.simulation = SimulationSettings(until=1.0, start=start, instants=21)
+    machine.simulation = mbody.SimulationSettings(until=1.0, start=start, instants=21)
     return mbody.simulate(machine)
 
 
 def crank(radius=0.01, friction=0.1):
     rough = {"friction": friction, "pin_radius": radius}
-    machine = Mechanism("press", ground={"O": (0, 0)})
+    machine = mbody.Mechanism("press", ground={"O": (0, 0)})
     machine.add(
-        Body("crank", points={"O": (0, 0), "A": (0.05, 0)}, guess=3.5),
-        Body("rod", points={"A": (0, 0), "B": (0.2, 0)}, guess=0.1),
-        Body("slider", points={"B": (0, 0)}),
-        Revolute("O", "ground.O", "crank.O", **rough),
-        Revolute("A", "crank.A", "rod.A", **rough),
-        Revolute("B", "rod.B", "slider.B"),
-        Prismatic("guide", "ground", "slider.B"),
-        AngleDriver("motor", "crank", ConstantSpeed(np.pi, 10)),
-        Force("load", "slider.B", 1000.0, angle=np.pi),
+        mbody.Body("crank", points={"O": (0, 0), "A": (0.05, 0)}, guess=3.5),
+        mbody.Body("rod", points={"A": (0, 0), "B": (0.2, 0)}, guess=0.1),
+        mbody.Body("slider", points={"B": (0, 0)}),
+        mbody.Revolute("O", "ground.O", "crank.O", **rough),
+        mbody.Revolute("A", "crank.A", "rod.A", **rough),
+        mbody.Revolute("B", "rod.B", "slider.B"),
+        mbody.Prismatic("guide", "ground", "slider.B"),
+        mbody.AngleDriver("motor", "crank", ConstantSpeed(np.pi, 10)),
+        mbody.Force("load", "slider.B", 1000.0, angle=np.pi),
     )
     return mbody.kinetostatics(machine, turn=True)
-
-
-def pendulum():
-    machine = Mechanism("pendulum", ground={"O": (0.0, 0.0)})
-    machine.add(
-        Body("bob", mass=2.0, inertia=0.18, cg=(0.0, -0.4), points={"O": (0.0, 0.0)}),
-        Revolute("O", "ground.O", "bob.O", friction=0.75, pin_radius=0.05),
-        Gravity("g", y=-G),
-    )
-    machine.simulation = SimulationSettings(until=6.5, start={"bob": {"angle": 1.2}}, instants=66)
-    return mbody.simulate(machine)
 
 
 def angle_between(one, other):
@@ -111,71 +89,22 @@ def test_modes_begin_at_located_events():
     assert (row.spans[0].low, row.spans[-1].high) == (0.0, 0.8)
 
 
-def test_modes_over_the_angle_of_a_crank_change_where_the_rate_does():
-    """The rod stands still against the ground never, but turns against the crank one way."""
-    run = crank()
-    rows = {row.name: row for row in mode_rows(run, np.degrees(run.driven("motor")[0]))[0]}
-    assert [span.mode for span in rows["O"].spans] == ["slip+"]
-    assert [span.mode for span in rows["A"].spans] == ["slip-"]
-    assert rows["O"].spans[0].low == pytest.approx(180.0)
-
-
-def test_bars_are_below_the_panels_on_the_same_axis():
-    figure = mbody.plot(wheel(), "wheel.vx", "wheel.omega")
-    *panels, bars, key = figure.axes
-    assert len(panels) == 2
-    assert bars.get_xlim() == panels[0].get_xlim()
-    assert bars.get_position().y1 < panels[-1].get_position().y0
-    assert key.get_position().y1 < bars.get_position().y0
-    assert [label.get_text() for label in bars.get_yticklabels()] == ["road"]
-    gids = [patch.get_gid() for patch in bars.patches]
-    assert gids == [f"mode:road:{n}:{m}" for n, m in enumerate(["slip+", "roll", "slip-", "open"])]
-
-
 def test_bars_read_without_colours():
     """Any two modes differ in hatching, or in lightness or outline without hatching."""
     looks = [(hatch, fill if not hatch else "") for _, fill, _, hatch in MODES.values()]
     assert len(set(looks)) == len(MODES)
 
 
-def test_bars_are_left_out_where_they_would_be_wrong():
-    run = wheel()
-    assert len(mbody.plot(run, "wheel.vx", modes=False).axes) == 1
-    assert len(mbody.plot(run, "wheel.vx", x="wheel.omega").axes) == 1
-    smooth = mbody.kinetostatics(mbody.makers.four_bar(1, 3, 2, 3.5, speed=1.0), turn=True)
-    assert len(mbody.plot(smooth, "motor.effort").axes) == 1
-
-
-def test_impacts_are_marked_on_the_bar():
-    machine = Mechanism("ball", ground={"O": (0, 0)}, ground_shapes=FLOOR)
-    machine.add(
-        Body("ball", mass=1.0, inertia=0.1, points={"C": (0, 0)}),
-        Contact("floor", "ground.floor", "ball.C", restitution=0.5),
-        Gravity("g", y=-G),
-    )
-    machine.simulation = SimulationSettings(until=2.0, start={"ball": {"y": 1.0}}, instants=41)
-    run = mbody.simulate(machine)
-    (row,), _ = mode_rows(run)
-    assert row.impacts[0] == pytest.approx(np.sqrt(2.0 / G), rel=1e-9)
-    # each flight takes half as long as that before
-    flights = np.diff(row.impacts[:4])
-    assert flights == pytest.approx(2 * row.impacts[0] * np.array([0.5, 0.25, 0.125]), rel=1e-8)
-    bars = mbody.plot(run, "ball.y").axes[1]
-    (marks,) = [line for line in bars.lines if line.get_gid() == "impacts:floor"]
-    assert len(marks.get_xdata()) <= len(row.impacts)
-    assert marks.get_xdata()[0] == pytest.approx(row.impacts[0])
-
-
 def test_many_bars_are_those_that_change_most():
-    machine = Mechanism("row", ground={"O": (0, 0)}, ground_shapes=FLOOR)
+    machine = mbody.Mechanism("row", ground={"O": (0, 0)}, ground_shapes=FLOOR)
     for n in range(18):
         machine.add(
-            Body(f"b{n}", mass=1.0, inertia=0.1, points={"C": (0, 0)}),
-            Contact(f"c{n}", "ground.floor", f"b{n}.C", friction=0.5),
+            mbody.Body(f"b{n}", mass=1.0, inertia=0.1, points={"C": (0, 0)}),
+            mbody.Contact(f"c{n}", "ground.floor", f"b{n}.C", friction=0.5),
         )
-    machine.add(Gravity("g", y=-G))
+    machine.add(mbody.Gravity("g", y=-G))
     start = {f"b{n}": {"x": float(n), "y": 0.0 if n else 0.2} for n in range(18)}
-    machine.simulation = SimulationSettings(until=0.5, start=start, instants=11)
+    machine.simulation = mbody.SimulationSettings(until=0.5, start=start, instants=11)
     rows, left_out = mode_rows(mbody.simulate(machine))
     assert left_out == 2
     assert rows[0].name == "c0"
@@ -207,21 +136,6 @@ def test_the_force_is_on_the_edge_of_the_cone_while_it_slides(instant):
     assert abs(away[0] * u[1] - away[1] * u[0]) < 1e-9
 
 
-def test_the_force_is_within_the_cone_of_rest_while_it_sticks():
-    run = ladder(friction=2.0)
-    assert run.mode("foot")[5] == "stick"
-    figure = mbody.draw(run, 5, forces=True)
-    drawn = artists(figure)
-    tail, tip = arrow(drawn, "force:foot")
-    lines = [line for line in figure.axes[0].lines if line.get_gid() == "cone:foot"]
-    (edges,) = [line.get_xydata() for line in lines if len(line.get_xydata()) == 3]
-    ways = edges[[0, 2]] - edges[1]
-    assert angle_between(*ways) == pytest.approx(2 * np.arctan(2.4), rel=1e-9)
-    inside = [angle_between(tip - tail, way) for way in ways]
-    assert sum(inside) == pytest.approx(2 * np.arctan(2.4), rel=1e-9)
-    assert min(inside) > 0.05
-
-
 @pytest.mark.parametrize("radius", [0.0005, 0.01, 0.2])
 def test_the_line_of_a_sliding_pin_touches_the_friction_circle(radius):
     figure = mbody.draw(crank(radius=radius), 40, forces=True)
@@ -238,18 +152,6 @@ def test_the_line_of_a_sliding_pin_touches_the_friction_circle(radius):
     assert abs(away[0] * u[1] - away[1] * u[0]) == pytest.approx(circle.radius, rel=1e-6)
 
 
-def test_the_line_of_a_pin_that_sticks_goes_through_its_circle():
-    """At rest the force is vertical through the mass centre."""
-    run = pendulum()
-    assert run.mode("O")[-1] == "stick"
-    figure = mbody.draw(run, len(run) - 1, forces=True)
-    tail, tip = arrow(artists(figure), "force:F12")
-    assert tail[0] == pytest.approx(run["bob"].x[-1], abs=1e-9)
-    assert tip[0] == pytest.approx(tail[0], abs=1e-9)
-    (circle,) = [p for p in figure.axes[0].patches if p.get_gid() == "friction:O"]
-    assert abs(tail[0] - circle.center[0]) < circle.radius
-
-
 # -- marks -----------------------------------------------------------------------------------------
 
 
@@ -264,17 +166,9 @@ def test_the_key_names_what_is_drawn(part, words):
     assert not {"sticks", "slides", "rolls", "open"} - {words} & set(texts)
 
 
-def test_a_sliding_mark_points_the_way_of_j():
-    run = wheel()
-    lines = [line for line in mbody.draw(run, 10).axes[0].lines if line.get_gid() == "contact:road"]
-    tail, tip, _ = lines[0].get_xydata()
-    assert tip[0] > tail[0]  # the wheel slides to the right over the table
-    assert tip[1] == pytest.approx(tail[1])
-
-
 def test_marks_move_with_the_place_that_touches():
     """Of a disc on an edge, two discs, a disc in a ring, and corners of a box."""
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         "places",
         ground={"O": (0, 0), "R": (5.0, 1.0), "D": (-5.0, 1.0)},
         ground_shapes=FLOOR
@@ -284,14 +178,14 @@ def test_marks_move_with_the_place_that_touches():
     corners = {"A": (-0.2, -0.1), "B": (0.2, -0.1), "C": (0.2, 0.1), "D": (-0.2, 0.1)}
     box = {"box": {"polygon": ["A", "B", "C", "D"]}}
     for name in ("one", "two", "three"):
-        machine.add(Body(name, mass=1.0, inertia=0.02, points={"C": (0, 0)}, shapes=rim))
+        machine.add(mbody.Body(name, mass=1.0, inertia=0.02, points={"C": (0, 0)}, shapes=rim))
     machine.add(
-        Body("stone", mass=1.0, inertia=0.02, points=corners, shapes=box),
-        Contact("road", "ground.floor", "one.rim", friction=0.3),
-        Contact("groove", "two.rim", "ground.bowl", friction=0.3),
-        Contact("hill", "ground.ball", "three.rim", friction=0.9),
-        Contact("base", "stone.box", "ground.floor", friction=0.3),
-        Gravity("g", y=-G),
+        mbody.Body("stone", mass=1.0, inertia=0.02, points=corners, shapes=box),
+        mbody.Contact("road", "ground.floor", "one.rim", friction=0.3),
+        mbody.Contact("groove", "two.rim", "ground.bowl", friction=0.3),
+        mbody.Contact("hill", "ground.ball", "three.rim", friction=0.9),
+        mbody.Contact("base", "stone.box", "ground.floor", friction=0.3),
+        mbody.Gravity("g", y=-G),
     )
     lean = np.array([np.sin(0.2), np.cos(0.2)])
     start = {
@@ -300,7 +194,7 @@ def test_marks_move_with_the_place_that_touches():
         "three": {"x": -5.0 + 0.7 * lean[0], "y": 1.0 + 0.7 * lean[1]},
         "stone": {"x": 2.0, "y": 0.1, "vx": 1.0},
     }
-    machine.simulation = SimulationSettings(until=0.3, start=start, instants=31, rtol=1e-12)
+    machine.simulation = mbody.SimulationSettings(until=0.3, start=start, instants=31, rtol=1e-12)
     run = mbody.simulate(machine)
     found = scene(run)
     checked = 0
@@ -344,25 +238,15 @@ def test_marks_move_with_the_place_that_touches():
     assert sum(one.normal for one in base)[:, 1] == pytest.approx(np.full(len(run), -2.0))
 
 
-def test_a_joint_that_sticks_is_marked_while_it_does():
-    run = pendulum()
-    names = [p.get_gid() for p in mbody.draw(run, len(run) - 1).axes[0].patches]
-    assert "sticks:O" in names
-    assert "sticks:O" not in [p.get_gid() for p in mbody.draw(run, 5).axes[0].patches]
-    (mark,) = [s for s in scene(run).shapes if s.look.name == "sticks:O"]
-    there = sign_history(run, mark.sign_condition[0]) > 0
-    assert there.tolist() == [word == "stick" for word in run.mode("O")]
-
-
 def test_open_contacts_are_dashed_and_ropes_hang():
-    machine = Mechanism("dog", ground={"O": (0.0, 1.0), "P": (0, 0)})
+    machine = mbody.Mechanism("dog", ground={"O": (0.0, 1.0), "P": (0, 0)})
     machine.add(
-        Body("dog", mass=1.0, inertia=0.1, points={"collar": (0, 0)}),
-        Rope("leash", "ground.O", "dog.collar", length=0.8),
-        Gravity("g", y=-G),
+        mbody.Body("dog", mass=1.0, inertia=0.1, points={"collar": (0, 0)}),
+        mbody.Rope("leash", "ground.O", "dog.collar", length=0.8),
+        mbody.Gravity("g", y=-G),
     )
     start = {"dog": {"x": 0.3, "y": 0.6}}
-    machine.simulation = SimulationSettings(until=1.0, start=start, instants=101)
+    machine.simulation = mbody.SimulationSettings(until=1.0, start=start, instants=101)
     run = mbody.simulate(machine)
     taut = run.mode("leash").index("stick")
     for k, straight in ((0, False), (taut + 1, True)):
@@ -399,16 +283,6 @@ def test_a_page_has_bars_forces_and_marks():
     assert {f"touch:road:0:{mode}" for mode in ("slip+", "roll")} <= marks
 
 
-def test_films_show_marks_and_with_forces_cones():
-    for show, there in ((("names",), False), (("names", "forces"), True)):
-        film = FilmSet({"": wheel()}, 41, 480, show, None)
-        names = [{shape.look.name for shape, _ in film.shapes(k)} for k in range(41)]
-        assert all(("cone:road" in found) == there for found in names[:20])
-        assert all("contact:road" in found for found in names[:20])
-        assert "contact:road" not in names[-1]
-        assert bool([one for one in film.arrows if one.text == "road"]) == there
-
-
 # -- free bodies and reports -----------------------------------------------------------------------
 
 
@@ -429,19 +303,6 @@ def test_free_bodies_have_the_forces_of_contacts(instant):
     assert abs(moment) < 1e-12 * greatest * 2.0
 
 
-def test_free_bodies_have_the_pull_of_ropes():
-    machine = Mechanism("hangs", ground={"O": (0.0, 1.0)})
-    machine.add(
-        Body("bob", mass=2.0, inertia=0.1, points={"A": (0, 0)}),
-        Rope("rope", "ground.O", "bob.A", length=0.8),
-        Gravity("g", y=-G),
-    )
-    machine.simulation = SimulationSettings(until=0.1, start={"bob": {"y": 0.2}}, instants=3)
-    pull, *_ = mbody.free_body(mbody.simulate(machine), "bob", 1)
-    assert (pull.cause, pull.fy) == ("rope", pytest.approx(2.0 * G))
-    assert (pull.x, pull.y) == pytest.approx((0.0, 0.2))
-
-
 def reported(run, folder):
     mbody.report(run, without=["opinions"]).save(folder / "report.md")
     return (folder / "report.md").read_text()
@@ -454,9 +315,3 @@ def test_a_report_has_modes_shapes_and_contacts(tmp_path):
     rows = [line for line in text.splitlines() if line.startswith("| road")]
     # 0.4531 s of 0.8 s slide, then 0.1149 s roll, and the rest, to a tenth of a percent
     assert any("56.6" in row and "14.4" in row for row in rows), rows
-
-
-def test_a_report_of_rough_joints_says_where_friction_acts(tmp_path):
-    text = reported(crank(), tmp_path)
-    assert "Coulomb friction acts in O, A," in text
-    assert "no friction, other than" not in text

@@ -14,12 +14,7 @@ import pytest
 import mbody
 from mbody import gallery
 from mbody.cli import main
-from mbody.engineering import (
-    acceleration_polygon,
-    instant_centres,
-    velocity_polygon,
-)
-from mbody.engineering.instant_centres import centres_of_joints, kennedy_lines
+from mbody.engineering import acceleration_polygon, instant_centres, velocity_polygon
 from mbody.model.joints import Gear, PinSlot, Prismatic, Revolute, Rolling
 
 #: Driven models whose bodies all move, at instants of their own; others are followed in time.
@@ -82,34 +77,6 @@ def test_centres_are_on_the_lines_of_aronhold_and_kennedy(name):
             assert abs(np.linalg.det(rows)) < 1e-10, (name, three, k)
             checked += 1
     assert checked or len(centres.bodies) < 3 or name in {"rolling_ball", "stick_slip"}
-
-
-@pytest.mark.parametrize(
-    "name", ["norton_fourbar", "watt_sixbar", "stephenson_sixbar", "quick_return"]
-)
-def test_centres_by_construction_alone(name):
-    """Two lines through centres that are known give the next one: from pins and guides to all,
-    without a velocity.
-    """
-    run = mbody.kinematics(gallery.load(name), [0.013])
-    centres = instant_centres(run)
-    known = {
-        pair: homogeneous(centres[tuple(pair)], 0) for pair in centres_of_joints(run.mechanism)
-    }
-    lines = kennedy_lines(centres, run.mechanism)
-    for first, second in zip(lines[::2], lines[1::2], strict=True):
-        assert first.pair == second.pair
-        drawn = [
-            np.cross(*(known[frozenset(pair)] for pair in line.through)) for line in (first, second)
-        ]
-        found = np.cross(*drawn)
-        known[frozenset(first.pair)] = found
-        there = homogeneous(centres[first.pair], 0)
-        apart = np.linalg.norm(
-            np.cross(found / np.linalg.norm(found), there / np.linalg.norm(there))
-        )
-        assert apart < 1e-10
-    assert len(known) == len(centres)
 
 
 @pytest.mark.parametrize("name", MOVING)
@@ -201,23 +168,6 @@ def test_what_is_at_infinity_is_said():
     assert "links: 1 ground, 2 crank, 3 rod, 4 slider" in said
 
 
-def test_many_centres_at_infinity_do_not_fill_the_page():
-    """Those of the ground, and how many others there are: 31 sentences of the six cylinders."""
-    run = mbody.kinematics(gallery.load("inline_six"), [0.0])
-    whole = [one for one in instant_centres(run).sentences() if "one point" not in one]
-    figure = mbody.draw(run, poles=True)
-    text = " ".join(text.get_text() for text in figure.texts)
-    said = [one for one in whole if one in text]
-    assert len(whole) > 20 and len(said) == 6 and all("against ground" in one for one in said)
-    assert f"{len(whole) - 6} more centres are at infinity, or are none" in text
-
-
-def test_coincident_centres_are_said():
-    run = mbody.kinematics(gallery.load("planetary_train"), [0.1])
-    (words,) = [w for w in instant_centres(run).sentences() if "one point" in w]
-    assert words == "I12, I13 and I23 are one point, (0, 0)"
-
-
 def test_curvature_in_a_picture():
     """The circle of curvature goes through the point and about its centre."""
     run = mbody.kinematics(gallery.load("norton_fourbar"), [0.0])
@@ -285,20 +235,3 @@ def test_free_motions_have_their_centres_drawn(tmp_path, capsys):
     assert main(["poles", "double_pendulum", "--to", "0.6"]) == 0
     text = capsys.readouterr().out
     assert text.count("CENTRE") == 1 and "t = 0.6 s" in text
-
-
-def test_several_instants_are_refused():
-    run = mbody.kinematics(gallery.load("norton_fourbar"), [0.0, 0.01])
-    with pytest.raises(mbody.ModelError, match="shows one instant of all links"):
-        mbody.draw(run, [0, 1], poles=True)
-    assert mbody.draw(run, 1, poles=True).axes
-
-
-def test_times_of_what_nothing_drives_are_those_of_its_motion(tmp_path):
-    """The picture at a time is that of a motion to it."""
-    at, to = tmp_path / "at.svg", tmp_path / "to.svg"
-    assert main(["draw", "double_pendulum", "--at", "t=600 ms", "-o", str(at)]) == 0
-    assert main(["draw", "double_pendulum", "--to", "0.6", "--positions", "1", "-o", str(to)]) == 0
-    without_ids = [re.sub(r'(id|href|clip-path)="[^"]*"', "", one.read_text()) for one in (at, to)]
-    assert without_ids[0].count("<path") == without_ids[1].count("<path") > 10
-    assert "t = 0.6 s" in at.read_text("utf-8")

@@ -11,8 +11,6 @@ from PIL import Image
 
 import mbody
 from mbody import gallery, report
-from mbody.model.simulation import Instants
-from mbody.quantities.output_units import unit_text
 from mbody.reports.described import ROWS, Grid, Text, first_rows, parts_of, printed
 from mbody.reports.writers import latex, typst_text
 from mbody.summaries.text_table import Column
@@ -94,11 +92,6 @@ def test_mass_centres_that_are_not_shown_leave_nothing(tmp_path):
     assert all(shape.look.name for shape in nameless if shape.look.fill == shape.look.edge)
 
 
-def test_forces_of_very_many_joints_have_no_names():
-    film = FilmSet({"": motion(gallery.load("n_windows_40"))}, 2, 640, ("forces",), None)
-    assert film.arrows and not any(one.text for one in film.arrows)
-
-
 def test_names_of_forces_have_their_indices():
     run = motion(gallery.load("scissor_lift"))
     film = FilmSet({"": run}, 2, 640, ("forces",), None)
@@ -173,12 +166,6 @@ def test_signs_of_print(given, shown):
     assert list(parts_of(f"`{given}`")) == [("code", given, "")]  # code stays as it is typed
 
 
-def test_units_are_written_alike():
-    assert {unit_text(one) for one in ("lbf in", "lbf*in", "lbf·in", " lbf * in ")} == {"lbf·in"}
-    made = report(gallery.load("static_fourbar"), ["loads"])
-    assert "lbf·in" in cells(grids(made, "loads")["Efforts and measures"], "unit")
-
-
 def test_what_is_always_zero_or_the_same_has_no_place():
     made = report(gallery.load("parallel_cranks"), ["links", "loads"])
     links = grids(made, "links")["Motion of the links"]
@@ -210,24 +197,6 @@ def test_forces_that_are_rounding_are_zero():
     assert cells(grids(made, "loads")["Efforts and measures"], "value")[:3] == ["0", "0", "0"]
 
 
-def test_a_shaking_moment_that_is_rounding_is_not_shown():
-    made = report(gallery.load("cam_follower"), ["shaking"])
-    assert cells(grids(made, "shaking")["On the frame"], "quantity") == ["shaking force"]
-    assert made.document.pictures[0].caption == "Shaking force"
-    pump = report(gallery.load("mud_pump"), ["shaking"])
-    assert len(cells(grids(pump, "shaking")["On the frame"], "quantity")) == 2
-
-
-@pytest.mark.slow
-def test_curves_between_a_few_instants_are_smooth():
-    made = report(gallery.load("scissor_lift"), ["freebody", "loads"])
-    assert len(made.run) == 181
-    captions = [one.caption for one in made.document.pictures if one.caption.startswith("Link 2")]
-    assert [re.search(r"t = (\S+) s", one)[1] for one in captions] == ["0", "5", "10", "15", "20"]
-    chosen = report(gallery.load("scissor_lift"), ["loads"], at=Instants(at={"t": [0.0, 5.0]}))
-    assert len(chosen.run) == 2  # what the user chose stays alone
-
-
 def test_long_tables_have_their_first_rows_and_say_so():
     count = 3 * ROWS
     grid = Grid("Numbers", [Column("n", [str(n) for n in range(count)])])
@@ -250,12 +219,6 @@ def test_long_tables_have_their_first_rows_and_say_so():
         isinstance(block, Text) and "of 121" in block.text
         for block in made.document.chapters[-1].blocks
     )
-
-
-def test_free_motion_is_called_so():
-    made = report(gallery.load("simple_pendulum"), ["summary", "plots"], to=1.0)
-    summary, plots = made.document.chapters
-    assert summary.blocks[0].text.startswith("Free motion, ") and plots.title == "Over the motion"
 
 
 def test_tables_of_a_page_name_their_cells_for_narrow_screens():
@@ -287,11 +250,6 @@ def test_latex_compiles_and_nothing_is_wider_than_the_page(name, tmp_path):
     assert done.returncode == 0
     wide = [float(one) for one in re.findall(r"Overfull \\hbox \(([\d.]+)pt", said)]
     assert max(wide, default=0.0) < 10.0  # points, less than the margin has
-
-
-def test_options_keep_their_hyphens_in_latex():
-    made = report(gallery.load("norton_fourbar"), ["summary"]).document
-    assert "with -{}-over turn" in latex(made, "figures")
 
 
 def test_a_line_of_a_model_that_begins_with_a_bracket_compiles():

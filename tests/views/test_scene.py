@@ -124,16 +124,6 @@ def test_thinning_keeps_the_instants_of_events():
         assert np.abs(shown.t - event.t).min() == np.abs(run.t - event.t).min()
 
 
-def test_short_motions_are_kept_whole(runs):
-    run = runs["norton_fourbar"]
-    assert thinned(run) == (run, [])
-
-
-def test_free_motion_has_a_scene(runs):
-    found = scene(runs["free_fourbar"])
-    assert found.run.analysis == "simulate" and len(found.carriers) >= 4
-
-
 def test_arrows_turn_round_with_what_they_show():
     machine = mbody.makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=10.0)
     swing = mbody.laws.Harmonic(mean=0.0, amplitude=2.0, frequency=10.0)

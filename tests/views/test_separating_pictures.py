@@ -4,18 +4,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import (
-    Body,
-    Distance,
-    Gear,
-    Gravity,
-    Mechanism,
-    PinSlot,
-    RackPinion,
-    Revolute,
-    Rolling,
-    SimulationSettings,
-)
 from mbody.views.page_data import scene_data
 from mbody.views.scene import scene
 from tests.support.picture_reader import artists
@@ -34,25 +22,27 @@ def machine(separate):
     """A joint of each kind, all of which separate in a motion, or none."""
     more = PLAY if separate else {name: {} for name in PLAY}
     places = {"A": (0.0, 0.0), "B": (0.3, 0.0), "C": (0.0, 0.6), "D": (0.6, 0.6)}
-    made = Mechanism("all kinds", ground=places)
+    made = mbody.Mechanism("all kinds", ground=places)
     centre = {"C": (0.0, 0.0)}
     made.add(
-        Body("one", mass=1.0, inertia=0.01, points=centre),
-        Body("two", mass=1.0, inertia=0.02, points=centre),
-        Body("rack", mass=1.0, inertia=0.02, points=centre, guess=(0.3, -0.2, 0.0)),
-        Body("wheel", mass=1.0, inertia=0.02, points=centre, guess=(0.0, 0.7, 0.0)),
-        Body("bob", mass=1.0, inertia=0.02, points=centre | {"E": (0.3, 0.0)}, guess=(0.6, 0.6, 0)),
-        Body("block", mass=1.0, inertia=0.02, points=centre, guess=(0.3, 0.9, 0.0)),
-        Body("load", mass=1.0, inertia=0.02, points=centre, guess=(-0.3, 0.3, 0.0)),
-        Revolute("A", "ground.A", "one.C"),
-        Revolute("B", "ground.B", "two.C"),
-        Gear("gear", "one.C", "two.C", radius_i=0.1, radius_j=0.2, **more["gear"]),
-        RackPinion("rack_pinion", "rack.C", "two.C", radius=0.2, **more["rack"]),
-        Rolling("road", "ground.C", "wheel.C", radius=0.1, **more["road"]),
-        Revolute("pin", "ground.D", "bob.C", **more["pin"]),
-        PinSlot("slot", "ground.D", "block.C", **more["slot"]),
-        Distance("strut", "ground.A", "load.C", 0.3 * 2.0**0.5, **more["strut"]),
-        Gravity("gravity", y=-9.81),
+        mbody.Body("one", mass=1.0, inertia=0.01, points=centre),
+        mbody.Body("two", mass=1.0, inertia=0.02, points=centre),
+        mbody.Body("rack", mass=1.0, inertia=0.02, points=centre, guess=(0.3, -0.2, 0.0)),
+        mbody.Body("wheel", mass=1.0, inertia=0.02, points=centre, guess=(0.0, 0.7, 0.0)),
+        mbody.Body(
+            "bob", mass=1.0, inertia=0.02, points=centre | {"E": (0.3, 0.0)}, guess=(0.6, 0.6, 0)
+        ),
+        mbody.Body("block", mass=1.0, inertia=0.02, points=centre, guess=(0.3, 0.9, 0.0)),
+        mbody.Body("load", mass=1.0, inertia=0.02, points=centre, guess=(-0.3, 0.3, 0.0)),
+        mbody.Revolute("A", "ground.A", "one.C"),
+        mbody.Revolute("B", "ground.B", "two.C"),
+        mbody.Gear("gear", "one.C", "two.C", radius_i=0.1, radius_j=0.2, **more["gear"]),
+        mbody.RackPinion("rack_pinion", "rack.C", "two.C", radius=0.2, **more["rack"]),
+        mbody.Rolling("road", "ground.C", "wheel.C", radius=0.1, **more["road"]),
+        mbody.Revolute("pin", "ground.D", "bob.C", **more["pin"]),
+        mbody.PinSlot("slot", "ground.D", "block.C", **more["slot"]),
+        mbody.Distance("strut", "ground.A", "load.C", 0.3 * 2.0**0.5, **more["strut"]),
+        mbody.Gravity("gravity", y=-9.81),
     )
     return made
 
@@ -62,7 +52,7 @@ def runs():
     found = {}
     for separate in (True, False):
         made = machine(separate)
-        made.simulation = SimulationSettings(until=0.01, rtol=1e-8, instants=3)
+        made.simulation = mbody.SimulationSettings(until=0.01, rtol=1e-8, instants=3)
         found[separate] = mbody.simulate(made)
     return found
 

@@ -137,39 +137,6 @@ def test_zoom_and_drag_move_all_pictures_and_others_can_be_switched_off(page):
     assert len(boxes(page)) == 3
 
 
-def test_a_narrow_window_has_them_below_each_other(page):
-    page.size(420, 900)
-    page.read("mbody.viewer.arrange('side by side')")
-    found = boxes(page)
-    assert len({left for left, _, _, _ in found}) == 1 and len({top for _, top, _, _ in found}) == 3
-    assert page.read("document.documentElement.scrollWidth <= innerWidth")
-
-
-def test_the_mouse_names_what_is_in_the_second_picture(page):
-    page.read("mbody.viewer.arrange('side by side'); mbody.seek({instant: 20})")
-    x, y = page.read(
-        "(() => { const b = mbody.viewer.pictures[1].layers.world.querySelector("
-        "'[data-name=\"pin:B\"]').getBoundingClientRect();"
-        "return [b.left + b.width / 2, b.top + b.height / 2]; })()"
-    )
-    page.hover(x, y)
-    page.wait("!mbody.viewer.tip.hidden")
-    said = page.read("mbody.viewer.tip.textContent")
-    value = page.read("mbody.viewer.motions[1].value('B.force')")
-    assert said.startswith("joint B") and f"{value:.5g}".rstrip("0") in said
-
-
-def test_a_page_of_one_design_has_no_such_choice(page, runs, tmp_path):
-    mbody.view(next(iter(runs.values()))).save(tmp_path / "one.html")
-    text = (tmp_path / "one.html").read_text("utf-8")
-    with started() as found:
-        alone = ViewerPage(found)
-        alone.open(tmp_path / "one.html")
-        assert alone.read("mbody.viewer.arrangement === undefined") and "<mbody-viewer" in text
-        alone.key("d")
-        assert alone.read("mbody.state().designs") == "ghosted" and alone.problems == []
-
-
 @pytest.mark.parametrize("picture", range(3))
 def test_names_do_not_cover_each_other_side_by_side(page, picture):
     page.read("mbody.viewer.arrange('side by side')")

@@ -1,7 +1,5 @@
 """Free-body diagrams in a page: the forces are the Solution's, and their polygons close."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -90,13 +88,6 @@ def test_the_forces_of_the_document_are_those_of_free_body(views, name):
                 fx, fy, _ = there[key]
                 close = 4.0 * RECORDED * peak
                 assert [fx, fy] == pytest.approx([one.fx, one.fy], abs=close), (body, key, k)
-
-
-def test_the_document_grows_by_little():
-    run = mbody.kinetostatics(gallery.load("mud_pump_sixbar"), turn=True, instants=720)
-    view = mbody.view(run)
-    text = json.dumps(view.document["scene"]["free"])
-    assert len(text) < 6000 and view.document["scene"]["free"]["histories"] == {}
 
 
 def test_results_without_forces_and_crowds_have_no_diagrams():
@@ -243,17 +234,6 @@ def test_the_diagram_follows_the_playhead_and_its_scale_can_be_that_of_the_insta
         assert any(one == pytest.approx(130.0 * force / peak, abs=0.4) for one in found)
     browser.key("b")
     assert browser.read("mbody.viewer.free.root.hidden") is True
-
-
-@marked
-def test_the_keyboard_reaches_the_choice_of_the_link(page):
-    browser = page("norton_fourbar")
-    browser.read("mbody.viewer.toggle('free')")
-    names = set()
-    for _ in range(40):
-        browser.key("Tab")
-        names.add(browser.read("mbody.viewer.shadowRoot.activeElement?.getAttribute('aria-label')"))
-    assert {"link of the free-body diagram", "scale of the forces"} <= names
 
 
 @marked

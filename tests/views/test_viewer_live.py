@@ -2,7 +2,6 @@
 
 import json
 import re
-import time
 import tomllib
 from importlib.util import find_spec
 
@@ -11,8 +10,6 @@ import pytest
 
 import mbody
 from mbody import gallery
-from mbody.cli import main
-from mbody.cli import pictures as command
 from mbody.image.model_image import changeable_numbers
 from mbody.live import live_view
 from mbody.live.live_view import file_numbers, live_part
@@ -393,33 +390,6 @@ def test_the_keyboard_drives_the_crank(page):
     )
 
 
-FRAMES = """new Promise((done) => {
-  const v = mbody.viewer, times = [];
-  for (const key of ["forces", "velocities"]) if (!v.on[key]) v.toggle(key);
-  let n = 0;
-  const frame = () => {
-    const start = performance.now();
-    v.live.to({ motor: v.live.present().motor + 0.02 });
-    v.draw();
-    times.push(performance.now() - start);
-    if (++n < 600) requestAnimationFrame(frame);
-    else { times.sort((a, b) => a - b); done([n, times[300], times[570]]); }
-  };
-  requestAnimationFrame(frame);
-})"""
-
-
-@pytest.mark.slow
-@marked
-def test_many_live_frames_are_drawn_without_error_and_the_file_is_short(page, files):
-    """With all forces and velocities, and three diagrams; `pytest -s` shows the script time."""
-    assert files["pump"].stat().st_size < 3_000_000
-    browser = page("pump")
-    count, median, slow = browser.read(FRAMES)
-    print(f"script time of a live frame: median {median:.2f} ms, 95 % {slow:.2f} ms")
-    assert count == 600 and browser.problems == []
-
-
 @marked
 def test_a_browser_that_cannot_run_the_core_plays_the_recorded_motion(browser, files, tmp_path):
     text = files["norton_fourbar"].read_text("utf-8")
@@ -429,28 +399,3 @@ def test_a_browser_that_cannot_run_the_core_plays_the_recorded_motion(browser, f
     browser.open(tmp_path / "broken.html")
     assert browser.read("mbody.viewer.live === null && mbody.state().instants") == 361
     assert "cannot solve the model again" in browser.read("mbody.viewer.root.textContent")
-
-
-# -- the command ----------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@live
-def test_the_command_makes_live_pages_where_the_core_is(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["view", "norton_fourbar", "--live", "-o", "live.html"]) == 0
-    assert '"live":' in (tmp_path / "live.html").read_text("utf-8")
-    assert main(["view", "norton_fourbar", "--recorded", "-o", "recorded.html"]) == 0
-    assert '"live":' not in (tmp_path / "recorded.html").read_text("utf-8")
-    monkeypatch.setattr("mbody.image.arena.ready_core", lambda: None)
-    assert main(["view", "norton_fourbar", "-o", "without.html"]) == 0
-    assert '"live":' not in (tmp_path / "without.html").read_text("utf-8")
-    assert "with --live it solves the model again" in capsys.readouterr().err
-    assert command.view.__doc__
-
-
-@live
-def test_a_live_page_takes_little_time(runs):
-    start = time.process_time()
-    assert live_view(runs["pump"]).html
-    assert time.process_time() - start < 2.0  # of `mbody view` whole, issue 17

@@ -15,7 +15,6 @@ from mbody.model.simulation import Instants
 from mbody.summaries.text_table import force_names
 from mbody.views import draw, plot, save
 from mbody.views.labels import ENDINGS, FreePlaces, Label
-from mbody.views.plotting import spread
 from mbody.views.shapes import SMOOTH, cycle
 from tests import pictures
 from tests.support.paths import ROOT
@@ -94,14 +93,6 @@ def test_arrows_are_the_forces(norton):
     assert max(scales.values()) == pytest.approx(min(scales.values()), rel=1e-9)
 
 
-def test_a_drawing_without_forces_has_the_applied_ones_only(norton):
-    drawn = artists(draw(norton))
-    assert sorted(gid for gid in drawn if gid.startswith("force:")) == [
-        "force:F_P",
-        "force:F_P.head",
-    ]
-
-
 def test_arcs_turn_as_the_motor_and_the_torque(norton):
     def sign(run, name, about):
         drawn = artists(draw(run))
@@ -147,16 +138,6 @@ def test_labels_keep_clear():
     assert second.at != (60.0, 0.0) and second.covers
 
 
-def test_names_at_curves_are_spread():
-    wanted = [0.3, 0.31, 0.9, 0.32, 0.05]
-    found = spread(wanted, 0.1)
-    order = np.argsort(found)
-    # rounded to nine decimals
-    assert np.diff(np.array(found)[order]).min() > 0.1 - 2e-9
-    assert found[2] == 0.9 and found[4] == 0.05
-    assert [found[n] for n in (0, 1, 3)] == sorted(found[n] for n in (0, 1, 3))
-
-
 # -- plots ------------------------------------------------------------------------------------
 
 
@@ -182,25 +163,6 @@ def test_a_plot_shows_the_histories(turn):
     assert min(box.x0 for box in boxes) >= panels["force [lbf]"].get_window_extent().x1
     assert not boxes[0].overlaps(boxes[1])
     assert max(box.x1 for box in boxes) < figure.bbox.x1
-
-
-def test_measures_have_their_units():
-    run = kinetostatics(gallery.load("slider_crank"), turn=True)
-    figure = plot(run)
-    assert [axes.get_ylabel() for axes in figure.axes] == ["thrust [kN]", "turning_moment [kN·m]"]
-    thrust = figure.axes[0].lines[0].get_ydata()
-    assert thrust == pytest.approx(run.reaction("B").magnitude / 1e3)
-
-
-def test_the_axis_is_time_where_nothing_turns_on():
-    run = kinetostatics(gallery.load("scissor_lift"), t=[0.0, 1.0, 2.0])
-    figure = plot(run, "height")
-    assert figure.axes[0].get_xlabel() == "t [s]" and figure.axes[0].get_xlim() == (0.0, 2.0)
-    back = makers.four_bar(1, 3, 2, 3.5)
-    run = kinematics(back, drive={"motor": np.array([1.0, 2.0, 1.5])})
-    assert plot(run, "rocker.angle").axes[0].get_xlabel() == "instant"
-    run = kinematics(back, drive={"motor": np.array([1.0, 2.0, 2.5])})
-    assert plot(run, "rocker.angle").axes[0].get_xlabel() == "angle of crank [deg]"
 
 
 def test_a_plot_is_smooth_between_the_places_of_a_driver():
@@ -241,14 +203,6 @@ def test_the_command_draws_and_plots(tmp_path, capsys):
     assert diagram.read_bytes().startswith(HEADS["png"])
     out, err = capsys.readouterr()
     assert (out, err) == ("", f"wrote {picture}\nwrote {diagram}\n")
-
-
-def test_the_command_draws_what_nothing_drives(tmp_path):
-    machine = Mechanism("a pendulum")
-    machine.add(Body("bob", points={"A": (1.0, 0.0)}), Revolute("O", "ground", "bob"))
-    mbody.save(machine, tmp_path / "m.toml")
-    assert cli.main(["draw", str(tmp_path / "m.toml"), "-o", str(tmp_path / "m.svg")]) == 0
-    assert 'id="link:bob"' in (tmp_path / "m.svg").read_text("utf-8")
 
 
 def test_settings_of_the_user_stay_and_do_not_count():

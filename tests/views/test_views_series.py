@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import cli, gallery, kinetostatics
+from mbody import gallery, kinetostatics
 from mbody.views import draw, plot
-from mbody.views.drawing import draw_series
 from mbody.views.free_bodies import force_peak
 from mbody.views.plotting import SEVERAL, hodograph, path_plot, polar
 from tests.support.cases import first_fast
@@ -54,46 +53,6 @@ def test_a_strip_has_one_scale(name):
     assert titles[0].startswith(run.mechanism.name[:20]) and len(titles) == 4
 
 
-def test_a_strip_has_one_scale_of_forces(turn):
-    figure = draw(turn, [0, 20], True, strip=True)
-    scales = []
-    for axes, k in zip(figure.axes, (0, 20), strict=False):
-        found = {a.get_gid(): a for a in (*axes.patches, *axes.lines) if a.get_gid()}
-        way = found["force:F32.head"].get_xy()[0] - found["force:F32"].get_xydata()[0]
-        scales.append(np.hypot(*way) / turn.reaction("A").magnitude[k])
-    assert scales[0] == pytest.approx(scales[1], rel=1e-9)
-
-
-def test_a_series_has_one_canvas(turn):
-    figures = draw_series(turn, [0, 10, 20, 30], True, paths=["coupler.P"])
-    assert len({tuple(figure.get_size_inches()) for figure in figures}) == 1
-    assert len({figure.axes[0].get_xlim() for figure in figures}) == 1
-    assert all(inside(figure) for figure in figures)
-
-
-def test_only_some_bodies(turn):
-    drawn = artists(draw(turn, 0, True, only=["coupler", "rocker"]))
-    assert {"link:coupler", "link:rocker", "pin:B", "pin:O4", "force:F43"} <= set(drawn)
-    assert not {"link:crank", "pin:A", "pin:O2", "force:F32", "driver:motor"} & set(drawn)
-
-
-def test_the_command_draws_positions(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["draw", "mud_pump", "--positions", "4", "-o", "a.svg"]) == 0
-    text = (tmp_path / "a.svg").read_text("utf-8")
-    assert {f'id="at {k}:link:rod1"' in text for k in (1, 2, 3)} == {True}
-    words = ["draw", "norton_fourbar", "--at", "crank=60,120", "--strip", "-o", "b.svg"]
-    assert cli.main(words) == 0
-    assert (tmp_path / "b.svg").read_text("utf-8").count('id="link:crank"') == 2
-    assert cli.main(["draw", "double_pendulum", "--to", "1", "--series", "-o", "c.png"]) == 0
-    assert sorted(path.name for path in tmp_path.glob("c*")) == [f"c-{n}.png" for n in range(1, 6)]
-    assert cli.main(["draw", "simple_pendulum", "--to", "1", "--strip", "-o", "e.svg"]) == 0
-    words = ["draw", "norton_fourbar", "--only", "crank,coupler", "-o", "d.svg"]
-    assert cli.main(words) == 0
-    assert 'id="link:rocker"' not in (tmp_path / "d.svg").read_text("utf-8")
-    assert "wrote c-5.png" in capsys.readouterr().err
-
-
 # -- plots ------------------------------------------------------------------------------------
 
 
@@ -107,12 +66,6 @@ def test_over_another_quantity_in_chosen_units(turn):
     assert second.get_xlabel() == "rocker.angle [deg]"
     force = named(second)["curve:A.force"].get_ydata()
     assert force == pytest.approx(turn.reaction("A").magnitude * 4.4482216152605)
-
-
-def test_logarithmic_axes(turn):
-    axes = plot(turn, "A.force", "B.force", log="y").axes[0]
-    assert axes.get_yscale() == "log" and axes.get_xscale() == "linear"
-    assert [text.get_text() for text in axes.texts] == ["A.force", "B.force"]
 
 
 def designs(values):
@@ -166,21 +119,6 @@ def test_a_path_has_equal_scales():
     wide, high = axes.get_position().size * figure.get_size_inches()
     scales = wide / np.ptp(axes.get_xlim()), high / np.ptp(axes.get_ylim())
     assert scales[0] == pytest.approx(scales[1], rel=1e-9)
-
-
-def test_the_command_plots(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    for words in (
-        ["motor.effort", "--x", "crank.angle", "--over", "turn"],
-        ["motor.effort", "--vary", "T_4=0:100:3", "--over", "turn"],
-        ["--hodograph", "A,B", "--axes", "coupler", "--over", "turn"],
-        ["--polar", "A", "--over", "turn"],
-        ["--path", "coupler.P", "--over", "turn"],
-    ):
-        assert cli.main(["plot", "norton_fourbar", *words, "-o", "a.svg"]) == 0
-    words = ["plot", "simple_pendulum", "pendulum.angle", "--to", "0.5", "-o", "b.svg"]
-    assert cli.main(words) == 0
-    assert 'id="curve:pendulum.angle"' in (tmp_path / "b.svg").read_text("utf-8")
 
 
 # -- what is read beside arrows ---------------------------------------------------------------
