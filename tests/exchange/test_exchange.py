@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import ModelError, cli
+from mbody import ModelError
 from mbody.exchange import import_model
-from mbody.files.model import from_toml, to_toml
 
 #: Closed forms and the engine differ by rounding, some 1e-15 of the size, and by what loops are
 #: closed to, 1e-12.
@@ -330,36 +329,6 @@ def test_pylinkage_starts_at_its_initial_angle_and_swings(tmp_path):
     crank = [0.9, 1.25, 1.4, 0.7, 1.0]  # 0.6 up, 1.0 down, and up again
     place = at(run, "crank.A")
     assert np.arctan2(place[:, 1], place[:, 0]) == pytest.approx(crank, abs=1e-9)
-
-
-def test_pylinkage_prismatic_joint_runs_on_its_line(tmp_path):
-    data = python_linkage()
-    data["joints"][1] = {"id": "C", "type": "prismatic", "position": [3.0, 1.0]}
-    data["joints"][1] |= {"axis": [2.0, 0.0], "line_point": [-1.0, 1.0], "slide_distance": 0.0}
-    data["joints"] = data["joints"][:3]
-    data["links"] = [data["links"][1], {"id": "rod", "type": "link", "joints": ["A", "C"]}]
-    run = mbody.kinematics(import_model(write(tmp_path / "s.json", json.dumps(data))).mechanism, T)
-    phi = math.atan2(0.8, 0.6) + 0.7 * T
-    x = np.cos(phi) + np.sqrt(2.4**2 + 0.2**2 - (np.sin(phi) - 1.0) ** 2)
-    assert at(run, "rod.C") == pytest.approx(np.column_stack([x, np.ones_like(x)]), abs=EXACT)
-
-
-def test_what_is_imported_is_a_model_file(tmp_path, capsys):
-    source = write(tmp_path / "bars.txt", FOUR_BAR)
-    target = tmp_path / "bars.toml"
-    assert cli.main(["import", str(source), "-o", str(target)]) == 0
-    said = capsys.readouterr()
-    assert "wrote" in said.err and "no unit of length" in said.err and not said.out
-    again = mbody.load(target)
-    assert to_toml(again) == to_toml(import_model(source).mechanism)
-    assert cli.main(["import", str(source)]) == 0
-    assert from_toml(capsys.readouterr().out).name == "bars"
-
-
-def test_files_of_no_known_format_are_sentences(tmp_path):
-    for text in ("", "\x00", "a,b,c", "{}", "[1]", "<a/>", "<a", '{"joints": 3}', "{" * 5000):
-        with pytest.raises(ModelError, match="odd"):
-            import_model(write(tmp_path / "odd.txt", text))
 
 
 def test_any_damage_of_a_file_is_a_sentence(tmp_path):

@@ -146,589 +146,382 @@ PULLED = '<actuator><position tendon="F" kp="4"/></actuator>'
 SPATIAL = '<actuator><position tendon="L" kp="4"/></actuator>'
 #: What moves, each attribute with a value that matters: where it stands in the file, and whether
 #: the import takes or refuses it, or names in a note what it leaves out.
-CASES = {
-    "joint type": ({"free": '<joint name="J" type="free"/>'}, "taken"),
-    "joint pos": ({"hinge": 'pos="0.1 0 0.05"'}, "taken"),
-    "joint axis": ({"axis": 'axis="0 -1 0"', "hinge": 'range="-2 0.1"'}, "taken"),
-    "joint range": ({"hinge": 'range="-0.2 0.3"'}, "taken"),
-    "joint limited": ({"hinge": 'range="-0.2 0.3" limited="false"'}, "taken"),
-    "joint margin": ({"hinge": 'range="-0.2 0.3" margin="0.05"'}, "taken"),
-    "joint ref": ({"hinge": 'ref="0.2" stiffness="3"'}, "taken"),
-    "joint springref": ({"hinge": 'springref="0.5" stiffness="3"'}, "taken"),
-    "joint stiffness": ({"slide": 'stiffness="40" springref="-0.2"'}, "taken"),
-    "joint stiffness of a hinge": ({"second": 'stiffness="2" springref="0.7"'}, "taken"),
-    "joint stiffness of higher order": ({"hinge": 'stiffness="2 3 0"'}, "refused"),
-    "joint damping": ({"second": 'damping="0.3"'}, "taken"),
-    "joint damping of a slide": ({"slide": 'damping="3"'}, "taken"),
-    "joint damping of higher order": ({"slide": 'damping="3 2 0"'}, "refused"),
-    "joint damping of a free body": (
-        {"free": PLANE_FREE.replace("/>", ' damping="2"/>')},
-        "taken",
-    ),
-    "joint stiffness of a free body": (
-        {"free": PLANE_FREE.replace("/>", ' stiffness="9" springref="0.3"/>')},
-        "taken",
-    ),
-    "joint damping of a free joint": ({"free": '<joint type="free" damping="1.5"/>'}, "taken"),
-    "joint frictionloss": ({"hinge": 'frictionloss="0.4"'}, "taken"),
-    "joint frictionloss of a slide": ({"slide": 'frictionloss="2"'}, "taken"),
-    "joint frictionloss that holds": ({"hinge": 'frictionloss="40"'}, "taken"),
-    "joint armature": ({"hinge": 'armature="0.2"'}, "taken"),
-    "joint armature of a slide": ({"slide": 'armature="0.7"'}, "taken"),
-    "joint armature between bodies": ({"second": 'armature="0.03"'}, "taken"),
-    "joint springdamper": ({"hinge": 'springdamper="0.2 0.5"'}, "taken"),
-    "joint springyield": ({"hinge": 'stiffness="3" springyield="0.01"'}, "refused"),
-    "joint actuatorfrcrange": (
-        {
-            "hinge": 'actuatorfrcrange="-0.3 0.3"',
-            "bottom": MOTOR.replace("motor", "position").format('kp="20"'),
-        },
-        "taken",
-    ),
-    "joint actuatorfrclimited": (
-        {
-            "hinge": 'actuatorfrcrange="-0.3 0.3" actuatorfrclimited="false"',
-            "bottom": MOTOR.replace("motor", "position").format('kp="2"'),
-        },
-        "taken",
-    ),
-    "joint actuatorgravcomp": (
-        {"hinge": 'actuatorgravcomp="true"', "arm": 'gravcomp="0.5"'},
-        "refused",
-    ),
-    "joint class": (
-        {"default": '<default class="d"><joint damping="0.4"/></default>', "hinge": 'class="d"'},
-        "taken",
-    ),
-    "joint range of a pin in a slot": (
-        {
-            "slide": "",
-            "free": '<joint type="slide" axis="1 0 0" range="-1 0.1"/><joint name="Q" axis="0 1 '
-            '0" pos="0 0 .1" range="-0.02 0.02"/>',
-        },
-        "taken",
-    ),
-    "freejoint": ({"free": '<freejoint name="J"/>'}, "taken"),
-    "body pos": ({"hand": 'euler="0 0.5 0"'}, "taken"),
-    "body gravcomp": ({"hand": 'gravcomp="0.7"'}, "taken"),
-    "body gravcomp of what is fixed": (
-        {"inside": '<body name="tip" pos=".2 0 0" gravcomp="2"><geom size=".05"/></body>'},
-        "taken",
-    ),
-    "body mocap": ({"world": '<body name="m" mocap="true"/>'}, "refused"),
-    "body sleep": ({"arm": 'sleep="init"', "flag": '<flag sleep="enable"/>'}, "refused"),
-    "body childclass": (
-        {"default": '<default class="d"><joint damping="0.4"/></default>', "arm": 'childclass="d"'},
-        "taken",
-    ),
-    "inertial mass": (
-        {
-            "inertial": '<inertial pos=".1 0 .02" mass="2" diaginertia=".02 .03 .04" '
-            'euler="0 .4 .3"/>'
-        },
-        "taken",
-    ),
-    "inertial fullinertia": (
-        {
-            "inertial": '<inertial pos=".1 0 .02" mass="2" fullinertia=".02 .03 .04 '
-            '.001 .002 .003"/>'
-        },
-        "taken",
-    ),
-    "geom density": ({"geom": 'density="4000"'}, "taken"),
-    "geom mass": ({"geom": 'mass="3"'}, "taken"),
-    "geom shellinertia": ({"geom": 'shellinertia="true"'}, "taken"),
-    "geom fluidshape": ({"geom": 'fluidshape="ellipsoid"', "option": 'density="1.2"'}, "refused"),
-    "geom contact": (on_floor(), "taken"),
-    "geom contype": (on_floor('contype="0" conaffinity="0"'), "taken"),
-    "geom conaffinity": (on_floor('contype="0" conaffinity="2"', ball='contype="2"'), "taken"),
-    "geom condim": (
-        on_floor(BOTH + ' condim="1"', ball=BOTH + ' condim="1"', free=ROLLING),
-        "taken",
-    ),
-    "geom friction": (
-        on_floor(free=ROLLING, world=FLOOR.replace(".75", ".94").format(BOTH)),
-        "taken",
-    ),
-    "geom rolling friction": (on_floor(BOTH + ' condim="6" friction="1 0.1 0.01"'), "refused"),
-    "geom margin": (on_floor(BOTH + ' margin="0.01"'), "taken"),
-    "geom gap": (on_floor(BOTH + ' gap="0.01"'), "taken"),
-    "geom surfacevel": (on_floor(BOTH + ' surfacevel="1 0 0 0 0 0"'), "refused"),
-    "geom adhesion": (on_floor(BOTH + ' adhesion="1"'), "refused"),
-    "geom priority": (on_floor(BOTH + ' priority="1" friction="0 0 0"', free=ROLLING), "taken"),
-    "pair": (
-        on_floor(
-            'contype="0"',
-            ball="",
-            bottom='<contact><pair geom1="floor" geom2="ball" condim="1"/></contact>',
-        ),
-        "taken",
-    ),
-    "exclude": (
-        on_floor(bottom='<contact><exclude body1="world" body2="loose"/></contact>'),
-        "taken",
-    ),
-    "option gravity": (
-        {"flag": '<flag gravity="disable"/>', "hinge": 'stiffness="2" springref="1"'},
-        "taken",
-    ),
-    "option density": ({"option": 'density="1000"'}, "taken"),
-    "option viscosity": ({"option": 'viscosity="0.9"'}, "taken"),
-    "option wind in a medium": (
-        {"option": 'density="100" viscosity="2" wind="5 3 1"', "inside": TIP},
-        "taken",
-    ),
-    "inertial axes in a medium": (
-        {
-            "option": 'density="100"',
-            "inertial": '<inertial pos=".1 0 .02" mass="2" diaginertia=".02 .03 .04" '
-            'euler="0 .4 .3"/>',
-        },
-        "refused",
-    ),
-    "option wind": ({"option": 'wind="5 0 0"'}, "taken"),
-    "option magnetic": ({"option": 'magnetic="5 0 0"'}, "taken"),
-    "flag limit": ({"hinge": 'range="-0.2 0.1"', "flag": '<flag limit="disable"/>'}, "taken"),
-    "flag frictionloss": (
-        {"hinge": 'frictionloss="4"', "flag": '<flag frictionloss="disable"/>'},
-        "taken",
-    ),
-    "flag spring": (
-        {"hinge": 'stiffness="4" springref="1"', "flag": '<flag spring="disable"/>'},
-        "taken",
-    ),
-    "flag damper": ({"hinge": 'damping="4"', "flag": '<flag damper="disable"/>'}, "taken"),
-    "flag contact": ({**on_floor(), "flag": '<flag contact="disable"/>'}, "taken"),
-    "flag constraint": (
-        {**on_floor(), "hinge": 'range="-0.2 0.1"', "flag": '<flag constraint="disable"/>'},
-        "taken",
-    ),
-    "flag equality": (
-        {
-            "bottom": '<equality><joint joint1="H" joint2="K"/></equality>',
-            "flag": '<flag equality="disable"/>',
-        },
-        "taken",
-    ),
-    "flag actuation": (
-        {
-            "bottom": MOTOR.replace("motor", "position").format('kp="20"'),
-            "flag": '<flag actuation="disable"/>',
-        },
-        "taken",
-    ),
-    "option actuatorgroupdisable": (
-        {
-            "bottom": MOTOR.replace("motor", "position").format('kp="20" group="2"'),
-            "option": 'actuatorgroupdisable="2"',
-        },
-        "taken",
-    ),
-    "compiler angle": ({"compiler": 'angle="degree"', "hinge": 'range="-3 5"'}, "taken"),
-    "compiler boundmass": ({"compiler": 'angle="radian" boundmass="4"'}, "taken"),
-    "compiler boundinertia": ({"compiler": 'angle="radian" boundinertia="0.5"'}, "taken"),
-    "compiler settotalmass": (
-        {"compiler": 'angle="radian" settotalmass="4"', "hinge": 'damping="0.3"'},
-        "taken",
-    ),
-    "compiler autolimits": (
-        {
-            "compiler": 'angle="radian" autolimits="false"',
-            "hinge": 'limited="true" range="-0.2 0.1"',
-        },
-        "taken",
-    ),
-    "compiler inertiafromgeom": (
-        {
-            "compiler": 'angle="radian" inertiafromgeom="true"',
-            "inertial": '<inertial pos="0 0 0" mass="9" diaginertia="1 1 1"/>',
-        },
-        "taken",
-    ),
-    "compiler eulerseq": (
-        {"compiler": 'angle="radian" eulerseq="zyx"', "hand": 'euler="0 0.4 0"'},
-        "taken",
-    ),
-    "compiler fusestatic": (
-        {
-            "compiler": 'angle="radian" fusestatic="true"',
-            "inside": '<body pos=".1 0 0"><geom size=".06"/></body>',
-        },
-        "taken",
-    ),
-    "compiler balanceinertia": (
-        {
-            "compiler": 'angle="radian" balanceinertia="true"',
-            "inertial": '<inertial pos=".2 0 0" mass="2" diaginertia=".01 .09 .01"/>',
-        },
-        "taken",
-    ),
-    "equality connect": (
-        {"bottom": '<equality><connect body1="hand" body2="loose" anchor="0.1 0 0"/></equality>'},
-        "taken",
-    ),
-    "equality weld": (
-        {"bottom": '<equality><weld body1="hand" body2="loose"/></equality>'},
-        "taken",
-    ),
-    "equality joint": (
-        {"bottom": '<equality><joint joint1="K" joint2="H" polycoef="0 -1.5 0 0 0"/></equality>'},
-        "taken",
-    ),
-    "equality joint of a slide": (
-        {"bottom": '<equality><joint joint1="S" joint2="H" polycoef="0 0.5 0 0 0"/></equality>'},
-        "taken",
-    ),
-    "equality joint alone": ({"bottom": '<equality><joint joint1="K"/></equality>'}, "taken"),
-    "equality joint curved": (
-        {"bottom": '<equality><joint joint1="K" joint2="H" polycoef="0 1 1 0 0"/></equality>'},
-        "refused",
-    ),
-    "equality tendon": (
-        {"bottom": TENDON.format("") + '<equality><tendon tendon1="L"/></equality>'},
-        "taken",
-    ),
-    "equality tendon of joints": (
-        {"bottom": SUM.format("") + '<equality><tendon tendon1="F"/></equality>'},
-        "taken",
-    ),
-    "equality active": (
-        {
-            "bottom": '<equality><connect body1="hand" body2="loose" anchor="0.1 0 0" '
-            'active="false"/></equality>'
-        },
-        "taken",
-    ),
-    "tendon stiffness": ({"bottom": TENDON.format('stiffness="60" springlength="0.5"')}, "taken"),
-    "tendon springlength": (
-        {"bottom": TENDON.format('stiffness="60" springlength="0.1 0.4"')},
-        "refused",
-    ),
-    "tendon damping": ({"bottom": TENDON.format('damping="5"')}, "taken"),
-    "tendon range": ({"bottom": TENDON.format('range="0 0.7"')}, "taken"),
-    "tendon range of a strut": ({"bottom": TENDON.format('range="0.62 9"')}, "taken"),
-    "tendon frictionloss": ({"bottom": TENDON.format('frictionloss="2"')}, "refused"),
-    "tendon armature": ({"bottom": TENDON.format('armature="2"')}, "refused"),
-    "fixed tendon stiffness": ({"bottom": SUM.format('stiffness="2" springlength="0.5"')}, "taken"),
-    "fixed tendon damping": ({"bottom": SUM.format('damping="0.5"')}, "taken"),
-    "fixed tendon range": ({"bottom": SUM.format('range="-0.2 0.1"')}, "taken"),
-    "fixed tendon frictionloss": ({"bottom": SUM.format('frictionloss="0.3"')}, "taken"),
-    "fixed tendon armature": ({"bottom": SUM.format('armature="0.05"')}, "taken"),
-    "tendon over pulleys": (
-        {
-            "bottom": '<tendon><spatial stiffness="9"><site site="T"/><site site="C"/><pulley '
-            'divisor="2"/><site site="C"/><site site="T"/></spatial></tendon>'
-        },
-        "refused",
-    ),
-    "motor": ({"bottom": MOTOR.format('gear="3"')}, "taken"),
-    "motor armature": ({"bottom": MOTOR.format('gear="3" armature="0.02" damping="0.1"')}, "taken"),
-    "motor ctrlrange": (
-        {"bottom": MOTOR.format('ctrlrange="0.5 1" ctrllimited="true"')},
-        "taken",
-    ),
-    "motor forcerange": (
-        {"bottom": MOTOR.format('forcerange="-1 -0.5" forcelimited="true"')},
-        "taken",
-    ),
-    "motor of a slide": (
-        {"bottom": '<actuator><motor joint="S" ctrlrange="2 3" gear="2"/></actuator>'},
-        "taken",
-    ),
-    "motor of a tendon": (
-        {"bottom": SUM.format("") + '<actuator><motor tendon="F" ctrlrange="0.4 3"/></actuator>'},
-        "taken",
-    ),
-    "motor of a site": (
-        {"bottom": '<actuator><motor site="T" gear="1 0 0 0 0 0"/></actuator>'},
-        "taken",
-    ),
-    "motor of a site with a force": (
-        {"bottom": '<actuator><motor site="T" gear="1 0 0 0 0 0" ctrlrange="1 2"/></actuator>'},
-        "refused",
-    ),
-    "motor delay": (
-        {"bottom": MOTOR.format('delay="0.01" nsample="4" ctrlrange="0.5 1"')},
-        "refused",
-    ),
-    "position": (
-        {
-            "bottom": '<actuator><position joint="H" kp="6" kv="0.3" gear="2"/></actuator>',
-            "hinge": 'ref="0.4"',
-        },
-        "taken",
-    ),
-    "position of a slide": (
-        {"bottom": '<actuator><position joint="S" kp="60" kv="1" forcerange="-4 4"/></actuator>'},
-        "taken",
-    ),
-    "position timeconst": (
-        {"bottom": '<actuator><position joint="H" kp="6" timeconst="0.1"/></actuator>'},
-        "refused",
-    ),
-    "velocity": ({"bottom": '<actuator><velocity joint="K" kv="0.2"/></actuator>'}, "taken"),
-    "intvelocity": ({"bottom": '<actuator><intvelocity joint="K" kp="2"/></actuator>'}, "refused"),
-    "damper": (
-        {"bottom": '<actuator><damper joint="K" kv="2" ctrlrange="0 1"/></actuator>'},
-        "taken",
-    ),
-    "cylinder": (
-        {"bottom": '<actuator><cylinder joint="S" area="1" timeconst="1"/></actuator>'},
-        "taken",
-    ),
-    "cylinder bias": (
-        {"bottom": '<actuator><cylinder joint="S" area="1" bias="3 0 0"/></actuator>'},
-        "refused",
-    ),
-    "muscle": (
-        {"bottom": '<actuator><muscle joint="H" lengthrange="0.1 1"/></actuator>'},
-        "refused",
-    ),
-    "adhesion": (
-        {"bottom": '<actuator><adhesion body="car" ctrlrange="0 1"/></actuator>'},
-        "taken",
-    ),
-    "dcmotor": (
-        {"bottom": '<actuator><dcmotor joint="H" motorconst="1" resistance="1"/></actuator>'},
-        "refused",
-    ),
-    "pid": ({"bottom": '<actuator><pid joint="H" kp="3"/></actuator>'}, "refused"),
-    "general": (
-        {
-            "bottom": '<actuator><general joint="H" gainprm="2" biastype="affine" biasprm="0.5 -3 '
-            '-0.1"/></actuator>'
-        },
-        "taken",
-    ),
-    "general dyntype": (
-        {"bottom": '<actuator><general joint="H" dyntype="filter" dynprm="0.1"/></actuator>'},
-        "taken",
-    ),
-    "sensor": ({"bottom": '<sensor><jointpos joint="H"/></sensor>'}, "taken"),
-    "keyframe": ({"bottom": '<keyframe><key qpos="1 0 0 0 0 0"/></keyframe>'}, "taken"),
-    "custom": (
-        {"bottom": '<custom><numeric name="n" data="1"/><text name="t" data="a"/></custom>'},
-        "taken",
-    ),
-    "frame": ({"inside": '<frame pos=".1 0 0" euler="0 .3 0"><geom size=".05"/></frame>'}, "taken"),
-    "replicate": (
-        {"inside": '<replicate count="3" offset=".1 0 0"><geom size=".03"/></replicate>'},
-        "taken",
-    ),
-    "flexcomp": (
-        {
-            "world": '<flexcomp name="f" type="grid" count="2 2 1" spacing=".1 .1 .1" dim="2" '
-            'radius=".01" pos="0 3 0"/>'
-        },
-        "refused",
-    ),
-    "plugin": (
-        {
-            "top": '<extension><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" '
-            'value="2"/></instance></plugin></extension>',
-            "bottom": '<actuator><plugin plugin="mujoco.pid" instance="p" joint="H"/></actuator>',
-        },
-        "refused",
-    ),
-    "tendon springyield": (
-        {"bottom": TENDON.format('stiffness="60" springlength="0.5" springyield="0.01"')},
-        "refused",
-    ),
-    "tendon margin": ({"bottom": TENDON.format('range="0 0.7" margin="0.02"')}, "taken"),
-    "tendon limited": ({"bottom": TENDON.format('range="0 0.63" limited="false"')}, "taken"),
-    "fixed tendon margin": ({"bottom": SUM.format('range="-0.2 0.1" margin="0.05"')}, "taken"),
-    "fixed tendon limited": (
-        {"bottom": SUM.format('range="-0.2 0.1" limited="false" springyield="0"')},
-        "taken",
-    ),
-    "tendon actuatorfrcrange": (
-        {"bottom": SUM.format('actuatorfrcrange="-0.2 0.2" actuatorfrclimited="true"') + PULLED},
-        "taken",
-    ),
-    "tendon actuatorfrcrange between sites": (
-        {"bottom": TENDON.format('actuatorfrcrange="-1 1" actuatorfrclimited="true"') + SPATIAL},
-        "refused",
-    ),
-    "tendon about a body": (
-        {
-            "bottom": '<tendon><spatial stiffness="9"><site site="T"/><geom geom="ball" '
-            'sidesite="C"/><site site="C"/></spatial></tendon>'
-        },
-        "refused",
-    ),
-    "equality tendon polycoef": (
-        {
-            "bottom": SUM.format("")
-            + '<equality><tendon tendon1="F" active="true" polycoef="0 1 0 0 0"/></equality>'
-        },
-        "taken",
-    ),
-    "equality tendon2": (
-        {
-            "bottom": SUM.format("").replace(
-                "</tendon>", '<fixed name="G"><joint joint="H" coef="1"/></fixed></tendon>'
-            )
-            + '<equality><tendon tendon1="F" tendon2="G"/></equality>'
-        },
-        "refused",
-    ),
-    "equality connect of sites": (
-        {
-            "inside": '<site name="W" pos=".2 0 0"/>',
-            "free": PLANE_FREE + '<site name="V" pos="-1.8089327 0 -0.0591040"/>',
-            "bottom": '<equality><connect site1="W" site2="V"/></equality>',
-        },
-        "taken",
-    ),
-    "equality weld of sites": (
-        {
-            "inside": '<site name="W" pos=".2 0 0" euler="0 -0.3 0"/>',
-            "free": PLANE_FREE + '<site name="V" pos="-1.8089327 0 -0.0591040"/>',
-            "bottom": '<equality><weld site1="W" site2="V" torquescale="0.5"/></equality>',
-        },
-        "taken",
-    ),
-    "equality weld active": (
-        {
-            "bottom": '<equality><weld body1="hand" body2="loose" active="false" anchor="0 0 0" '
-            'relpose="0 0 0 1 0 0 0"/></equality>'
-        },
-        "taken",
-    ),
-    "equality joint active": (
-        {"bottom": '<equality><joint joint1="K" joint2="H" active="false"/></equality>'},
-        "taken",
-    ),
-    "pair margin": (
-        on_floor(
-            'contype="0"',
-            ball="",
-            bottom='<contact><pair geom1="floor" geom2="ball" margin="0.02" gap="0.01" '
-            'friction="0 0 0 0 0"/></contact>',
-        ),
-        "taken",
-    ),
-    "pair adhesion": (
-        on_floor(
-            'contype="0"',
-            ball="",
-            bottom='<contact><pair geom1="floor" geom2="ball" adhesion="2"/></contact>',
-        ),
-        "refused",
-    ),
-    "geom quat": (
-        on_floor(BOTH + ' quat="0.9961947 0 0.0871557 0"', ball=BOTH + ' friction="0 0 0"')
-        | {"world": FLOOR.format(BOTH + ' friction="0 0 0" quat="0.9961947 0 0.0871557 0"')},
-        "taken",
-    ),
-    "geom axisangle": ({"geom": 'axisangle="0 1 0 0.2"'}, "taken"),
-    "geom type ellipsoid": (
-        on_floor(ball=BOTH + ' type="ellipsoid"', size='size=".1 .05 .06"'),
-        "named",
-    ),
-    "geom type ellipsoid that touches": (
-        on_floor(ball=BOTH + ' type="ellipsoid"', size='size=".1 .05 .27"'),
-        "refused",
-    ),
-    "geom type capsule": (
-        on_floor(ball=BOTH + ' condim="1" type="capsule" euler="0 1.2 0"', size='size=".03 .1"')
-        | {"world": FLOOR.format(BOTH + ' condim="1"')},
-        "taken",
-    ),
-    "geom type box": (
-        on_floor(ball=BOTH + ' condim="1" type="box" euler="0 0.4 0"', size='size=".05 .1 .2"')
-        | {"world": FLOOR.format(BOTH + ' condim="1"')},
-        "taken",
-    ),
-    "geom type cylinder": (
-        on_floor(ball=BOTH + ' type="cylinder" euler="1.570796327 0 0"', size='size=".05 .1"'),
-        "taken",
-    ),
-    "geom type of two balls": (
-        on_floor(
-            'contype="0"',
-            world='<body name="post"><geom pos="2.02 0 .8" size=".06"/></body>',
-            geoms='condim="1" conaffinity="0"',
-            ball='conaffinity="1"',
-        ),
-        "taken",
-    ),
-    "geom type of two balls that pass": (
-        on_floor(
-            'contype="0"',
-            world='<body name="post"><geom pos="2.02 .2 .8" size=".06"/></body>',
-            geoms='condim="1" conaffinity="0"',
-            ball='conaffinity="1"',
-        ),
-        "taken",
-    ),
-    "flag clampctrl": (
-        {"bottom": MOTOR.format('ctrlrange="0.5 1"'), "flag": '<flag clampctrl="disable"/>'},
-        "taken",
-    ),
-    "flag filterparent": (
-        {"flag": '<flag filterparent="disable"/>', "second": 'range="-1 1"'},
-        "refused",
-    ),
-    "flag override": (
-        on_floor(
-            free=ROLLING,
-            world=FLOOR.replace(".75", ".94").format(BOTH),
-            option='o_friction="0 0 0 0 0" o_margin="0" o_solref="0.0004 1" '
-            'o_solimp="0.9999 0.9999 0.001 0.5 2"',
-            flag='<flag override="enable"/>',
-        ),
-        "taken",
-    ),
-    "compiler inertiagrouprange": (
-        {
-            "compiler": 'angle="radian" inertiagrouprange="0 1"',
-            "inside": '<geom size=".2" group="3"/>',
-        },
-        "taken",
-    ),
-    "compiler alignfree": (
-        {"compiler": 'angle="radian" alignfree="true"', "free": '<freejoint align="true"/>'},
-        "taken",
-    ),
-    "position dampratio": (
-        {
-            "bottom": '<actuator><position joint="K" kp="2" dampratio="0.7" '
-            'armature="0.01"/></actuator>'
-        },
-        "taken",
-    ),
-    "position inheritrange": (
-        {
-            "second": 'range="-0.1 0.8"',
-            "bottom": '<actuator><position joint="K" kp="2" inheritrange="1"/></actuator>',
-        },
-        "taken",
-    ),
-    "motor jointinparent": (
-        {"bottom": '<actuator><motor jointinparent="H" ctrlrange="1 2"/></actuator>'},
-        "taken",
-    ),
-    "motor of a slider crank": (
-        {"bottom": '<actuator><motor cranksite="T" slidersite="C" cranklength="1"/></actuator>'},
-        "taken",
-    ),
-    "position of a site": (
-        {"bottom": '<actuator><position site="T" refsite="C" gear="1 0 0 0 0 0"/></actuator>'},
-        "refused",
-    ),
-    "general of an activation": (
-        {
-            "bottom": '<actuator><general joint="H" dyntype="integrator" actlimited="true" '
-            'actrange="1 2"/></actuator>'
-        },
-        "refused",
-    ),
-    "orientation": (
-        {"bottom": '<actuator><orientation site="T" refsite="C" kp="3"/></actuator>'},
-        "refused",
-    ),
+TAKEN_ATTRIBUTES = {
+    "joint type": {"free": '<joint name="J" type="free"/>'},
+    "joint pos": {"hinge": 'pos="0.1 0 0.05"'},
+    "joint axis": {"axis": 'axis="0 -1 0"', "hinge": 'range="-2 0.1"'},
+    "joint range": {"hinge": 'range="-0.2 0.3"'},
+    "joint limited": {"hinge": 'range="-0.2 0.3" limited="false"'},
+    "joint margin": {"hinge": 'range="-0.2 0.3" margin="0.05"'},
+    "joint ref": {"hinge": 'ref="0.2" stiffness="3"'},
+    "joint springref": {"hinge": 'springref="0.5" stiffness="3"'},
+    "joint stiffness": {"slide": 'stiffness="40" springref="-0.2"'},
+    "joint stiffness of a hinge": {"second": 'stiffness="2" springref="0.7"'},
+    "joint damping": {"second": 'damping="0.3"'},
+    "joint damping of a slide": {"slide": 'damping="3"'},
+    "joint damping of a free body": {"free": PLANE_FREE.replace("/>", ' damping="2"/>')},
+    "joint stiffness of a free body": {
+        "free": PLANE_FREE.replace("/>", ' stiffness="9" springref="0.3"/>')
+    },
+    "joint damping of a free joint": {"free": '<joint type="free" damping="1.5"/>'},
+    "joint frictionloss": {"hinge": 'frictionloss="0.4"'},
+    "joint frictionloss of a slide": {"slide": 'frictionloss="2"'},
+    "joint frictionloss that holds": {"hinge": 'frictionloss="40"'},
+    "joint armature": {"hinge": 'armature="0.2"'},
+    "joint armature of a slide": {"slide": 'armature="0.7"'},
+    "joint armature between bodies": {"second": 'armature="0.03"'},
+    "joint springdamper": {"hinge": 'springdamper="0.2 0.5"'},
+    "joint actuatorfrcrange": {
+        "hinge": 'actuatorfrcrange="-0.3 0.3"',
+        "bottom": MOTOR.replace("motor", "position").format('kp="20"'),
+    },
+    "joint actuatorfrclimited": {
+        "hinge": 'actuatorfrcrange="-0.3 0.3" actuatorfrclimited="false"',
+        "bottom": MOTOR.replace("motor", "position").format('kp="2"'),
+    },
+    "joint class": {
+        "default": '<default class="d"><joint damping="0.4"/></default>',
+        "hinge": 'class="d"',
+    },
+    "joint range of a pin in a slot": {
+        "slide": "",
+        "free": '<joint type="slide" axis="1 0 0" range="-1 0.1"/><joint name="Q" axis="0 1 '
+        '0" pos="0 0 .1" range="-0.02 0.02"/>',
+    },
+    "freejoint": {"free": '<freejoint name="J"/>'},
+    "body pos": {"hand": 'euler="0 0.5 0"'},
+    "body gravcomp": {"hand": 'gravcomp="0.7"'},
+    "body gravcomp of what is fixed": {
+        "inside": '<body name="tip" pos=".2 0 0" gravcomp="2"><geom size=".05"/></body>'
+    },
+    "body childclass": {
+        "default": '<default class="d"><joint damping="0.4"/></default>',
+        "arm": 'childclass="d"',
+    },
+    "inertial mass": {
+        "inertial": '<inertial pos=".1 0 .02" mass="2" diaginertia=".02 .03 .04" euler="0 .4 .3"/>'
+    },
+    "inertial fullinertia": {
+        "inertial": '<inertial pos=".1 0 .02" mass="2" fullinertia=".02 .03 .04 .001 .002 .003"/>'
+    },
+    "geom density": {"geom": 'density="4000"'},
+    "geom mass": {"geom": 'mass="3"'},
+    "geom shellinertia": {"geom": 'shellinertia="true"'},
+    "geom contact": on_floor(),
+    "geom contype": on_floor('contype="0" conaffinity="0"'),
+    "geom conaffinity": on_floor('contype="0" conaffinity="2"', ball='contype="2"'),
+    "geom condim": on_floor(BOTH + ' condim="1"', ball=BOTH + ' condim="1"', free=ROLLING),
+    "geom friction": on_floor(free=ROLLING, world=FLOOR.replace(".75", ".94").format(BOTH)),
+    "geom margin": on_floor(BOTH + ' margin="0.01"'),
+    "geom gap": on_floor(BOTH + ' gap="0.01"'),
+    "geom priority": on_floor(BOTH + ' priority="1" friction="0 0 0"', free=ROLLING),
+    "pair": on_floor(
+        'contype="0"',
+        ball="",
+        bottom='<contact><pair geom1="floor" geom2="ball" condim="1"/></contact>',
+    ),
+    "exclude": on_floor(bottom='<contact><exclude body1="world" body2="loose"/></contact>'),
+    "option gravity": {"flag": '<flag gravity="disable"/>', "hinge": 'stiffness="2" springref="1"'},
+    "option density": {"option": 'density="1000"'},
+    "option viscosity": {"option": 'viscosity="0.9"'},
+    "option wind in a medium": {
+        "option": 'density="100" viscosity="2" wind="5 3 1"',
+        "inside": TIP,
+    },
+    "option wind": {"option": 'wind="5 0 0"'},
+    "option magnetic": {"option": 'magnetic="5 0 0"'},
+    "flag limit": {"hinge": 'range="-0.2 0.1"', "flag": '<flag limit="disable"/>'},
+    "flag frictionloss": {"hinge": 'frictionloss="4"', "flag": '<flag frictionloss="disable"/>'},
+    "flag spring": {"hinge": 'stiffness="4" springref="1"', "flag": '<flag spring="disable"/>'},
+    "flag damper": {"hinge": 'damping="4"', "flag": '<flag damper="disable"/>'},
+    "flag contact": {**on_floor(), "flag": '<flag contact="disable"/>'},
+    "flag constraint": {
+        **on_floor(),
+        "hinge": 'range="-0.2 0.1"',
+        "flag": '<flag constraint="disable"/>',
+    },
+    "flag equality": {
+        "bottom": '<equality><joint joint1="H" joint2="K"/></equality>',
+        "flag": '<flag equality="disable"/>',
+    },
+    "flag actuation": {
+        "bottom": MOTOR.replace("motor", "position").format('kp="20"'),
+        "flag": '<flag actuation="disable"/>',
+    },
+    "option actuatorgroupdisable": {
+        "bottom": MOTOR.replace("motor", "position").format('kp="20" group="2"'),
+        "option": 'actuatorgroupdisable="2"',
+    },
+    "compiler angle": {"compiler": 'angle="degree"', "hinge": 'range="-3 5"'},
+    "compiler boundmass": {"compiler": 'angle="radian" boundmass="4"'},
+    "compiler boundinertia": {"compiler": 'angle="radian" boundinertia="0.5"'},
+    "compiler settotalmass": {
+        "compiler": 'angle="radian" settotalmass="4"',
+        "hinge": 'damping="0.3"',
+    },
+    "compiler autolimits": {
+        "compiler": 'angle="radian" autolimits="false"',
+        "hinge": 'limited="true" range="-0.2 0.1"',
+    },
+    "compiler inertiafromgeom": {
+        "compiler": 'angle="radian" inertiafromgeom="true"',
+        "inertial": '<inertial pos="0 0 0" mass="9" diaginertia="1 1 1"/>',
+    },
+    "compiler eulerseq": {"compiler": 'angle="radian" eulerseq="zyx"', "hand": 'euler="0 0.4 0"'},
+    "compiler fusestatic": {
+        "compiler": 'angle="radian" fusestatic="true"',
+        "inside": '<body pos=".1 0 0"><geom size=".06"/></body>',
+    },
+    "compiler balanceinertia": {
+        "compiler": 'angle="radian" balanceinertia="true"',
+        "inertial": '<inertial pos=".2 0 0" mass="2" diaginertia=".01 .09 .01"/>',
+    },
+    "equality connect": {
+        "bottom": '<equality><connect body1="hand" body2="loose" anchor="0.1 0 0"/></equality>'
+    },
+    "equality weld": {"bottom": '<equality><weld body1="hand" body2="loose"/></equality>'},
+    "equality joint": {
+        "bottom": '<equality><joint joint1="K" joint2="H" polycoef="0 -1.5 0 0 0"/></equality>'
+    },
+    "equality joint of a slide": {
+        "bottom": '<equality><joint joint1="S" joint2="H" polycoef="0 0.5 0 0 0"/></equality>'
+    },
+    "equality joint alone": {"bottom": '<equality><joint joint1="K"/></equality>'},
+    "equality tendon": {"bottom": TENDON.format("") + '<equality><tendon tendon1="L"/></equality>'},
+    "equality tendon of joints": {
+        "bottom": SUM.format("") + '<equality><tendon tendon1="F"/></equality>'
+    },
+    "equality active": {
+        "bottom": '<equality><connect body1="hand" body2="loose" anchor="0.1 0 0" '
+        'active="false"/></equality>'
+    },
+    "tendon stiffness": {"bottom": TENDON.format('stiffness="60" springlength="0.5"')},
+    "tendon damping": {"bottom": TENDON.format('damping="5"')},
+    "tendon range": {"bottom": TENDON.format('range="0 0.7"')},
+    "tendon range of a strut": {"bottom": TENDON.format('range="0.62 9"')},
+    "fixed tendon stiffness": {"bottom": SUM.format('stiffness="2" springlength="0.5"')},
+    "fixed tendon damping": {"bottom": SUM.format('damping="0.5"')},
+    "fixed tendon range": {"bottom": SUM.format('range="-0.2 0.1"')},
+    "fixed tendon frictionloss": {"bottom": SUM.format('frictionloss="0.3"')},
+    "fixed tendon armature": {"bottom": SUM.format('armature="0.05"')},
+    "motor": {"bottom": MOTOR.format('gear="3"')},
+    "motor armature": {"bottom": MOTOR.format('gear="3" armature="0.02" damping="0.1"')},
+    "motor ctrlrange": {"bottom": MOTOR.format('ctrlrange="0.5 1" ctrllimited="true"')},
+    "motor forcerange": {"bottom": MOTOR.format('forcerange="-1 -0.5" forcelimited="true"')},
+    "motor of a slide": {
+        "bottom": '<actuator><motor joint="S" ctrlrange="2 3" gear="2"/></actuator>'
+    },
+    "motor of a tendon": {
+        "bottom": SUM.format("") + '<actuator><motor tendon="F" ctrlrange="0.4 3"/></actuator>'
+    },
+    "motor of a site": {"bottom": '<actuator><motor site="T" gear="1 0 0 0 0 0"/></actuator>'},
+    "position": {
+        "bottom": '<actuator><position joint="H" kp="6" kv="0.3" gear="2"/></actuator>',
+        "hinge": 'ref="0.4"',
+    },
+    "position of a slide": {
+        "bottom": '<actuator><position joint="S" kp="60" kv="1" forcerange="-4 4"/></actuator>'
+    },
+    "velocity": {"bottom": '<actuator><velocity joint="K" kv="0.2"/></actuator>'},
+    "damper": {"bottom": '<actuator><damper joint="K" kv="2" ctrlrange="0 1"/></actuator>'},
+    "cylinder": {"bottom": '<actuator><cylinder joint="S" area="1" timeconst="1"/></actuator>'},
+    "adhesion": {"bottom": '<actuator><adhesion body="car" ctrlrange="0 1"/></actuator>'},
+    "general": {
+        "bottom": '<actuator><general joint="H" gainprm="2" biastype="affine" biasprm="0.5 -3 '
+        '-0.1"/></actuator>'
+    },
+    "general dyntype": {
+        "bottom": '<actuator><general joint="H" dyntype="filter" dynprm="0.1"/></actuator>'
+    },
+    "sensor": {"bottom": '<sensor><jointpos joint="H"/></sensor>'},
+    "keyframe": {"bottom": '<keyframe><key qpos="1 0 0 0 0 0"/></keyframe>'},
+    "custom": {"bottom": '<custom><numeric name="n" data="1"/><text name="t" data="a"/></custom>'},
+    "frame": {"inside": '<frame pos=".1 0 0" euler="0 .3 0"><geom size=".05"/></frame>'},
+    "replicate": {"inside": '<replicate count="3" offset=".1 0 0"><geom size=".03"/></replicate>'},
+    "tendon margin": {"bottom": TENDON.format('range="0 0.7" margin="0.02"')},
+    "tendon limited": {"bottom": TENDON.format('range="0 0.63" limited="false"')},
+    "fixed tendon margin": {"bottom": SUM.format('range="-0.2 0.1" margin="0.05"')},
+    "fixed tendon limited": {
+        "bottom": SUM.format('range="-0.2 0.1" limited="false" springyield="0"')
+    },
+    "tendon actuatorfrcrange": {
+        "bottom": SUM.format('actuatorfrcrange="-0.2 0.2" actuatorfrclimited="true"') + PULLED
+    },
+    "equality tendon polycoef": {
+        "bottom": SUM.format("")
+        + '<equality><tendon tendon1="F" active="true" polycoef="0 1 0 0 0"/></equality>'
+    },
+    "equality connect of sites": {
+        "inside": '<site name="W" pos=".2 0 0"/>',
+        "free": PLANE_FREE + '<site name="V" pos="-1.8089327 0 -0.0591040"/>',
+        "bottom": '<equality><connect site1="W" site2="V"/></equality>',
+    },
+    "equality weld of sites": {
+        "inside": '<site name="W" pos=".2 0 0" euler="0 -0.3 0"/>',
+        "free": PLANE_FREE + '<site name="V" pos="-1.8089327 0 -0.0591040"/>',
+        "bottom": '<equality><weld site1="W" site2="V" torquescale="0.5"/></equality>',
+    },
+    "equality weld active": {
+        "bottom": '<equality><weld body1="hand" body2="loose" active="false" anchor="0 0 0" '
+        'relpose="0 0 0 1 0 0 0"/></equality>'
+    },
+    "equality joint active": {
+        "bottom": '<equality><joint joint1="K" joint2="H" active="false"/></equality>'
+    },
+    "pair margin": on_floor(
+        'contype="0"',
+        ball="",
+        bottom='<contact><pair geom1="floor" geom2="ball" margin="0.02" gap="0.01" '
+        'friction="0 0 0 0 0"/></contact>',
+    ),
+    "geom quat": on_floor(BOTH + ' quat="0.9961947 0 0.0871557 0"', ball=BOTH + ' friction="0 0 0"')
+    | {"world": FLOOR.format(BOTH + ' friction="0 0 0" quat="0.9961947 0 0.0871557 0"')},
+    "geom axisangle": {"geom": 'axisangle="0 1 0 0.2"'},
+    "geom type capsule": on_floor(
+        ball=BOTH + ' condim="1" type="capsule" euler="0 1.2 0"', size='size=".03 .1"'
+    )
+    | {"world": FLOOR.format(BOTH + ' condim="1"')},
+    "geom type box": on_floor(
+        ball=BOTH + ' condim="1" type="box" euler="0 0.4 0"', size='size=".05 .1 .2"'
+    )
+    | {"world": FLOOR.format(BOTH + ' condim="1"')},
+    "geom type cylinder": on_floor(
+        ball=BOTH + ' type="cylinder" euler="1.570796327 0 0"', size='size=".05 .1"'
+    ),
+    "geom type of two balls": on_floor(
+        'contype="0"',
+        world='<body name="post"><geom pos="2.02 0 .8" size=".06"/></body>',
+        geoms='condim="1" conaffinity="0"',
+        ball='conaffinity="1"',
+    ),
+    "geom type of two balls that pass": on_floor(
+        'contype="0"',
+        world='<body name="post"><geom pos="2.02 .2 .8" size=".06"/></body>',
+        geoms='condim="1" conaffinity="0"',
+        ball='conaffinity="1"',
+    ),
+    "flag clampctrl": {
+        "bottom": MOTOR.format('ctrlrange="0.5 1"'),
+        "flag": '<flag clampctrl="disable"/>',
+    },
+    "flag override": on_floor(
+        free=ROLLING,
+        world=FLOOR.replace(".75", ".94").format(BOTH),
+        option='o_friction="0 0 0 0 0" o_margin="0" o_solref="0.0004 1" '
+        'o_solimp="0.9999 0.9999 0.001 0.5 2"',
+        flag='<flag override="enable"/>',
+    ),
+    "compiler inertiagrouprange": {
+        "compiler": 'angle="radian" inertiagrouprange="0 1"',
+        "inside": '<geom size=".2" group="3"/>',
+    },
+    "compiler alignfree": {
+        "compiler": 'angle="radian" alignfree="true"',
+        "free": '<freejoint align="true"/>',
+    },
+    "position dampratio": {
+        "bottom": '<actuator><position joint="K" kp="2" dampratio="0.7" '
+        'armature="0.01"/></actuator>'
+    },
+    "position inheritrange": {
+        "second": 'range="-0.1 0.8"',
+        "bottom": '<actuator><position joint="K" kp="2" inheritrange="1"/></actuator>',
+    },
+    "motor jointinparent": {
+        "bottom": '<actuator><motor jointinparent="H" ctrlrange="1 2"/></actuator>'
+    },
+    "motor of a slider crank": {
+        "bottom": '<actuator><motor cranksite="T" slidersite="C" cranklength="1"/></actuator>'
+    },
 }
+REFUSED_ATTRIBUTES = {
+    "joint stiffness of higher order": {"hinge": 'stiffness="2 3 0"'},
+    "joint damping of higher order": {"slide": 'damping="3 2 0"'},
+    "joint springyield": {"hinge": 'stiffness="3" springyield="0.01"'},
+    "joint actuatorgravcomp": {"hinge": 'actuatorgravcomp="true"', "arm": 'gravcomp="0.5"'},
+    "body mocap": {"world": '<body name="m" mocap="true"/>'},
+    "body sleep": {"arm": 'sleep="init"', "flag": '<flag sleep="enable"/>'},
+    "geom fluidshape": {"geom": 'fluidshape="ellipsoid"', "option": 'density="1.2"'},
+    "geom rolling friction": on_floor(BOTH + ' condim="6" friction="1 0.1 0.01"'),
+    "geom surfacevel": on_floor(BOTH + ' surfacevel="1 0 0 0 0 0"'),
+    "geom adhesion": on_floor(BOTH + ' adhesion="1"'),
+    "inertial axes in a medium": {
+        "option": 'density="100"',
+        "inertial": '<inertial pos=".1 0 .02" mass="2" diaginertia=".02 .03 .04" euler="0 .4 .3"/>',
+    },
+    "equality joint curved": {
+        "bottom": '<equality><joint joint1="K" joint2="H" polycoef="0 1 1 0 0"/></equality>'
+    },
+    "tendon springlength": {"bottom": TENDON.format('stiffness="60" springlength="0.1 0.4"')},
+    "tendon frictionloss": {"bottom": TENDON.format('frictionloss="2"')},
+    "tendon armature": {"bottom": TENDON.format('armature="2"')},
+    "tendon over pulleys": {
+        "bottom": '<tendon><spatial stiffness="9"><site site="T"/><site site="C"/><pulley '
+        'divisor="2"/><site site="C"/><site site="T"/></spatial></tendon>'
+    },
+    "motor of a site with a force": {
+        "bottom": '<actuator><motor site="T" gear="1 0 0 0 0 0" ctrlrange="1 2"/></actuator>'
+    },
+    "motor delay": {"bottom": MOTOR.format('delay="0.01" nsample="4" ctrlrange="0.5 1"')},
+    "position timeconst": {
+        "bottom": '<actuator><position joint="H" kp="6" timeconst="0.1"/></actuator>'
+    },
+    "intvelocity": {"bottom": '<actuator><intvelocity joint="K" kp="2"/></actuator>'},
+    "cylinder bias": {"bottom": '<actuator><cylinder joint="S" area="1" bias="3 0 0"/></actuator>'},
+    "muscle": {"bottom": '<actuator><muscle joint="H" lengthrange="0.1 1"/></actuator>'},
+    "dcmotor": {
+        "bottom": '<actuator><dcmotor joint="H" motorconst="1" resistance="1"/></actuator>'
+    },
+    "pid": {"bottom": '<actuator><pid joint="H" kp="3"/></actuator>'},
+    "flexcomp": {
+        "world": '<flexcomp name="f" type="grid" count="2 2 1" spacing=".1 .1 .1" dim="2" '
+        'radius=".01" pos="0 3 0"/>'
+    },
+    "plugin": {
+        "top": '<extension><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" '
+        'value="2"/></instance></plugin></extension>',
+        "bottom": '<actuator><plugin plugin="mujoco.pid" instance="p" joint="H"/></actuator>',
+    },
+    "tendon springyield": {
+        "bottom": TENDON.format('stiffness="60" springlength="0.5" springyield="0.01"')
+    },
+    "tendon actuatorfrcrange between sites": {
+        "bottom": TENDON.format('actuatorfrcrange="-1 1" actuatorfrclimited="true"') + SPATIAL
+    },
+    "tendon about a body": {
+        "bottom": '<tendon><spatial stiffness="9"><site site="T"/><geom geom="ball" '
+        'sidesite="C"/><site site="C"/></spatial></tendon>'
+    },
+    "equality tendon2": {
+        "bottom": SUM.format("").replace(
+            "</tendon>", '<fixed name="G"><joint joint="H" coef="1"/></fixed></tendon>'
+        )
+        + '<equality><tendon tendon1="F" tendon2="G"/></equality>'
+    },
+    "pair adhesion": on_floor(
+        'contype="0"',
+        ball="",
+        bottom='<contact><pair geom1="floor" geom2="ball" adhesion="2"/></contact>',
+    ),
+    "geom type ellipsoid that touches": on_floor(
+        ball=BOTH + ' type="ellipsoid"', size='size=".1 .05 .27"'
+    ),
+    "flag filterparent": {"flag": '<flag filterparent="disable"/>', "second": 'range="-1 1"'},
+    "position of a site": {
+        "bottom": '<actuator><position site="T" refsite="C" gear="1 0 0 0 0 0"/></actuator>'
+    },
+    "general of an activation": {
+        "bottom": '<actuator><general joint="H" dyntype="integrator" actlimited="true" '
+        'actrange="1 2"/></actuator>'
+    },
+    "orientation": {"bottom": '<actuator><orientation site="T" refsite="C" kp="3"/></actuator>'},
+}
+NAMED_ATTRIBUTES = {
+    "geom type ellipsoid": on_floor(ball=BOTH + ' type="ellipsoid"', size='size=".1 .05 .06"')
+}
+CASES = {n: (g, "taken") for n, g in TAKEN_ATTRIBUTES.items()}
+CASES |= {n: (g, "refused") for n, g in REFUSED_ATTRIBUTES.items()}
+CASES |= {n: (g, "named") for n, g in NAMED_ATTRIBUTES.items()}
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -765,122 +558,36 @@ def schema():
 #: Sections that are for pictures, measurement and memory, and those that are refused whole.
 SECTIONS = {"visual", "statistic", "asset", "sensor", "custom", "size", "keyframe", "default"}
 REFUSED_WHOLE = {"extension", "deformable", "flexcomp", "plugin", "flex", "flexstrain"}
+
+
+def words_of(text):
+    return set(text.split())
+
+
 #: Attributes that name, show or order, that other files are found by, or that are other words for a
 #: direction or a size that the compiler makes of all of them.
-NAMES = set(
-    [
-        "name",
-        "class",
-        "group",
-        "user",
-        "rgba",
-        "material",
-        "castshadow",
-        "width",
-        "mesh",
-        "hfield",
-        "fitscale",
-    ]
-)
-WORDS = set(
-    [
-        "axisangle",
-        "quat",
-        "xyaxes",
-        "zaxis",
-        "euler",
-        "fromto",
-        "size",
-        "type",
-        "simple",
-        "fuse",
-        "lengthrange",
-    ]
-)
-FILES = set(
-    [
-        "assetdir",
-        "meshdir",
-        "texturedir",
-        "strippath",
-        "discardvisual",
-        "fitaabb",
-        "passthrough",
-        "savecanonical",
-        "conflict",
-        "savecompiled",
-        "saveinertial",
-        "usethread",
-        "coordinate",
-    ]
-)
+NAMES = words_of("""
+    name class group user rgba material castshadow width mesh hfield fitscale
+""")
+WORDS = words_of("""
+    axisangle quat xyaxes zaxis euler fromto size type simple fuse lengthrange
+""")
+FILES = words_of("""
+    assetdir meshdir texturedir strippath discardvisual fitaabb passthrough savecanonical
+    conflict savecompiled saveinertial usethread coordinate
+""")
 #: How MuJoCo solves.
-SOLVES = set(
-    [
-        "solmix",
-        "solref",
-        "solimp",
-        "solimplimit",
-        "solreflimit",
-        "solimpfriction",
-        "solreffriction",
-        "autoreset",
-        "diagexact",
-        "energy",
-        "eulerdamp",
-        "fwdinv",
-        "invdiscrete",
-        "ipc",
-        "island",
-        "midphase",
-        "multiccd",
-        "nativeccd",
-        "refsafe",
-        "sensor",
-        "speculative",
-        "warmstart",
-        "interp",
-        "nsample",
-    ]
-)
+SOLVES = words_of("""
+    solmix solref solimp solimplimit solreflimit solimpfriction solreffriction autoreset
+    diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd
+    refsafe sensor speculative warmstart interp nsample
+""")
 #: Of actuators that have laws of their own, which are refused with any of these.
-LAWS = set(
-    [
-        "actdim",
-        "actearly",
-        "ffrange",
-        "input",
-        "velrange",
-        "imax",
-        "posrange",
-        "slewmax",
-        "diameter",
-        "force",
-        "fpmax",
-        "fvmax",
-        "lmax",
-        "lmin",
-        "range",
-        "scale",
-        "tausmooth",
-        "vmax",
-        "gain",
-        "cogging",
-        "controller",
-        "inductance",
-        "lugre",
-        "nominal",
-        "saturation",
-        "thermal",
-        "ki",
-        "body",
-        "gaintype",
-        "fluidcoef",
-        "delay",
-        "actlimited",
-        "actrange",
-    ]
-)
+LAWS = words_of("""
+    actdim actearly ffrange input velrange imax posrange slewmax diameter force fpmax fvmax
+    lmax lmin range scale tausmooth vmax gain cogging controller inductance lugre nominal
+    saturation thermal ki body gaintype fluidcoef delay actlimited actrange
+""")
 
 
 def test_every_attribute_of_the_schema_is_among_these():
