@@ -14,10 +14,7 @@ import mbody
 from mbody import cli, gallery
 from mbody.cli.learn import PRINTED
 from mbody.core.selection import chosen
-from mbody.errors import ModelError, SolveError
 from mbody.files.tables import measured_data
-from tests.errors import command
-from tests.errors.catalogue import told
 from tests.support.cases import first_fast
 from tests.support.gallery_tables import tables
 from tests.support.paths import ROOT
@@ -109,31 +106,9 @@ def test_warmup_leaves_no_kernel_cold():
     assert cold <= (numba if chosen().name == "numba" else set())
 
 
-def test_warmup_tells_what_it_does(capsys):
-    assert cli.main(["warmup"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[-1].startswith(("ready: ", "nothing to build: "))
-
-
-def test_version_and_help(capsys, run):
-    assert cli.main(["--version"]) == 0
-    assert capsys.readouterr().out.strip() == f"mbody {mbody.__version__}"
-    status, out, _ = run()
-    assert status == 0 and "demo" in out and "kinetostatics" in out
-
-
 def test_help_loads_no_kernels():
     code = "import sys; from mbody.cli import main; main([]); print('numba' in sys.modules)"
     assert python("-c", code).stdout.split()[-1] == "False"
-
-
-@pytest.mark.parametrize(("error", "status"), [(ModelError, 2), (SolveError, 1)])
-def test_errors_are_one_sentence_and_a_status(error, status, monkeypatch, run):
-    def fails(asked: object) -> int:
-        raise error("loops do not close")
-
-    monkeypatch.setattr("mbody.cli.learn.demo", fails)
-    assert run("demo") == (status, "", "mbody: loops do not close\n")
 
 
 def test_a_reader_that_leaves_gets_no_traceback():
@@ -255,27 +230,6 @@ def test_where_a_driver_is(run):
     assert json.loads(out)["efforts"]["motor"] == [pytest.approx(told["efforts"]["motor"][1])]
 
 
-def test_the_branch_is_followed_from_the_beginning(run):
-    _, out, _ = run("kinematics", "norton_fourbar", "--json", "--over", "turn", "--instants", "361")
-    turn = json.loads(out)["bodies"]["rocker"]["angle"]
-    for crank in (5, 100, 200, 300):
-        _, out, _ = run("kinematics", "norton_fourbar", "--json", "--at", f"crank={crank}")
-        found = json.loads(out)["bodies"]["rocker"]["angle"]
-        assert found == [pytest.approx(turn[(crank - 60) % 360], abs=1e-9)]
-
-
-def test_instants_of_the_turn_that_the_model_asks(run):
-    _, out, _ = run("kinematics", "hoekens", "--json", "--instants", "5")
-    assert len(json.loads(out)["t"]) == 5
-
-
-def test_parameters_are_set(run):
-    _, out, _ = run("kinetostatics", "rotating_mass", "--set", "m=2 lb", "--json")
-    force = json.loads(out)["reactions"]["O"]["fx"]
-    _, out, _ = run("kinetostatics", "rotating_mass", "--set", "m=4 lb", "--json")
-    assert json.loads(out)["reactions"]["O"]["fx"] == pytest.approx(2.0 * np.array(force))
-
-
 def test_files(run, tmp_path):
     table, arrays = tmp_path / "a.csv", tmp_path / "a.npz"
     words = ("--over", "turn", "--instants", "9", "--csv", str(table), "--npz", str(arrays))
@@ -326,29 +280,3 @@ def test_doctor_and_schema(run):
     assert "ready" in run("doctor")[1]
     _, out, _ = run("schema")
     assert json.loads(out)["title"] == "mbody model"
-
-
-# -- bad input --------------------------------------------------------------------------------
-
-
-@first_fast("name", command.WORDS, 24)
-def test_bad_input_is_a_sentence(name, run):
-    words, wanted = command.WORDS[name], told(command.SCENARIOS[name])
-    found, out, err = run(*words)
-    assert found == 2 and err == f"mbody: {wanted.sentence}\n" and len(err) < 600
-    found, out, err = run(*words, "--json")
-    data = json.loads(out[out.index('{"error"') :])["error"]
-    assert (found, err) == (2, "")
-    assert data["message"] == wanted.sentence
-    assert (data["kind"], data["element"]) == (wanted.kind, wanted.element)
-
-
-@pytest.mark.parametrize("name", command.WRITERS)
-def test_bad_input_of_commands_that_write_text_is_a_sentence(name, run):
-    wanted = told(command.SCENARIOS[name])
-    assert run(*command.WRITERS[name]) == (2, "", f"mbody: {wanted.sentence}\n")
-
-
-def test_a_driver_that_does_not_come_there(run):
-    status, _, err = run("kinematics", "norton_fourbar", "--at", "t=5")
-    assert status in (0, 1) and "Traceback" not in err

@@ -7,7 +7,6 @@ import pytest
 
 import mbody
 from mbody import cli, gallery
-from mbody.analysis.driven.driven import analyse_at
 
 SWEEP = ("sweep", "norton_fourbar", "--vary", "crank.A.x=4,5", "--vary", "motor.law.value=0,60")
 OPTIMUM = ("optimize", "norton_fourbar", "--by", "crank.A.x=4:6", "--starts", "2", "--over", "turn")
@@ -76,12 +75,6 @@ def test_two_aims_have_their_units(run):
     assert line.split(", before")[0].endswith(" lbf")
 
 
-def test_data_and_a_table_are_not_mixed(run):
-    for words in (SWEEP, (*OPTIMUM, "--minimize", "peak(A.force)")):
-        status, out, _ = run(*words, "--json", *CSV)
-        assert status == 2 and "print to the same place" in out
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -118,14 +111,6 @@ def test_a_model_that_goes_beside_results_is_not_printed(run, tmp_path, words):
     status, out, said = run(*words, "-o", "-")
     assert status == 2 and not out and "give -o a name" in said
     assert not list(tmp_path.iterdir())
-
-
-def test_notes_stand_beside_a_printed_table(run):
-    status, out, said = run("kinetostatics", "parallel_cranks", *CSV)
-    machine = gallery.load("parallel_cranks")
-    notes = analyse_at(machine, "kinetostatics", machine.ask).notes
-    assert status == 0 and notes and len(table(out)) >= 2
-    assert all(f"note: {note}" in said for note in notes)
 
 
 def test_a_sensitivity_has_the_unit_of_its_instant(run):

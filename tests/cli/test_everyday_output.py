@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody import ModelError, Prismatic, Revolute, cli, gallery
+from mbody import cli, gallery
 from mbody.quantities.evaluate import short_degrees
 from mbody.summaries.text_table import force_names
 
@@ -49,36 +49,6 @@ def test_a_sweep_has_a_row_for_each_design():
         # six digits are printed
         assert row[2] == pytest.approx(run.reaction("A").magnitude.max(), rel=1e-5)
     assert re.search(r"DESIGN +rocker\.B\.x +peak\(A\.force\)\n +in +lbf\n", str(found))
-
-
-def test_many_designs_and_histories_have_no_rows():
-    machine = gallery.load("norton_fourbar")
-    many = mbody.sweep(
-        machine, {"rocker.B.x": np.linspace(9.5, 10.5, 31)}, "kinetostatics", ["peak(A.force)"]
-    )
-    histories = mbody.sweep(
-        machine, {"rocker.B.x": [9.5, 10.5]}, "kinetostatics", ["A.force"], over="motor"
-    )
-    assert "DESIGN" not in str(many) and "DESIGN" not in str(histories)
-
-
-def test_limits_in_the_wrong_order_have_their_unit():
-    with pytest.raises(ModelError, match=r"limits are 0\.5 and 0\.2 rad: give the lesser first"):
-        Revolute("A", "ground", "arm", limits=(0.5, 0.2))
-    with pytest.raises(ModelError, match=r"limits are 3 and 2: give the lesser first"):
-        Prismatic("guide", "ground", "slide", limits=(3, 2))
-    machine = mbody.Mechanism("slide", units="mm-N-s")
-    machine.add(mbody.Body("slide", mass=1.0), Prismatic("g", "ground", "slide", limits=(1, 2)))
-    with pytest.raises(ModelError, match=r"limits are 3 and 2 mm: give the lesser first"):
-        mbody.assemble(machine).with_values({"g.limits.low": 3.0})
-
-
-def test_rows_of_a_request_are_counted_from_one():
-    good = [(0.0, 0.1 * n) for n in range(4)]
-    with pytest.raises(ModelError, match=r"row 3 of path must have 2 numbers"):
-        mbody.synthesize(path=[*good[:2], (1.0,), *good[2:]])
-    with pytest.raises(ModelError, match=r"row 2, number 1"):
-        mbody.synthesize(path=[good[0], ("long", 1.0), *good[1:]])
 
 
 def instants(text):

@@ -14,7 +14,6 @@ import pytest
 import mbody
 from mbody import cli, gallery
 from mbody.exchange import other_program
-from mbody.exchange.pylinkage import pmks_from_text
 from mbody.files.model import json_schema
 from mbody.files.model.problems import SECTIONS
 from mbody.model.model_notes import with_changed
@@ -73,13 +72,6 @@ def test_the_summary_shows_one_number_of_all_instants_as_it_is(by):
     else:
         # printed to six digits
         assert shown == pytest.approx(value, rel=1e-5) and value > 1e-2 * scale
-
-
-def test_turns_alone_are_a_whole_turn_each(capsys):
-    assert cli.main(["kinematics", "norton_fourbar", "--instants", "73"]) == 0
-    assert "at 73 instants" in capsys.readouterr().out
-    assert cli.main(["shaking", "v_twin", "--turns", "2", "--orders", "2"]) == 0
-    assert "ORDER" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -223,15 +215,6 @@ def test_headings_of_tables_have_units(tmp_path):
     np.testing.assert_allclose(run.measure("gas.torque")[:2], wanted, rtol=1e-12)
 
 
-def test_a_unit_in_a_heading_that_there_is_not_is_named(tmp_path):
-    (tmp_path / "turn.csv").write_text("t [s],crank [degg]\n0,0\n1,90\n")
-    (tmp_path / "gas.csv").write_text("0,10\n90,40\n360,10\n")
-    file = tmp_path / "mine.toml"
-    file.write_text(GAS)
-    with pytest.raises(mbody.ModelError, match=r"'turn.csv'.*degg"):
-        mbody.load(file)
-
-
 @pytest.mark.parametrize(
     ("value", "noted"), [("60", True), ("60 rpm", False), ("2*3", True), ("0", False)]
 )
@@ -239,13 +222,6 @@ def test_a_plain_number_in_place_of_one_in_another_unit_is_noted(value, noted, c
     assert cli.main(["kinematics", "slider_crank", "--set", f"speed={value}"]) == 0
     said = "plain numbers for 'speed' are in rad/s, and its own value is"
     assert (said in " ".join(capsys.readouterr().out.split())) == noted
-
-
-def test_a_sweep_notes_it_too(capsys):
-    words = ["sweep", "slider_crank", "--measure", "peak(crank.omega)", "--vary"]
-    for values, noted in (("speed=6:9:2", True), ("speed=6 rpm,9 rpm", False)):
-        assert cli.main([*words, values]) == 0
-        assert ("write rpm if that is meant" in capsys.readouterr().err) == noted
 
 
 def test_bands_and_derivatives_of_angles_in_degrees(capsys):
@@ -266,13 +242,6 @@ def test_bands_and_derivatives_of_angles_in_degrees(capsys):
     assert " rad\n" in texts[0] and " deg\n" in texts[1]
 
 
-def test_a_measure_that_there_is_not_leads_to_histories():
-    machine = mbody.makers.slider_crank(0.05, 0.2, speed=30.0)
-    run = mbody.kinematics(machine, [0.0])
-    with pytest.raises(mbody.ModelError, match=r"no parameter 'torque'.*as 'motor.effort'"):
-        run.measure("torque")
-
-
 def test_designs_in_motion_differ_in_any_number(tmp_path):
     """A film of a changed length is that of a model that has the length."""
     machine = mbody.makers.slider_crank(0.05, 0.2, masses=(1, 1, 1), speed=30.0)
@@ -287,18 +256,6 @@ def test_designs_in_motion_differ_in_any_number(tmp_path):
     assert cli.main(vary) == 0
     page = (tmp_path / "mine.html").read_text(encoding="utf-8")
     assert "crank.A.x = 4 cm" in page and "crank.A.x = 6 cm" in page
-
-
-def test_live_pages_take_parameters_alone(capsys):
-    words = ["view", "slider_crank", "--live", "--vary", "crank.A.x=1,2"]
-    assert cli.main(words) == 2
-    assert "--vary takes its parameters, not 'crank.A.x'" in capsys.readouterr().err
-
-
-def test_a_file_of_several_mechanisms_of_pmks_is_refused():
-    one = "http://example.org/pmks?mech=ground,crank,R,0,0|crank,rod,R,0,10"
-    with pytest.raises(mbody.ModelError, match="2 mechanisms of PMKS"):
-        pmks_from_text(f"{one}\n\n{one}\n", "two", "mm-N-s")
 
 
 def test_inertias_and_losses_are_in_the_units_that_people_use(capsys):

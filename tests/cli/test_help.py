@@ -74,12 +74,6 @@ def test_signatures_are_those_that_python_sees():
         )
 
 
-@pytest.mark.parametrize("words", [["--help"], ["help"], []])
-def test_help_is_the_list_of_all(words, capsys):
-    assert cli.main(words) == 0
-    assert capsys.readouterr().out.rstrip("\n") == overview()
-
-
 @pytest.mark.parametrize("words", [["sweep", "-h"], ["sweep", "x", "--help"], ["help", "sweep"]])
 def test_help_of_a_verb(words, capsys):
     assert cli.main(words) == 0

@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 import mbody
 from mbody import cli
 from mbody.cli.parser import verbs
@@ -55,9 +53,7 @@ COMMANDS = {
     "cognates": [("hoekens --point coupler.P", False)],
     "cam": [("cam_follower", False)],
     "bearings": [("norton_fourbar", False)],
-    "motor": [
-        ("norton_fourbar --speed 0,100 --peak 900,900 --continuous 300,300", False),
-    ],
+    "motor": [("norton_fourbar --speed 0,100 --peak 900,900 --continuous 300,300", False)],
     "flywheel": [("v_twin --coefficient 0.02", False)],
     "internal": [("norton_fourbar --body coupler", False)],
     "shaking": [("v_twin", False)],
@@ -101,9 +97,3 @@ def test_heads(command, arguments, doubtful, tmp_path, monkeypatch, capsys):
         assert doubt["message"] in told["notes"]
     assert bool(told["doubts"]) == told["status"].startswith("doubtful: ") == doubtful
     assert status == (0 if succeeded(told["status"]) else 1)
-
-
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - {"models", "doctor"}))
-def test_bad_input(command, capsys):
-    assert cli.main([command, "nothing.toml", "--json"]) == 2
-    assert "error" in json.loads(capsys.readouterr().out)

@@ -115,24 +115,6 @@ def test_user_functions():
         user.register(3)
 
 
-def test_empty_arrays_reach_users():
-    handle = user.register(lambda x, y: y.__setitem__(0, x.size))
-    y = np.ones(1)
-    assert call_user(handle, np.empty(0), y) == 0
-    assert y[0] == 0.0
-    user.release(handle)
-
-
-def test_only_contiguous_rows_of_float64_reach_users():
-    from numba.core.errors import TypingError
-
-    handle, y = user.register(lambda x, y: None), np.zeros(3)
-    for x in (np.zeros(6)[::2], np.zeros(3, dtype=np.float32), np.zeros((3, 1))):
-        with pytest.raises(TypingError, match="call_user"):
-            call_user(handle, x, y)
-    user.release(handle)
-
-
 # --- Decorators --------------------------------------------------------------------------------
 
 
@@ -167,14 +149,6 @@ def test_a_changed_interface_of_numba_costs_only_the_cache(monkeypatch):
         return x + 1
 
     assert local(1) == 2
-
-
-def test_a_handle_may_be_released_while_the_door_is_held():
-    """A finalizer runs wherever the collector starts, also inside `failure` of the same thread."""
-    handle = user.register(lambda x, y: None)
-    with user._lock:
-        user.release(handle)
-    assert user.failure(handle) is None
 
 
 def test_what_a_symbol_cannot_describe_is_refused():

@@ -198,29 +198,6 @@ def test_a_second_process_compiles_nothing(warm):
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
 
 
-USE = """\
-    from mbody.core.decorators import compilations, kernel
-    from mbody.kernels.helper import scaled
-
-    @kernel
-    def other(x):
-        return scaled(x) + 1.0
-
-    found = other(1.0)
-    addresses = [
-        cres.library.get_pointer_to_function(cres.fndesc.llvm_func_name)
-        for cres in scaled.overloads.values()
-    ]
-    print(found, compilations(), addresses, scaled(1.0), compilations())
-    """
-
-
-def test_a_function_of_kernels_is_kept_without_machine_code(warm):
-    """The kernel, not of the package, is not counted; from Python the function is one more."""
-    assert warm.process(USE).stdout.split() == ["3.0", "1", "[0]", "2.0", "2"]
-    assert warm.process(USE).stdout.split() == ["3.0", "0", "[0]", "2.0", "0"]
-
-
 def test_a_changed_interface_of_numba_costs_only_time(warm):
     code = """\
         import sys
@@ -305,12 +282,6 @@ def test_without_any_folder_everything_still_works(warm):
     assert result["folder"] is None
     assert result["compiled"] > 0
     assert "no folder" in done.stderr
-    np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
-
-
-def test_plain_python_gives_the_same(warm):
-    result = warm.run(MBODY_CORE="plain")
-    assert result["compiled"] == 0
     np.testing.assert_allclose(result["sine"], np.sin(0.5), rtol=1e-15)
 
 

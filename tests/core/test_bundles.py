@@ -29,26 +29,6 @@ class Whole(Bundle):
 
 
 @kernel
-def doubled(M, w):
-    for row in range(M.rows.shape[0]):
-        M.results[row, 0] = M.scale * M.rows[row, 0]
-
-
-def test_a_bundle_of_zeros_is_one_piece_of_memory():
-    made = Plain.zeros(((3, 1), (3, 1)), scale=2.5)
-    same = Plain(**made.as_dict())
-    np.testing.assert_array_equal(made._words, same._words)
-    made.rows[:, 0] = [1.0, -2.0, 0.5]
-    for one in (made, made.replaced(scale=-1.0)):
-        doubled(one, 0.0)
-        np.testing.assert_array_equal(made.results, one.scale * made.rows)
-    with pytest.raises(AttributeError, match="a Plain has no 'columns'"):
-        _ = made.columns
-    with pytest.raises(TypeError, match="missing or unknown: rows"):
-        Plain(scale=1.0, results=made.results)
-
-
-@kernel
 def conjugated(M):
     for k in range(M.waves.shape[1]):
         M.waves[0, k] = M.waves[0, k].conjugate()

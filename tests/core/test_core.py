@@ -2,7 +2,6 @@
 
 import json
 import os
-import pickle
 import shutil
 import subprocess
 import sys
@@ -21,7 +20,6 @@ from mbody.core.selection import (
     best_levels,
     chosen,
     open_library,
-    processor_features,
     source_hash,
 )
 from mbody.errors import ModelError
@@ -169,12 +167,6 @@ def choose(monkeypatch, tmp_path):
     return anew
 
 
-def test_plain_is_chosen_by_either_variable(choose):
-    assert choose(MBODY_CORE="plain").name == "plain"
-    assert choose(NUMBA_DISABLE_JIT="1").name == "plain"
-    assert choose(MBODY_CORE="numba", NUMBA_DISABLE_JIT="0").name == "numba"
-
-
 def test_without_a_linker_numba_is_next(choose, monkeypatch):
     monkeypatch.setattr(selection, "linker", lambda: None)
     found = choose()
@@ -210,10 +202,6 @@ def test_levels_are_those_of_the_processor(monkeypatch):
     monkeypatch.setattr(library, "processor_features", lambda: frozenset({"SSE42"}))
     with pytest.raises(ModelError, match="this processor has no AVX2, FMA3: choose a lower level"):
         list(best_levels())
-
-
-def test_the_processor_has_features():
-    assert processor_features()
 
 
 # -- libraries --------------------------------------------------------------------------------
@@ -334,29 +322,3 @@ def test_a_kernel_refuses_arrays_of_another_kind():
         given[place] = bad
         with pytest.raises(TypeError, match=f"kernel thomas: .*{what}"):
             thomas(*given)
-
-
-@native
-def test_kernels_show_what_they_are():
-    from mbody.laws.kernels import law
-
-    assert law.__name__ == "law" and law.__module__ == "mbody.laws.kernels"
-    assert callable(law.py_func) and law.__doc__ == law.py_func.__doc__
-
-
-def test_systems_are_pickled_as_before():
-    system = mbody.assemble(gallery.load("norton_fourbar"))
-    again = pickle.loads(pickle.dumps(system))
-    effort = mbody.kinetostatics(again).effort("motor")
-    np.testing.assert_array_equal(effort, mbody.kinetostatics(system).effort("motor"))
-
-
-def test_doctor_names_the_core(capsys):
-    from mbody import cli
-
-    assert cli.main(["doctor", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    core = chosen()
-    assert found["core"] == core.name and found["core_reason"] == core.reason
-    assert found["core_file"] == (None if core.file is None else str(core.file))
-    assert found["core_level"] == core.level and found["core_hash"] == source_hash()

@@ -127,13 +127,6 @@ def test_plain_python_carries_complex_steps():
     np.testing.assert_allclose(rows[11].imag / 1e-30, np.where(x > 0.0, 1.0, 0.0))
 
 
-def test_loads_are_not_views_of_the_row():
-    rows = aligned(1, 4)
-    taken = ld(rows, 0, np.zeros(4))
-    st(rows, 0, 1.0, np.zeros(4))
-    assert not taken.any()
-
-
 def test_aligned():
     for rows, lanes in ((3, 1), (5, 32), (2, 8), (1, 3)):
         array = aligned(rows, lanes)
@@ -275,23 +268,6 @@ def test_sine_and_cosine(limit):
         turn(block, sines, cosines)
         assert _error(sines, np.sin, angles) <= TOLERANCE
         assert _error(cosines, np.cos, angles) <= TOLERANCE
-
-
-def test_sine_and_cosine_of_one_number_have_no_limit():
-    angles = np.array([[1.1e5], [-3e9], [1e300], [2.0**60]])
-    sines, cosines = np.zeros_like(angles), np.zeros_like(angles)
-    turn_one(angles, sines, cosines)
-    np.testing.assert_allclose(sines, np.sin(angles), rtol=1e-14)
-    np.testing.assert_allclose(cosines, np.cos(angles), rtol=1e-14)
-
-
-def test_one_design_may_have_plain_columns():
-    """Arrays of shape (rows,) are read and written as those of shape (rows, 1)."""
-    angles = np.linspace(-4.0, 4.0, 9)
-    columns, rows = np.zeros((2, 9, 1)), np.zeros((2, 9))
-    turn_one(angles[:, None].copy(), *columns)
-    turn_one(angles, *rows)
-    np.testing.assert_array_equal(rows, columns[:, :, 0])
 
 
 # --- Use in kernels ----------------------------------------------------------------------------

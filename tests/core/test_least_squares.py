@@ -57,21 +57,6 @@ def test_a_place_without_a_value_makes_steps_shorter(refused):
     assert found.x[0] == pytest.approx(np.exp(2.0), rel=1e-12)
 
 
-def test_it_is_said_when_steps_were_too_few():
-    """(x² − 1, x/10 − 1/10): zero at 1, and a worse least near −1."""
-
-    def residual(x):
-        return np.array([x[0] ** 2 - 1.0, 0.1 * (x[0] - 1.0)])
-
-    def slope(x):
-        return np.array([[2.0 * x[0]], [0.1]])
-
-    left, right = np.array([-2.0]), np.array([3.0])
-    assert least_squares(residual, slope, left).x[0] < -0.9
-    assert least_squares(residual, slope, right).x[0] == pytest.approx(1.0, abs=1e-12)
-    assert not least_squares(residual, slope, left, most=2).settled
-
-
 def test_what_is_not_negative():
     """Of columns at a right angle the projections, none for negative ones and for no column."""
     rotation = np.array([[0.6, -0.8], [0.8, 0.6]])

@@ -5,11 +5,6 @@ import pytest
 
 import mbody
 from mbody import State, assemble, gallery, simulate
-from mbody.analysis.singular.nearby_singularity import (
-    MetPosition,
-    packed_positions,
-    unpacked_positions,
-)
 
 #: Motions that pass change points, and others; how long.
 MOTIONS = {"n_windows_2": 10.0, "n_windows_40": 3.0, "free_fourbar": 2.0, "cart_pole": 1.0}
@@ -26,13 +21,6 @@ def test_every_call_gives_the_same_bits(name):
     fresh = simulate(assemble(gallery.load(name)), MOTIONS[name])
     assert bits(first) == bits(second) == bits(fresh)
     assert ("change point" in " ".join(first.notes)) == name.startswith("n_windows")
-
-
-def test_another_motion_in_between_changes_nothing():
-    system = assemble(gallery.load("n_windows_2"))
-    first = simulate(system, 3.0)
-    simulate(system, 9.0, rtol=1e-6, method="radau5")
-    assert bits(simulate(system, 3.0)) == bits(first)
 
 
 @pytest.mark.parametrize("saved", [False, True])
@@ -59,22 +47,6 @@ def test_a_simulator_set_back_passes_change_points_alike():
     sim.state = state
     sim.until(3.0)
     np.testing.assert_array_equal(first, (sim.q, sim.v))
-
-
-def test_positions_are_packed_for_files():
-    system = assemble(gallery.load("n_windows_2"))
-    rng, n, rows = np.random.default_rng(4), system.coordinates, system.rows
-    met = [
-        MetPosition(rng.normal(size=n), rng.normal(size=(rows, count)), 1e-13) for count in (1, 3)
-    ]
-    back = unpacked_positions(system, packed_positions(met))
-    for one, other in zip(met, back, strict=True):
-        np.testing.assert_array_equal(one.x, other.x)
-        np.testing.assert_array_equal(one.U, other.U)
-        assert one.left == other.left
-    for wrong in ([0.0], [0.5, 1.0], packed_positions(met)[:-1], [np.nan]):
-        with pytest.raises(ValueError, match=r"count|cut off"):
-            unpacked_positions(system, np.asarray(wrong))
 
 
 def test_change_points_with_auxiliary_states():

@@ -79,11 +79,6 @@ def test_the_tour_solves_the_book():
         assert run.reaction(joint).fy == pytest.approx(book.reaction(joint).fy, rel=1e-12)
 
 
-def test_the_readme_is_short():
-    assert 100 <= README.read_text("utf-8").count("\n") <= 150
-
-
-LINK = re.compile(r"\]\((?!http|#|\.\.\.)([^)#\s]+)(?:#[^)]*)?\)")
 PAGES = [README, ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
@@ -99,12 +94,6 @@ def test_pages_link_to_files_that_exist():
         if not (page.parent / target).exists()
     ]
     assert not missing
-
-
-def test_the_comparison_sees_a_difference():
-    assert not differences("F 12.3457 1e-16", "F  12.345  3e-17")
-    assert differences("F 12.4", "F 12.2")
-    assert differences("F 12.4", "G 12.4")
 
 
 def modules():
@@ -142,10 +131,3 @@ def test_the_model_of_the_readme_is_the_gallerys():
         assert run.reaction(joint).magnitude == pytest.approx(
             book.reaction(joint).magnitude, rel=1e-12
         )
-
-
-def test_the_models_of_the_page_load():
-    page = (ROOT / "docs" / "model-files.md").read_text("utf-8")
-    first, *_ = [content for language, content in blocks(page) if language == "toml"]
-    run = mbody.kinetostatics(mbody.from_toml(first))
-    assert run.effort("motor")[0] == pytest.approx(243.23759, rel=1e-4)  # P is rounded there

@@ -33,10 +33,6 @@ def test_no_page_with_a_program_is_left_out():
             assert name in PAGES or f'{path.name}"' in tests, name
 
 
-def test_there_are_twenty_recipes():
-    assert len(RECIPES) >= 20
-
-
 OUTPUT = "one 1.0\ntwo 2.0\nthree 3.0\nfour 4.0"
 
 

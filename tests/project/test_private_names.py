@@ -91,16 +91,3 @@ def test_no_name_is_excused_in_vain():
 )
 def test_the_checker_catches(source):
     assert len(list(of_others("mbody/a.py", source))) == 1
-
-
-@pytest.mark.parametrize(
-    "source",
-    [
-        "class A:\n    def f(self): return self._inherited",
-        "class A:\n    def __init__(self): self._kept = 1\ndef f(a): return a._kept",
-        "class A:\n    def _check(self): super()._check()",
-        "from mbody._version import __version__\npair._asdict()",
-    ],
-)
-def test_the_checker_allows(source):
-    assert not list(of_others("mbody/a.py", source))

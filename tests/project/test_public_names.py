@@ -27,17 +27,6 @@ def test_type_checkers_and_users_find_the_same():
         assert getattr(mbody, name) is not None
 
 
-def test_no_folder_bears_the_name_of_a_function():
-    """Importing a folder sets its name in its parent: it would replace the function."""
-    folders = {path.name for path in PACKAGE.rglob("*") if path.is_dir()}
-    functions = {
-        name
-        for name in mbody.__all__
-        if callable(getattr(mbody, name)) and not isinstance(getattr(mbody, name), type)
-    }
-    assert functions and not functions & folders
-
-
 def public():
     """Every function and class that users are to know, but for kernels, which are called with
     arrays."""
@@ -66,8 +55,3 @@ def test_import_loads_only_what_is_used():
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     core = ["mbody.core", "mbody.core.presentation", "mbody.core.registered"]
     assert found.stdout.split() == ["mbody", "mbody._version", *core]
-
-
-def test_a_name_that_is_not_there():
-    assert not hasattr(mbody, "Cam")
-    assert mbody.laws.Cam is not None

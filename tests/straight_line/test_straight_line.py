@@ -168,16 +168,6 @@ def test_numbers_do_not_depend_on_how_a_batch_is_cut(codes, tmp_path):
     same(one, mbody.sweep(system, scattered(), to=tmp_path / "sweep", **options))
 
 
-def test_few_designs_go_by_the_kernel(monkeypatch):
-    def never(*described):
-        raise AssertionError("straight-line code for few designs")
-
-    monkeypatch.setattr(batch, "straight_line_code", never)
-    machine = mbody.gallery.load("norton_fourbar")
-    names = {"crank.A.x": Uniform(0.001)}
-    mbody.sweep(machine, latin_hypercube(names, 20, seed=1), measure="peak(A.force)")
-
-
 # ---------------------------------------------------------------------------------------------
 # One motion, of a system that is assembled with machine code of its own
 
@@ -266,21 +256,6 @@ def test_a_motion_agrees_with_the_kernel_that_serves_all(of):
     assert by_code.branch.least == pytest.approx(by_kernel.branch.least, rel=1e-9)
 
 
-@first_fast("analysis", [mbody.kinematics, mbody.statics], 1)
-def test_other_analyses_of_a_motion(analysis):
-    by_kernel, by_code = motions(mbody.gallery.load("watt_sixbar"), analysis, turn=True)
-    same_motion(by_kernel, by_code)
-    assert by_own_code(by_code)
-
-
-def test_values_of_the_driver_of_a_motion():
-    values = np.concatenate([np.linspace(0.2, 1.0, 90), [1.0, 1.0], np.linspace(1.1, 2.5, 120)])
-    drive = {"motor": (values, 3.0, -2.0)}
-    by_kernel, by_code = motions(mbody.gallery.load("norton_fourbar"), drive=drive)
-    same_motion(by_kernel, by_code)
-    assert by_own_code(by_code)
-
-
 def test_designs_of_a_batch_and_other_numbers_by_own_code():
     by_kernel, by_code = (mbody.assemble(four_bar(), machine_code=own) for own in (False, True))
     values = {"crank.A.x": np.linspace(0.9, 1.1, 5)}
@@ -290,13 +265,6 @@ def test_designs_of_a_batch_and_other_numbers_by_own_code():
     )
     peak = np.abs(one.reaction("A").fx).max()
     assert_allclose(other.reaction("A").fx, one.reaction("A").fx, rtol=0.0, atol=CLOSE * peak)
-
-
-def test_few_designs_go_by_own_code(codes, monkeypatch):
-    monkeypatch.setattr(jobs, "STRAIGHT", 10**12)
-    system = mbody.assemble(four_bar(), machine_code=True)
-    mbody.sweep(system, {"crank.A.x": [0.9, 1.0, 1.1]}, measure="peak(A.force)", turn="motor")
-    assert codes and all(codes)
 
 
 def test_a_mechanism_without_such_code_goes_by_the_kernel():
@@ -390,12 +358,3 @@ def test_functions_of_lanes_are_recorded():
     assert select_le(a, b, b, b).place == b.place
     with pytest.raises(Untraceable, match="all lanes"):
         highest(a)
-
-
-def test_zero_times_what_is_finite_is_zero():
-    recording = NumberRecording(["a"], finite=True)
-    a = recording.inputs["a"]
-    assert [recording.value_of(x) for x in (0.0 * a, a * 0.0, 0.0 / a)] == [0.0, 0.0, 0.0]
-    assert NumberRecording(["a"]).value_of(0.0) == 0.0
-    other = NumberRecording(["a"])
-    assert other.value_of(0.0 * other.inputs["a"]) is None

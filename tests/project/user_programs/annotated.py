@@ -10,33 +10,6 @@ import numpy.typing as npt
 import pint
 
 import mbody
-from mbody import (
-    AngleDriver,
-    Body,
-    CoordinateDriver,
-    CouplingTerm,
-    Damper,
-    Distance,
-    Doubt,
-    Event,
-    Fixed,
-    Force,
-    Gear,
-    Gravity,
-    LengthCoupling,
-    Marker,
-    Mechanism,
-    Prismatic,
-    Reaction,
-    Revolute,
-    SimulationSettings,
-    Solution,
-    Spring,
-    Stop,
-    System,
-    Torque,
-    number_field,
-)
 from mbody.analysis.equilibria.equilibrium import Equilibria
 from mbody.analysis.freedom.mobility import Mobility
 from mbody.analysis.inverse.conditions import Answer
@@ -54,9 +27,9 @@ Array = npt.NDArray[np.float64]
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
 
 
-def four_bar(points: dict[str, tuple[float, float]]) -> Mechanism:
+def four_bar(points: dict[str, tuple[float, float]]) -> mbody.Mechanism:
     """A four-bar with numbers, text and quantities."""
-    machine = Mechanism(
+    machine = mbody.Mechanism(
         "four-bar",
         units="in-lbf-s",
         g="386 in/s^2",
@@ -64,38 +37,40 @@ def four_bar(points: dict[str, tuple[float, float]]) -> Mechanism:
         parameters={"w": "240 rpm", "a": 5.0},
         measures={"torque": "motor.effort", "metric": Measure("motor.effort", "N m")},
     )
-    crank = Body("crank", weight=1.5, inertia="0.4 lbf*in*s^2", cg=polar(3, "30 deg"))
-    coupler = Body("coupler", mass="8 lb", points={"A": (0, 0), "B": ("3*a", 0)}, guess="25 deg")
-    rocker = Body(
+    crank = mbody.Body("crank", weight=1.5, inertia="0.4 lbf*in*s^2", cg=polar(3, "30 deg"))
+    coupler = mbody.Body(
+        "coupler", mass="8 lb", points={"A": (0, 0), "B": ("3*a", 0)}, guess="25 deg"
+    )
+    rocker = mbody.Body(
         "rocker", weight=UNITS.Quantity(5.8, "lbf"), points=points, guess=(19.0, 0.0, 1.9)
     )
     machine.add(crank, coupler, rocker)
     machine.add(
-        Revolute("O2", "ground.O2", "crank"),
-        Revolute("A", Marker("crank", ("a", 0.0), angle="10 deg"), "coupler.A"),
-        Revolute("B", "coupler.B", rocker.at("B")),
-        Revolute("O4", "ground.O4", "rocker"),
-        AngleDriver("motor", crank, ConstantSpeed("60 deg", "w")),
-        Force("push", "coupler.B", "80 lbf", angle="330 deg"),
-        Torque("brake", "rocker", value=lambda t: 120.0),
+        mbody.Revolute("O2", "ground.O2", "crank"),
+        mbody.Revolute("A", mbody.Marker("crank", ("a", 0.0), angle="10 deg"), "coupler.A"),
+        mbody.Revolute("B", "coupler.B", rocker.at("B")),
+        mbody.Revolute("O4", "ground.O4", "rocker"),
+        mbody.AngleDriver("motor", crank, ConstantSpeed("60 deg", "w")),
+        mbody.Force("push", "coupler.B", "80 lbf", angle="330 deg"),
+        mbody.Torque("brake", "rocker", value=lambda t: 120.0),
     )
     return machine
 
 
-def slider_crank() -> Mechanism:
+def slider_crank() -> mbody.Mechanism:
     """Text for every number."""
-    machine = Mechanism("slider-crank", units="mm-N-s", parameters={"r": "5 cm"})
+    machine = mbody.Mechanism("slider-crank", units="mm-N-s", parameters={"r": "5 cm"})
     machine.add(
-        Body("crank", mass="1 kg", points={"A": ("r", 0)}),
-        Body("rod", mass="2 kg", points={"B": (np.float64(200.0), 0.0)}),
-        Body("slider", mass="0.5 kg", guess=(250.0, 0.0, 0.0)),
-        Revolute("O", "ground", "crank"),
-        Revolute("A", "crank.A", "rod"),
-        Revolute("B", "rod.B", "slider"),
-        Prismatic("guide", "ground", "slider"),
-        Spring("spring", "ground", "slider", stiffness="2 N/mm", free_length="150 mm"),
-        Damper("damper", "ground", "slider", coefficient="1 N*s/m"),
-        Gravity("gravity", y="-9.81 m/s^2"),
+        mbody.Body("crank", mass="1 kg", points={"A": ("r", 0)}),
+        mbody.Body("rod", mass="2 kg", points={"B": (np.float64(200.0), 0.0)}),
+        mbody.Body("slider", mass="0.5 kg", guess=(250.0, 0.0, 0.0)),
+        mbody.Revolute("O", "ground", "crank"),
+        mbody.Revolute("A", "crank.A", "rod"),
+        mbody.Revolute("B", "rod.B", "slider"),
+        mbody.Prismatic("guide", "ground", "slider"),
+        mbody.Spring("spring", "ground", "slider", stiffness="2 N/mm", free_length="150 mm"),
+        mbody.Damper("damper", "ground", "slider", coefficient="1 N*s/m"),
+        mbody.Gravity("gravity", y="-9.81 m/s^2"),
     )
     return machine
 
@@ -104,7 +79,7 @@ def slider_crank() -> Mechanism:
 class Drag(CustomLoad):
     """A load of the user's."""
 
-    k: float = number_field("number", 1.0)
+    k: float = mbody.number_field("number", 1.0)
 
 
 def elements() -> Sequence[object]:
@@ -123,19 +98,23 @@ def elements() -> Sequence[object]:
             Polynomial([1.0, "2 m/s"]),
             Harmonic(0.0, "2 mm", "3 Hz", "90 deg"),
         ),
-        CoordinateDriver("ram", "ground", "block", "0.1 m * sin(t)"),
-        Distance("rod", "a.P", "b.Q", length=UNITS.Quantity(2.0, "m")),
-        Fixed("weld", "a.P", "b.Q"),
-        Gear("mesh", "a", "b", radius_i="2 cm", radius_j=0.1),
-        LengthCoupling(
-            "belt", [CouplingTerm("2 cm", angle="a"), CouplingTerm(-1, angle="b")], "1 m"
+        mbody.CoordinateDriver("ram", "ground", "block", "0.1 m * sin(t)"),
+        mbody.Distance("rod", "a.P", "b.Q", length=UNITS.Quantity(2.0, "m")),
+        mbody.Fixed("weld", "a.P", "b.Q"),
+        mbody.Gear("mesh", "a", "b", radius_i="2 cm", radius_j=0.1),
+        mbody.LengthCoupling(
+            "belt",
+            [mbody.CouplingTerm("2 cm", angle="a"), mbody.CouplingTerm(-1, angle="b")],
+            "1 m",
         ),
         Drag("drag", "ground", "a.P", k=2.0),
-        SimulationSettings("2 s", {"crank": {"angle": "30 deg"}}, events=[Event("crank.omega")]),
+        mbody.SimulationSettings(
+            "2 s", {"crank": {"angle": "30 deg"}}, events=[mbody.Event("crank.omega")]
+        ),
         Question({"brake.value": {"low": 0.0}}, "wheel.alpha = 0", at={"t": "1 s"}),
         Unknown("brake", start="2 N", low=0, high=1e3),
-        Stop("floor", "ball.y - 20 mm", restitution="0.8"),
-        Revolute("hinge", "a.P", "b.Q", limits=("-30 deg", None), restitution=0.2),
+        mbody.Stop("floor", "ball.y - 20 mm", restitution="0.8"),
+        mbody.Revolute("hinge", "a.P", "b.Q", limits=("-30 deg", None), restitution=0.2),
     )
 
 
@@ -144,16 +123,16 @@ def results() -> None:
     machine = four_bar({"O4": (0.0, 0.0), "B": (10.0, 0.0)})
     mass: float | None = machine.bodies[1].mass
     assert mass is not None and mass > 0.0
-    inertia: float = Body("crank", inertia="3 kg*m^2").inertia
+    inertia: float = mbody.Body("crank", inertia="3 kg*m^2").inertia
     assert inertia is not None
-    run: Solution = mbody.kinetostatics(machine, turn="motor", instants=13)
+    run: mbody.Solution = mbody.kinetostatics(machine, turn="motor", instants=13)
     torque: Array = run.effort("motor")
-    pin: Reaction = run.reaction("A", on="crank")
+    pin: mbody.Reaction = run.reaction("A", on="crank")
     crank: BodyHistory = run["crank"]
-    doubts: tuple[Doubt, ...] = run.doubts
+    doubts: tuple[mbody.Doubt, ...] = run.doubts
     assert not doubts and torque.shape == pin.fx.shape == crank.omega.shape
-    system: System = mbody.assemble(machine).with_values({"crank.inertia": [0.4, 0.5]})
-    designs: Solution = mbody.kinematics(system, t=[0.0, 0.01])
+    system: mbody.System = mbody.assemble(machine).with_values({"crank.inertia": [0.4, 0.5]})
+    designs: mbody.Solution = mbody.kinematics(system, t=[0.0, 0.01])
     assert len(designs) == 2 and flywheel(run, 0.02) > 0.0
     angles = np.radians([60.0, 90.0])
     guesses = {"coupler": "25 deg", "rocker": (UNITS.Quantity(19.0, "inch"), 0.0, 1.9)}
@@ -184,9 +163,11 @@ def results() -> None:
 def motions() -> None:
     """Motion over time, and rest."""
     machine = slider_crank()
-    settings = SimulationSettings("0.05 s", rtol=1e-9)
+    settings = mbody.SimulationSettings("0.05 s", rtol=1e-9)
     machine.simulation = settings
-    run: Solution = mbody.simulate(machine, "0.02 s", events=[Event("crank.omega", name="turn")])
+    run: mbody.Solution = mbody.simulate(
+        machine, "0.02 s", events=[mbody.Event("crank.omega", name="turn")]
+    )
     ends = mbody.simulate(machine, np.float64(0.02), times=[0.01, 0.02], release={})
     assert len(ends) == 2
     energy: Energy | None = run.energy
@@ -195,7 +176,7 @@ def motions() -> None:
     shapes: Modes = mbody.modes(machine)
     lowest: float = float(shapes[0].modes[0].frequency)
     assert len(rest) and lowest >= 0.0
-    closed: Solution = close_loops(machine, rates={"crank": "10 rpm"})
+    closed: mbody.Solution = close_loops(machine, rates={"crank": "10 rpm"})
     assert len(closed) == 1 and equilibrium_curve is not None
 
 
