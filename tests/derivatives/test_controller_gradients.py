@@ -218,25 +218,6 @@ def test_a_motion_that_goes_on():
     assert not g.notes
 
 
-def test_a_limited_force():
-    """On either side of a limit the derivative is that of the side."""
-
-    def limited(t, kp, kd, x, v):
-        return min(4.0, max(-4.0, -kp * x - kd * v))
-
-    check_beside_differences(slide(limited), ["kp", "kd", "slide.mass"], ["slide.x", "slide.vx"])
-
-
-def test_samples_that_move_away_from_instants():
-    """Positions have derivatives there, rates have another on either side."""
-    machine = slide(pd, until=1.0)
-    g = mbody.gradient(machine, LAST, ["kp", "pd.every"], "simulate")
-    assert np.isnan(g.jacobian).tolist() == [[False, False], [False, True]]
-    assert "at t = 1 s rates and forces have no derivative by 'pd.every'" in g.notes[0]
-    # a delay that is zero may only be more: it is a number where it is named
-    assert "pd.delay" not in mbody.gradient(slide(pd, 0.0), LAST, None, "simulate").by
-
-
 def test_where_there_is_none():
     """Of a controller that rounds what it reads, and of one that counts its calls."""
 
@@ -262,13 +243,3 @@ def test_where_there_is_none():
 
     g = mbody.gradient(slide(root), LAST, ["kp"], "simulate")
     assert any("are differenced" in note for note in g.notes)
-
-
-def test_designs_have_their_own_sample_times():
-    """Sample time and delay are numbers of a system, by which it samples."""
-    system = mbody.assemble(slide(pd))
-    run = mbody.simulate(system.with_values({"pd.every": 0.05, "pd.delay": 0.01}))
-    numbers = np.array([*NUMBERS.values()], dtype=complex)
-    numbers[-2:] = 0.05, 0.01
-    found = run["slide"].x[-1], run["slide"].vx[-1]
-    np.testing.assert_allclose(found, stepped(pd, numbers).real, rtol=1e-11)

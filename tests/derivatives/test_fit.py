@@ -99,15 +99,6 @@ def test_gaps_and_several_runs():
     assert fitted(one).deviations["rod.B.x"] > found.deviations["rod.B.x"]
 
 
-def test_a_number_that_is_known_in_a_run():
-    """Runs with a rod of 0.3 and one of 0.4 m, of which the crank is common."""
-    longer = {"motor": ANGLES, "slider.x": stroke(ANGLES, 0.1, 0.4), "rod.B.x": 0.4}
-    plain = {"motor": ANGLES, "slider.x": stroke(ANGLES, 0.1, 0.3), "rod.B.x": 0.3}
-    found = mbody.fit(engine(), [plain, longer], ["crank.A.x"], "kinematics")
-    assert found["crank.A.x"] == pytest.approx(0.1, rel=1e-10)
-    assert max(np.abs(one["slider.x"]).max() for one in found.residuals) < 1e-10
-
-
 # -- forces ---------------------------------------------------------------------------------------
 
 
@@ -323,19 +314,6 @@ def test_intervals_at_a_bound():
     assert any("0.5 deviations" in note for note in found.notes)
 
 
-def test_equal_bounds_hold():
-    """What equal bounds hold is that number, whatever the model has; as with it in the model."""
-    found = mbody.fit(arm(), motion(), {"arm.inertia": (0.06, 0.06), "arm.mass": None})
-    other = mbody.fit(arm(inertia=0.06), motion(), ["arm.mass"])
-    assert found.values == {"arm.inertia": 0.06, "arm.mass": other["arm.mass"]}
-    assert found.intervals["arm.inertia"] == (0.06, 0.06)
-    assert found.intervals["arm.mass"] == other.intervals["arm.mass"]
-    assert found.covariance == pytest.approx(np.diag([0.0, other.covariance[0, 0]]))
-    assert found.system.values["arm.inertia"] == 0.06
-    none = mbody.fit(arm(), motion(), {"arm.inertia": (0, 0), "arm.mass": None, "arm.cg.x": None})
-    assert none["arm.inertia"] == 0.0
-
-
 def levered(stiffness, k=90.0, r=0.25):
     """A torsion spring of a formula of parameters, with torques of one of 6 N·m/rad."""
     made = Mechanism("lever", parameters={"k": k, "r": r})
@@ -399,21 +377,6 @@ def test_what_a_tangent_does_not_see():
     assert abs(one.at({"arm.inertia": 0.05, "arm.cg.y": 0.3}) - one.value) < 3.0 * one.deviation
 
 
-def test_a_start_where_the_derivative_vanishes():
-    """y = ± 0.3 from the middle."""
-    found = mbody.fit(*weightless(0.0, 0.05), ["arm.cg.y"])
-    assert abs(found["arm.cg.y"]) == pytest.approx(0.3, abs=0.01)
-
-
-def test_as_many_data_as_unknowns():
-    found = mbody.fit(
-        engine(), {"motor": [0.4], "slider.x": [stroke(0.4, 0.1, 0.295)]}, "crank.A.x", "kinematics"
-    )
-    assert found["crank.A.x"] == pytest.approx(0.1, rel=1e-9)
-    assert found.intervals["crank.A.x"] == (-np.inf, np.inf)
-    assert any("as many unknowns" in note for note in found.notes)
-
-
 def test_data_beyond_a_table():
     """A motor that follows a table: data after its end are in doubt, as the analysis is."""
     machine = Mechanism("rotor")
@@ -445,26 +408,6 @@ def test_null_directions():
         row = np.array([terms.get(name, 0.0) for name in names])
         # a sum that is determined is a sum of rows of J
         assert jacobian.T @ np.linalg.lstsq(jacobian.T, row)[0] == pytest.approx(row, abs=1e-9)
-
-
-def test_the_command(capsys, tmp_path):
-    model, file = tmp_path / "engine.toml", tmp_path / "run.csv"
-    mbody.save(engine(), model)
-    data = encoder()
-    with file.open("w", newline="") as stream:
-        rows = csv.writer(stream)
-        rows.writerow(data)
-        rows.writerows(zip(*data.values(), strict=True))
-    words = ["fit", str(model), str(file), "--by", "crank.A.x,rod.B.x", "--offset", "slider.x"]
-    words += ["--analysis", "kinematics"]
-    assert main(words) == 0
-    out = capsys.readouterr().out
-    assert "rod.B.x" in out and "40 data; low and high of 95 % confidence" in out
-    assert main([*words, "--json"]) == 0
-    got = json.loads(capsys.readouterr().out)
-    assert got["analysis"] == "fit" and got["status"] == "completed"
-    assert got["values"]["crank.A.x"] == pytest.approx(fitted(data)["crank.A.x"], rel=1e-12)
-    assert len(got["covariance"]) == 3 and got["undetermined"] == []
 
 
 #: What the file says of the fit of `engine`.

@@ -94,32 +94,6 @@ def pendulum(rtol, until=2.0):
     return machine
 
 
-def swung(numbers, until):
-    m, inertia, c, e, angle = numbers
-    whole = inertia + m * 0.49
-
-    def rates(y):
-        return np.array([y[1], (-m * 9.81 * 0.7 * np.cos(y[0]) - c * y[1]) / whole])
-
-    def turned(y):
-        return np.array([y[0], -e * y[1]])
-
-    modes = {"free": (rates, {"free": (lambda y: y[0] + 1.4, turned)})}
-    return followed(modes, "free", [angle, 0.0], until)
-
-
-def test_a_pendulum_at_a_stop():
-    names = ["bob.mass", "bob.inertia", "damper.coefficient", "buffer.restitution"]
-    names = [*names, "start.bob.angle"]
-    numbers = [1.3, 0.2, 0.2, 0.7, -0.2]
-    exact, times = derivatives(lambda p: swung(p, 2.0), numbers)
-    found, g = errors(pendulum, ["last(bob.angle)", "last(bob.omega)"], names, exact)
-    check(found)
-    assert len(times) >= 2
-    for one, row in zip(g.events, times, strict=True):
-        assert [one.by[name] for name in names] == pytest.approx(row, rel=1e-8)
-
-
 MU, MU_S, SPEED, K, MASS = 0.25, 0.4, 0.15, 60.0, 1.0
 
 
@@ -186,21 +160,6 @@ def test_a_speed_by_which_what_sticks_does_not_any_more():
     g = mbody.gradient(on_a_belt(1e-8), "last(block.x)", names, analysis="simulate")
     assert np.isnan(g.jacobian).tolist() == [[True, False]]
     assert any("by 'motor.law.speed': other numbers move apart" in note for note in g.notes)
-
-
-@pytest.mark.slow
-def test_stick_and_slip_by_contacts():
-    """The same with a box on a line, one parameter being the speed of both."""
-    machine = mbody.gallery.load("stick_slip")
-    names = ["mu", "mu_s", "v", "k", "m"]
-    exact, times = derivatives(lambda p: ridden(p, 3.5), [MU, MU_S, SPEED, K, MASS])
-    how = {"until": 3.5, "instants": 3}
-    measures = ["last(block.x)", "last(block.vx)"]
-    g = mbody.gradient(machine, measures, names, analysis="simulate", **how)
-    scale = np.abs(exact).max(axis=0)
-    assert (np.abs(g.jacobian - exact) / scale).max() < 1e-9 and not g.notes
-    for one, row in zip(g.events, times, strict=True):
-        assert [one.by[name] for name in names] == pytest.approx(row, rel=1e-8, abs=1e-10)
 
 
 def block(rtol, until=0.9):

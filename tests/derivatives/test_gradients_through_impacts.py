@@ -27,8 +27,7 @@ from mbody import (
 from mbody.derivatives import free_instants
 from mbody.laws import ConstantSpeed, Table
 from tests.campaign.scenes import random_scene
-from tests.contact.test_curves import on_curve, sine
-from tests.contact.test_joint_impulses import pendulum, rotor
+from tests.contact.test_joint_impulses import rotor
 from tests.contact.test_shared_forces import four_bar
 from tests.derivatives.test_gradients_through_events import difference
 from tests.support import contact_models as models
@@ -330,18 +329,6 @@ def test_pins_that_stick_begin_to_slide(seed):
 # -- Painlevé, drivers that jerk, ends of arcs -------------------------------------------------
 
 
-def test_an_impact_without_collision():
-    """Of Painlevé's rod, at the beginning: it stops the end, about which the rod turns then."""
-    machine = mbody.from_toml(models.ROD)
-    c, s = math.cos(1.0), math.sin(1.0)
-    start = {"x": c, "y": s, "angle": 1.0, "vx": -3.0, "vy": 0.0, "omega": 0.0}
-    machine.simulation = SimulationSettings(0.02, {"rod": start}, instants=3)
-    run = mbody.simulate(machine)
-    assert [one.name for one in run.events][:2] == ["inconsistent", "impact"]
-    measures = ["last(rod.angle)", "last(rod.omega)"]
-    check_beside_differences(machine, measures, ["rod.inertia", "rod.mass"])
-
-
 def table(speed, until):
     """A slab that is jerked upwards, or to the side, under a box."""
     machine = Mechanism("table", ground={"O": (0.0, 0.0)})
@@ -392,16 +379,6 @@ def test_a_disc_that_slides_off_an_arc():
     assert end.by["g.y"] == pytest.approx((ends[1] - ends[0]) / (2.0 * h), rel=1e-6)
 
 
-def test_a_wheel_that_strikes_a_curve():
-    """A row whose foot moves along the curve; its ends are far."""
-    start = {"x": 0.6, "y": 0.45, "vx": 0.5, "vy": 0.0}
-    machine = on_curve(
-        {"road": sine()}, radius=0.1, friction=0.3, restitution=0.5, start=start, until=0.5
-    )
-    names = ["road.restitution", "wheel.inertia", "gravity.y"]
-    check_beside_differences(machine, ["last(wheel.x)", "last(wheel.omega)"], names, instants=3)
-
-
 # -- Friction of joints at impacts -------------------------------------------------------------
 
 
@@ -421,10 +398,3 @@ def test_friction_in_a_pin_that_lands(law):
     steps = numbers + 1e-30j * np.eye(5)
     expected = [after(*one).imag / 1e-30 for one in steps]
     assert g.jacobian[0] == pytest.approx(expected, rel=1e-8)
-
-
-@pytest.mark.parametrize("friction", [0.3, 2.0])
-def test_friction_in_a_pin_of_what_is_struck(friction):
-    names = ["pin.friction", "rod.mass", "rod.inertia", "ball.mass"]
-    measures = ["last(rod.omega)", "last(ball.vx)"]
-    check_beside_differences(pendulum(friction), measures, names)

@@ -104,19 +104,6 @@ def test_two_modes_apart():
     np.testing.assert_allclose(g.jacobian, exact, atol=FIGURES * np.abs(exact).max())
 
 
-def test_equal_modes_have_none():
-    g = mbody.gradient(chain(2.0), ["frequency(1)", "stiffness(a)"], "a.mass", "modes")
-    assert np.isnan(g["frequency(1)"]["a.mass"]) and abs(g["stiffness(a)"]["a.mass"]) < 1e-6
-    assert any("its root is not simple" in note for note in g.notes)
-
-
-def test_what_is_refused():
-    with pytest.raises(ModelError, match="there are modes 1 to 1"):
-        mbody.gradient(damped_pendulum(), "frequency(2)", "rod.mass", "modes")
-    with pytest.raises(ModelError, match=r"is no measure of modes: give .* stiffness\(rod\)"):
-        mbody.gradient(damped_pendulum(), "rod.angle", "rod.mass", "modes")
-
-
 def coupled(c=0.0):
     """Two masses in a row, coupled by a spring and a damper."""
     machine = Mechanism("row", ground={"W": (-1.0, 0.0), "Y": (1.0, 0.0)})

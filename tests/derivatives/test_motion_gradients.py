@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbody
-from mbody import Body, Gravity, Mechanism, ModelError, Revolute, TorsionDamper
+from mbody import Body, Gravity, Mechanism, Revolute, TorsionDamper
 from mbody.derivatives.free_instants import first_state
 from mbody.model.simulation import SimulationSettings
 from tests.support.complex_oracle import ComplexOracle, derivative
@@ -152,27 +152,3 @@ def test_numbers_that_do_not_count_at_the_beginning(model, measure, names):
             ends.append(run.measure(f"{body}.{of}")[-1])
         numeric = (8.0 * (ends[2] - ends[1]) - (ends[3] - ends[0])) / 12e-3
         assert found[measure][name] == pytest.approx(numeric, rel=1e-7)
-
-
-def test_units_of_numbers_of_the_start():
-    found = mbody.gradient(
-        pendulum(), "last(bob.x)", ["start.bob.angle", "start.bob.omega"], analysis="simulate"
-    )
-    assert found.units["last(bob.x)"] == {
-        "start.bob.angle": "m/rad",
-        "start.bob.omega": "m/(rad/s)",
-    }
-
-
-def test_what_has_no_derivatives_is_refused():
-    pile = mbody.gallery.load("pile_of_discs")
-    with pytest.raises(ModelError, match="impulses in place of located impacts"):
-        mbody.gradient(pile, "last(c1.y)", analysis="simulate", until=0.01)
-    free = mbody.gallery.load("free_fourbar")
-    free.simulation = None
-    with pytest.raises(ModelError, match="1 of its coordinates follow from guesses"):
-        mbody.gradient(free, "last(crank.angle)", "crank.A.x", analysis="simulate", until=0.01)
-    with pytest.raises(ModelError, match="motion with rates"):
-        mbody.gradient(
-            free, "last(crank.angle)", analysis="simulate", until=0.01, rates={"crank": 1.0}
-        )

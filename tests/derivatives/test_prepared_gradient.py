@@ -53,12 +53,6 @@ def test_many_designs_by_one_preparation_do_not_change_each_other(norton):
     assert float(norton.values["crank.A.x"]) == prepared.start[0]
 
 
-def test_histories(norton):
-    prepared = PreparedGradient(norton, ["A.fx", "B.fy"], BY[:2], t=[0.0, 0.01, 0.02])
-    design = agrees(prepared, prepared.start, ["A.fx", "B.fy"], BY[:2], norton, t=[0.0, 0.01, 0.02])
-    assert design.value.shape == (2, 3) and design.jacobian.shape == (2, 3, 2)
-
-
 def test_parameters_and_more_numbers_than_a_pass_has():
     system = mbody.assemble(mbody.gallery.load("hoekens"))
     fixed = system.mechanism.fixed_parameters
@@ -71,18 +65,6 @@ def test_parameters_and_more_numbers_than_a_pass_has():
     prepared = PreparedGradient(norton, "last(A.fx)", None)
     assert len(prepared.names) > 30
     agrees(prepared, prepared.start, "last(A.fx)", None, norton)
-
-
-def test_numbers_are_refused_as_by_with_values(norton):
-    prepared = PreparedGradient(norton, "A.fx", ["coupler.weight", "crank.A.x"])
-    with pytest.raises(mbody.ModelError, match="must not be negative"):
-        prepared.at([-1.0, 5.0])
-    with pytest.raises(mbody.ModelError, match="must be finite"):
-        prepared.at([1.0, np.nan])
-    with pytest.raises(mbody.ModelError, match="2 numbers are needed"):
-        prepared.at([1.0])
-    with pytest.raises(mbody.SolveError):
-        prepared.at([7.7, 50.0])
 
 
 def test_threads_do_not_share_a_workspace(norton):

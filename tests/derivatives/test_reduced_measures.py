@@ -1,14 +1,11 @@
 """Measures that are one number of all instants, of models and sweeps: peak, rms, span, others."""
 
-import json
-
 import numpy as np
 import pytest
 
 import mbody
-from mbody import Event, ModelError, cli, gallery
-from mbody.files.model import from_toml, to_toml
-from mbody.model.simulation import REDUCTIONS, Measure, outermost
+from mbody import Event, ModelError, gallery
+from mbody.model.simulation import REDUCTIONS, Measure
 
 
 def over_time(a, t):
@@ -219,43 +216,6 @@ def test_a_limit_of_an_integral():
     assert found.values["oil.coefficient"] == pytest.approx(1.0 / np.pi, rel=1e-6)
 
 
-def test_an_integral_where_no_time_passes_is_refused():
-    run = mbody.kinetostatics(arm(), drive={"motor": [0.1, 0.2]})
-    with pytest.raises(ModelError, match="integral: no time passes over the instants, 2 of"):
-        run.measure("integral(motor.power)")
-    with pytest.raises(ModelError, match="integral: no time passes over the instants, 1 of"):
-        mbody.gradient(arm(), "integral(motor.power)", "arm.mass", t=[0.1])
-
-
-@pytest.mark.parametrize("text", ["max(A.fx, A.fy)", "peak(A.fx)/2", "(peak(A.fx))", "abs(A.fx)"])
-def test_only_what_is_around_the_whole_reduces(text):
-    assert outermost(text) == ("", text, 0)
-
-
-def test_a_table_of_measures_comes_back_from_its_file():
-    own = machine(pin=("peak(A.force)", "N"), swing=("span(rocker.angle)",))
-    again = from_toml(to_toml(own))
-    assert again.measures == own.measures
-    assert mbody.kinetostatics(again, turn="motor").measure("pin")[0] == pytest.approx(
-        np.max(mbody.kinetostatics(own, turn="motor").reaction("A").magnitude) * 4.4482216152605
-    )
-
-
-def test_summary_and_data_show_one_number(tmp_path, capsys):
-    path = tmp_path / "own.toml"
-    path.write_text(to_toml(machine(pin=("peak(A.force)",), torque=("motor.effort",))), "utf-8")
-    how = [str(path), "--over", "motor", "--instants", "9"]
-    assert cli.main(["kinetostatics", *how]) == 0
-    rows = capsys.readouterr().out.partition("MEASURES")[2].splitlines()
-    wanted = mbody.kinetostatics(gallery.load("norton_fourbar"), turn="motor", instants=9)
-    (pin,) = (row.split() for row in rows if row.startswith("pin"))
-    assert pin[2:] == ["lbf", "peak(A.force)"]
-    assert float(pin[1]) == pytest.approx(wanted.reaction("A").magnitude.max(), rel=1e-5)
-    assert cli.main(["kinetostatics", *how, "--json"]) == 0
-    values = json.loads(capsys.readouterr().out)["measures"]["pin"]
-    assert len(values) == 9 and set(values) == {float(wanted.reaction("A").magnitude.max())}
-
-
 def test_sweeps_take_them_by_name():
     own = machine(pin=("peak(A.force)", "N"), swing=("span(rocker.angle)", "deg"))
     lengths = {"rocker.B.x": [9.5, 10.5]}
@@ -309,18 +269,3 @@ def test_an_aim_and_a_limit_may_be_a_span():
     run = mbody.kinetostatics(system, turn="motor", instants=73)
     # the limits of the search hold to 1e-6
     assert np.ptp(run["rocker"].angle) <= 1 + 1e-6
-
-
-def test_where_an_instant_is_meant_it_is_refused():
-    own = machine(pin=("peak(A.force)",))
-    run = mbody.kinetostatics(own)
-    with pytest.raises(ModelError, match=r"one number of all instants.*O\.force"):
-        mbody.Simulator(gallery.load("double_pendulum")).measure("peak(O.force)")
-    pendulum = gallery.load("simple_pendulum")
-    pendulum.measures["top"] = Measure("max(pendulum.angle)")
-    with pytest.raises(ModelError, match=r"event 'stop': .*one number of all instants"):
-        mbody.simulate(pendulum, 0.1, events=[Event("top", name="stop")])
-    with pytest.raises(ModelError, match="there is no such instant, they are 0 to 0"):
-        run.measure("at(A.force, 4)")
-    with pytest.raises(ModelError, match="at takes a quantity and the number of an instant"):
-        Measure("at(A.force)")

@@ -9,11 +9,9 @@ from mbody import (
     Gravity,
     Marker,
     Mechanism,
-    ModelError,
     Prismatic,
     Revolute,
     Spring,
-    TorsionSpring,
 )
 from tests.support.complex_events import derivatives
 
@@ -110,24 +108,6 @@ def test_a_sledge():
     np.testing.assert_allclose(g.jacobian, exact, rtol=1e-8)
 
 
-def test_a_bar_on_a_torsion_spring():
-    """k θ = −m g l cos θ in closed form: dθ/dp by the implicit function theorem, by hand."""
-    machine = Mechanism("bar")
-    machine.add(
-        Body("bar", mass=1.5, cg=(0.4, 0.0)),
-        Revolute("O", "ground", "bar"),
-        TorsionSpring("spring", "bar", stiffness=20.0),
-        Gravity("g", y=-9.81),
-    )
-    names = ["bar.mass", "spring.stiffness", "bar.cg.x"]
-    g = mbody.gradient(machine, "bar.angle", names, analysis="equilibrium")
-    angle, m, k, length = g.value["bar.angle"], 1.5, 20.0, 0.4
-    assert k * angle == pytest.approx(-m * 9.81 * length * np.cos(angle), rel=1e-9)
-    stiffness = k - m * 9.81 * length * np.sin(angle)
-    exact = [-9.81 * length * np.cos(angle), -angle, -m * 9.81 * np.cos(angle)]
-    np.testing.assert_allclose(g.jacobian[0], np.array(exact) / stiffness, rtol=1e-11)
-
-
 def test_a_neutral_position_has_none():
     """A wheel that rests anywhere."""
     machine = Mechanism("wheel")
@@ -136,16 +116,3 @@ def test_a_neutral_position_has_none():
     g = mbody.gradient(machine, "wheel.angle", ["wheel.mass"], analysis="equilibrium")
     assert np.isnan(g.jacobian).all()
     assert any("neutral" in note for note in g.notes)
-
-
-def test_what_is_refused():
-    with pytest.raises(ModelError, match="there is no rest position 9"):
-        mbody.gradient(rods(), "a.angle", "a.mass", analysis="equilibrium", position=9)
-    rough = Mechanism("rough")
-    rough.add(
-        Body("bar", mass=1.0, cg=(0.4, 0.0)),
-        Revolute("O", "ground", "bar", friction=0.3, pin_radius=0.05),
-        Gravity("g", y=-9.81),
-    )
-    with pytest.raises(ModelError, match="rests by friction"):
-        mbody.gradient(rough, "bar.angle", "bar.mass", analysis="equilibrium")

@@ -8,7 +8,6 @@ import pytest
 
 import mbody
 from mbody import AngleDriver, Body, Mechanism, Revolute
-from mbody.cli import main
 from mbody.derivatives.tolerance_study import BELOW, second_order
 from mbody.laws import ConstantSpeed
 from mbody.sweeps import Normal, Triangular, Uniform
@@ -268,44 +267,6 @@ def test_a_pin_force_over_a_turn():
     got = mbody.tolerances(machine, "peak(A.force)", scatter, turn="motor", count=4000, seed=1)
     three = 3.0 * np.array([got.first.deviation, got.second.deviation, got.monte_carlo.deviation])
     assert three == pytest.approx(3.92, rel=0.03)
-
-
-def test_the_command(capsys):
-    words = ["tolerances", "norton_fourbar", "peak(A.force)", "--over", "turn", "--count", "200"]
-    words += ["--scatter", "crank.A.x=0.01", "--scatter", "rocker.B.x=uniform 0.5 mm"]
-    assert main(words) == 0
-    out = capsys.readouterr().out
-    assert "second order" in out and "200 random designs" in out and "worst case" in out
-    assert main([*words, "--within", "150 lbf:180", "--json"]) == 0
-    data = json.loads(capsys.readouterr().out)
-    assert data["analysis"] == "tolerances" and data["allocation"]["high"] == 180.0
-    assert set(data["contributions"]) == {"crank.A.x", "rocker.B.x"}
-    assert {"mean", "deviation", "low", "high"} < set(data["second"])
-
-
-def test_a_tolerance_below_zero_is_a_sentence():
-    """A mass that could be negative, to a normal distribution and to a uniform one."""
-    machine = mbody.gallery.load("norton_fourbar")
-    for wide in (30.0, (-1.0, 9.0)):
-        with pytest.raises(
-            mbody.ModelError, match=r"'coupler.weight' is .* must not be negative: give"
-        ):
-            mbody.tolerances(machine, "A.force", {"coupler.weight": wide}, t=[0.0], count=0)
-
-
-def test_a_tolerance_of_zero_has_no_cost():
-    machine = mbody.makers.slider_crank(0.1, 0.3)
-    scatter = {"crank.A.x": 0.0, "rod.B.x": 0.001}
-    options = {"turn": "motor", "count": 0, "within": (0.399, 0.401)}
-    with pytest.raises(
-        mbody.ModelError, match=r"'crank.A.x' has the tolerance 0, which says nothing"
-    ):
-        mbody.tolerances(machine, "max(slider.x)", scatter, "kinematics", **options)
-    got = mbody.tolerances(
-        machine, "max(slider.x)", scatter, "kinematics", cost={"crank.A.x": 0.001}, **options
-    )
-    # two dimensions that cost and do the same share the band, 0.001 = √2 t
-    assert got.allocation.tolerance == pytest.approx(dict.fromkeys(scatter, 0.001 / 2**0.5))
 
 
 def test_what_only_rounding_changes_may_have_any_tolerance():

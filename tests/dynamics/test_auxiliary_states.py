@@ -9,7 +9,6 @@ from mbody import (
     Gravity,
     Input,
     Mechanism,
-    Prismatic,
     Revolute,
     State,
     Torque,
@@ -127,33 +126,3 @@ def test_loops_and_events_with_states():
     i, w = fine.measure("current"), fine["crank"].omega
     rate = (i[2:] - i[:-2]) / (fine.t[2:] - fine.t[:-2])
     np.testing.assert_allclose(rate, ((12 - 2 * i - 0.5 * w) / 0.02)[1:-1], atol=2e-2)
-
-
-def test_a_small_state_without_a_size_is_noted():
-    machine = crank(State("tiny", rate="1e-6*cos(3*t)", start=0.0))
-    run = simulate(machine, 1.0)
-    assert any("'tiny' stays below" in note and "size" in note for note in run.notes)
-    sized = crank(State("tiny", rate="1e-6*cos(3*t)", start=0.0, size=1e-6))
-    assert simulate(sized, 1.0).notes == ()
-
-
-def test_a_free_body_that_slides_has_states_too():
-    """A mass on a guide with an observer: x̂ follows x to the closed form."""
-    machine = Mechanism("cart")
-    machine.add(Body("cart", mass=2.0), Prismatic("guide", "ground", "cart"))
-    machine.add(
-        State("seen", rate="velocity + 4*(cart.x - seen)", start="0.5 m"),
-        State("velocity", rate="4*(cart.x - seen)", start="0 m/s"),
-    )
-    run = simulate(machine, 2.0, rtol=1e-10)
-    t = run.t
-    # e″ + 4 e′ + 4 e = 0 of the error e = x − x̂, e(0) = −0.5, e′(0) = 2
-    error = (-0.5 + t) * np.exp(-2.0 * t)
-    np.testing.assert_allclose(run.measure("seen"), -error, atol=1e-8)
-
-
-def test_saved_runs_keep_states(tmp_path):
-    run = simulate(pid(), 0.5)
-    mbody.save_run(run, tmp_path / "run.npz")
-    back = mbody.load_run(tmp_path / "run.npz")
-    np.testing.assert_array_equal(back.measure("integral"), run.measure("integral"))

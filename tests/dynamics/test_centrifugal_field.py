@@ -13,14 +13,10 @@ from mbody import (
     Gravity,
     Marker,
     Mechanism,
-    ModelError,
     Prismatic,
     Revolute,
-    assemble,
-    from_toml,
     kinetostatics,
     statics,
-    to_toml,
 )
 from mbody.engines.oracle import Reference
 from mbody.laws import ConstantSpeed, Polynomial
@@ -192,100 +188,7 @@ def test_a_free_spindle_without_inertia_stands():
     assert np.isfinite(run.reaction("axis").fx).all()
 
 
-def test_the_axis_may_lie_anywhere():
-    """The whole machine turned and moved: the efforts are the same."""
-    turn, x, y = 0.7, 3.0, -2.0
-    c, s = math.cos(turn), math.sin(turn)
-    machine = Mechanism("moved", ground={"O": (c * 0.3 - s * 0.1 + x, s * 0.3 + c * 0.1 + y)})
-    for element in arm(SlenderRod(0.5 * math.pi), inertia=1.0):
-        if element.name == "motor":
-            element = AngleDriver("motor", "arm", turn - 0.4)
-        if element.name == "field":
-            element = CentrifugalField("field", Marker("ground", (x, y), 0.5 * math.pi + turn), 5.0)
-        machine.add(element)
-    here = kinetostatics(arm(SlenderRod(0.5 * math.pi), inertia=1.0)).effort("motor")
-    assert_allclose(kinetostatics(machine).effort("motor"), here, rtol=1e-12)
-
-
 # -- numbers, batches, files -------------------------------------------------------------------
-
-
-def test_numbers_reach_the_kernel():
-    """Each changed number gives what a new description gives; a batch is its designs."""
-    system = assemble(arm(SlenderRod(0.5 * math.pi), inertia=1.0))
-    for name, value, fresh in (
-        ("field.speed", 7.0, arm(SlenderRod(0.5 * math.pi), inertia=1.0, omega=7.0)),
-        ("arm.inertia", 0.6, arm(SlenderRod(0.5 * math.pi), inertia=0.6)),
-        ("arm.spread.angle", 0.3, arm(SlenderRod(0.3), inertia=1.0)),
-        ("arm.mass", 5.0, arm(SlenderRod(0.5 * math.pi), inertia=1.0, mass=5.0)),
-    ):
-        changed = kinetostatics(system.with_values({name: value})).effort("motor")
-        assert_allclose(changed, kinetostatics(fresh).effort("motor"), rtol=ROUNDING)
-        if name != "field.speed":
-            assert abs(changed[0] / kinetostatics(system).effort("motor")[0] - 1.0) > 0.01
-    speeds, angles = np.linspace(1.0, 9.0, 20), np.linspace(0.0, 3.0, 20)
-    both = system.with_values({"field.speed": speeds, "arm.spread.angle": angles})
-    efforts = kinetostatics(both).effort("motor")[:, 0]
-    for design in (0, 7, 19):
-        alone = kinetostatics(both.design(design)).effort("motor")
-        assert_allclose(efforts[design], alone[0], rtol=ROUNDING)
-
-
-def test_a_changed_inertia_that_contradicts_the_spread_is_refused():
-    system = assemble(arm(SecondMoments(0.3, 0.1), inertia=0.4))
-    with pytest.raises(ModelError, match=r"xx \+ yy of its spread is 0.4, its inertia 0.5"):
-        system.with_values({"arm.inertia": [0.4, 0.5]})
-    together = system.with_values({"arm.inertia": 0.5, "arm.spread.xx": 0.4})
-    fresh = kinetostatics(arm(SecondMoments(0.4, 0.1), inertia=0.5))
-    assert_allclose(kinetostatics(together).effort("motor"), fresh.effort("motor"), rtol=ROUNDING)
-
-
-FILE = """
-[parameters]
-a = "0.5 m"
-M = "3 kg"
-w = "300 rpm"
-[ground]
-points = { O = ["0.3 m", 0] }
-[bodies.plate]
-mass = "M"
-inertia = "M*(a^2 + a^2/4)/3"
-cg = [0, 1]
-spread = { xx = "M*a^2/3", yy = "M*a^2/12" }
-[joints]
-O = { revolute = ["ground.O", "plate"] }
-[drivers]
-motor = { angle = "plate", law = -30 }
-[loads]
-field = { centrifugal_field = { body = "ground", angle = 90 }, speed = "w" }
-"""
-
-
-def test_files_carry_it():
-    machine = from_toml(FILE)
-    assert from_toml(to_toml(machine)) == machine
-    assert machine["field"].speed.value == pytest.approx(10.0 * math.pi, rel=1e-15)
-    # a parameter moves the spread along with the inertia
-    larger = kinetostatics(assemble(machine).with_values(a=0.8)).effort("motor")
-    fresh = kinetostatics(from_toml(FILE.replace("0.5 m", "0.8 m"))).effort("motor")
-    assert_allclose(larger, fresh, rtol=ROUNDING)
-    assert abs(larger[0] / kinetostatics(machine).effort("motor")[0] - 1.0) > 0.05
-    free = FILE.replace('speed = "w"', 'momentum = "3 kg*m^2/s", inertia = "0.2 kg*m^2"')
-    assert from_toml(to_toml(from_toml(free))) == from_toml(free)
-
-
-def test_the_summary_tells_it():
-    told = str(kinetostatics(arm("point")))
-    assert "speed 5 rad/s about the axis in ground, on every mass" in told
-
-
-def test_a_weight_is_a_mass_too():
-    machine = arm("point")
-    parts = [e for e in machine if e.name != "arm"]
-    heavy = Mechanism("heavy", ground=machine.ground.points, g=9.81)
-    heavy.add(Body("arm", weight=3.0 * 9.81, cg=(0.0, 1.0), spread="point"), *parts)
-    here, there = (kinetostatics(m).effort("motor") for m in (machine, heavy))
-    assert_allclose(there, here, rtol=ROUNDING)
 
 
 def test_a_moving_arm_feels_the_field_and_its_own_inertia():

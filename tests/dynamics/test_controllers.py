@@ -5,7 +5,6 @@ import pytest
 
 import mbody
 from mbody import Body, Controller, Input, Mechanism, Prismatic, Revolute, Torque, simulate
-from mbody.errors import ModelError
 from mbody.laws import Table
 from tests.support.linear_systems import discrete
 
@@ -106,12 +105,6 @@ def test_motions_go_on_with_the_memory_of_the_controller(cut):
     assert again["arm"].angle[-1] == rest["arm"].angle[-1]
 
 
-def test_every_motion_begins_with_the_same_memory():
-    machine = controlled()
-    runs = [simulate(machine, 0.3)["arm"].angle[-1] for _ in range(2)]
-    assert runs[0] == runs[1]
-
-
 def test_events_and_controllers_together():
     run = simulate(controlled(), 1.0, events=[mbody.Event("arm.angle - 0.3 rad")])
     plain = simulate(controlled(), 1.0)
@@ -151,16 +144,6 @@ def test_controllers_read_forces():
     run = simulate(machine, 0.2, every="50 ms")
     # what a controller reads is of before it sets its input: the first one differs
     np.testing.assert_allclose(forces[1:], run.measure("O.force")[1:4], atol=1e-9)
-
-
-@pytest.mark.parametrize("until", [0.0, 0.1])
-def test_a_driver_that_a_controller_reads_is_not_released(until):
-    """Before the motion begins, whether it is to be released at once or later."""
-    machine = arm(Controller("c", lambda t, x: 1.0, 0.03, ["drive.effort"], ["u"]))
-    machine.add(mbody.AngleDriver("drive", "arm", "0.1*t"))
-    with pytest.raises(ModelError, match="driver 'drive' cannot be released, controller 'c' reads"):
-        simulate(machine, 0.2, release={"drive": until})
-    assert simulate(machine, 0.2, release={"drive": 0.3}).status == "completed"
 
 
 def test_a_driven_and_released_mechanism_keeps_its_samples():
@@ -218,12 +201,6 @@ def test_histories_of_inputs(history, wanted, rtol):
     assert run["arm"].angle[-1] == pytest.approx(wanted, abs=20 * rtol * abs(wanted))
     assert run.energy.error < 100 * rtol
     assert run.status == "completed"
-
-
-def test_histories_are_measured():
-    run = simulate(free_arm(), 1.0, inputs={"u": (POINTS, VALUES)}, instants=31)
-    np.testing.assert_allclose(run.measure("u"), np.interp(run.t, POINTS, VALUES), atol=1e-12)
-    np.testing.assert_allclose(run.load("motor").torque, run.measure("u"), atol=1e-12)
 
 
 def test_a_table_of_a_load_with_corners_costs_no_accuracy():

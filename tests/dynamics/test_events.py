@@ -144,16 +144,6 @@ def test_drivers_that_go_take_their_events_along():
     assert machine.without("motor").simulation.events == (watched[1],)
 
 
-def test_an_interrupt_keeps_what_occurred():
-    def stop(t):
-        if t > 1.5:
-            raise KeyboardInterrupt
-
-    run = simulate(gallery.load("bouncing_ball"), progress=stop)
-    assert run.status.endswith("by the user")
-    assert len(run.events) >= 3 and run.t[-1] <= 2.0
-
-
 # -- crossings that lie close together --------------------------------------------------------
 
 
@@ -202,25 +192,6 @@ def test_no_two_crossings_pass_between_samples(method, rtol, parts):
         # the error of the motion, some rtol a radian, over the rate at the crossing
         close = 50.0 * rtol * last / max(math.sqrt(1.0 - part * part), 1e-3)
         assert found == pytest.approx(truth, abs=close)
-
-
-@pytest.mark.slow
-def test_loose_tolerances_find_what_their_motion_has():
-    """At rtol 1e-3, four steps a turn, the motion itself loses height: beside its own polynomial
-    at 10⁵ instants.
-    """
-    dense = simulate(oscillator(), 20.0, instants=100001, rtol=1e-3)["b"]
-    for level in (0.05, 0.09, 0.099, 0.0995):
-        crossed = np.diff(np.sign(dense.x - level)) != 0.0
-        run = simulate(
-            oscillator(), 20.0, instants=2, rtol=1e-3, events=[Event(f"b.x - {level} m")]
-        )
-        assert len(run.events) == crossed.sum()
-        turned = np.diff(np.sign(dense.ax + 100.0 * level)) != 0.0
-        event = Event(f"b.ax + {100.0 * level} m/s^2")
-        assert len(simulate(oscillator(), 20.0, instants=2, rtol=1e-3, events=[event]).events) == (
-            turned.sum()
-        )
 
 
 @pytest.mark.parametrize("sign", [1, -1])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-import mbody
 from mbody import Body, Damper, HydraulicCylinder, Mechanism, Prismatic, simulate
 from tests.model.test_motors import OIL
 
@@ -110,10 +109,3 @@ def test_an_unloaded_valve_supplies_only_what_it_loses_in_the_end():
     assert by["lift.supplied"] == pytest.approx(spent + kinetic, rel=1e-7)
     assert by["work"] < -1.0
     assert by["lift.lost"] < by["work"]
-
-
-def test_energies_travel_in_files(tmp_path):
-    run = simulate(press(), 0.1)
-    mbody.save_run(run, tmp_path / "run.npz")
-    back = mbody.load_run(tmp_path / "run.npz")
-    np.testing.assert_array_equal(back.energy.by["lift.lost"], run.energy.by["lift.lost"])

@@ -27,7 +27,6 @@ from mbody.laws import Table
 from tests.dynamics.test_auxiliary_states import crank, pid
 from tests.dynamics.test_auxiliary_states import exact as exact_pid
 from tests.model.test_motors import OIL, K, L, R, U, exact, history, motor, wheel
-from tests.support.linear_systems import exponential
 
 pytestmark = pytest.mark.processor
 
@@ -54,14 +53,6 @@ def test_a_dc_motor_at_its_tolerance(rtol, ratio, drag, start):
     assert np.abs(run["wheel"].omega - rate).max() < 2.0 * rtol * (1.0 + np.abs(rate).max())
     assert run.status == "completed"
     assert run.notes == ()
-
-
-@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-11])
-def test_a_continuous_pid_by_radau(rtol):
-    run = simulate(pid(), 1.0, method="radau5", rtol=rtol, instants=21)
-    found = np.column_stack([run["crank"].angle, run["crank"].omega, run.measure("integral")])
-    # as of the explicit methods (tests/dynamics/test_auxiliary_states.py)
-    assert np.abs(found - exact_pid(run.t)).max(axis=0) == pytest.approx([0, 0, 0], abs=600 * rtol)
 
 
 def errors_of_steps(machine, until, closed):
@@ -279,23 +270,6 @@ def test_a_simulator_steps_states(method):
     assert sim.measure("motor.current") == again
 
 
-# -- energy ---------------------------------------------------------------------------------------
-
-
-def test_energy_of_a_motor_by_radau():
-    """∫ u i dt, ∫ R i² dt and ½ L i² by the closed solution, as of explicit steps."""
-    run = simulate(wheel(motor()), 0.7, rtol=1e-10, instants=15, method="radau5")
-    energy = run.energy
-    assert energy.error < 1e-9
-    t = np.linspace(0.0, 0.7, 200_001)
-    current, _ = exact(t)
-    by = {name: part[-1] for name, part in energy.by.items()}
-    # the trapezoidal rule errs by h² / 12 of the jumps of the slope, 1e-10 of them
-    assert by["motor.supplied"] == pytest.approx(U * np.trapezoid(current, t), rel=1e-7)
-    assert by["motor.lost"] == pytest.approx(-R * np.trapezoid(current**2, t), rel=1e-7)
-    assert by["motor.field"] == pytest.approx(-0.5 * L * current[-1] ** 2, rel=1e-7)
-
-
 # -- explicit steps that stability limits ---------------------------------------------------------
 
 
@@ -332,10 +306,3 @@ def test_lanes_at_the_limit_of_stability():
         assert found[measures[0]][n] == pytest.approx(current[123], rel=1e-8)
         assert found[measures[1]][n] == pytest.approx(current[391], rel=1e-8)
         assert found[measures[2]][n] == pytest.approx(one["wheel"].omega[-1], rel=1e-8)
-
-
-def test_a_matrix_exponential_of_the_tests():
-    """The closed form that this file leans on, by another route: powers of a small step."""
-    A = np.array([[0.0, 1.0], [-9.0, -0.5]])
-    small = np.eye(2) + A / 2**20 + A @ A / 2**41
-    np.testing.assert_allclose(exponential(A), np.linalg.matrix_power(small, 2**20), atol=1e-10)

@@ -164,15 +164,6 @@ def test_loads_in_data_and_events():
     assert [round(float(one.state.load("s").torque[0]), 9) for one in met.events][:1] == [1.0]
 
 
-def test_a_point_that_is_called_origin_is_itself():
-    machine = Mechanism("own")
-    machine.add(
-        Body("arm", points={"origin": (2.0, 0.0)}), Revolute("O", "ground", "arm"),
-        AngleDriver("motor", "arm", 0.0),
-    )  # fmt: skip
-    assert mbody.kinematics(machine).measure("arm.origin.x")[0] == pytest.approx(2.0)
-
-
 def test_a_models_own_question_by_its_name():
     machine = makers.four_bar(1, 3, 2, 3.5, masses=(1, 3, 2), speed=10.0)
     machine.add(Torque("brake", "rocker", value=1.0))

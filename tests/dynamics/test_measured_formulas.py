@@ -7,23 +7,16 @@ import pytest
 
 import mbody
 from mbody import (
-    AngleDriver,
     Body,
-    CoordinateDriver,
-    CustomLoad,
     Damper,
-    DistanceDriver,
-    Force,
     Gravity,
     Input,
     Mechanism,
     Prismatic,
     Revolute,
     Spring,
-    State,
     Torque,
     TorsionSpring,
-    kinetostatics,
     simulate,
 )
 from mbody.laws import MeasuredFormula
@@ -85,9 +78,6 @@ def linkage():
     return machine
 
 
-PIN = {"damper": ("ground", (0.2, -0.3)), "end": ("rod", (0.11, 0.04))}
-
-
 def test_springs_by_formulas_are_the_elements():
     """The same spring, damper and torsion spring, as elements and as formulas."""
     own, formulas = linkage(), linkage()
@@ -143,34 +133,6 @@ def test_formulas_measure_what_results_do(name):
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
-def test_drivers_are_measured_too():
-    machine = crank()
-    machine.add(Body("arm", mass=1.0, inertia=0.1, cg=(0.3, 0.0), points={"Q": (0.4, 0.0)}))
-    machine.add(Revolute("Q", "crank.P", "arm"))
-    machine.add(AngleDriver("turn", "crank", "2*t"))
-    machine.add(DistanceDriver("rod", "ground", "arm.Q", "0.6 + 0.1*sin(3*t)"))
-    machine.add(
-        Torque("a", "arm", value="turn.value + 0.5*turn.rate"),
-        Torque("b", "arm", value="rod.value - 2*rod.rate"),
-    )
-    run = kinetostatics(machine, t=np.linspace(0.0, 1.0, 7))
-    t = run.t
-    np.testing.assert_allclose(run.load("a").torque, 2.0 * t + 1.0, atol=1e-12)
-    distance, rate = 0.6 + 0.1 * np.sin(3 * t), 0.3 * np.cos(3 * t)
-    np.testing.assert_allclose(run.load("b").torque, distance - 2.0 * rate, atol=1e-12)
-    assert run.status == "completed"
-
-
-def test_coordinate_drivers_are_measured():
-    machine = Mechanism("slider")
-    machine.add(Body("block", mass=1.0), Prismatic("guide", "ground", "block"))
-    machine.add(CoordinateDriver("push", "ground", "block", "0.2*sin(2*t)"))
-    machine.add(Force("drag", "block", value="-3*push.rate - 5*push.value - 0*guide.travel"))
-    run = kinetostatics(machine, t=np.linspace(0.0, 2.0, 9))
-    x, v, a = (0.2 * f for f in (np.sin(2 * run.t), 2 * np.cos(2 * run.t), -4 * np.sin(2 * run.t)))
-    np.testing.assert_allclose(run.effort("push"), a + 3 * v + 5 * x, atol=1e-12)
-
-
 def test_every_function_of_formulas_has_the_values_of_numpy():
     """Compiled operations, in one motion and on lanes, against NumPy on the measured angle."""
     texts = {
@@ -196,56 +158,6 @@ def test_every_function_of_formulas_has_the_values_of_numpy():
         np.testing.assert_allclose(
             run.load("motor").torque, 0.01 * function(run["crank"].angle), rtol=1e-13, atol=1e-16
         )
-
-
-def test_lanes_and_single_motions_agree():
-    machine = crank(k=50.0, c=2.0)
-    machine.add(Input("u", 0.0), State("lag", rate="3*(crank.angle - lag)", start=0.1))
-    text = "-k*sin(crank.angle) - c*crank.omega + u + 4*lag*exp(-crank.omega^2)"
-    machine.add(Torque("motor", "crank", value=text))
-    gains = np.linspace(20.0, 60.0, 33)
-    table = mbody.sweep(
-        machine,
-        {"k": gains},
-        "simulate",
-        {"angle": "last(crank.angle)", "lag": "last(lag)"},
-        until=0.5,
-    )
-    for n in (0, 16, 32):
-        run = simulate(mbody.assemble(machine).with_values(k=gains[n]), 0.5)
-        for name, of in (("angle", "crank.angle"), ("lag", "lag")):
-            # the same steps, sums in another order
-            np.testing.assert_allclose(table[name][n], run.measure(of)[-1], rtol=0, atol=1e-12)
-
-
-def test_parameters_change_formulas():
-    machine = crank(k="50 N*m/rad")
-    machine.add(Torque("motor", "crank", value="-2*k*(crank.angle - 0.3 rad)"))
-    system = mbody.assemble(machine).with_values(k=20.0)
-    run = simulate(system, 0.7, rtol=1e-12)
-    natural = np.sqrt(2 * 20.0 / INERTIA)
-    np.testing.assert_allclose(run["crank"].angle, 0.3 - 0.3 * np.cos(natural * run.t), atol=1e-10)
-
-
-class OwnTorque(CustomLoad):
-    """The same torque in Python."""
-
-    def physics(self, i, j, p, t):
-        torque = -50.0 * (j[2] - 0.5) - 2.0 * j[7]
-        return (0.0, 0.0, -torque), (0.0, 0.0, torque)
-
-
-def test_a_formula_is_the_load_in_python():
-    compiled, python = linkage(), linkage()
-    compiled.add(Torque("own", "crank", value="-50*(crank.angle - 0.5) - 2*crank.omega"))
-    python.add(OwnTorque("own", "ground", "crank"))
-    first, second = (simulate(one, 0.3, rtol=1e-10) for one in (compiled, python))
-    np.testing.assert_allclose(first["rod"].angle, second["rod"].angle, atol=1e-9)
-    one, two = first.reaction("A"), second.reaction("A")
-    np.testing.assert_allclose(one.fx, two.fx, atol=1e-6 * np.abs(two.fx).max())
-    assert first.breakdown("A")["own"].fx == pytest.approx(
-        second.breakdown("A")["own"].fx, abs=1e-6
-    )
 
 
 def test_stiff_formulas_take_implicit_steps():

@@ -16,7 +16,6 @@ from mbody import (
     Gravity,
     Marker,
     Mechanism,
-    ModelError,
     Revolute,
     SimulationSettings,
     SolveError,
@@ -404,26 +403,6 @@ def test_an_interrupted_motion_goes_on_bit_for_bit(method, watching):
     assert found == pytest.approx([one.t for one in whole.events], abs=1e-12)
 
 
-def test_what_happened_is_kept_in_files(tmp_path):
-    run = simulate(gallery.load("bouncing_ball"))
-    assert run.events
-    mbody.save_run(run, tmp_path / "ball.npz")
-    again = mbody.load_run(tmp_path / "ball.npz")
-    for ours, theirs in zip(run.events, again.events, strict=True):
-        assert (ours.name, ours.t) == (theirs.name, theirs.t)
-        assert np.array_equal(rows(ours.state), rows(theirs.state))
-        assert (ours.after is None) == (theirs.after is None)
-    assert again.energy.by.keys() == run.energy.by.keys()
-
-
-def test_numbers_that_were_changed_are_kept_in_files(tmp_path):
-    system = mbody.assemble(pendulum()).with_values({"gravity.y": -3.7})
-    run = simulate(system, 1.0)
-    mbody.save_run(run, tmp_path / "run.npz")
-    again = mbody.load_run(tmp_path / "run.npz")
-    assert again.system.values["gravity.y"] == run.system.values["gravity.y"]
-
-
 # -- letting go -------------------------------------------------------------------------------
 
 
@@ -462,8 +441,3 @@ def test_a_released_motion_goes_on_and_is_asked_in_files(tmp_path):
     read.simulation = None
     rest = simulate(read, 1.0, start=half, times=[1.0], method="dopri5")
     assert np.array_equal(rows(rest)[-1], rows(whole)[-1])
-
-
-def test_releases_that_are_none_are_refused():
-    with pytest.raises(ModelError, match="no driver 'gravity' to release"):
-        simulate(driven(), 1.0, release={"gravity": 0.1})

@@ -23,7 +23,6 @@ from mbody import (
 )
 from mbody.derivatives.gradient import gradient
 from mbody.laws import Table
-from mbody.model.model_notes import model_notes
 from mbody.model.states import MOST_EXPANDED
 
 #: The quantities of `arm` written out.
@@ -132,13 +131,6 @@ def test_simulators_controllers_and_gradients_read_them():
     np.testing.assert_allclose(named.jacobian, other.jacobian, rtol=1e-9)
 
 
-def test_other_numbers_reach_them():
-    system = mbody.assemble(arm()).with_values({"k": 60.0})
-    run, wanted = simulate(system, 0.5), simulate(arm(named=False, k="60 N*m/rad"), 0.5)
-    np.testing.assert_allclose(run["arm"].angle, wanted["arm"].angle, rtol=1e-12)
-    np.testing.assert_allclose(run.measure("pull"), wanted.measure(PULL), atol=1e-11)
-
-
 FILE = """
 units = "SI"
 [inputs]
@@ -188,14 +180,6 @@ def test_problems_of_files_name_the_entry(old, new, problem):
     with pytest.raises(mbody.ModelError) as caught:
         mbody.from_toml(FILE.replace(old, new))
     assert problem in str(caught.value)
-
-
-def test_one_that_nothing_uses_is_noted():
-    machine = arm()
-    machine.add(Quantity("idle", "arm.omega"))
-    assert [note for note in model_notes(machine) if "nothing uses" in note] == [
-        "nothing uses quantity 'idle': name it in the formula of a load or a state, or leave it out"
-    ]
 
 
 def test_long_chains_are_no_wall():

@@ -2,8 +2,6 @@
 
 import json
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -20,7 +18,6 @@ from mbody import (
     Mechanism,
     Prismatic,
     Revolute,
-    Rolling,
     SimulationSettings,
     Spring,
     Torque,
@@ -238,21 +235,6 @@ def test_a_damper_takes_energy():
     assert (np.diff(energy.dissipated) >= 0.0).all()
 
 
-def test_rolling_down():
-    """A disc on a slope of 30°: a = g sin 30° / (1 + I/(m r²))."""
-    slope = Mechanism("slope")
-    road = mbody.Marker("ground", (0.0, 0.0), -math.pi / 6.0)
-    slope.add(
-        Body("disc", mass=3.0, inertia=0.5 * 3.0 * 0.2**2, guess=(0.1, 0.1732, 0.0)),
-        Rolling("road", road, "disc", radius=0.2),
-        Gravity("gravity", y=-G),
-    )
-    run = simulate(slope, 1.0, instants=11)
-    gone = 0.5 * G * 0.5 / 1.5 * run.t**2
-    assert run["disc"].x - run["disc"].x[0] == pytest.approx(gone * math.cos(math.pi / 6), abs=1e-9)
-    assert run.contact("road") == pytest.approx(3.0 * G * math.cos(math.pi / 6), rel=1e-9)
-
-
 def test_momentum_of_what_floats():
     """Two links in the air without gravity: linear and angular momentum stay."""
     machine = Mechanism("floating")
@@ -303,16 +285,6 @@ def test_random_linkages_keep_their_account(seed):
 # -- requests ---------------------------------------------------------------------------------
 
 
-def test_it_goes_on_from_where_it_was():
-    machine = gallery.load("free_fourbar")
-    whole = simulate(machine, 2.0, rtol=1e-11, instants=3)
-    first = simulate(machine, 1.0, rtol=1e-11, instants=2)
-    second = simulate(machine, 2.0, start=first, rtol=1e-11, instants=2)
-    assert second.t.tolist() == [1.0, 2.0]
-    for name in whole:
-        assert second[name].angle[-1] == pytest.approx(whole[name].angle[-1], abs=1e-8)
-
-
 def test_instants_between_steps_do_not_change_the_motion():
     machine = gallery.load("free_fourbar")
     few, many = (simulate(machine, 1.0, rtol=1e-9, instants=n) for n in (2, 1001))
@@ -323,17 +295,6 @@ def test_instants_between_steps_do_not_change_the_motion():
     # the polynomial between steps is as good as they are
     tight = simulate(machine, 1.0, rtol=1e-13, instants=1001)
     assert many["crank"].angle == pytest.approx(tight["crank"].angle, abs=1e-6)
-
-
-def test_an_interrupt_leaves_what_was_done():
-    def stop(t):
-        if t > 0.5:
-            raise KeyboardInterrupt
-
-    run = simulate(gallery.load("n_windows_40"), 50.0, rtol=1e-12, instants=501, progress=stop)
-    assert 2 < len(run) < 501
-    assert run.status.startswith("stopped: at t = ") and run.status.endswith("by the user")
-    assert len(run.energy.kinetic) == len(run) == len(run.take(range(len(run))).energy.kinetic)
 
 
 def test_files_and_the_command(capsys, tmp_path):
@@ -357,16 +318,6 @@ def test_files_and_the_command(capsys, tmp_path):
     )
     assert "ENERGY   balance" in capsys.readouterr().out
     assert len(path.read_text().splitlines()) == 4
-
-
-def test_a_second_process_compiles_nothing():
-    simulate(gallery.load("free_fourbar"), 0.1)
-    code = (
-        "import mbody; mbody.simulate(mbody.gallery.load('free_fourbar'), 0.1); "
-        "from mbody.core.decorators import compilations; print(compilations())"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert run.stdout.split() == ["0"], run.stderr
 
 
 def test_a_speed_of_its_own():

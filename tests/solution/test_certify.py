@@ -195,11 +195,6 @@ def test_files_hold_doubts(doubtful, tmp_path):
     assert "DOUBT   the energy grows" in str(two)
 
 
-def test_a_table_holds_doubts(doubtful):
-    pytest.importorskip("pandas")
-    assert doubtful.to_dataframe().attrs["status"] == doubtful.status
-
-
 def test_what_is_made_of_a_result_inherits_its_doubts(doubtful):
     for made in (
         mbody.free_body(doubtful, "rod"),
@@ -245,22 +240,6 @@ def test_the_command_ends_with_1_on_doubt(doubtful, monkeypatch):
     assert len(list(csv.reader(io.StringIO(out)))) == len(doubtful) + 1
     status, out, err = run_command("kinetostatics", "slider_crank")
     assert status == 1 and "STATUS   doubtful: it may have leapt" in out and not err
-
-
-def test_the_command_ends_with_0_where_an_event_ends_the_motion(tmp_path):
-    machine = mbody.gallery.load("bouncing_ball")
-    machine.simulation = replace(
-        machine.simulation, events=[mbody.Event("ball.vy", -1, stop=True, name="top")]
-    )
-    file = tmp_path / "ball.toml"
-    mbody.save(machine, file)
-    status, out, _ = run_command("simulate", str(file), "--json")
-    told = json.loads(out)
-    assert status == 0 and told["status"].startswith("ended: at t = 0.81") and told["events"]
-    assert told["doubts"] == []
-    status, out, _ = run_command("simulate", "simple_pendulum", "--to", "0.1", "--json")
-    told = json.loads(out)
-    assert status == 0 and told["status"] == "completed" and told["events"] == []
 
 
 def test_designs_in_doubt_are_told_of_a_sweep(monkeypatch, tmp_path):
@@ -360,10 +339,6 @@ def test_the_null_space_says_what_is_not_unique(verb, make):
     names = [joint.name for joint in machine.joints if not all(unique[joint.name])]
     assert len(run.notes) == 1 and all(f"'{name}'" in run.notes[0] for name in names)
     assert mbody.kinematics(machine).notes == ()
-
-
-def test_columns_say_nothing_where_all_is_unique():
-    assert not any("unique" in name for name in mbody.kinetostatics(engine()).columns())
 
 
 def test_an_attribute_that_is_not_there_names_what_is_meant():

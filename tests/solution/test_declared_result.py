@@ -108,18 +108,6 @@ def test_people_read_kilograms_degrees_and_revolutions_a_minute():
     assert lines[-3] == "13 of 101 instants; all of them with --json"
 
 
-def test_a_result_without_declaration_is_its_fields():
-    @dataclass(frozen=True)
-    class Record(Presented):
-        name: str
-        pair: tuple
-        hidden: object = field(default=None, repr=False)
-
-    found = Record("a", (1.0, math.nan), hidden=object())
-    assert found.data() == {"name": "a", "pair": [1.0, None]}
-    assert str(found) == repr(found)
-
-
 def test_doubts_and_notes_end_the_text():
     @dataclass(frozen=True, eq=False)
     class Noted(Inherited, Presented):

@@ -17,11 +17,9 @@ from mbody import (
     Prismatic,
     Revolute,
     Rolling,
-    Spring,
     Torque,
     free_body,
     gallery,
-    makers,
     member_forces,
 )
 from tests.support.linkages import random_linkage, times_within
@@ -128,48 +126,6 @@ def test_a_strut_is_pressed():
     assert beam.words.endswith("are parallel")
 
 
-def test_other_members():
-    machine = makers.four_bar(1, 3, 2, 3.5)
-    machine.add(Body("idle"), Prismatic("P", "ground", "idle"))
-    machine.add(CoordinateDriver("still", "ground", "idle", 0.0))
-    machine.add(Torque("load", "rocker", value=3.0))
-    found = {member.body: member for member in member_forces(mbody.statics(machine))}
-    kinds = {name: member.kind for name, member in found.items()}
-    assert kinds == {
-        "crank": "two forces and a couple",
-        "coupler": "two-force",
-        "rocker": "two forces and a couple",
-        "idle": "unloaded",
-    }
-    moving = member_forces(
-        mbody.kinetostatics(makers.four_bar(1, 3, 2, 3.5, masses=(1, 1, 1), speed=3))
-    )
-    assert moving[0].kind == "general"
-
-
-def test_a_rod_with_two_springs_at_one_place():
-    bar = Mechanism("bar", ground={"L": (-1.0, 0.0), "R": (1.0, 0.0)})
-    bar.add(
-        Body("bar"),
-        *(
-            CoordinateDriver(f"hold {a}", mbody.Marker("ground", (0, 0), angle), "bar", 0.0)
-            for a, angle in (("x", 0.0), ("y", math.pi / 2.0))
-        ),
-        AngleDriver("hold angle", "bar", 0.0),
-        Spring("left", "ground.L", "bar", stiffness=10.0),
-        Spring("right", "ground.R", "bar", stiffness=10.0),
-    )
-    (member,) = member_forces(mbody.statics(bar))
-    assert member.kind == "two-force"
-    assert "at one place" in member.words
-
-
-def test_the_summary_of_statics_names_members():
-    assert "MEMBER   'coupler' is a two-force member" in str(
-        mbody.statics(gallery.load("static_fourbar"))
-    )
-
-
 def test_a_bar_of_distance():
     """A `Distance` is a rod without mass and no body: the arm feels it along its line."""
     machine = Mechanism("swing", ground={"O": (0.0, 0.0), "C": (3.0, 0.0)})
@@ -268,13 +224,3 @@ def test_instants_are_counted_from_the_end_too():
     for instant in (3, -4, 0.5, "1", True):
         with pytest.raises(mbody.ModelError, match="give a whole number, 0 to 2"):
             free_body(run, "block", instant)
-
-
-def test_where_a_driver_of_an_angle_acts_is_not_told():
-    run = mbody.kinetostatics(makers.four_bar(1, 3, 2, 3.5, speed=2.0))
-    with pytest.raises(
-        mbody.ModelError, match="'motor', of the type AngleDriver, acts at no place"
-    ):
-        run.reaction_point("motor")
-    with pytest.raises(mbody.ModelError, match="there is no driver 3 to release"):
-        mbody.equilibrium(run.mechanism, free=3)

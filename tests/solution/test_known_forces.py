@@ -194,24 +194,6 @@ def test_pictures_say_it_below(shared):
         assert not [one for one in figure.texts if one.get_gid() == "notes"]
 
 
-def test_springs_that_balance_and_answers_of_questions():
-    made = cranks(3)
-    spring = mbody.Spring("spring", "ground.B0", "bar.A", stiffness=1.0)
-    found = mbody.engineering.spring_balance(made, [spring], t=[0.0, 0.1, 0.2])
-    assert not any("not unique" in one for one in found.notes)
-    made.add(mbody.Torque("hold", "b", value=0.0))
-    for condition, wanted in (("motor.effort = 0", False), ("B0.fx = 1 N", True)):
-        answer = mbody.solve_for(made, unknowns=["hold"], conditions=condition)
-        assert any("not unique" in one for one in answer.notes) == wanted
-
-
-def test_what_was_not_examined_is_said():
-    run = mbody.simulate(chassis(3), method="moreau", step=1e-2)
-    (note,) = run.known_of("c0.contact")
-    assert note.startswith("whether the forces of") and "was not examined" in note
-    assert run.known_of("car.x") == ()
-
-
 def test_a_file_knows_it_too(tmp_path):
     run = mbody.simulate(chassis(3), instants=3)
     path = tmp_path / "run.npz"

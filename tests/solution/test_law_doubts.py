@@ -73,13 +73,6 @@ def test_a_motion_by_a_wrong_rate_ends_with_the_sentence(instants):
     assert caught.value.element == "motor"
 
 
-def test_a_simulator_says_it_too():
-    simulator = mbody.Simulator(driven(1.0))
-    for _ in range(3):
-        simulator.step(0.01)
-    assert [one.kind for one in simulator.doubts] == ["derivative"]
-
-
 def test_of_a_cam_the_place_is_an_angle():
     """A lift of the angle, whose given rate is that of degrees."""
     lift = Function(
@@ -205,11 +198,6 @@ def test_a_cylinder_out_of_its_stroke_is_doubted():
     assert (doubt.kind, doubt.elements) == ("validity", ("ram",))
     length = run.measure("ram.length")
     assert run.t[length < 1.0].max() < doubt.t <= run.t[length > 1.0].min()
-
-
-def test_where_steps_vanish_beyond_the_stroke_the_sentence_says_so():
-    with pytest.raises(mbody.SolveError, match=r"steps vanish .* 'ram': it is up to"):
-        ram(1.0, 0.8, "1", until=0.4)
 
 
 def test_a_belt_that_would_push_is_doubted():

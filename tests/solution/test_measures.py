@@ -20,7 +20,6 @@ from mbody import (
     statics,
     to_toml,
 )
-from mbody.engineering import close_loops
 from mbody.makers import polar
 from mbody.model.simulation import Measure
 from mbody.quantities.units import name_of
@@ -53,10 +52,6 @@ def machine(**more):
 RUN = kinetostatics(machine(), t=T)
 IN = 0.0254
 LBF = 4.4482216152605
-
-
-def rates():
-    return RUN.driven("motor")[1]
 
 
 HISTORIES = [
@@ -139,48 +134,6 @@ def test_measures_are_arithmetic_of_histories(of, unit, expected):
     assert told.replace("·", " ") == unit or not unit
 
 
-@pytest.mark.parametrize(
-    ("of", "unit", "words"),
-    [
-        ("cranck.x", "", "'cranck.x': there is no body 'cranck'"),
-        ("coupler.Q.x", "", "'coupler' has no point 'Q' (it has: 'A', 'B', 'P')"),
-        ("coupler.P.angle", "", "has no 'angle' (it has: x, y, vx, vy, ax, ay)"),
-        ("crank.z", "", "has no 'z' (it has: x, y, vx"),
-        ("B.x", "", "has no 'x' (it has: fx, fy, force, torque, angle, rate)"),
-        ("motor.x", "", "has no 'x' (it has: effort, power, value, rate, acceleration)"),
-        ("s.effort", "", "'s' has no 'effort' (it has: fx, fy, force, length, rate)"),
-        ("gravity.fx", "", "acts on every body, it has no history of its own"),
-        ("B.P.x", "", "there is no body 'B'"),
-        ("zzz", "", "there is no parameter 'zzz'"),
-        ("crank.x + t", "", "it adds a length (m) and a time (s)"),
-        ("crank.x + 1", "", "it adds a length (m) and a plain number"),
-        ("t + 1", "", "it adds a time (s) and a plain number"),
-        ("crank.x", "s", "it is a length (m), which 's' does not measure"),
-        ("crank.omega", "Hz/s", "it is an angular velocity (rad/s), which 'Hz/s' does not"),
-        ("exp(crank.x)", "", "'exp' takes a plain number, not a length"),
-        ("sin(crank.x)", "", "'sin' takes an angle, not a length"),
-    ],
-)
-def test_measures_that_do_not_serve(of, unit, words):
-    with says(ModelError, f"measure {of!r}: ", words):
-        measured(RUN, Measure(of, unit))
-
-
-@pytest.mark.parametrize(
-    ("of", "unit", "words"),
-    [
-        (3, "", "measure: of must be text, not 3"),
-        ("t", 3, "measure: unit must be text, not 3"),
-        ("t +", "", "ends where a number is expected"),
-        ("t", "nonsense", "there is no unit 'nonsense'"),
-        ("", "", "it is empty"),
-    ],
-)
-def test_what_is_no_measure(of, unit, words):
-    with says(ModelError, "measure: ", words):
-        Measure(of, unit)
-
-
 def told(**measures):
     return kinetostatics(machine(measures=measures), t=T)
 
@@ -213,23 +166,6 @@ def test_forces_are_open_where_none_are_found():
     with says(ModelError, "kinematics finds no forces"):
         measured(run, "motor.effort")
     assert "–" in next(line for line in str(run).splitlines() if line.startswith("torque"))
-
-
-def test_summaries_show_them():
-    run = told(lift="coupler.P.y", torque=Measure("motor.effort", "N m"), turn="crank.angle")
-    text = str(run)
-    lines = text[text.index("MEASURES") :].splitlines()
-    assert lines[0].split() == ["MEASURES", "least", "greatest", "unit", "of"]
-    rows = {line.split()[0]: line.split() for line in lines[2:5]}
-    y, torque = run.point("coupler.P").y, run.effort("motor") * LBF * IN
-    assert rows["lift"][1:] == [f"{y.min():.6g}", f"{y.max():.6g}", "in", "coupler.P.y"]
-    # a unit is printed with a dot, as it may be written with a star or a blank
-    assert rows["torque"][1:4] == [f"{torque.min():.6g}", f"{torque.max():.6g}", "N·m"]
-    assert rows["turn"][3] == "deg" and float(rows["turn"][1]) == pytest.approx(60.0, abs=1e-3)
-    one = str(run.take(np.array([2])))
-    assert "value" in one and f"{y[2]:.6g}" in one
-    assert "MEASURES" not in str(RUN)
-    assert "lift" in str(close_loops(machine(measures={"lift": "coupler.P.y"})))
 
 
 def test_measures_follow_the_parameters_of_a_file():
