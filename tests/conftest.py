@@ -15,7 +15,7 @@ pytest.register_assert_rewrite(
     *(
         f"tests.support.{name}"
         for name in ("batches", "invariance", "oracle_runs", "picture_reader")
-    ),
+    )
 )
 
 # The first example of a test may compile a kernel: seconds, not milliseconds.

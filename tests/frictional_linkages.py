@@ -26,18 +26,6 @@ from typing import Any
 import numpy as np
 
 import mbody
-from mbody import (
-    Body,
-    CamFollower,
-    Force,
-    Gear,
-    Marker,
-    Mechanism,
-    PinSlot,
-    Prismatic,
-    Revolute,
-    Torque,
-)
 from mbody.laws import Harmonic
 from tests.support.frictional import dense_at, difference, followed_part, with_changes
 from tests.support.linkages import random_linkage, times_within
@@ -92,11 +80,11 @@ def frictional_linkage(seed: int) -> Linkage:
     height = float(rng.choice([0.0, 0.05]))
 
     def change(element: Any) -> dict[str, Any]:
-        if isinstance(element, Revolute):
+        if isinstance(element, mbody.Revolute):
             return {"friction": mu, "pin_radius": radius}
-        if isinstance(element, Prismatic):
+        if isinstance(element, mbody.Prismatic):
             return {"friction": mu, "length": length, "height": height or None}
-        return {"friction": mu} if isinstance(element, PinSlot) else {}
+        return {"friction": mu} if isinstance(element, mbody.PinSlot) else {}
 
     machine = with_changes(machine, change)
     times = times_within(machine, turn, 5)[[0, 2, 4]]
@@ -105,7 +93,7 @@ def frictional_linkage(seed: int) -> Linkage:
         return Linkage(seed, kind, mu, mbody.kinetostatics(machine, times))
 
 
-def attach(machine: Mechanism, kind: str, rng: np.random.Generator) -> None:
+def attach(machine: mbody.Mechanism, kind: str, rng: np.random.Generator) -> None:
     """Give the crank, which turns about the origin, a gear, a cam or a pin in a slot, with a load
     on what it drives.
     """
@@ -122,18 +110,20 @@ def attach(machine: Mechanism, kind: str, rng: np.random.Generator) -> None:
         if rng.random() < 0.5:
             teeth = {"efficiency": float(rng.uniform(0.6, 0.95))}
         machine.add(
-            Body("wheel", mass=1.0, inertia=0.1, guess=(-0.9, 0.0, 0.0)),
-            Revolute("W", Marker("ground", (-0.9, 0.0)), "wheel"),
-            Gear("mesh", centre, "wheel", radius_i=0.6, radius_j=0.3, **teeth),
-            Torque("driven", "wheel", value=load),
+            mbody.Body("wheel", mass=1.0, inertia=0.1, guess=(-0.9, 0.0, 0.0)),
+            mbody.Revolute("W", mbody.Marker("ground", (-0.9, 0.0)), "wheel"),
+            mbody.Gear("mesh", centre, "wheel", radius_i=0.6, radius_j=0.3, **teeth),
+            mbody.Torque("driven", "wheel", value=load),
         )
     elif kind == "cam":
         up = 0.5 * np.pi
         roller = {"roller": 0.05, "pin_radius": 0.02} if rng.random() < 0.5 else {}
         machine.add(
-            Body("tappet", mass=0.5, inertia=0.01, guess=(0.02, 0.35, 0.0)),
-            Prismatic("T", Marker("ground", (0.02, 0.0), up), Marker("tappet", (0.0, 0.0), up)),
-            CamFollower(
+            mbody.Body("tappet", mass=0.5, inertia=0.01, guess=(0.02, 0.35, 0.0)),
+            mbody.Prismatic(
+                "T", mbody.Marker("ground", (0.02, 0.0), up), mbody.Marker("tappet", (0.0, 0.0), up)
+            ),
+            mbody.CamFollower(
                 "cam",
                 centre,
                 "tappet",
@@ -142,18 +132,18 @@ def attach(machine: Mechanism, kind: str, rng: np.random.Generator) -> None:
                 friction=mu,
                 **roller,
             ),
-            Force("driven", "tappet", 10.0 * abs(load), angle=-up),
+            mbody.Force("driven", "tappet", 10.0 * abs(load), angle=-up),
         )
     elif kind == "slot":
         machine.add(
-            Body("lever", mass=1.0, inertia=0.2, guess=(0.0, -1.5, 0.5 * np.pi)),
-            Revolute("S", Marker("ground", (0.0, -1.5)), "lever"),
-            PinSlot("slot", "lever", _pin_of(machine, centre)),
-            Torque("driven", "lever", value=load),
+            mbody.Body("lever", mass=1.0, inertia=0.2, guess=(0.0, -1.5, 0.5 * np.pi)),
+            mbody.Revolute("S", mbody.Marker("ground", (0.0, -1.5)), "lever"),
+            mbody.PinSlot("slot", "lever", _pin_of(machine, centre)),
+            mbody.Torque("driven", "lever", value=load),
         )
 
 
-def _pin_of(machine: Mechanism, centre: Marker) -> Marker:
+def _pin_of(machine: mbody.Mechanism, centre: mbody.Marker) -> mbody.Marker:
     """The other pin of the crank."""
     return next(
         marker

@@ -50,11 +50,7 @@ TOPOLOGIES: dict[str, list[tuple[str, str]]] = {
         ("r1.C", "ground.Q2"),
         ("r2.C", "ground.Q3"),
     ],
-    "eight-bar alike": [
-        ("crank.A", "ground.Q1"),
-        ("crank.A", "ground.Q2"),
-        ("r1.C", "ground.Q3"),
-    ],
+    "eight-bar alike": [("crank.A", "ground.Q1"), ("crank.A", "ground.Q2"), ("r1.C", "ground.Q3")],
     "four-bar, twin": [("crank.A", "ground.Q1")],
     "six-bar on the rocker, twin": [("crank.A", "ground.Q1"), ("r1.C", "ground.Q2")],
 }

@@ -30,13 +30,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     seconds = 60.0 * asked.minutes
     tally = hunt(
-        asked.count,
-        asked.seed,
-        asked.workers,
-        asked.to,
-        seconds,
-        progress,
-        subject=asked.subject,
+        asked.count, asked.seed, asked.workers, asked.to, seconds, progress, subject=asked.subject
     )
     print(file=sys.stderr)
     print(tally)

@@ -84,10 +84,7 @@ class Tally:
 
     def __str__(self) -> str:
         heads = ("mechanisms", "doubted", "refused", "silent", "hung", "fell")
-        lines = [
-            "| analysis | " + " | ".join(heads) + " |",
-            "|---|" + "---:|" * len(heads),
-        ]
+        lines = ["| analysis | " + " | ".join(heads) + " |", "|---|" + "---:|" * len(heads)]
         for name in [name for name in ROWS if name in self.counts]:
             cells = " | ".join(str(self.counts[name][head]) for head in heads)
             lines.append(f"| {name} | {cells} |")

@@ -41,8 +41,6 @@ RTOL, TIMES = 1e-9, 100.0
 IMPULSES = 1e-8
 #: An impact may magnify a difference so many times; after so many of them only effects compare.
 MAGNIFIED, COUNTED = 10.0, 3
-#: Effects: positions at the end, in sizes.
-LOOSE = 0.05
 
 
 @dataclass

@@ -11,18 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbody import (
-    AngleCoupling,
-    CouplingTerm,
-    Distance,
-    Fixed,
-    Gear,
-    PinSlot,
-    Prismatic,
-    RackPinion,
-    Revolute,
-    Rolling,
-)
+import mbody
 from mbody.model.element import Marker
 from tests.campaign.linkage import Array, Linkage, Pose, Poses, Unfit, Values
 
@@ -34,7 +23,7 @@ def crank(of: Linkage, x: float, y: float, length: float, speed: float, rise: fl
     of.link(name, A=(length, 0.0))
     driver = f"motor{len(of.drivers)}" if of.drivers else "motor"
     of.drivers.append((driver, name, start, speed, rise))
-    of.joints.append(Revolute(f"{name}_O", ground, name))
+    of.joints.append(mbody.Revolute(f"{name}_O", ground, name))
 
     def step(poses: Poses, values: Values, t: Array) -> None:
         angle = start + speed * t + 0.5 * rise * t * t
@@ -92,14 +81,14 @@ def two_links(of: Linkage, p: str, q: str, margin: float, rod: bool = False) -> 
     of.link(second, C=(l2, 0.0), P=(l2 * rng.uniform(0.3, 1.3), l2 * rng.uniform(-0.5, 0.5)))
     number = f"{second}_rod.length"
     if rod:
-        of.joints.append(Distance(f"{second}_rod", p, f"{second}.C", length=l1))
+        of.joints.append(mbody.Distance(f"{second}_rod", p, f"{second}.C", length=l1))
         of.values[number] = l1
     else:
         of.joints += [
-            Revolute(f"{first}_P", p, first),
-            Revolute(f"{first}_C", f"{first}.C", f"{second}.C"),
+            mbody.Revolute(f"{first}_P", p, first),
+            mbody.Revolute(f"{first}_C", f"{first}.C", f"{second}.C"),
         ]
-    of.joints.append(Revolute(f"{second}_Q", q, second))
+    of.joints.append(mbody.Revolute(f"{second}_Q", q, second))
     long = number if rod else f"{first}.C.x"
 
     def step(poses: Poses, values: Values, t: Array) -> None:
@@ -138,9 +127,9 @@ def slider(of: Linkage, p: str, margin: float) -> str:
     of.link(block, P=(rng.uniform(-0.4, 0.4), rng.uniform(0.2, 0.6)))
     key = guide.partition(".")[2]
     of.joints += [
-        Revolute(f"{rod}_P", p, rod),
-        Revolute(f"{rod}_C", f"{rod}.C", block),
-        Prismatic(f"{block}_guide", Marker("ground", key, angle), block),
+        mbody.Revolute(f"{rod}_P", p, rod),
+        mbody.Revolute(f"{rod}_C", f"{rod}.C", block),
+        mbody.Prismatic(f"{block}_guide", Marker("ground", key, angle), block),
     ]
 
     def step(poses: Poses, values: Values, t: Array) -> None:
@@ -166,14 +155,17 @@ def lever(of: Linkage, p: str, q: str, block: bool) -> str:
     of.margins.append(1.0)
     bar = of.name()
     of.link(bar, P=(rng.uniform(0.5, 1.5), rng.uniform(-0.4, 0.4)))
-    of.joints.append(Revolute(f"{bar}_Q", q, bar))
+    of.joints.append(mbody.Revolute(f"{bar}_Q", q, bar))
     stone = ""
     if block:
         stone = of.name()
         of.link(stone)
-        of.joints += [Revolute(f"{stone}_P", p, stone), Prismatic(f"{stone}_slot", bar, stone)]
+        of.joints += [
+            mbody.Revolute(f"{stone}_P", p, stone),
+            mbody.Prismatic(f"{stone}_slot", bar, stone),
+        ]
     else:
-        of.joints.append(PinSlot(f"{bar}_slot", bar, p))
+        of.joints.append(mbody.PinSlot(f"{bar}_slot", bar, p))
 
     def step(poses: Poses, values: Values, t: Array) -> None:
         a, b = of.world(poses, values, p), of.world(poses, values, q)
@@ -190,8 +182,8 @@ def twin(of: Linkage, host: str, far: str) -> None:
     name = of.name()
     of.link(name, B=(of.values[f"{host}.{far}.x"], of.values[f"{host}.{far}.y"]))
     of.joints += [
-        Revolute(f"{name}_A", host, name),
-        Revolute(f"{name}_B", f"{host}.{far}", f"{name}.B"),
+        mbody.Revolute(f"{name}_A", host, name),
+        mbody.Revolute(f"{name}_B", f"{host}.{far}", f"{name}.B"),
     ]
     for axis in "xy":
         of.ties[f"{name}.B.{axis}"] = f"{host}.{far}.{axis}"
@@ -207,7 +199,7 @@ def weld(of: Linkage, host: str, far: str) -> None:
     """A body welded to a link."""
     name, turn = of.name(), float(of.rng.uniform(-1.0, 1.0))
     of.link(name)
-    of.joints.append(Fixed(f"{name}_weld", Marker(host, far, turn), name))
+    of.joints.append(mbody.Fixed(f"{name}_weld", Marker(host, far, turn), name))
     c, s = math.cos(turn), math.sin(turn)
 
     def step(poses: Poses, values: Values, t: Array) -> None:
@@ -242,15 +234,20 @@ def wheel(of: Linkage, kind: str) -> None:
         oy + away * math.sin(delta),
     )
     of.link(name)
-    of.joints.append(Revolute(f"{name}_O", place, name))
+    of.joints.append(mbody.Revolute(f"{name}_O", place, name))
     if kind == "gear":
-        of.joints.append(Gear(f"{name}_mesh", body, name, radius_i=float(r1), radius_j=float(r2)))
+        of.joints.append(
+            mbody.Gear(f"{name}_mesh", body, name, radius_i=float(r1), radius_j=float(r2))
+        )
     else:
         value = float(rng.uniform(-1.0, 1.0))
         of.joints.append(
-            AngleCoupling(
+            mbody.AngleCoupling(
                 f"{name}_belt",
-                terms=[CouplingTerm(float(r1), angle=body), CouplingTerm(float(r2), angle=name)],
+                terms=[
+                    mbody.CouplingTerm(float(r1), angle=body),
+                    mbody.CouplingTerm(float(r2), angle=name),
+                ],
                 value=value,
             )
         )
@@ -279,8 +276,8 @@ def rack(of: Linkage, rolling: bool) -> None:
     of.point("ground", key, gx, gy)
     of.link(name)
     of.joints += [
-        Prismatic(f"{name}_guide", Marker("ground", key, turn), name),
-        RackPinion(f"{name}_mesh", name, body, radius=radius),
+        mbody.Prismatic(f"{name}_guide", Marker("ground", key, turn), name),
+        mbody.RackPinion(f"{name}_mesh", name, body, radius=radius),
     ]
     other, small = "", float(rng.uniform(0.2, 0.5))
     if rolling:
@@ -289,8 +286,8 @@ def rack(of: Linkage, rolling: bool) -> None:
         of.link(other)
         of.point("ground", f"{key}L", gx + small * uy, gy - small * ux)
         of.joints += [
-            Revolute(f"{other}_O", name, other),
-            Rolling(f"{other}_road", Marker("ground", f"{key}L", turn), other, radius=small),
+            mbody.Revolute(f"{other}_O", name, other),
+            mbody.Rolling(f"{other}_road", Marker("ground", f"{key}L", turn), other, radius=small),
         ]
 
     def step(poses: Poses, values: Values, t: Array) -> None:

@@ -83,56 +83,6 @@ def test_a_box_tips_where_friction_holds():
     assert run.energy.error < 1e-8
 
 
-@first_fast(
-    ("widths", "ground"),
-    [
-        ((1.2, 0.8, 0.5), "line"),
-        ((1.2, 0.8, 0.5), "polygon"),
-        ((1.0, 1.0, 1.0), "line"),
-        ((1.0, 1.0, 1.0), "segment"),
-        ((0.5, 0.8, 1.2), "line"),
-    ],
-    2,
-)
-def test_three_boxes_slide_in_the_order_of_their_friction(widths, ground):
-    """The lowest from μ₀ M g = rate t on; the two upper ones, together, from where its acceleration
-    exceeds μ₁ g. Sides of equal boxes lie on one line and hold nothing.
-    """
-    m, mu = (3.0, 2.0, 1.0), (0.3, 0.2, 0.25)
-    run = mbody.simulate(stack(widths, m, mu, ground=ground, until=1.75))
-    first = 0.3 * 6.0 * G / RATE
-    second = (0.3 + 0.2) * 6.0 * G / RATE
-    assert run.status == "completed"
-    assert events(run) == [
-        ("slip", "c0", pytest.approx(first, abs=1e-11)),
-        ("slip", "c1", pytest.approx(second, abs=1e-11)),
-    ]
-    ahead = run["b0"].x - run["b1"].x
-    since = np.maximum(run.t - second, 0.0)
-    assert ahead == pytest.approx(RATE * since**3 / (6.0 * 3.0), abs=1e-11)
-    assert run["b2"].x == pytest.approx(run["b1"].x, abs=1e-12)
-    assert run.reaction("c2").fy == pytest.approx(1.0 * G, rel=1e-11)
-    assert run.energy.error < 1e-10
-
-
-@pytest.mark.parametrize("widths", [(1.2, 0.8), (1.0, 1.0)])
-def test_the_upper_box_tips_over_the_end_of_the_lower_one(widths):
-    """It lags by rate (t − t₁)³/(6 m₀), past the corner of the lower one; its friction μ m g,
-    h/2 below its mass centre, lifts it where that lacks μ h/2 of the corner.
-    """
-    run = mbody.simulate(stack(widths, (3.0, 2.0), (0.3, 0.3), until=2.5))
-    begins = 0.3 * 10.0 * G / RATE
-    lags = widths[0] / 2.0 - 0.3 * 0.1
-    tips = begins + (lags * 6.0 * 3.0 / RATE) ** (1.0 / 3.0)
-    angle = run["b1"].angle
-    assert np.abs(angle[run.t < tips]).max() < 1e-11
-    assert (np.abs(angle[run.t > tips + 0.01]) > 1e-7).all()
-    assert run.status == "completed"
-    assert run.events[-1].name == "open"
-    # both move on a line of the lower one: energy is the work of the push less that of friction
-    assert run.energy.error < 1e-10
-
-
 def leaning_stack(rng, count):
     """Boxes of random size that do not stand in the middle of each other, one of them pushed at a
     corner; without rebounds.

@@ -6,8 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from mbody.analysis.contact.contact_tables import ClosedContacts
-from tests.support.contact_problems import FrictionProblem, Tangent, cone, impulses
+from tests.support.contact_problems import FrictionProblem, Tangent, cone
 from tests.support.lemke import lemke
 
 RNG = np.random.default_rng
@@ -89,33 +88,6 @@ def by_modes(D, normal, tangential, mu, static):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_modes_are_those_of_coulombs_law(count):
-    """Random contacts at rest: the accelerations of the modes that are decided are those of an
-    assignment of modes that satisfies the law, and the verdict is empty where there is one.
-    """
-    rng = RNG(count)
-    unique = 0
-    for _ in range(120 if count < 3 else 40):
-        R = rng.normal(size=(2 * count, 2 * count + 2))
-        D = R @ R.T
-        mu = rng.uniform(0.1, 0.8, count)
-        normal, tangential = rng.normal(size=count) - 1.0, rng.normal(size=count)
-        found = by_modes(D, normal, tangential, mu, mu)
-        verdict, modes = decide(D, mu, np.zeros(count), normal, tangential)
-        kinds = {tuple(np.round(a, 6) + 0.0) for _, a in found}
-        if len(kinds) == 1:
-            unique += 1
-            assert verdict == ""
-            assert modes in [one for one, _ in found]
-        elif kinds:
-            assert verdict == "indeterminate"
-            assert modes in [one for one, _ in found]
-        else:
-            assert verdict == "inconsistent"
-    assert unique > 20
-
-
-@pytest.mark.parametrize("count", [1, 2, 3])
 def test_what_begins_to_slide_has_its_kinetic_friction(count):
     """Random contacts at rest with more static than kinetic friction: what is decided is among the
     modes of Coulomb's law, static where it sticks and kinetic where it slides.
@@ -173,31 +145,6 @@ def test_the_map_of_painleves_rod(mu):
         assert fast == ("indeterminate" if inside else "", ("open",))
         if not inside:
             assert slow[1] == ("slip-",)
-
-
-@pytest.mark.parametrize("law", ["poisson", "newton"])
-def test_impacts_lose_energy_and_obey_their_law(law):
-    """Of one contact: γ_N⁺ = −e γ_N⁻, friction within its cone; of several nothing approaches."""
-    rng = RNG(5)
-    for _ in range(200):
-        m = int(rng.integers(1, 4))
-        R = rng.normal(size=(2 * m, 2 * m + 1))
-        D, mu, e = R @ R.T, rng.uniform(0.0, 0.5, m), rng.uniform(0.0, 1.0, m)
-        contacts = ClosedContacts(D, mu)
-        before = rng.normal(size=2 * m)
-        before[:m] = -np.abs(before[:m])
-        P = impulses(contacts, before, e, np.full(m, law == "newton"))
-        assert P is not None
-        after = before + D @ P
-        size = float(np.abs(before).max())
-        assert P[:m].min() >= -1e-12
-        assert after[:m].min() >= -1e-9 * size
-        assert (np.abs(P[m:]) <= mu * P[:m] + 1e-9 * size).all()
-        gained = float(P @ (before + after)) / 2.0
-        if law == "poisson":
-            assert gained <= 1e-9 * size**2
-        if m == 1 and law == "newton":
-            assert after[0] == pytest.approx(-e[0] * before[0], abs=1e-9 * size)
 
 
 # -- Without dimensions ------------------------------------------------------------------------

@@ -49,7 +49,7 @@ def test_what_overlaps_is_refused_and_nothing_else(name, radius):
     seen = set()
     random = np.random.default_rng(3)
     low, high = np.min(corners, axis=0) - 0.6, np.max(corners, axis=0) + 0.6
-    for place in random.uniform(low, high, (30, 2)):
+    for place in random.uniform(low, high, (14, 2)):
         apart = to_shape(corners, place) - radius
         start = {"bead": {"x": place[0], "y": place[1], "angle": 0.0}}
         try:

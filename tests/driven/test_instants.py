@@ -90,21 +90,6 @@ def test_rates_follow_the_law(law, value, t, rate):
     assert run["crank"].omega[0] == pytest.approx(rate, rel=1e-6 if loose else 1e-13)
 
 
-@pytest.mark.parametrize(
-    ("law", "value", "words"),
-    [
-        (ConstantAcceleration(0.5, 5.0, -40.0), 3.0, "turns back at t = 0.125"),
-        (Harmonic(0.5, 0.3, 2.0), 1.0, "does not reach 1"),
-        (Rise("3-4-5", 1.0, 0.0, 2.0, 0.5), 1.6, "does not reach"),
-        (Table([0, 1, 2], [0.5, 1.0, 1.2]), 1.3, "1.3"),
-        (Polynomial([0.5, 0.0, 1.0, -1.0]), 2.0, "turns back"),
-    ],
-)
-def test_a_law_that_never_comes_there(law, value, words):
-    with says(mbody.ModelError, "driver 'motor' does not come there by its law: ", words):
-        at(law, value)
-
-
 def arm(first, second):
     """Two bars, each driven by its own motor."""
     made = mbody.Mechanism("arm", parameters={"q": "30 deg"})

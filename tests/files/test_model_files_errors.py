@@ -135,33 +135,3 @@ def test_large_texts_are_read_or_refused_in_time(text):
     except ModelError as error:
         assert len(str(error)) < 400
     assert time.perf_counter() - began < 3.0  # linear: 0.2 here
-
-
-@pytest.mark.parametrize(
-    ("text", "is_json", "words"),
-    [
-        ("a = \n", False, "file: it is no TOML: line 1"),
-        ("a = 1\na = 2\n", False, "it is no TOML: line 2"),
-        ("{", True, "it is no JSON: line 1"),
-        ('{"g": NaN}', True, "NaN is no number of a model"),
-        ('{"g": 1, "g": 2}', True, "the key 'g' is given twice"),
-        ("[1]", True, "a model is a table, not list"),
-        ("g = nan", False, "line 1: g: is nan, it must be finite"),
-        ("g = inf", False, "line 1: g: is inf, it must be finite"),
-        ("g = " + "9" * 400, False, "line 1: g: is inf"),
-        ("g = 2024-01-01", False, "line 1: g: must be a number or text such as '2 mm'"),
-        ("bodies = 3", False, "line 1: bodies: must be a table, not 3"),
-        ("[bodies.'a.b']", False, "'a.b': a name may not hold a dot"),
-        ("[bodies.' ']", False, "needs a name"),
-        ("[ask]\nat = { t = [] }", False, "at.t is empty"),
-        ("[ask]\nat = { t = 0 }\nover = 'turn'", False, "give at or over, not both"),
-        ("[ask]\nat = { t = 0, m = 1 }\n", False, "there is no driver 'm'"),
-        (" " * 6_000_001, False, "more than 6 MB"),
-        ("a = " + "{b=" * 31 + "1" + "}" * 31, False, "nested too deep: at most 30"),
-        ('{"a":' * 100_000, True, "nested too deep"),
-    ],
-)
-def test_what_is_no_model(text, is_json, words):
-    with pytest.raises(ModelError) as caught:
-        model_from(text, is_json, name="file")
-    assert words in str(caught.value) and str(caught.value).startswith("file: ")

@@ -6,7 +6,7 @@ import os
 import pytest
 
 import mbody
-from mbody import ModelError, from_toml, to_toml
+from mbody import from_toml, to_toml
 from tests.support.model_files import says_in_file
 
 TABLED = """
@@ -46,28 +46,6 @@ def test_tables_with_and_without_a_header(content, tmp_path):
     assert tabled(tmp_path, content, head=head) == from_toml(head + inline)["motor"].law
     machine = mbody.load(tmp_path / "m.toml")
     assert from_toml(to_toml(machine)) == machine
-
-
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("", "at least 2 points"),
-        ("0,0\n", "at least 2 points"),
-        ("t,phi\nx,phi\n0,1\n", "row 2 has no two numbers: ['x', 'phi']"),
-        ("0,0\n1\n", "row 2 has no two numbers: ['1']"),
-        ("0;0\n1;30\n", "row 2 has no two numbers"),
-        ("0,nan\n1,2\n2,3\n", "row 1 has no two numbers"),
-        ("0,x\n1,2\n2,3\n", "row 1 has no two numbers"),  # half a row is no header
-        ("0,0\n1,inf\n", "row 2 has no two numbers"),
-        ("0,0\n0,1\n", "x must increase"),
-        (b"\xff\xfe0,0", "no text of comma-separated values"),
-        (b"0,0\n" * 2_500_001, "larger than 10 MB"),
-    ],
-)
-def test_tables_that_are_none(content, words, tmp_path):
-    with pytest.raises(ModelError) as caught:
-        tabled(tmp_path, content)
-    assert words in str(caught.value) and "line 7: drivers.motor.law" in str(caught.value)
 
 
 def test_tables_lie_below_the_model(tmp_path):

@@ -253,7 +253,7 @@ def test_equations_have_friction_among_the_loads():
 # -- beside other analyses ----------------------------------------------------------------------
 
 
-@first_fast("name", MACHINES, 2)
+@first_fast("name", MACHINES, 1)
 def test_efficiency_is_that_of_a_motion_over_time(name):
     """The crank driven by the same law over a turn: the works of `simulate` belong to its steps,
     those of kinetostatics to parts of the turn.

@@ -4,18 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from mbody.core.recorded_numbers import Untraceable
 from mbody.laws.kernels import LOG
 from mbody.solution.traced_instant import CODES, Recording, Rule
 
 UNARY = [name for name, code in CODES.items() if code <= LOG]
-BINARY = [name for name in CODES if name not in UNARY]
-#: What is made of several operations.
-MADE = ("square", "reciprocal", "sign")
-number = st.floats(-1e3, 1e3, allow_subnormal=False)
 
 
 def recorded(**values):
@@ -31,52 +25,6 @@ def evaluated(program):
             arguments = (slots[a],) if name in UNARY else (slots[a], slots[b])
             slots[to] = getattr(np, name)(*arguments)
     return slots[program.targets]
-
-
-@pytest.mark.parametrize("name", UNARY + list(MADE))
-@given(number)
-def test_functions_of_one_number(name, x):
-    recording = recorded(x=0.25)
-    traced = recording.inputs["x"]
-    with np.errstate(all="ignore"):
-        for value in (x, 0.25):
-            program = recording.program([getattr(np, name)(traced)])
-            program.slots[0] = value
-            assert np.array_equal(evaluated(program), [getattr(np, name)(value)], equal_nan=True)
-
-
-@pytest.mark.parametrize("name", [*BINARY, "greater", "less"])
-@given(number, number)
-def test_functions_of_two_numbers(name, x, y):
-    recording = recorded(x=x, y=y)
-    a, b = recording.inputs.values()
-    with np.errstate(all="ignore"):
-        found = evaluated(
-            recording.program([getattr(np, name)(*both) for both in ((a, b), (a, y), (x, b))])
-        )
-        wanted = float(getattr(np, name)(x, y))
-    assert np.array_equal(found, [wanted] * 3, equal_nan=True)
-
-
-@given(number, number)
-def test_operators(x, y):
-    recording = recorded(x=x, y=y)
-    a, b = recording.inputs.values()
-
-    def formula(x, y):
-        return [
-            x + y,
-            x - y,
-            x * y,
-            -x,
-            abs(x),
-            2.0 - x,
-            3.0 * y + x**2,
-            +x,
-            (x - 1.0) / (y**2 + 1.0),
-        ]
-
-    assert np.allclose(evaluated(recording.program(formula(a, b))), formula(x, y), rtol=1e-15)
 
 
 def test_arrays_of_objects_are_followed_element_by_element():

@@ -9,13 +9,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from mbody import ModelError, SolveError, Spring, Torque, assemble, kinetostatics
-from mbody.laws import Expression, Polynomial, law
+from mbody.laws import Expression, Polynomial
 from mbody.laws.kernels import MAX_OPERATIONS, MAX_STACK, OPERATIONS
 from mbody.quantities import FormulaError, Valued, text_of
 from mbody.quantities.parse import Binary, Call, Name, Negative, Plain
 from mbody.quantities.units import DIMENSIONS, NUMBER
-from tests.support.expressions import four_bar, made, program
+from tests.support.expressions import made, program
 
 PI = math.pi
 EPS = 2.3e-16
@@ -236,57 +235,6 @@ def test_saturation_dead_band_and_steps(text, places, expected):
 
 
 # --- where there is no value --------------------------------------------------------------------
-
-
-def test_no_value_is_a_sentence():
-    for text, x in (("log(t)", -1.0), ("1/t", 0.0), ("sqrt(t - 1)", 0.5), ("exp(t)", 1e4)):
-        example = program(text)
-        with pytest.raises(ModelError, match=rf"'{re.escape(text)}' has no value at"):
-            example(np.array([2.0, x]))
-        par = np.array(example.parameters(example.numbers()), dtype=float).reshape(-1, 1)
-        out = law(example.code, par, 0, len(par), 0, example.table(), 0, np.float64(x))
-        assert np.isnan(out).all()
-    corner = program("sqrt(t)")
-    assert corner(0.0) == 0.0 and corner.derivatives(0.0) == (0.0, math.inf, -math.inf)
-    unknown = program("sqrt(t^2)")
-    assert unknown(0.0) == 0.0
-    with pytest.raises(ModelError, match=r"'sqrt\(t\^2\)' has no rate at 0"):
-        unknown.derivatives(0.0)
-
-
-def test_analyses_name_the_driver_the_time_and_the_text():
-    times = np.linspace(0.0, 2.0, 9)
-    with pytest.raises(
-        ModelError, match=r"driver 'motor': 'log\(1 - t\)' has no value at 1: evaluate"
-    ):
-        kinetostatics(four_bar(program("log(1 - t)")), t=times)
-    with pytest.raises(ModelError, match=r"'motor', .*sqrt\(t\).*, has an infinite rate at t = 0"):
-        kinetostatics(four_bar(program("sqrt(t)")), t=times)
-    assert len(kinetostatics(four_bar(program("sqrt(t)")), t=times[1:]).t) == 8
-    steady = made("t")[0]
-    brake = Torque("brake", "rocker", value=program("5/(t - 1)"))
-    with pytest.raises(ModelError, match=r"value of load 'brake': '5/\(t - 1\)' has no value at 1"):
-        kinetostatics(four_bar(steady, brake), t=times)
-    # a force needs no rate
-    brake = Torque("brake", "rocker", value=program("5*sqrt(t)"))
-    assert len(kinetostatics(four_bar(steady, brake), t=times).t) == 9
-    spring = Spring("spring", "ground.O2", "rocker.B", law=made("log(x - 9)", argument=LENGTH)[0])
-    with pytest.raises(SolveError, match=r"'spring' has no value at t = 0 s: 'log\(x - 9\)'"):
-        kinetostatics(four_bar(steady, spring))
-
-
-def test_a_design_without_a_value_is_numbered():
-    machine = four_bar(program("log(2 + c*t)", c=1.0))
-    system = assemble(machine).with_values({"motor.law.c0": [1.0, 0.5, -3.0]})
-    with pytest.raises(ModelError, match=r"design 2 of the batch: .*'log\(2 \+ c\*t\)'.* at 1"):
-        kinetostatics(system, t=[0.0, 0.5, 1.0])
-    spring = Spring(
-        "spring", "ground.O2", "rocker.B", law=made("log(x - b)", argument=LENGTH, b=-9.0)[0]
-    )
-    system = assemble(four_bar(made("t")[0], spring))
-    system = system.with_values({"spring.law.c0": [9.0, 9.0, -9.0]})
-    with pytest.raises(SolveError, match=r"design 2 of the batch: load 'spring' has no value"):
-        kinetostatics(system, t=[0.0, 0.5, 1.0])
 
 
 # --- polynomials --------------------------------------------------------------------------------

@@ -73,37 +73,6 @@ def test_a_value_of_its_own_needs_no_formula():
     assert scope.names["b"].value == 5.0
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"a": "b", "b": "a"}, ("depend on each other", "give one of them a number")),
-        ({"a": "a + 1"}, ("a → a", "depend on each other")),
-        ({"a": "b", "b": "2*c", "c": "sqrt(a)"}, ("the parameters", "→", "each other")),
-        ({"a": "2*zz"}, ("parameter 'a'", "no parameter 'zz'")),
-        ({"a": "5 in + 2"}, ("parameter 'a'", "adds a length")),
-        ({"a": "1/0"}, ("parameter 'a'", "evaluates to inf")),
-        ({"a": math.nan}, ("parameter 'a' is nan", "finite")),
-        ({"a": None}, ("parameter 'a' must be a number, not None",)),
-        ({"a": True}, ("parameter 'a' must be a number, not True",)),
-        ({"a": "2*t"}, ("parameter 'a' is '2*t'", "only a law may change with 't'")),
-        ({"sin": 2.0}, ("the name 'sin' is reserved for formulas",)),
-        ({"t": 2.0}, ("the name 't' is reserved",)),
-        ({"pi": 3.0}, ("the name 'pi' is reserved",)),
-        ({"a b": 2.0}, ("'a b' cannot name a parameter", "letters")),
-        ({"2a": 2.0}, ("cannot name a parameter",)),
-        ({"a.b": 2.0}, ("cannot name a parameter",)),
-        ({"a·b": 2.0}, ("cannot name a parameter",)),
-        ({"e\u0301": 2.0}, ("cannot name a parameter",)),
-        ({"a" * 41: 2.0}, ("cannot name a parameter", "at most 40")),
-        ({3: 2.0}, ("cannot name a parameter",)),
-        ([("a", 2.0)], ("parameters must be a dict",)),
-    ],
-)
-def test_parameters_that_do_not_serve(given, words):
-    with says(ModelError, *words):
-        Mechanism("m", parameters=given)
-
-
 # -- systems with other values ------------------------------------------------------------------
 
 
@@ -226,17 +195,6 @@ def test_a_batch_of_parameters():
         system.with_values(z=1.0)
     with says(ModelError, "must be finite"):
         system.with_values(a=math.inf)
-
-
-def test_a_parameter_without_a_value_is_a_sentence():
-    machine = Mechanism("m", parameters={"a": 2.0, "b": "1/(a - 1)"})
-    machine.add(Body("crank", mass="sqrt(a)", inertia="b"), Revolute("O", "ground", "crank"))
-    machine.add(AngleDriver("motor", "crank", 0.0))
-    system = assemble(machine)
-    with says(ModelError, "parameter 'b'", "evaluates to inf"):
-        system.with_values(a=1.0)
-    with says(ModelError, "'crank.mass'", "evaluates to nan"):
-        system.with_values(a=-1.0)
 
 
 @pytest.mark.parametrize(

@@ -180,18 +180,6 @@ def test_symbols_of_a_system_read_back(name, dimension):
     )
 
 
-@each(
-    "name",
-    [
-        *("", "inch", "cm-kN", "kN-cm-s", "cm-kN-s-s", "deg-N-s", "m-N-Hz", "m--s"),
-        *("furlong-N-s", "m-N-" + "s" * 40, None, 3),
-    ],
-)
-def test_what_is_no_system(name):
-    with says(mbody.ModelError, "there is no unit system", "'in-lbf-s'", "'cm-kN-s'"):
-        unit_system(name)
-
-
 def test_a_custom_system_is_used():
     """1 kN on 1 kN·s²/cm accelerates at 1 cm/s²; the same in SI."""
     machine = mbody.Mechanism("m", units="cm-kN-s")

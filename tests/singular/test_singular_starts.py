@@ -24,7 +24,6 @@ from mbody.analysis.initial.initial_state import state_of
 from mbody.engineering import close_loops
 from mbody.files.results import data
 from mbody.laws import ConstantSpeed
-from mbody.solution.histories import Record
 from mbody.system.assembler import assemble
 from tests.driven.test_change_points import three_cranks
 from tests.support import folded
@@ -184,30 +183,6 @@ def test_rows_that_repeat_for_good_are_no_singular_start():
 
 LENGTHS = (1.0, 2.0, 1.0, 2.0)
 CRANK = {"crank": {"angle": 0.0, "omega": 6.0}}
-
-
-def test_the_rate_that_tells_is_asked_for():
-    machine = folded.four_bar(LENGTHS)
-    with pytest.raises(SolveError, match=r"2 of them .* coupler\.omega = 0 or -12 rad/s") as caught:
-        simulate(folded.asked(machine, CRANK))
-    assert caught.value.element == "coupler"
-    with pytest.raises(SolveError, match=r"coupler\.omega = 0 or -12 rad/s"):
-        close_loops(machine, rates={"crank": 6.0})
-    assert close_loops(machine, rates={"crank": 6.0, "coupler": 0.0}).notes == ()
-    assert close_loops(machine)["coupler"].omega[0] == 0.0
-
-
-def test_rates_that_no_motion_has():
-    machine = folded.four_bar(LENGTHS)
-    with pytest.raises(SolveError, match=r"coupler\.omega can be 0 or -12 rad/s, not 3"):
-        simulate(folded.asked(machine, {**CRANK, "coupler": {"omega": 3.0}}))
-    start = close_loops(machine, rates={"crank": 6.0, "coupler": 0.0})
-    rows = start.record.table(slice(None)).copy()
-    # what has the least length of all that Φ_q v = 0 allows with the crank at 6 rad/s
-    rows[0, 9:18] = [0.0, 3.0, 6.0, 0.0, 5.6, -0.4, 0.0, 2.6, 5.2]
-    record = Record([rows[:, :, None]], 1, batch=False)
-    with pytest.raises(SolveError, match="no motion of 'folded' has the velocities of the start"):
-        simulate(machine, 0.1, start=replace(start, record=record))
 
 
 # -- rest --------------------------------------------------------------------------------------

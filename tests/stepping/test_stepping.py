@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import mbody
-from mbody import Body, Gravity, Mechanism, ModelError, Revolute, Simulator, SolveError, gallery
+from mbody import Body, Mechanism, ModelError, Simulator, SolveError, gallery
 from mbody.model.loads import CustomLoad
 from tests.contact.test_one_sided import looping, lowered, told
 from tests.support import folded
@@ -93,35 +93,6 @@ def test_any_partition_is_the_same_motion():
             assert sim.t == t
         found = whole(sim)
         assert_allclose(found, last[: len(found)], rtol=0, atol=1e-10 * np.abs(found).max())
-
-
-def test_a_ball_in_the_air_is_exact():
-    """y = h − g t²/2 in steps of any length, to the rounding of their sum."""
-    sim = Simulator(ball(3.0))
-    for dt in (1e-3, 1e-2, 0.1, 1e-6, 0.25):
-        sim.step(dt)
-    t = 1e-3 + 1e-2 + 0.1 + 1e-6 + 0.25
-    assert sim.t == t
-    assert sim["ball"].y == pytest.approx(3.0 - 0.5 * G * t * t, abs=1e-14)
-    assert sim["ball"].vy == pytest.approx(-G * t, abs=1e-14)
-    assert sim["ball"].ay == pytest.approx(-G, rel=1e-15)
-
-
-def test_a_pendulum_against_its_integral():
-    """Of one rod: ω² = 2 m g c (cos θ₀ − cos θ)/I at every step, by the energy."""
-    machine = Mechanism("pendulum")
-    mass, c, inertia = 2.0, 0.5, 0.1
-    machine.add(
-        Body("rod", mass=mass, inertia=inertia, cg=(c, 0.0), guess=0.3),
-        Revolute("O", "ground", "rod"),
-        Gravity("gravity", y=-G),
-    )
-    sim = Simulator(machine, rtol=1e-12)
-    start, own = sim["rod"].angle, inertia + mass * c * c
-    for _ in range(500):
-        sim.step(1e-3)
-        fall = np.sin(start) - np.sin(sim["rod"].angle)
-        assert sim["rod"].omega ** 2 == pytest.approx(2.0 * mass * G * c * fall / own, rel=1e-10)
 
 
 # -- states -----------------------------------------------------------------------------------

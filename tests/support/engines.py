@@ -42,13 +42,3 @@ def engine(throws, *, banks=None, r=0.05, ratio=0.25, mass=0.5, speed=100.0, sta
             ),
         )
     return machine
-
-
-def piston_orders(ratio, highest, points=4096):
-    """Coefficients of cos nθ of −ẍ/(r ω²) of a piston, n = 0 …, by the series of √(1 − λ² sin²θ)
-    from its closed form, summed over many points.
-    """
-    theta = np.arange(points) * 2.0 * np.pi / points
-    place = np.cos(theta) + np.sqrt(1.0 - (ratio * np.sin(theta)) ** 2) / ratio
-    found = np.fft.rfft(place) / points
-    return np.array([2.0 * found[n].real * n * n for n in range(highest + 1)])

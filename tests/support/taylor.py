@@ -54,11 +54,6 @@ def log(x: Any) -> complex:
     return lifted(x, math.log(complex(x).real), 1.0 / complex(x).real)
 
 
-def power(x: Any, p: Any) -> complex:
-    """x to the p, both complex steps."""
-    return exp(p * log(x))
-
-
 def size(x: Any) -> Any:
     """|x| of a number that is not complex but for its step."""
     return x if complex(x).real >= 0.0 else -x

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import mbody
-from mbody.errors import ModelError
 from mbody.laws import ConstantSpeed
 from mbody.topologies.dataset import GROUPS, assur_bars, random_linkages
 from tests.support.dense_linkages import forces_of, moved, random_dyads
@@ -87,27 +86,6 @@ def test_drivers_in_another_order_and_fewer_of_them():
     assert np.allclose(found.torque[0, :, 0], alone.torque[0], 1e-9, 1e-9)
     assert np.isnan(found.torque[0, :, 1]).all() and np.isnan(found.angle[0, :, 1]).all()
     assert found.failures[1].startswith("its drivers and joints hold it once too often")
-
-
-def test_drivers_that_do_not_fit():
-    five = {
-        "joints": [[(0, 0), (1, 1), (2, 2), (3, 1), (4, 0)]] * 4,
-        "links": [[(0, 1), (1, 2), (2, 3), (3, 4)]] * 4,
-        "ground": [(0, 4)] * 4,
-        "driver": [(0, 3), (0, 0), (-1, 0), (0, -1)],
-    }
-    found = mbody.linkages(five, turn=0.3, instants=11)
-    assert sorted(found.failures) == [1, 2, 3]
-    assert found.failures[1] == "two drivers turn one link"
-    assert found.failures[2] == "the driver names a link that there is not"
-    assert found.failures[3].startswith("with its driver it keeps 1 degree of freedom")
-    far = mbody.linkages({name: part[:1] for name, part in five.items()}, turn=[[2.0, -2.0]])
-    assert far.failures[0].startswith("dead centre: its drivers cannot turn it further (at ")
-    assert far.failures[0].endswith(" deg of its first driver)")
-    with pytest.raises(ModelError, match=r"turn must be .* an array \(4, 2\), one for each driver"):
-        mbody.linkages(five, turn=[[1.0, 2.0, 3.0]] * 4)
-    with pytest.raises(ModelError, match="turn is 0"):
-        mbody.linkages(five, turn=[[0.0, 1.0]] * 4)
 
 
 def as_mechanism(arrays, n, speed):
