@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 
@@ -23,15 +23,24 @@ class CurvePoint:
     `along`: Unit tangent in the direction of the walk.
     `side`: Of the sign of the determinant of the curve's equations and the tangent: it changes
       where another branch is crossed, or leapt to, and there alone.
+    `frame`: Of the space of dependent equations, in which that sign is taken.
     """
 
+    #: Numbers beside these two that change their sign with the direction.
+    odd: ClassVar[tuple[str, ...]] = ()
     x: Array
     along: Array
     side: float
+    frame: Array | None
 
     def crosses(self, other: CurvePoint) -> bool:
         """Whether another branch lies between two neighbours."""
         return self.side * other.side < 0.0
+
+    def reversed(self) -> Self:
+        """The point as one comes to it from the other side."""
+        names = ("along", "side", *self.odd)
+        return replace(self, **{name: -getattr(self, name) for name in names})
 
 
 P = TypeVar("P", bound=CurvePoint)
@@ -61,6 +70,8 @@ class Pace(NamedTuple):
 
 #: Part of the greatest angle between tangents that a chord may make with the first of them.
 CHORD = 0.6
+#: Part of a step by which it goes on at least.
+ADVANCE = 0.01
 
 
 def norm(x: Array) -> float:
@@ -98,6 +109,7 @@ def walk(
             turned = float(there.along @ here.along)
             aside = norm(chord - length * here.along)
             straight = turned >= cosine and aside <= CHORD * pace.turn * length
+            straight &= length > ADVANCE * arc  # a corner throws steps back to where they begin
             leap = straight and leaps(here, there)
             if not straight or (leap and step > pace.leap):
                 there = None

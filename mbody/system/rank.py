@@ -10,7 +10,7 @@ import heapq
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import violation
 from mbody.system.system import System
 
+Array = np.ndarray
 #: Rows from which on independent ones are recognised by Householder's reflections first, and the
 #: steps of inverse iteration for their least singular value.
 LARGE, ITERATIONS = 100, 6
@@ -102,32 +103,125 @@ def _row_places(system: System) -> tuple[np.ndarray, np.ndarray, list[tuple[int,
     return (place[own][:, None] + three).ravel(), (number[own][:, None] + three).ravel(), more
 
 
-def dense(system: System, work: Work) -> tuple[np.ndarray, np.ndarray]:
-    """Dimensionless Φ (rows,) and Φ_q (rows, coordinates): lengths by the model length."""
-    phi, G = jacobian(system, work)
+def dense(system: System, work: Work, x: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Dimensionless Φ (…, rows) and Φ_q (…, rows, coordinates), lengths by the model length: at
+    positions x (…, coordinates) without units, one by one or stacked, or where the workspace is.
+    """
+    if x is None or x.ndim == 1:
+        if x is not None:
+            work.q[: len(x), 0] = x * system.coordinate_units
+        phi, G = jacobian(system, work)
+    else:
+        primitive, row, _ = system.row_table
+        number = 2 * system.layout.primitive_node[primitive] + row
+        phi, blocks = np.empty((len(x), len(number))), np.empty((len(work.block), len(x)))
+        layout, own = system.runtime(), work.q[: x.shape[1], 0]
+        for k, one in enumerate(x * system.coordinate_units):
+            own[:] = one
+            violation(layout, work)
+            phi[k], blocks[:, k] = work.phi[number, 0], work.block[:, 0]
+        G = joint_rows(system, blocks).transpose(2, 0, 1)
     unit = system.row_units
     return unit * phi, unit[:, None] * G * system.coordinate_units
 
 
-def close_rows(
-    rows: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
-    x: np.ndarray,
-    small: float,
-    zero: float,
-    most: int,
-    chosen: slice | np.ndarray = slice(None),
-) -> tuple[np.ndarray, bool]:
-    """The place near x at which chosen rows vanish, or are least, by Newton steps of least norm;
-    whether the last step was as `small` a part of x. `rows`: Φ and Φ_q, all without units. `zero`:
-    Singular values below this part of the greatest count as none.
+# -- Positions at which rows vanish ------------------------------------------------------------
+
+#: Corrections of one closing, at most: near a singular position each halves the distance to it.
+CORRECTIONS = 24
+
+
+class ClosedRows(NamedTuple):
+    """Where rows were closed.
+
+    `x` (…, coordinates): Positions without units; where they did not close, the last ones.
+    `good` (…): Whether all rows vanish there, those that are held included.
+    `G` (…, rows, coordinates): Φ_q there but for rounding, without what is held.
     """
-    for _ in range(most):
-        phi, G = rows(x)
-        step = np.linalg.lstsq(G[chosen], phi[chosen], rcond=zero)[0]
-        x = x - step
-        if np.abs(step).max() <= small * (1.0 + np.abs(x).max()):
-            return x, True
-    return x, False
+
+    x: Array
+    good: Array
+    G: Array
+
+
+def close_rows(
+    rows: Callable[[Array], tuple[Array, Array]],
+    x: Array,
+    held: tuple[Array, Array] | None = None,
+    *,
+    zero: float = tol.SINGULAR_VALUE_ZERO,
+) -> ClosedRows:
+    """The positions near x (coordinates,) or (positions, coordinates) at which rows vanish, by
+    Newton steps of least norm; none turns a body by more than half a radian.
+
+    `rows`: Φ and Φ_q of such x, all without units. `held`: Directions (…, coordinates) and the
+    values of their products with x. `zero`: Singular values below this part of the greatest count
+    as none, so that rows which depend on others have no say. Rows that cannot all vanish are left
+    where the steps end.
+    """
+    single, x = x.ndim == 1, np.atleast_2d(x).copy()
+    y, left, good, last = x, np.arange(len(x)), np.zeros(len(x), dtype=bool), np.inf
+    inverse: Array = np.empty(0)
+    found, frames, values = inverse, inverse, inverse
+    if held is not None:
+        frames, values = held[0].reshape(len(x), -1, x.shape[1]), held[1].reshape(len(x), -1)
+    for n in range(CORRECTIONS):
+        phi, G = (one[None] for one in rows(y[0])) if single else rows(y)
+        found = np.zeros((len(x), *G.shape[1:])) if n == 0 else found
+        found[left] = G
+        if held is not None:
+            phi = np.concatenate([phi, (frames @ y[:, :, None])[..., 0] - values], axis=1)
+            G = np.concatenate([G, frames], axis=1)
+        worst, norm = np.abs(phi).max(axis=1, initial=0.0), 1.0 + np.abs(y).max(axis=1)
+        # a distance of zero has no direction
+        on = np.isfinite(worst + np.einsum("nij->n", G)) & ((worst < 1e3 * norm) | (n == 0))
+        near = worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm
+        if near.any():
+            # the step by the Jacobian before; where it is not rounding, the position is singular,
+            # and half of the digits is what Φ has there when it no longer falls
+            more = (inverse @ phi[:, :, None])[..., 0] if n else np.zeros_like(y)
+            small = np.abs(more).max(axis=1) <= 1e3 * tol.LOOP_CLOSURE_CORRECTION * norm
+            ends = (small | (n == CORRECTIONS - 1)) & (worst <= tol.LOOP_CLOSURE_RESIDUAL * norm)
+            done = on & near & (ends | (worst > 0.5 * last))
+            good[left[done]] = True
+            x[left] = y - np.where((done & small)[:, None], more, 0.0)
+            on &= ~done
+        if not on.all():
+            left, y, phi, G, worst, norm = (one[on] for one in (left, y, phi, G, worst, norm))
+            frames, values = (frames, values) if held is None else (frames[on], values[on])
+        if not left.size:
+            break
+        inverse, last = pseudo_inverse(G, zero), worst
+        step = (inverse @ phi[:, :, None])[..., 0]
+        size = np.abs(step).max(axis=1)
+        if (size > 0.5).any():  # what is far is brought there at once
+            turn = np.where(size > tol.GUESS_FAR, np.abs(step[:, 2::3]).max(axis=1), size)
+            step *= np.minimum(1.0, 0.5 / np.maximum(turn, tol.TINY))[:, None]
+        y = x[left] = y - step
+        open_ = worst > tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm
+        if (open_ & (size <= tol.LOOP_CLOSURE_FIRST_INSTANT * norm)).all():
+            break  # rows that cannot all vanish
+    return ClosedRows(x[0], good[0], found[0]) if single else ClosedRows(x, good, found)
+
+
+def pseudo_inverse(G: Array, zero: float = tol.SINGULAR_VALUE_ZERO) -> Array:
+    """Pseudo-inverses (…, columns, rows); singular values below this part of the greatest count as
+    none. Rows far from depending on each other need no singular values, Gᵀ (G Gᵀ)⁻¹.
+    """
+    rows, columns = G.shape[-2:]
+    if rows > columns or not rows:
+        return np.asarray(np.linalg.pinv(G, rcond=zero))
+    T = np.swapaxes(G, -1, -2)
+    try:
+        found = np.linalg.inv(G) if rows == columns else T @ np.linalg.inv(G @ T)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(G, rcond=zero))
+    sizes = (np.einsum("...ij,...ij->...", one, one) for one in (G, found))
+    condition = math.prod(sizes)
+    near = ~(condition * max(zero, tol.SINGULAR_VALUE_NEAR_SINGULAR) ** 2 < 1.0)
+    if near.any():
+        found[near] = np.linalg.pinv(G[near], rcond=zero)
+    return np.asarray(found)
 
 
 def side_of(
@@ -244,24 +338,18 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
     """Move the workspace to where the rows not in `kept` are violated least while those in `kept`
     (rows,) hold; returns the dimensionless Φ there. Least squares with a growing penalty.
     """
-    size = 3 * system.layout.bodies
-    start, scale = work.q[:size, 0].copy(), system.coordinate_units
-
-    def about(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        work.q[:size, 0] = start + scale * x
-        return dense(system, work)
-
-    x = np.zeros(size)
+    rows = functools.partial(dense, system, work)
+    x = work.q[: system.coordinates, 0] / system.coordinate_units
     for penalty in (1e1, 1e3, 1e5):
         weight = np.where(kept, penalty, 1.0)
         x = least_squares(
-            lambda x, weight=weight: weight * about(x)[0],  # type: ignore[misc]
-            lambda x, weight=weight: weight[:, None] * about(x)[1],  # type: ignore[misc]
+            lambda x, weight=weight: weight * rows(x)[0],  # type: ignore[misc]
+            lambda x, weight=weight: weight[:, None] * rows(x)[1],  # type: ignore[misc]
             x,
             most=100,
             ends=tol.LOOP_GAP_ENDS,
         ).x
-    return about(x)[0]
+    return rows(x)[0]
 
 
 # -- Rank and free motions of large systems by orthogonal elimination, body by body ------------
@@ -271,7 +359,6 @@ def smallest_gap(system: System, work: Work, kept: np.ndarray) -> np.ndarray:
 # is minimum degree, of equal degrees the last group first, so that free columns are near the
 # beginning.
 
-Array = np.ndarray
 #: Columns that are pivots, columns that are free, the rows of the pivots after all reflections, and
 #: the vectors of these, each of length √2 or zero.
 _Reflected: TypeAlias = "tuple[list[int], list[int], Array, Array]"

@@ -18,7 +18,6 @@ import numpy as np
 from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core.tolerances import (
     CONTRACT_TOLERANCE,
-    LOOP_CLOSURE_CORRECTION,
     SINGULAR_VALUE_ZERO,
     TINY,
     USER_POWER_NONE,
@@ -43,6 +42,7 @@ from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import dimension_named
 from mbody.quantities.units import DIMENSIONS, Dimension
 from mbody.system.assembler import assemble
+from mbody.system.rank import close_rows, dense
 from mbody.system.system import System
 
 # -- The bench: an element between free massive bodies, and what the kernels compute for it ----
@@ -400,18 +400,16 @@ class Bench:
 
     def closed(self, state: BenchState, rng: np.random.Generator) -> BenchState | None:
         """A state with Φ = 0, near this one or near another; None where none is found."""
-        q = state.q
+        L, W = self._set(state)
+        laws_of_time(L, W)
+        units = self.system.coordinate_units
+        x = state.q / units
         for _ in range(10):
-            for _ in range(100):
-                r = self.rows(BenchState(state.t, q, state.v))
-                if not (np.isfinite(r.phi).all() and np.isfinite(r.G).all()):
-                    break
-                step = np.linalg.lstsq(r.G * self.unit, -r.phi, rcond=None)[0]
-                size = float(np.abs(step).max())
-                q = q + self.unit * step * min(1.0, 0.5 / max(size, TINY))
-                if size <= LOOP_CLOSURE_CORRECTION * max(1.0, float(np.abs(q / self.unit).max())):
-                    return BenchState(state.t, q, state.v)
-            q = rng.normal(size=len(q)) * self.unit
+            found = close_rows(functools.partial(dense, self.system, W), x)
+            raise_user_error(self.system)
+            if found.good:
+                return BenchState(state.t, units * found.x, state.v)
+            x = rng.normal(size=len(x)) * self.unit / units
         return None
 
     # -- another description: new link axes (those of the ground are the world's), mass centres

@@ -20,7 +20,7 @@ def plane(function, gradient):
         g = gradient(x) / np.linalg.norm(gradient(x))
         along = np.array([-g[1], g[0]])
         along = along if along @ ahead >= 0.0 else -along
-        return CurvePoint(x, along, float(np.sign(g[0] * along[1] - g[1] * along[0])))
+        return CurvePoint(x, along, float(np.sign(g[0] * along[1] - g[1] * along[0])), None)
 
     return close
 
@@ -80,3 +80,9 @@ def test_a_corner_ends_the_walk():
     start = close(None, np.array([1.0, 1.0]), np.array([-1.0, -1.0]))
     points = [there.x for _, there, _ in walk(start, close, PACE)]
     assert len(points) < 300 and np.linalg.norm(points[-1]) < 1e-2
+
+
+def test_a_step_that_is_thrown_back_to_where_it_begins_is_none():
+    """As where a distance passes zero: its direction turns over, and leads back to the corner."""
+    corner = CurvePoint(np.array([1.0, 2.0]), np.array([1.0, 0.0]), 1.0, None)
+    assert next(walk(corner, lambda here, x, ahead: here, PACE), None) is None

@@ -450,8 +450,6 @@ def _result(
 
 #: Steps of one walk.
 STEPS = 20_000
-#: Last step, singular values that are none, and steps of a position that is closed.
-CLOSURE = tol.LOOP_CLOSURE_CORRECTION, tol.LEAST_SQUARES_RANK_SEARCH, 8
 #: How far a length may go, in model lengths.
 LONGEST_TRAVEL = 100.0
 
@@ -487,7 +485,7 @@ class CircuitCurve:
     ) -> None:
         work = system.work()
         set_driver_values(system, work, 0.0, {**driver_values, driver.name: x})
-        self.curve = JointCurve(system, work, driver, CLOSURE)
+        self.curve = JointCurve(system, work, driver)
         self.period = 2.0 * math.pi if driver.angular else math.inf
 
     def walk(

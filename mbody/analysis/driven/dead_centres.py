@@ -40,9 +40,8 @@ LARGEST = 300
 #: Where branches meet in the turning point: degree of the polynomial through places before it, and
 #: how many these are.
 DEGREE, PLACES = 12, 60
-#: Corrections of a position, and steps to the end; the lengths of these.
+#: Steps to the end, and their lengths.
 ITERATIONS = 30
-CLOSURE = tol.LOOP_CLOSURE_CORRECTION, tol.LEAST_SQUARES_RANK, ITERATIONS
 STEPS = PACE._replace(first=tol.PATH_STEP_FIRST, longest=tol.PATH_STEP_LONGEST)
 
 
@@ -106,7 +105,7 @@ class _Curve:
         self.unit = driver.unit(system.length)
         work = system.work()
         work.time[:], work.signal[:] = start.work.time, start.work.signal
-        self.curve = JointCurve(system, work, driver, CLOSURE)
+        self.curve = JointCurve(system, work, driver)
         # the signals may be those of another instant: where the drivers are, the position says
         requested = np.array([float(start.work.signal[row, 0]) for _, row in drivers(system)])
         self.values = requested + jacobian(system, start.work)[0][first:]

@@ -40,17 +40,12 @@ class Node(arclength.CurvePoint):
 
     `place`: Angles go on over whole revolutions.
     `residual`, `derivative`: g and dg/ds.
-    `frame`: That of its side, see `side_of`.
     """
 
+    odd = ("residual",)
     place: Place
     residual: float
     derivative: float
-    frame: Array | None
-
-    def reversed(self) -> Node:
-        """The place as one comes to it from the other side."""
-        return replace(self, along=-self.along, residual=-self.residual, side=-self.side)
 
 
 @dataclass
@@ -90,7 +85,7 @@ class MotionCurve:
         derivative = float(along @ self.manifold.change(place, along))
         side, frame = side_of(place.rows, along, before.frame if before else None)
         residual = float(place.force @ along)
-        return Node(place.q / self.scale, along, side, place, residual, derivative, frame)
+        return Node(place.q / self.scale, along, side, frame, place, residual, derivative)
 
     def close(self, here: Node, x: Array, ahead: Array) -> Node | None:
         """The nearest node."""

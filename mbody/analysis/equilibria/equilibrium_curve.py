@@ -156,7 +156,7 @@ class Follower:
         side = float(np.linalg.det(np.vstack([np.column_stack([-K, change]) / size, tangent])))
         x = np.append(here.q / self.scale, value)
         arc = before.arc + abs(float((x - before.x) @ before.along)) if before else 0.0
-        return Point(x, along, side, here, value, K, arc, size)
+        return Point(x, along, side, None, here, value, K, arc, size)
 
     def close(self, here: Point, x: Array, ahead: Array) -> Point | None:
         """The point of the curve near x, in the plane through it across a direction."""
@@ -313,7 +313,7 @@ def _simple(follower: Follower, here: Point, there: Point) -> BranchPoint | None
     along = last * here.along + first * there.along
     stiffness = follower.manifold(value).stiffness(place)
     along /= arclength.norm(along)
-    point = Point(x, along, 0.0, place, value, stiffness, arc, here.size)
+    point = Point(x, along, 0.0, None, place, value, stiffness, arc, here.size)
     return BranchPoint(point, _kind(H, V), gap)
 
 
@@ -372,7 +372,7 @@ def _multiple(
     along /= arclength.norm(along)
     stiffness = follower.manifold(value).stiffness(place)
     x = np.append(place.q / follower.scale, value)
-    point = Point(x, along, 0.0, place, value, stiffness, arc, here.size)
+    point = Point(x, along, 0.0, None, place, value, stiffness, arc, here.size)
     return BranchPoint(point, "multiple", gap)
 
 

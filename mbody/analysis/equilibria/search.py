@@ -165,8 +165,9 @@ class EquilibriumSearch:
         cover = Cover(self.manifold, here, frame)
         roots = surface_roots(cover, self._polished)
         before = len(self.found)
+        # those equally far in the order in which they were met, whatever rounding says
         for place in sorted(
-            roots.equilibria, key=lambda one: self.manifold.distance(one.q, here.q)
+            roots.equilibria, key=lambda one: round(self.manifold.distance(one.q, here.q), 6)
         ):
             self._keep(place)
         self.jumps += roots.jumps

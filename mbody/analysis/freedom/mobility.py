@@ -29,7 +29,16 @@ from mbody.model.stop import Freewheel, Stop
 from mbody.quantities.formula import PlainNumbers
 from mbody.quantities.units import UnitSystem
 from mbody.system.assembler import assemble
-from mbody.system.rank import LargeRank, Rank, dense, large_rank, rank_of, row_elements, sparse_rows
+from mbody.system.rank import (
+    LargeRank,
+    Rank,
+    close_rows,
+    dense,
+    large_rank,
+    rank_of,
+    row_elements,
+    sparse_rows,
+)
 from mbody.system.system import System, with_numbers_of
 
 # -- Free motions in words: a readable basis of what constraints leave open, and a sentence of
@@ -445,8 +454,6 @@ IN_DATA, FEWEST = 1_500_000, 12
 MOST_NOTES = 8
 #: Step to a position nearby, in model lengths and radians, and how many are tried.
 NEARBY, TRIES = 0.05, 6
-#: Iterations by which joints are closed again.
-SETTLE = 40
 
 
 @dataclass(frozen=True)
@@ -756,41 +763,34 @@ class _Report:
             return best  # no higher rank is possible, or there is no other position
         if isinstance(joints, LargeRank):
             return None, None
-        scale = self.system.coordinate_units
-        here, random = self.work.q.copy(), np.random.default_rng(0)
-        size, reached = len(scale), False
+        system, count = self.system, self.joint_rows
+        before, random, reached = self.work.q.copy(), np.random.default_rng(0), False
+        here = before[: system.coordinates, 0] / system.coordinate_units
+
+        def rows(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            phi, G = dense(system, self.work, x)
+            return phi[:count], G[:count]
+
         for _ in range(TRIES):
             step = random.normal(size=joints.free) @ joints.motions
-            self.work.q[:size, 0] = here[:size, 0] + NEARBY * scale * step / np.linalg.norm(step)
-            closes = self._settle(scale)
-            distance = np.linalg.norm((self.work.q[:size, 0] - here[:size, 0]) / scale)
-            if closes and distance > 0.2 * NEARBY:
-                G = dense(self.system, self.work)[1]
+            start = here + NEARBY * step / np.linalg.norm(step)
+            # what is nearly dependent is left alone
+            found = close_rows(rows, start, zero=tol.LEAST_SQUARES_RANK_NEARBY)
+            if found.good and np.linalg.norm(found.x - here) > 0.2 * NEARBY:
+                G = dense(system, self.work, found.x)[1]
                 ranks = (
                     rank_of(G[: self.joint_rows], tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
                     rank_of(G, tol.SINGULAR_VALUE_DEAD_CENTRE).rank,
                 )
                 best = max(best[0], ranks[0]), max(best[1], ranks[1])
                 reached = True
-        self.work.q[:] = here
+        self.work.q[:] = before
         if not reached:
             self.notes.append(
                 "the free motion is infinitesimal: the joints allow it to first order, but no "
                 "position nearby; the structure is shaky"
             )
         return best
-
-    def _settle(self, scale: np.ndarray) -> bool:
-        """Close the joints from the position in the workspace; whether they close."""
-        rows = self.joint_rows
-        for _ in range(SETTLE):
-            phi, G = dense(self.system, self.work)
-            if np.abs(phi[:rows]).max(initial=0.0) < tol.LOOP_CLOSURE_CORRECTION:
-                return True
-            # what is nearly dependent is left alone
-            step = np.linalg.lstsq(G[:rows], -phi[:rows], rcond=tol.LEAST_SQUARES_RANK_NEARBY)[0]
-            self.work.q[: len(scale), 0] += scale * step
-        return False
 
     # -- sentences ----------------------------------------------------------------------------
 

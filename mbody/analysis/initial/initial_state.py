@@ -35,15 +35,13 @@ from mbody.solution.histories import Record, link_poses
 from mbody.solution.measures import check_measure
 from mbody.solution.solution import Solution
 from mbody.system.assembler import assemble
-from mbody.system.rank import dense, shortest
+from mbody.system.rank import close_rows, dense
 from mbody.system.system import System, polar_points, too_large, with_numbers_of
 
 # -- First positions nearest to prescribed coordinates -----------------------------------------
 
 Array = np.ndarray
 
-#: Corrections of a first instant, at most.
-CORRECTIONS = 30
 #: Places that a sentence names.
 NAMED = 4
 
@@ -66,29 +64,27 @@ def fitted_places(
     """The nearest position to what is prescribed, from a first one (coordinates + 3,); None where
     the loops do not close near it.
     """
-    n = system.coordinates
-    scale = system.coordinate_units
+    n, scale = system.coordinates, system.coordinate_units
     work.q[:, 0] = first
     wanted = np.array([one.value / one.unit(system) for one in prescribed])
-    sliding = np.arange(n) % 3 != 2
-    for _ in range(CORRECTIONS):
+
+    def rows(x: Array) -> tuple[Array, Array]:
+        """Φ first, then what is prescribed by what Φ leaves free."""
+        phi, G = dense(system, work, x)
         q = work.q[:n, 0]
-        phi, G = dense(system, work)
-        if not np.isfinite(G).all():
-            return None
-        off = wanted - np.array([one.at(system, q) for one in prescribed])
         P = np.array([one.row(system, q) for one in prescribed]).reshape(-1, n)
-        u, sizes, vt = np.linalg.svd(G)
-        rank = int((sizes > tol.SINGULAR_VALUE_NEAR_SINGULAR * sizes.max(initial=tol.TINY)).sum())
-        step = -vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
-        free = vt[rank:]
-        step = step + shortest(P @ free.T, off - P @ step, tol.SINGULAR_VALUE_NEAR_SINGULAR) @ free
-        length = float(np.abs(step).max(initial=0.0))
-        # none turns by more than half a radian; what is far is brought there at once
-        most = np.where(sliding, 0.0, np.abs(step)) if length > tol.GUESS_FAR else np.abs(step)
-        work.q[:n, 0] += scale * step * min(1.0, 0.5 / max(float(most.max()), tol.TINY))
-        if length <= tol.LOOP_CLOSURE_FIRST_INSTANT * (1.0 + float(np.abs(q / scale).max())):
-            break
+        off = np.array([one.at(system, q) for one in prescribed]) - wanted
+        if np.isfinite(G).all():
+            u, sizes, vt = np.linalg.svd(G)
+            none = tol.SINGULAR_VALUE_NEAR_SINGULAR * sizes.max(initial=tol.TINY)
+            rank = int((sizes > none).sum())
+            G = (u[:, :rank] * sizes[:rank]) @ vt[:rank]
+            off = off - P @ vt[:rank].T @ ((u.T @ phi)[:rank] / sizes[:rank])
+            P = P @ vt[rank:].T @ vt[rank:]
+        return np.append(phi, off), np.vstack([G, P])
+
+    zero = tol.SINGULAR_VALUE_NEAR_SINGULAR
+    work.q[:n, 0] = scale * close_rows(rows, first[:n] / scale, zero=zero).x
     open_ = float(np.abs(dense(system, work)[0]).max(initial=0.0))
     if not open_ <= tol.LOOP_OPEN_CHECK:
         return None

@@ -47,7 +47,7 @@ from mbody.solution.measures import check_measure, measured
 from mbody.solution.solution import IntegrationSettings, Solution
 from mbody.system.formula_rows import driver_states
 from mbody.system.formula_steps import driver_inputs
-from mbody.system.rank import dense, dense_rates, rank_of
+from mbody.system.rank import close_rows, dense, dense_rates, pseudo_inverse, rank_of
 from mbody.system.system import System, too_large
 
 # -- Contact modes of an instant as constraints ------------------------------------------------
@@ -235,7 +235,8 @@ class Moving:
         nu = dense_rates(self.system, self.work)
         if self.contacts is not None:
             nu = np.append(nu, self.contacts.rows(self.work)[2])
-        v = scale * _solved(np.vstack([G, self.parts]), np.append(nu, w))
+        # rows that depend on others, as of redundant joints, have no say
+        v = scale * (pseudo_inverse(np.vstack([G, self.parts])) @ np.append(nu, w))
         given = self.own if own is None else own
         S.y[:n], S.y[n : 2 * n], S.y[2 * n :] = q, v, given[: L.owns]
         self.whole.signal[self.system.input_rows, 0] = given[L.owns :]
@@ -279,31 +280,23 @@ class Moving:
 
     def position(self, y: Array) -> tuple[Array, Array]:
         """The closed position (coordinates,) at coordinates of the leaders, and Φ_q there."""
-        n, scale = self.system.coordinates, self.manifold.scale
-        q = self.here.q + scale * (y @ self.directions)
-        for _ in range(8):
-            self.work.q[:n, 0] = q
-            phi, G = dense(self.system, self.work)
-            if self.contacts is not None:
-                more = self.contacts.rows(self.work)
-                phi, G = np.append(phi, more[0]), np.vstack([G, more[1]])
-            off = np.append(phi, self.parts @ ((q - self.here.q) / scale) - y)
-            step = _solved(np.vstack([G, self.parts]), off)
-            q = q - scale * step
-            if np.abs(step).max() < tol.LOOP_CLOSURE_FIRST_INSTANT:
-                break
-        if np.abs(off).max() > tol.LOOP_OPEN_CHECK * (1.0 + float(np.abs(q / scale).max())):
+        scale, x = self.manifold.scale, self.here.q / self.manifold.scale
+
+        def rows(x: Array) -> tuple[Array, Array]:
+            phi, G = dense(self.system, self.work, x)
+            if self.contacts is None:
+                return phi, G
+            more = self.contacts.rows(self.work)
+            return np.append(phi, more[0]), np.vstack([G, more[1]])
+
+        found = close_rows(rows, x + y @ self.directions, (self.parts, self.parts @ x + y))
+        if not found.good:
             raise SolveError(
                 f"the position of '{self.system.mechanism.name}' at t = {self.t:.6g} "
                 f"{self.system.mechanism.units.time} is singular: branches of its motion meet, so "
                 "that it has no linear equations; take an instant beside it"
             )
-        return q, G
-
-
-def _solved(A: Array, b: Array) -> Array:
-    """Least squares; rows that depend on others, as of redundant joints, have no say."""
-    return np.asarray(np.linalg.lstsq(A, b, rcond=tol.SINGULAR_VALUE_ZERO)[0])
+        return scale * found.x, found.G
 
 
 # -- State matrices of small changes, with inputs and measures: ẋ = A x + B u, z = C x + D u ---

@@ -388,16 +388,13 @@ def _least(system: System, work: Work, joints: int) -> np.ndarray:
     """Move to the nearest position at which the joints, without drivers, are violated least."""
     from mbody.system.rank import close_rows, dense
 
-    scale = system.coordinate_units
-
     def rows(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        work.q[: len(scale), 0] = scale * x
-        return dense(system, work)
+        phi, G = dense(system, work, x)
+        return phi[:joints], G[:joints]
 
+    start = work.q[: system.coordinates, 0] / system.coordinate_units
     # dependent rows are left alone, so that the free motion is, too
-    small, zero = tol.LOOP_CLOSURE_CORRECTION, tol.SINGULAR_VALUE_SLIGHT
-    start = work.q[: len(scale), 0] / scale
-    return rows(close_rows(rows, start, small, zero, 10, slice(joints))[0])[0][:joints]
+    return rows(close_rows(rows, start, zero=tol.SINGULAR_VALUE_SLIGHT).x)[0]
 
 
 def _driver_beyond_links(system: System, work: Work, off: np.ndarray, t: float) -> SolveError:

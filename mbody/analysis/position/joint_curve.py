@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mbody.core import arclength
 from mbody.core import tolerances as tol
 from mbody.kernels.layout import Work
 from mbody.model.driver import Driver
-from mbody.system.rank import close_rows, dense, side_of
+from mbody.system.rank import ClosedRows, close_rows, dense, side_of
 from mbody.system.system import System
 
 Array = np.ndarray
@@ -34,39 +34,24 @@ class JointPoint(arclength.CurvePoint):
     `value`, `rate`: Of the driver; the rate is without units: zero at a dead centre.
     `regularity`: The least singular value of the other rows by the greatest: zero where branches
       meet.
-    `frame`: That of its side, see `side_of`.
     """
 
+    odd = ("rate",)
     value: float
     rate: float
     regularity: float
-    frame: Array | None
-
-    def reversed(self) -> JointPoint:
-        """The point as one comes to it from the other side."""
-        return replace(self, along=-self.along, side=-self.side, rate=-self.rate)
 
 
 class JointCurve:
-    """Positions of a system whose one driver is released; the others are where the workspace says.
+    """Positions of a system whose one driver is released; others are where the workspace says."""
 
-    `closure`: Last correction, singular values that count as none, and corrections at most.
-    """
-
-    def __init__(
-        self, system: System, work: Work, driver: Driver, closure: tuple[float, float, int]
-    ) -> None:
-        self.system, self.work, self.closure = system, work, closure
+    def __init__(self, system: System, work: Work, driver: Driver) -> None:
+        self.system, self.work = system, work
         which = [d.name for d in system.drivers].index(driver.name)
         self.n, self.row = system.coordinates, system.rows - len(system.drivers) + which
         self.unit = driver.unit(system.length)
         self.requested = float(work.signal[system.layout.driver_row[which], 0])
         self.others = np.arange(system.rows) != self.row
-
-    def rows(self, x: Array) -> tuple[Array, Array]:
-        """Φ and Φ_q without units."""
-        self.work.q[: self.n, 0] = x * self.system.coordinate_units
-        return dense(self.system, self.work)
 
     def point(
         self, x: Array, ahead: Array | None = None, here: JointPoint | None = None
@@ -74,7 +59,7 @@ class JointCurve:
         """A closed position, near another; its tangent goes on in a direction, or to where the
         driver's value grows.
         """
-        phi, G = self.rows(x)
+        phi, G = dense(self.system, self.work, x)
         others = G[self.others]
         _, sizes, vt = np.linalg.svd(others)
         along = vt[-1]
@@ -84,22 +69,27 @@ class JointCurve:
         value = self.requested + float(phi[self.row]) * self.unit
         regularity = float(sizes[: self.n - 1][-1] / sizes[0])
         side, frame = side_of(others, along, here.frame if here else None)
-        return JointPoint(x, along, side, value, rate, regularity, frame)
+        return JointPoint(x, along, side, frame, value, rate, regularity)
 
     def close(self, here: JointPoint | None, x: Array, ahead: Array | None) -> JointPoint | None:
         """The nearest position of the curve."""
-        x, good = close_rows(self.rows, x, *self.closure, self.others)
-        return self.point(x, ahead, here) if good else None
+        found = self._closed(x, self.others, 0.0)
+        return self.point(found.x, ahead, here) if found.good else None
 
     def at_value(self, x: Array, value: float) -> Array:
         """The position near x at a value of the driver, with the units of coordinates."""
+        every = np.full(len(self.others), True)
+        return self._closed(x, every, value).x * self.system.coordinate_units
+
+    def _closed(self, x: Array, chosen: Array, value: float) -> ClosedRows:
+        """Where chosen rows vanish, the driver's at a value of it."""
+        off = (value - self.requested) / self.unit * ~self.others
 
         def rows(x: Array) -> tuple[Array, Array]:
-            phi, G = self.rows(x)
-            phi[self.row] -= (value - self.requested) / self.unit
-            return phi, G
+            phi, G = dense(self.system, self.work, x)
+            return (phi - off)[chosen], G[chosen]
 
-        return np.asarray(close_rows(rows, x, *self.closure)[0] * self.system.coordinate_units)
+        return close_rows(rows, x)
 
     def leaps(self, here: JointPoint, there: JointPoint) -> bool:
         """Whether another branch lies between two neighbours, or two dead centres: the parabola

@@ -18,14 +18,12 @@ from mbody.analysis.position.assembly_analysis import raise_user_error
 from mbody.core import tolerances as tol
 from mbody.kernels import finished_instants
 from mbody.kernels.layout import PER_PRIMITIVE, Work
-from mbody.kernels.loop_closure import close, laws_of_time, project, violation
-from mbody.system.rank import dense, joint_rows, rank_of
+from mbody.kernels.loop_closure import close, laws_of_time, project
+from mbody.system.rank import ClosedRows, close_rows, dense, pseudo_inverse, rank_of
 from mbody.system.system import System
 
 Array = np.ndarray
 
-#: Corrections by which a position is closed again.
-CORRECTIONS = 12
 #: Coordinates below which dense matrices are as fast as kernels called one by one.
 FEW = 45
 
@@ -143,9 +141,15 @@ class Manifold:
         return np.asarray(self.work.force[: self.size, 0] * self.force_unit)
 
     def rows(self, q: Array) -> tuple[Array, Array]:
-        """Φ (rows,) and Φ_q (rows, coordinates) without units."""
-        self.work.q[: self.size, 0] = q
-        return dense(self.system, self.work)
+        """Φ (…, rows) and Φ_q (…, rows, coordinates), without units, at positions (…,
+        coordinates).
+        """
+        return self._dense(q / self.scale)
+
+    def _dense(self, x: Array) -> tuple[Array, Array]:
+        found = dense(self.system, self.work, x)
+        raise_user_error(self.system)
+        return found
 
     def scale_of(self, here: Place) -> float:
         """Scale of the residual force's rounding: the greatest force of a single load, or how fast
@@ -179,54 +183,38 @@ class Manifold:
 
     def at(self, q: Array) -> Place | None:
         """The position nearest to q that the constraints allow; None where there is none."""
-        closed = self.closed(q)
-        return None if closed is None else self.place(closed)
+        found = self.closing(q)
+        return self._placed(self.scale * found.x, None, found.G) if found.good else None
 
     def place(self, q: Array) -> Place | None:
         """Force, constraint Jacobian and free directions at a closed position; None where a load or
         a constraint has no value.
         """
-        return self._placed(q, None)
+        return self._placed(q, None, self.rows(q)[1])
 
-    def _placed(self, q: Array, motions: Array | None) -> Place | None:
-        """Force, constraint Jacobian and free directions at a closed position, with `motions` where
-        they are known already.
+    def _placed(self, q: Array, motions: Array | None, G: Array) -> Place | None:
+        """Force and free directions at a closed position, with `motions` where they are known
+        already.
         """
         force = self.force(q)
-        if not np.isfinite(force).all():
-            return None
-        G = self.rows(q)[1]
-        if not np.isfinite(G).all():
+        if not (np.isfinite(force).all() and np.isfinite(G).all()):
             return None
         if motions is None:
             motions = rank_of(G, parts=self.system.coordinate_part).motions
         return Place(q, force, motions, G, motions @ force)
 
-    def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
-        """Close the constraints from q by least motion, or by none in some directions. `fixed` (n,
-        coordinates), without units.
+    def closing(self, q: Array, fixed: Array | None = None) -> ClosedRows:
+        """Close the constraints from positions (…, coordinates) by least motion, or by none in some
+        directions. `fixed` (…, n, coordinates), without units.
         """
-        q, start = q.copy(), q
-        last = np.inf
-        for _ in range(CORRECTIONS):
-            phi, G = self.rows(q)
-            if not (np.isfinite(phi).all() and np.isfinite(G).all()):
-                return None  # as where a distance of a constraint is zero: it has no direction
-            worst = float(np.abs(phi).max(initial=0.0))
-            norm = 1.0 + float(np.abs(q / self.scale).max())
-            # at rounding the violation no longer falls
-            if worst <= tol.LOOP_CLOSURE_RESIDUAL * norm or (
-                worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm and worst > 0.5 * last
-            ):
-                return q
-            if not worst < 1e3 * norm:
-                return None
-            last = worst
-            if fixed is not None:
-                phi = np.append(phi, fixed @ ((q - start) / self.scale))
-                G = np.vstack([G, fixed])
-            q -= self.scale * np.linalg.lstsq(G, phi, rcond=tol.SINGULAR_VALUE_ZERO)[0]
-        return None
+        x = q / self.scale
+        held = None if fixed is None else (fixed, (fixed @ x[..., None])[..., 0])
+        return close_rows(self._dense, x, held)
+
+    def closed(self, q: Array, fixed: Array | None = None) -> Array | None:
+        """The position (coordinates,) that `closing` finds; None where it finds none."""
+        found = self.closing(q, fixed)
+        return self.scale * found.x if found.good else None
 
     def moved(self, here: Place, along: Array) -> Place | None:
         """The position that a step along (coordinates,) leads to, closed again.
@@ -246,7 +234,7 @@ class Manifold:
             return self.at(q)
         q = work.q[: self.size, 0].copy()
         motions = self._carried(here.motions)
-        return self.at(q) if motions is None else self._placed(q, motions)
+        return self.at(q) if motions is None else self._placed(q, motions, self.rows(q)[1])
 
     def _carried(self, motions: Array) -> Array | None:
         """Free directions at the position in the workspace, from those of one nearby; None where
@@ -351,25 +339,6 @@ class ManyPositions:
     def __init__(self, manifold: Manifold) -> None:
         self.manifold, self.scale, self.size = manifold, manifold.scale, manifold.size
 
-    def rows(self, q: Array) -> tuple[Array, Array]:
-        """Φ (positions, rows) and Φ_q (positions, rows, coordinates), without units, of positions
-        (positions, coordinates).
-        """
-        manifold = self.manifold
-        system, work, layout = manifold.system, manifold.work, manifold.layout
-        primitive, row, _ = system.row_table
-        number = 2 * system.layout.primitive_node[primitive] + row
-        phi, blocks = np.empty((len(q), len(number))), np.empty((len(q), len(work.block)))
-        own, found, block = work.q[: self.size, 0], work.phi[:, 0], work.block[:, 0]
-        for k, one in enumerate(q):
-            own[:] = one
-            violation(layout, work)
-            phi[k], blocks[k] = found[number], block
-        raise_user_error(system)
-        G = joint_rows(system, np.ascontiguousarray(blocks.T)).transpose(2, 0, 1)
-        unit = system.row_units
-        return unit * phi, unit[:, None] * G * self.scale
-
     def loads(self, q: Array) -> Array:
         """Every load alone on the coordinates, without units of length: (positions, loads,
         coordinates).
@@ -392,50 +361,22 @@ class ManyPositions:
         return np.asarray(self.loads(q).sum(axis=1))
 
     def closed(self, q: Array, frames: Array) -> ClosedPositions:
-        """The positions above points of tangent planes, as `Manifold.closed` finds each of them.
-        `q` (positions, coordinates), `frames` (positions, free, coordinates).
+        """The positions above points of tangent planes. `q` (positions, coordinates), `frames`
+        (positions, free, coordinates).
         """
-        start, q = q, q.copy()
-        count, free = frames.shape[:2]
-        good = np.zeros(count, dtype=bool)
-        rows = np.zeros((count, len(self.manifold.system.row_table[0]), self.size))
-        last = np.full(count, np.inf)
-        left = np.arange(count)
-        for _ in range(CORRECTIONS):
-            if not left.size:
-                break
-            phi, G = self.rows(q[left])
-            worst = np.abs(phi).max(axis=1, initial=0.0)
-            norm = 1.0 + np.abs(q[left] / self.scale).max(axis=1)
-            finite = np.isfinite(phi).all(axis=1) & np.isfinite(G).all(axis=(1, 2))
-            # at rounding the violation no longer falls
-            still = (worst <= tol.LOOP_CLOSURE_RESIDUAL_STALLED * norm) & (worst > 0.5 * last[left])
-            done = finite & ((worst <= tol.LOOP_CLOSURE_RESIDUAL * norm) | still)
-            good[left[done]], rows[left[done]] = True, G[done]
-            last[left] = worst
-            on = finite & ~done & (worst < 1e3 * norm)
-            left, phi, G = left[on], phi[on], G[on]
-            if left.size:
-                off = np.einsum("nfc,nc->nf", frames[left], (q[left] - start[left]) / self.scale)
-                K = np.concatenate([G, frames[left]], axis=1)
-                inverse = _inverse(K)
-                step = np.einsum("ncm,nm->nc", inverse, np.concatenate([phi, off], axis=1))
-                q[left] -= self.scale * step
-        return self._spread(good, q, rows, frames, free)
-
-    def _spread(
-        self, good: Array, q: Array, rows: Array, frames: Array, free: int
-    ) -> ClosedPositions:
-        """Free directions and orientation at closed positions, from the Jacobian and the frames."""
+        found, free = self.manifold.closing(q, frames), frames.shape[1]
+        good, q, rows = found.good, self.scale * found.x, found.G
         K = np.concatenate([rows[good], frames[good]], axis=1)
         directions = np.full(frames.shape, np.nan)
         side = np.zeros(len(q))
         if len(K):
-            inverse = _inverse(K)
+            square = K.shape[1] == K.shape[2]
+            inverse = pseudo_inverse(K, 0.0 if square else tol.SINGULAR_VALUE_ZERO)
             least = 1.0 / np.maximum(np.linalg.norm(inverse, axis=(1, 2)), tol.TINY)
             own = least > tol.SINGULAR_VALUE_ZERO * np.maximum(np.abs(K).max(axis=(1, 2)), 1.0)
-            if K.shape[1] == K.shape[2]:
+            if square:
                 side[good] = np.linalg.slogdet(K)[0]
+                own &= side[good] != 0.0
             else:
                 sizes = np.linalg.svd(rows[good], compute_uv=False)
                 rank = (sizes > tol.SINGULAR_VALUE_ZERO * np.maximum(sizes[:, :1], 1.0)).sum(axis=1)
@@ -453,11 +394,11 @@ class ManyPositions:
         """
         count, free = motions.shape[:2]
         K = np.concatenate([rows, motions], axis=1)
-        balance = np.einsum("ncm,nc->nm", _inverse(K), force)[:, : rows.shape[1]]
+        balance = np.einsum("ncm,nc->nm", pseudo_inverse(K), force)[:, : rows.shape[1]]
         steps = np.array([-2.0, -1.0, 1.0, 2.0]) * tol.DIFFERENCE_STEP_FOURTH_ORDER
         moved = self.scale * motions[:, :, None] * steps[:, None]  # positions, free, steps
         every = (q[:, None, None] + moved).reshape(-1, self.size)
-        G = self.rows(every)[1].reshape(count, -1, *rows.shape[1:])
+        G = self.manifold.rows(every)[1].reshape(count, -1, *rows.shape[1:])
         own = self.forces(every).reshape(count, -1, self.size)
         own = own - np.einsum("nsrc,nr->nsc", G, balance)
         own = own.reshape(count, free, 4, self.size)
@@ -485,15 +426,3 @@ def orthonormal(directions: Array) -> tuple[Array, Array]:
     values, vectors = np.linalg.eigh(S)
     root = (vectors / np.sqrt(values)[:, None]) @ vectors.transpose(0, 2, 1)
     return root @ directions, 1.0 / np.sqrt(values[:, -1])
-
-
-def _inverse(K: Array) -> Array:
-    """Inverses (positions, columns, rows) of stacked matrices, by least squares where they are not
-    square or singular.
-    """
-    if K.shape[1] == K.shape[2]:
-        try:
-            return np.asarray(np.linalg.inv(K))
-        except np.linalg.LinAlgError:
-            pass
-    return np.asarray(np.linalg.pinv(K, rcond=tol.SINGULAR_VALUE_ZERO))

@@ -327,14 +327,12 @@ class ConstraintRows:
 
     def at(self, x: Array, v: Array | None = None, later: float = 0.0) -> None:
         """Go to x (coordinates,) at the rates v, `later` than the instant."""
-        n = self.system.coordinates
         if later != self.moving:
             self.work.time[:] = self.t + later
             laws_of_time(self.system.runtime(), self.work)
             self.moving = later
-        self.work.q[:n, 0] = self.scale * x
-        self.work.v[:n, 0] = 0.0 if v is None else self.scale * v
-        self.phi, self.G = dense(self.system, self.work)
+        self.work.v[: len(x), 0] = 0.0 if v is None else self.scale * v
+        self.phi, self.G = dense(self.system, self.work, x)
         raise_user_error(self.system)
 
     @property
@@ -629,10 +627,9 @@ def _on(here: Singular, T: Array, place: Array) -> Array:
 
     def rows(x: Array) -> tuple[Array, Array]:
         here.rows.at(x)
-        off = np.append(here.rows.phi, chart @ (x - here.x) - T @ place)
-        return off, np.vstack([here.rows.G, chart])
+        return here.rows.phi, here.rows.G
 
-    return close_rows(rows, x, tol.LOOP_CLOSURE_FIRST_INSTANT, tol.SINGULAR_VALUE_ZERO, 8)[0]
+    return close_rows(rows, x, (chart, chart @ here.x + T @ place)).x
 
 
 def still(T: Array, clock: Array) -> Array:
