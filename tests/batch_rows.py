@@ -3,7 +3,9 @@
 ``python -m tests.batch_rows [--count N] [--seed S]`` prints what differs and the counts: linkages
 of one to three loops with loads of every kind, with friction in all joints and a gear, a cam or a
 pin in a slot, with redundant joints, and bodies that lie on each other; designs that differ in
-masses, loads, coefficients and lengths, at times or driver values.
+masses, loads, coefficients and lengths, at times or driver values. As many again are free:
+linkages with friction, and scenes of bodies that touch, are tied and are stopped, whose designs
+move, rest and have linear equations.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ import argparse
 import collections
 import sys
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -20,12 +23,17 @@ import numpy as np
 import mbody
 from mbody import Mechanism, System
 from mbody.core.lanes import LANES
+from mbody.engineering import linearize
+from mbody.solution.energy import PLAIN
 from tests.campaign.drawing import random_linkage as campaign_linkage
+from tests.campaign.loads import random_loads
+from tests.campaign.scenes import random_scene
 from tests.frictional_linkages import frictional_linkage
 from tests.support import driven_contacts
 from tests.support.linkages import random_linkage, times_within
 
 KINDS = ("linkage", "friction", "redundant", "contact")
+FREE = ("swing", "scene", "steps", "rest", "linear")
 #: What rounding may make of places and angles, of velocities, of all else, as parts of the
 #: greatest: lanes and the scalar path end Newton's method by other corrections.
 PLACES, RATES, FORCES = 1e-11, 1e-10, 1e-9
@@ -106,9 +114,12 @@ def _values(
     }
     lengths = [name for name in plain if name.endswith((".x", ".y", ".r", ".length"))]
     others = [name for name in plain if name not in lengths and "angle" not in name and plain[name]]
+    if kind in FREE:  # coefficients that must fit each other stay as they are
+        fixed = (".restitution", ".static", ".friction")
+        others = [name for name in others if not name.endswith(fixed)]
     some = list(rng.choice(others, min(len(others), int(rng.integers(1, 5))), replace=False))
     spread = dict.fromkeys(map(str, some), 0.3)
-    if rng.random() < {"redundant": 0.2, "contact": 0.3}.get(kind, 0.7):
+    if rng.random() < {"redundant": 0.2, "contact": 0.3, "scene": 0.3, "steps": 0.3}.get(kind, 0.7):
         far = 0.3 if rng.random() < 0.1 else 0.03
         spread |= dict.fromkeys(map(str, rng.choice(lengths, min(3, len(lengths)))), far)
     values = {}
@@ -232,6 +243,160 @@ def _numbers(row: Any, alone: Any) -> list[tuple[float, list[tuple[str, Any, Any
     return [*groups, (FORCES, forces), (FORCES, losses)]
 
 
+# -- Free motions, rest positions and linear equations ------------------------------------------
+
+
+def free_batch(seed: int) -> Batch:
+    """That of a seed, of designs some of which may end early, or fail."""
+    rng = np.random.default_rng([seed, 48])
+    kind = FREE[seed % len(FREE)]
+    if kind in ("swing", "rest") or (kind == "linear" and rng.random() < 0.5):
+        # searches for rest positions go round the whole motion
+        drawn = campaign_linkage(seed, loops=None if kind == "swing" else 1)
+        machine, until, rtol = _swing(drawn, rng), 0.5 * drawn.span, 1e-8
+    else:
+        scene = random_scene(seed)
+        machine, until, rtol = scene.mechanism("scene"), scene.until, scene.rtol
+    system = mbody.assemble(machine)
+    count = int(rng.choice([2, 3, 5]))
+    values = _values(system, kind, count, rng)
+    if kind == "rest":
+        return Batch(seed, kind, system, values, "equilibrium", {})
+    how: dict[str, Any] = {"until": until, "rtol": rtol, "instants": int(rng.integers(2, 30))}
+    if kind == "steps":
+        how |= {"method": "moreau", "step": until / 200.0, "rtol": None}
+    elif rng.random() < 0.4:  # some designs end by it, at different times
+        body = machine.bodies[int(rng.integers(len(machine.bodies)))]
+        run = mbody.simulate(machine, **how)
+        middle = float(run[body.name].angle[len(run) // 2])
+        how["events"] = [
+            mbody.Event(f"{body.name}.angle - {middle!r} rad", name="there", stop=True)
+        ]
+    return Batch(seed, kind, system, values, "simulate", how)
+
+
+def _swing(drawn: Any, rng: np.random.Generator) -> Mechanism:
+    """A linkage without its drivers, under loads, half of them with friction in a joint."""
+    machine = drawn.mechanism("swing", driven=False)
+    machine.add(*random_loads(drawn, conservative=True).elements)
+    return machine
+
+
+def compared_free(batch: Batch) -> Comparison:
+    """Every row of a batch with the design alone, to the last bit."""
+    found, whole = Comparison(batch), batch.designs
+    run, count = batch.analysed(whole), int(whole.batch or 0)
+    every = [batch.analysed(whole.design(n)) for n in range(count)]
+    if isinstance(run, Exception):
+        found.found = "refused"
+        if not all(isinstance(alone, Exception) for alone in every):
+            found.wrong.append(f"refused: {run}")
+        elif not str(run).endswith(str(every[0])):
+            found.wrong.append(f"{run}\n    alone {every[0]}")
+        return found
+    if batch.analysis == "equilibrium":
+        _each(found, run, every)
+        if any(not isinstance(alone, Exception) for alone in every):
+            linear = linearize(whole, at=run)
+            _each(found, linear, [_linear(whole.design(n), one) for n, one in enumerate(every)])
+        return found
+    for n, alone in enumerate(every):
+        _motion(found, run, n, alone)
+    if batch.kind == "linear":
+        linear = _failing(lambda: linearize(whole, at=run))
+        alone = [_linear(whole.design(n), one) for n, one in enumerate(every)]
+        if isinstance(linear, Exception):
+            if not all(isinstance(one, Exception) for one in alone):
+                found.wrong.append(f"linearize: {linear}")
+            return found
+        _each(found, linear, alone)
+    return found
+
+
+def _failing(analysis: Any) -> Any:
+    try:
+        return analysis()
+    except (mbody.ModelError, mbody.SolveError) as error:
+        return error
+
+
+def _linear(design: System, at: Any) -> Any:
+    """Linear equations of a design at its first rest position, or at the end of its motion."""
+    if isinstance(at, Exception):
+        return at
+    return _failing(lambda: linearize(design, at=at if isinstance(at, mbody.Solution) else at[0]))
+
+
+def _each(found: Comparison, run: Any, every: list[Any]) -> None:
+    """Results of designs that are no motions."""
+    for n, alone in enumerate(every):
+        if isinstance(alone, Exception):
+            if run.failures.get(n) != str(alone) or str(alone) not in " ".join(run.notes):
+                found.wrong.append(f"design {n}: {run.failures.get(n)}\n    alone {alone}")
+            found.status.add("failed")
+            continue
+        row = run.design(n)
+        found.status.add(row.status.partition(":")[0])
+        if repr(row.data()) != repr(alone.data()):
+            found.wrong.append(f"design {n}: {row.data()}\n    alone {alone.data()}")
+
+
+def _motion(found: Comparison, run: Any, n: int, alone: Any) -> None:
+    """A design of motions, and its rows of the batch: NaN where it has no instant."""
+    row = run.design(n)
+    found.status.add(row.status.partition(":")[0])
+    if isinstance(alone, Exception):
+        if row.status != f"failed: {alone}" or f"design {n}" not in f"{run.status} {run.notes}":
+            found.wrong.append(f"design {n}: {row.status}\n    alone {alone}")
+        alone = getattr(alone, "solution", None)
+        if alone is None:
+            if np.isfinite(run.record.table(slice(None))[n]).any():
+                found.wrong.append(f"design {n}: rows of what failed")
+            return
+    elif (row.status, row.doubts, row.notes) != (alone.status, alone.doubts, alone.notes):
+        found.wrong.append(f"design {n}: {row.notes}\n    alone {alone.notes}")
+    events = [[(e.name, e.contact, e.t) for e in one.events] for one in (row, alone)]
+    events.append([(e.name, e.contact, e.t) for e in run.events if e.design == n])
+    if events[0] != events[1] or events[2] != events[1]:
+        found.wrong.append(f"design {n}: events {events}")
+    places = np.searchsorted(run.t, alone.t[np.isin(alone.t, run.t)])
+    kept = np.flatnonzero(np.isin(alone.t, run.t))
+    for name, ours, theirs in _histories(run, n, alone):
+        expected = np.full(len(run.t), np.nan)
+        expected[places] = theirs[kept]
+        if not np.array_equal(ours, expected, equal_nan=True):
+            size = np.nanmax(np.abs(expected), initial=0.0) or 1.0
+            off = np.nanmax(np.abs(ours - expected), initial=0.0) / size
+            same = np.array_equal(np.isnan(ours), np.isnan(expected))
+            found.worst = max(found.worst, float(off))
+            if not same or off > 1e-12:
+                found.wrong.append(
+                    f"design {n}: {name} off {off:.1e}, NaN {'' if same else 'not '}alike"
+                )
+
+
+def _histories(run: Any, n: int, alone: Any) -> Iterator[tuple[str, Any, Any]]:
+    """Histories of a design by name: those of the batch and its own."""
+    for name in run:
+        for key in ["x", "y", "angle", "vx", "vy", "omega", "ax", "ay", "alpha"]:
+            yield f"{name}.{key}", getattr(run[name], key)[n], getattr(alone[name], key)
+    for one in (*run.mechanism.joints, *run.mechanism.contacts):
+        if one.role == "contact":
+            yield f"{one.name}.contact", run.contact(one.name)[n], alone.contact(one.name)
+        if getattr(one, "bodies", None):
+            ours, theirs = run.reaction(one.name), alone.reaction(one.name)
+            for key in ("fx", "fy", "torque"):
+                yield f"{one.name}.{key}", getattr(ours, key)[n], getattr(theirs, key)
+    for name, loss in alone.losses.items():
+        yield f"{name}.loss", run.losses[name][n], loss
+    for name in (*PLAIN, "by", "lost"):
+        ours, theirs = getattr(run.energy, name), getattr(alone.energy, name)
+        if isinstance(theirs, dict):
+            yield from ((f"{name} {key}", ours[key][n], part) for key, part in theirs.items())
+        else:
+            yield name, ours[n], theirs
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Compare, print what differs and the counts; 1 where something does."""
     parser = argparse.ArgumentParser(prog="python -m tests.batch_rows", description=__doc__)
@@ -240,8 +405,11 @@ def main(arguments: list[str] | None = None) -> int:
     asked = parser.parse_args(arguments)
     counts: collections.Counter[str] = collections.Counter()
     worst, wrong = 0.0, []
-    for seed in range(asked.seed, asked.seed + asked.count):
-        found = compared(random_batch(seed))
+    seeds = range(asked.seed, asked.seed + asked.count)
+    drawn = [(random_batch, compared, seed) for seed in seeds]
+    drawn += [(free_batch, compared_free, seed) for seed in seeds]
+    for draw, compare, seed in drawn:
+        found = compare(draw(seed))
         key = "different" if found.wrong else found.found
         counts[key] += 1
         counts[f"{key} ({found.batch.kind})"] += 1

@@ -253,11 +253,20 @@ def _width(system: System) -> int:
 
 
 def checks(solution: Result) -> Checks:
-    """Residuals, relative, greatest of all instants, and the balance of energy."""
+    """Residuals, relative, greatest of all instants, and the balance of energy; of a batch those of
+    the worst design.
+    """
     from mbody.kernels.finished_instants import CONSTRAINT, FLOW, POWER
 
-    parts, energy = solution.residuals, solution.energy
-    constraint, power, flow = (parts[:, :, n] for n in (CONSTRAINT, POWER, FLOW))
+    if solution.record.batch:
+        each = [checks(solution.design(n)) for n in range(solution.record.count)]
+        residual = [(one.constraint, one.equilibrium, one.virtual_work) for one in each]
+        balance = [one.energy for one in each if one.energy is not None]
+        constraint, equilibrium, work = np.max(residual, axis=0).tolist()
+        energy = float(np.max(balance)) if balance else None
+        return Checks(constraint, equilibrium, work, energy, solution.branch)
+    parts, account = solution.residuals, solution.energy
+    constraints, power, flow = (parts[:, :, n] for n in (CONSTRAINT, POWER, FLOW))
     forces = solution.has_forces
 
     def relative(worst: np.ndarray, whole: np.ndarray) -> float:
@@ -266,10 +275,10 @@ def checks(solution: Result) -> Checks:
         return float(np.divide(most, top, out=np.zeros_like(most), where=top > 0.0).max())
 
     return Checks(
-        constraint=float(constraint.max(initial=0.0)),
+        constraint=float(constraints.max(initial=0.0)),
         equilibrium=relative(*_by_parts(solution.system, parts)) if forces else 0.0,
         virtual_work=relative(power[..., None], flow[..., None]) if forces else 0.0,
-        energy=None if energy is None else energy.error,
+        energy=None if account is None else account.error,
         branch=solution.branch,
     )
 
@@ -332,7 +341,8 @@ def _audit(
     first, which = 3 * system.coordinates, np.arange(len(solution.t))[instants]
     rows = slice(first, first + PER_PRIMITIVE * len(system.owners))
     primitives = solution.record.at(rows, which, design)
-    lam = primitives.reshape(len(t), -1, PER_PRIMITIVE)[:, :, :2].reshape(len(t), -1)
+    count = len(system.owners)
+    lam = primitives.reshape(len(t), count, PER_PRIMITIVE)[:, :, :2].reshape(len(t), 2 * count)
     driven = [system.primitives_of[driver.name][0] for driver in system.mechanism.drivers]
     by_law = solution.given is None
     given = np.zeros((len(t), max(1, len(driven)), 3))
@@ -439,11 +449,11 @@ def certificate_of(solution: Result) -> Certificate:
     described = solution.system.notes
     if solution.record.batch:
         count, reports = solution.record.count, solution.reports
-        if solution.system.measures_forces:
+        own = [one for one in reports or (DesignReport(),) * count if isinstance(one, DesignReport)]
+        if len(own) < count or solution.system.measures_forces:
             each = [(one.doubts, one.notes) for one in map(solution.design, range(count))]
         else:
-            reports = reports or (DesignReport(),) * count
-            each = [_own_certificate(solution, one, n) for n, one in enumerate(reports)]
+            each = [_own_certificate(solution, one, n) for n, one in enumerate(own)]
         every = (*said.notes, *described, *joined_notes([one for _, one in each]))
         doubts = joined_doubts([one for one, _ in each])
         return Certificate(status_of(said.status, doubts), doubts, tuple(dict.fromkeys(every)))

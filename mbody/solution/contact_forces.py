@@ -17,7 +17,7 @@ from mbody.model.contact import OneSided
 from mbody.model.element import unknown_name
 from mbody.model.joint_limits import JointContact
 from mbody.model.stop import Stop
-from mbody.solution.histories import Reaction, Result, Unique, motion_at, motion_rows
+from mbody.solution.histories import Reaction, Result, Unique, column, motion_at, motion_rows
 from mbody.system.system import System, locked
 
 Array = np.ndarray
@@ -136,7 +136,7 @@ def _point_of_torque(contact: Any, solution: Any, body: Any) -> tuple[Array, Arr
     """
     if "j" not in contact.places():
         return np.zeros(np.shape(body.x)), np.zeros(np.shape(body.x))
-    ax, ay = solution.system.numbers.arm(contact, "j")
+    ax, ay = (column(part) for part in solution.system.numbers.arm(contact, "j"))
     c, s = np.cos(body.angle), np.sin(body.angle)
     return c * ax - s * ay, s * ax + c * ay
 

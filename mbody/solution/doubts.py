@@ -77,7 +77,22 @@ def status_of(status: str, doubts: Sequence[Doubt]) -> str:
     >>> status_of("completed", [Doubt("energy", "the energy grows", 1.0)])
     'doubtful: the energy grows'
     """
-    return f"doubtful: {doubts[0].message}" if doubts else status
+    failed = status.startswith("failed:")
+    return f"doubtful: {doubts[0].message}" if doubts and not failed else status
+
+
+def joined_ending(endings: Sequence[str]) -> str:
+    """How a batch ended, by how its designs did: what befell some of them, the worst first.
+
+    >>> joined_ending(["completed", "ended: 'down' at t = 1 s"])
+    "ended: 1 of 2 designs, as design 1: 'down' at t = 1 s"
+    """
+    for word in ("failed", "stopped", "ended"):
+        own = [n for n, one in enumerate(endings) if one.startswith(f"{word}:")]
+        if own:
+            first = endings[own[0]].partition(": ")[2]
+            return f"{word}: {len(own)} of {len(endings)} designs, as design {own[0]}: {first}"
+    return "completed"
 
 
 def doubted(result: Result, doubts: Iterable[Doubt]) -> Result:

@@ -29,7 +29,7 @@ ACCOUNTED = 64
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Energy(Locked, Presented):
-    """Energies at every instant [force·length], arrays (instants,).
+    """Energies at every instant [force·length], arrays (instants,), of a batch (designs, instants).
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Energy(Locked, Presented):
 
     def __repr__(self) -> str:
         return (
-            f"Energy({len(self.balance)} instants, up to {self.size:.6g}, balance "
+            f"Energy({self.balance.shape[-1]} instants, up to {self.size:.6g}, balance "
             f"{self.error:.1e} of it)"
         )
 
@@ -91,7 +91,12 @@ class Energy(Locked, Presented):
     def size(self) -> float:
         """The greatest energy that took part, by which the balance is to be judged."""
         parts = [self.kinetic, *self.by.values()]
-        return float(max((np.abs(part).max(initial=0.0) for part in parts), default=0.0))
+        return float(
+            max(
+                (np.fmax.reduce(np.abs(part), axis=None, initial=0.0) for part in parts),
+                default=0.0,
+            )
+        )
 
     @property
     def error(self) -> float:

@@ -292,8 +292,8 @@ class Result(Protocol):
         """Value, rate and acceleration of the drivers (instants, drivers, 3)."""
 
     @property
-    def reports(self) -> tuple[DesignReport, ...]:
-        """Of a batch what is said of each design."""
+    def reports(self) -> tuple[DesignReport | Result, ...]:
+        """Of a batch what is said of each design, or its own result."""
 
     @property
     def released(self) -> Mapping[str, float]:
@@ -513,6 +513,8 @@ class EventRecord:
         and "paradox".
     impulses : dict
         Of an impact what every contact that took part in it gave, `impulse` by name.
+    design : int or None
+        Of a batch which design it happened to.
 
     Examples
     --------
@@ -531,6 +533,7 @@ class EventRecord:
     after: Result | None = field(default=None, repr=False)
     contact: str = ""
     impulses: dict[str, tuple[float, float]] = field(default_factory=dict, repr=False)
+    design: int | None = None
 
     def impulse(self, contact: str) -> tuple[float, float]:
         """Normal and tangential impulse of a contact in this impact, summed over its points; zeros

@@ -200,8 +200,8 @@ class Solution(Attributes, Presented):
     stepped: SteppedContacts | None = None
     #: Admissible forces that no equation decides.
     shared: SharedResult | None = None
-    #: Of a batch what is said of each design.
-    reports: tuple[DesignReport, ...] = field(default=(), repr=False)
+    #: Of a batch what is said of each design; its own result where each was found alone.
+    reports: tuple[DesignReport | Solution, ...] = field(default=(), repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         # without what is made anew on demand: tables and read-only views cannot be packed
@@ -255,7 +255,10 @@ class Solution(Attributes, Presented):
         if not self.record.batch:
             return self
         n = range(self.record.count)[index]
-        own = self.reports[n]._asdict() if self.reports else {}
+        found = self.reports[n] if self.reports else DesignReport()
+        if isinstance(found, Solution):
+            return found
+        own = found._asdict()
         if hasattr(own.get("branch"), "distance"):
             own["branch"] = own["branch"].distance(system)
         return Solution(system, self.analysis, self.t, self.record.design(n), self.given, **own)

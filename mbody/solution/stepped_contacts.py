@@ -54,7 +54,9 @@ class SteppedContacts(Locked):
     `first` (instants + 1,): Where the contacts of each instant begin.
     `which` (contacts, 3): Law, shapes i and j; shapes of ropes are negative.
     `numbers` (contacts, 7): Place (x, y), normal, pressing force, friction, gap.
-    `residuals` (1, instants, 5): See `mbody.kernels.finished_instants`, of the equation of a step.
+    `residuals` (1, instants, 5): See `mbody.kernels.finished_instants`, of the equation of a step;
+      of a batch (designs, instants, 5), NaN where a design has no instant.
+    `designs`: Of a batch, the instants of one design after those of the other.
     `nearer`: How far, at most, a contact came nearer or left in a step by what its sliding changed,
       in parts of its size.
     """
@@ -66,6 +68,7 @@ class SteppedContacts(Locked):
     numbers: Array
     residuals: Array
     nearer: float
+    designs: int = 0
 
     def take(self, index: Array) -> SteppedContacts:
         """Only some of the instants."""
@@ -114,4 +117,8 @@ class SteppedContacts(Locked):
     def _sums(self, parts: Array) -> Array:
         # of each instant by itself: differences of one long sum would round
         ends = itertools.pairwise(self.first)
-        return np.array([parts[first:last].sum() for first, last in ends])
+        found = np.array([parts[first:last].sum() for first, last in ends])
+        if not self.designs:
+            return found
+        known = ~np.isnan(self.residuals[:, :, 0])
+        return np.where(known, found.reshape(self.designs, -1), np.nan)

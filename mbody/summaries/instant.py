@@ -55,11 +55,12 @@ from mbody.summaries.text_table import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from mbody.model.element import Element
     from mbody.solution.declared_result import ResultColumn
     from mbody.solution.friction_results import Efficiency
+    from mbody.solution.histories import BodyHistory
     from mbody.solution.solution import Solution
 
 
@@ -71,7 +72,7 @@ def contacts(solution: Solution) -> list[str]:
     driven motion its modes and the greatest force alone, of kinematics the modes.
     """
     modes = solution.modes
-    if not modes or not len(solution):
+    if not modes or not len(solution) or solution.record.batch:
         return []
     machine = solution.mechanism
     pressing = {one.name: one.quantities()["contact"] for one in machine.contacts}
@@ -652,15 +653,23 @@ class _Summary:
         bodies = [self.solution[body.name] for body in self.mechanism.bodies]
         units = self.units
         columns = [Column("LINKS", link_names(self.mechanism)[1:], text=True)]
-        columns.append(turned("angle from", [body.angle.min() for body in bodies], units))
-        columns.append(turned("to", [body.angle.max() for body in bodies], units))
+        columns.append(
+            turned("angle from", [np.fmin.reduce(one.angle, axis=None) for one in bodies], units)
+        )
+        columns.append(
+            turned("to", [np.fmax.reduce(one.angle, axis=None) for one in bodies], units)
+        )
         if self.moves:
+
+            def peaks(size: Callable[[BodyHistory], Array]) -> Array:
+                return np.array([np.fmax.reduce(size(one), axis=None) for one in bodies])
+
             omega, alpha = (
-                np.array([np.abs(getattr(body, key)).max() for body in bodies])
-                for key in ("omega", "alpha")
+                peaks(lambda one: np.abs(one.omega)),
+                peaks(lambda one: np.abs(one.alpha)),
             )
-            speed = np.array([np.hypot(body.vx, body.vy).max() for body in bodies])
-            rate = np.array([np.hypot(body.ax, body.ay).max() for body in bodies])
+            speed = peaks(lambda one: np.hypot(one.vx, one.vy))
+            rate = peaks(lambda one: np.hypot(one.ax, one.ay))
             acceleration, length = acceleration_scale(self.solution), self.solution.system.length
             columns += [
                 quantities(title, values, dimension, units, PRINTED_NONE * least)

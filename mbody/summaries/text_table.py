@@ -658,9 +658,8 @@ def closing(solution: Solution, residuals: bool = True) -> list[str]:
         parts = [f"{name} {size:.1e}" if size else f"{name} 0" for name, size in found.items()]
         lines += ["", "RESIDUALS   " + "   ".join(parts) + "   (relative)"]
     if solution.energy is not None and solution.stats is not None:
-        energy, stats = solution.energy, solution.stats
-        counts = ", ".join(f"{count} {name}" for name, count in stats.items() if count)
-        lines += ["", f"ENERGY   balance {energy.error:.1e} (relative)   {counts}"]
+        counts = ", ".join(f"{count} {name}" for name, count in solution.stats.items() if count)
+        lines += ["", f"ENERGY   balance {solution.checks.energy:.1e} (relative)   {counts}"]
     if solution.events:
         lines += ["", *_events(solution)]
     return [*lines, *certified(solution)]
@@ -670,11 +669,10 @@ def certified(result: Any) -> list[str]:
     """The status of a result where it is not completed, all its doubts, and its notes."""
     doubts = [one.message for one in result.doubts]
     lines = []
-    if doubts:
-        lines = ["", *paragraph(f"doubtful: {doubts[0]}", "STATUS   ")]
-        lines += [line for one in doubts[1:] for line in paragraph(one, "DOUBT   ")]
-    elif result.status != "completed":
+    if result.status != "completed":
+        said = result.status.startswith("doubtful:")
         lines = ["", *paragraph(result.status, "STATUS   ")]
+        lines += [line for one in doubts[said:] for line in paragraph(one, "DOUBT   ")]
     return [*lines, *noted(note for note in result.notes if note not in doubts)]
 
 

@@ -93,8 +93,10 @@ def spindle():
     field.spindle(kinetostatics(system.with_values({"rod.mass": [1.0, 2.0]})))
 
 
-def batch(analysis, *more):
-    return lambda: analysis(assemble(pendulum()).with_values({"rod.mass": [1.0, 2.0]}), *more)
+def pushed():
+    """Two pendulums, of which one is pushed round and round."""
+    system = assemble(pendulum(Torque("push", "rod", value=1.0)))
+    return system.with_values({"push.value": [1.0, 12.0]})
 
 
 def curve(*more, **options):
@@ -153,7 +155,7 @@ SCENARIOS = {
     "the spindle of a batch": spindle,
     "a driver that is not there lets go": lambda: equilibrium(pendulum(), free="motor"),
     # -- rest positions
-    "rest positions of a batch": batch(equilibrium),
+    "rest positions of a design that has none": lambda: equilibrium(pushed()).design(1),
     "rest positions at two times": lambda: equilibrium(pendulum(), t=[0.0, 1.0]),
     "a start that is a number": lambda: equilibrium(pendulum(), starts=[0.5]),
     "rest positions of very many bodies": lambda: equilibrium(free(800)),
@@ -168,9 +170,6 @@ SCENARIOS = {
         pendulum(Spring("spring", "ground", "rod", law="log(x/(1 m) - 9) N"))
     ),
     # -- small motions
-    "linear equations of a batch": lambda: linearize(
-        assemble(pendulum()).with_values({"rod.mass": [1.0, 2.0]}), at=rest()
-    ),
     "linear equations at all rest positions": lambda: linearize(
         pendulum(), at=equilibrium(pendulum())
     ),
@@ -197,7 +196,6 @@ SCENARIOS = {
         close_loops(pendulum()), about=(1.0, 2.0, 3.0)
     ),
     # -- curves
-    "a curve of a batch": batch(equilibrium_curve, "gravity.y", (-9.0, -10.0)),
     "a curve over a number": curve("push.value", 3.0),
     "a curve that begins outside": curve(*SPAN, at=7.0),
     "a curve that starts at a number": curve(*SPAN, start=0.5),
@@ -214,7 +212,7 @@ a point with inertia | ModelError | rod | 'rod': its spread is "point", but its 
 second moments that are another inertia | ModelError | rod | 'rod': xx + yy of its spread is 0.3, its inertia 0.2: in the plane both are the same moment about the mass centre, change one of them
 the spindle of a batch | ModelError | field | the spindle of 'field' is of one design, this is a batch of 2 designs: analyse one of them, system.design(n)
 a driver that is not there lets go | ModelError | motor | there is no driver 'motor' to release (drivers are: none)
-rest positions of a batch | ModelError | - | equilibrium takes one design: choose one of the batch with design(n)
+rest positions of a design that has none | SolveError | rod | design 1 of the batch: no rest position of 'pendulum' was met: what drives it is least at 0 deg of 'rod', where 2.19 N·m are left; begin elsewhere with starts, or change its loads
 rest positions at two times | ModelError | - | equilibrium takes one time, not 2
 a start that is a number | ModelError | - | starts must be guesses such as [{"crank": 0.3}, {"crank": 2.0}], not [0.5]
 rest positions of very many bodies | SolveError | - | equilibrium of 'free': 1598 rows of 2400 coordinates are too many, it takes up to 1500 rows
@@ -224,7 +222,6 @@ a force without an end | SolveError | block | no rest position of 'slider': its 
 weights that a rope draws into a pulley | SolveError | a | no rest position of 'pulleys': its loads drive it from both sides to (-0.75, 0) m of 'a', where a distance is zero or a load jumps, so that no forces balance; put a stop there, or change its loads
 a force round and round | SolveError | seat | no rest position of 'swing' was met: what drives it is least at (0, 1) m of 'seat', where 0.8 N are left; begin elsewhere with starts, or change its loads
 a spring without a value at rest | SolveError | spring | load 'spring' has no value at t = 0 s: 'log(x/(1 m) - 9) N' is not defined there; choose a formula that is, by max or min
-linear equations of a batch | ModelError | - | linearize takes one design: choose one of the batch with design(n)
 linear equations at all rest positions | ModelError | - | at must be one rest position of equilibrium, or a Solution, not Equilibria
 linear equations at a batch | ModelError | - | at is a batch of designs: give one, of system.design(n)
 linear equations at another machine | ModelError | - | 'pendulum', of which an instant is given, has not the same bodies as 'slider'
@@ -239,7 +236,6 @@ modes of a motion | SolveError | - | modes are of a rest position, but 'pendulum
 modes of what nothing moves | SolveError | flag | modes: the motion of 'flag' is not determined: it is free, and has neither inertia, nor a damper, nor a spring; give it one, or guide it by a joint
 momentum about nowhere | ModelError | O2 | there is no body 'O2' (there are: 'rod', 'ground')
 momentum about three numbers | ModelError | - | about must be a place, such as (0.0, 0.0) or "crank.A", not (1.0, 2.0, 3.0)
-a curve of a batch | ModelError | - | equilibrium_curve takes one design: choose one of the batch with design(n)
 a curve over a number | ModelError | - | span must be two different numbers, where to begin first, not 3.0
 a curve that begins outside | ModelError | - | at must be a number within the span 0 … 5, not 7.0
 a curve that starts at a number | ModelError | - | start must be a rest position or a guess such as {"crank": 0.3}, not 0.5

@@ -245,8 +245,8 @@ SCENARIOS = {
     "a last time before the first": go(until=-1.0),
     "an endless motion": go(until=math.inf),
     "a tolerance of nothing": go(rtol=0.0),
-    "a batch of motions": lambda: simulate(
-        assemble(swing()).with_values({"bob.mass": [1.0, 2.0]}), 1.0
+    "motions that all fail": lambda: simulate(
+        assemble(four_bar(motor=False)).with_values({"coupler.B.x": [9.0, 10.0]}), 1.0
     ),
     "a start that is none": go(start=3),
     "a start in other units": lambda: simulate(
@@ -329,7 +329,7 @@ a last time in metres | ModelError | simulate | 'simulate': until: '3 m' is a le
 a last time before the first | ModelError | - | until is -1 s, the motion begins at 0 s: give a later time
 an endless motion | ModelError | simulate | 'simulate': until is inf, it must be finite
 a tolerance of nothing | ModelError | - | rtol is 0.0: give a number from 1e-14 to 0.1
-a batch of motions | ModelError | - | simulate takes one design: choose one of the batch with design(n)
+motions that all fail | SolveError | A | design 0 of the batch: loops do not close at t = 0 s: the smallest gap is 2.5 m at 'A' (between 'crank' and 'coupler'): check lengths, or give a better guess
 a start that is none | ModelError | - | start must be a Solution, not 3
 a start in other units | ModelError | - | start is in mm-N-s, 'swing' in SI: ask for both in the same units
 a start of a batch | ModelError | - | start is a batch of designs: give one, of system.design(n)

@@ -205,9 +205,7 @@ SCENARIOS = {
     "a rough rate that is nan": lambda: close_loops(four_bar(), rates={"crank": NAN}),
     "a rough rate that is a length": lambda: close_loops(four_bar(), rates={"crank": "2 m"}),
     "rates that are a number": lambda: close_loops(four_bar(), rates=5),
-    "loops of a batch": lambda: close_loops(batch(crank_mass=[1.0, 2.0])),
     "loops at two times": lambda: close_loops(four_bar(), t=[0.0, 1.0]),
-    "mobility of a batch": lambda: mbody.mobility(batch(crank_mass=[1.0, 2.0])),
     "a range of one of two drivers": lambda: mbody.driver_range(second(1.6, "rocker")),
     "a range of a driver that is not there": lambda: mbody.driver_range(four_bar(), "engine"),
     "a range at times": lambda: mbody.driver_range(four_bar(), t=[0.0, 1.0]),
@@ -290,9 +288,7 @@ rates of a body that is not there | ModelError | rod | there is no moving body '
 a rough rate that is nan | ModelError | crank | 'crank': rate is nan, it must be finite
 a rough rate that is a length | ModelError | crank | 'crank': rate: '2 m' is a length (m), where an angular velocity (rad/s) is wanted
 rates that are a number | ModelError | - | rates must be a dict such as {"crank": 2.0}, not 5
-loops of a batch | ModelError | - | close_loops takes one design: choose one of the batch with design(n)
 loops at two times | ModelError | - | close_loops takes one instant: give one time and one value a driver
-mobility of a batch | ModelError | - | mobility takes one design: choose one of the batch with design(n)
 a range of one of two drivers | ModelError | - | 'four-bar' has 2 drivers ('motor', 'second'): name the one whose range you want
 a range of a driver that is not there | ModelError | engine | there is no driver 'engine' (there are: 'motor')
 a range at times | ModelError | - | driver_range takes one finite time, not [0.0, 1.0]

@@ -405,9 +405,6 @@ def test_a_long_chain():
 
 
 def test_what_cannot_be_analysed():
-    batch = mbody.assemble(build()).with_values({"crank.inertia": [0.1, 0.2]})
-    with says(ModelError, "one design", "design(n)"):
-        mobility(batch)
     with says(ModelError, "takes a Mechanism or a System, not 3"):
         mobility(3)
     with says(ModelError, "t is nan"):

@@ -1,20 +1,59 @@
 """Rows of random batches with friction and contacts equal single analyses, doubts included."""
 
+import numpy as np
 import pytest
 
 import mbody
 from mbody.analysis.driven.driven import analyse_system_at
 from mbody.model.simulation import Instants
-from tests.batch_rows import KINDS, compared, random_batch
+from tests.batch_rows import KINDS, compared, compared_free, free_batch, random_batch
 
 #: Of every kind; of friction one that jams, of redundant joints one of which a design is refused.
 FEW = (0, 1, 2, 3, 13, 18, 74, 127)
+
+
+#: Of every kind; designs of some end by an event, or fail.
+FEW_FREE = (0, 1, 2, 3, 4, 11)
 
 
 @pytest.mark.parametrize("seed", FEW)
 def test_random_batches(seed):
     found = compared(random_batch(seed))
     assert found.wrong == []
+
+
+@pytest.mark.parametrize("seed", FEW_FREE)
+def test_random_batches_of_free_motions(seed):
+    assert compared_free(free_batch(seed)).wrong == []
+
+
+def test_a_batch_that_is_stopped():
+    """What was reached is kept; designs that were not begun have no instants."""
+    designs = mbody.assemble(mbody.gallery.load("simple_pendulum")).with_values(l=[1.0, 2.0, 3.0])
+
+    def interrupt(t):
+        if t > 0.5:
+            raise KeyboardInterrupt
+
+    run = mbody.simulate(designs, 500.0, instants=501, progress=interrupt)
+    assert run.status.startswith("stopped: 3 of 3 designs, as design 0: ")
+    assert run.design(2).status == "stopped: before it began" and not len(run.design(2))
+    angle = run["pendulum"].angle
+    reached = int(np.isfinite(angle[0]).sum())
+    assert 1 < reached < 501 and np.isnan(angle[1:]).all()
+
+
+def test_a_motion_of_designs_goes_on():
+    """Each from its own end, to the last bit as without a stop; what failed stays so."""
+    system = mbody.assemble(mbody.makers.four_bar(1.0, 3.0, 2.0, 3.5, masses=(1.0, 3.0, 2.0)))
+    designs = system.with_values({"crank.mass": [1.0, 1.5, 2.0], "coupler.B.x": [3.0, 3.0, 9.0]})
+    begin = mbody.engineering.close_loops(designs, rates={"crank": 5.0})
+    first = mbody.simulate(designs, 0.3, start=begin, release={"motor": 0.0}, instants=4)
+    run = mbody.simulate(designs, 0.6, start=first, release={"motor": 0.0}, instants=4)
+    whole = mbody.simulate(designs, 0.6, start=begin, release={"motor": 0.0}, instants=7)
+    assert np.array_equal(run["crank"].angle[:2], whole["crank"].angle[:2, 3:])
+    assert run.status.startswith("failed: 1 of 3 designs, as design 2: loops do not close")
+    assert np.isnan(run["crank"].angle[2]).all()
 
 
 def test_an_assembly_of_a_batch():

@@ -33,6 +33,7 @@ from mbody.analysis.position.closed_position import (
     ambiguous,
     close_in_stages,
 )
+from mbody.analysis.position.design_results import common_fields
 from mbody.core import tolerances as tol
 from mbody.core.lanes import LANES, aligned
 from mbody.errors import ModelError, ModelWarning, SolveError
@@ -43,7 +44,6 @@ from mbody.model.model_notes import may_be_one_sided
 from mbody.solution.checks import BranchPlace
 from mbody.solution.doubts import NAMED
 from mbody.solution.histories import (
-    BranchDistance,
     DesignReport,
     Record,
     reported_certificate,
@@ -361,29 +361,18 @@ def joined(
 ) -> Solution:
     """The result of all designs."""
     places = {n: one.branch for n, one in enumerate(reports) if isinstance(one.branch, BranchPlace)}
-    nearest = [one.branch for one in reports if isinstance(one.branch, BranchDistance)]
-    if places:
-        n = max(places, key=lambda n: places[n].closeness)
-        nearest.append(places[n].distance(system.design(n)))
-    dependent = [one.dependencies for one in reports if one.dependencies is not None]
-    names = {name: None for one in dependent for name in one}
+    nearest = max(places, key=lambda n: places[n].closeness) if places else None
+    branch = None if nearest is None else places[nearest].distance(system.design(nearest))
     return Solution(
         system=system,
         analysis=analysis,
         t=grid.t,
         record=record,
         given=None if grid.mode == BY_TIME else grid.given,
-        regularization=max(one.regularization for one in reports),
-        dependencies={
-            name: np.any([one[name] for one in dependent if name in one], axis=0).tolist()
-            for name in names
-        }
-        if dependent
-        else None,
         notes=notes,
-        branch=min(nearest, key=lambda one: one.least, default=None),
         shared=forces_of_designs([one.shared for one in reports], len(grid.s)),
         reports=tuple(reports),
+        **common_fields([*reports, DesignReport(branch=branch)]),
     )
 
 

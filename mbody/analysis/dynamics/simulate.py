@@ -30,7 +30,7 @@ from mbody.analysis.initial.initial_state import (
     other_model_note,
     state_of,
 )
-from mbody.analysis.position.assembly_analysis import as_system
+from mbody.analysis.position.assembly_analysis import as_system, each_design
 from mbody.core import tolerances as tol
 from mbody.core.former_names import refuses_former_arguments
 from mbody.errors import ModelError, SolveError, brief
@@ -38,7 +38,6 @@ from mbody.kernels.finished_instants import TERM
 from mbody.kernels.layout import PER_PRIMITIVE
 from mbody.kernels.step_state import PROGRESS, TIME
 from mbody.model.body import Guesses
-from mbody.model.element import takes_one_design
 from mbody.model.mechanism import Mechanism
 from mbody.model.simulation import EVEN, WITH_MODES, Event, Measure, measure_named
 from mbody.quantities.formula import Number, PlainNumbers
@@ -621,6 +620,7 @@ def _force(run: Solution) -> float:
 
 
 @refuses_former_arguments("simulate")
+@each_design
 def simulate(
     model: Mechanism | System,
     until: Number | None = None,
@@ -740,7 +740,6 @@ def simulate(
             f"progress must be True or a function of the time reached, not {brief(progress)}"
         )
     system = _as_system(model, method)
-    takes_one_design("simulate", system.batch)
     last, errors = last_time(system, until), tolerances(system, rtol, atol)
     if inputs:
         # before the first instant is found: drivers may follow inputs

@@ -27,10 +27,10 @@ from mbody.analysis.freedom.mobility import (
     FreeMotion,
     free_motions,
     rates_of,
-    single_design,
+    released,
     single_time,
 )
-from mbody.analysis.position.assembly_analysis import closed
+from mbody.analysis.position.assembly_analysis import as_system, closed, each_design
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
 from mbody.core.arclength import zero_on
@@ -693,6 +693,7 @@ class Equilibria(AtEquilibria[Equilibrium]):
         return tuple(one for one in self.positions if one.stability == "stable")
 
 
+@each_design
 def equilibrium(
     model: Mechanism | System,
     *,
@@ -719,12 +720,13 @@ def equilibrium(
     Returns
     -------
     Equilibria
-        Stable positions first, then the nearest to the start first.
+        Stable positions first, then the nearest to the start first; of a batch `DesignResults`, the
+        equilibria of each design.
 
     Raises
     ------
     ModelError
-        For drivers, starts or times that are none, or a batch of designs.
+        For drivers, starts or times that are none.
     SolveError
         When the loops do not close, nothing is free, or no equilibrium is found: with the least
         force that is left, and where.
@@ -756,7 +758,7 @@ def equilibrium(
     stable -90
     unstable 90
     """
-    system = single_design("equilibrium", model, free)
+    system = released(as_system(model), free)
     time = single_time("equilibrium", system, t)
     chosen = with_closed_contacts(system, time, {}, free=1)
     _, *others = guesses(starts)

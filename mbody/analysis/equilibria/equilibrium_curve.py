@@ -15,8 +15,8 @@ from mbody.analysis.driven.time_grid import by_time
 from mbody.analysis.equilibria.curve_walk import RUN_AWAY
 from mbody.analysis.equilibria.equilibrium import Equilibrium, Words, search, stability_of
 from mbody.analysis.equilibria.search import EquilibriumPosition, EquilibriumSearch
-from mbody.analysis.freedom.mobility import single_design
-from mbody.analysis.position.assembly_analysis import closed
+from mbody.analysis.freedom.mobility import released
+from mbody.analysis.position.assembly_analysis import as_system, closed, each_design
 from mbody.analysis.position.tangent_space import Array, Manifold, Place
 from mbody.core import arclength
 from mbody.core import tolerances as tol
@@ -540,6 +540,7 @@ def _flat(history: History) -> History:
     return dataclasses.replace(history, **parts)
 
 
+@each_design
 def equilibrium_curve(
     model: Mechanism | System,
     parameter: str,
@@ -586,7 +587,7 @@ def equilibrium_curve(
     Raises
     ------
     ModelError
-        For a parameter that is not there, a span that is none, or a batch of designs.
+        For a parameter that is not there, or a span that is none.
     SolveError
         When there is no equilibrium to begin with.
 
@@ -603,7 +604,7 @@ def equilibrium_curve(
     >>> [round(float(curve.values[n]), 9) for n in curve.folds]
     [9.81, -9.81]
     """
-    system = single_design("equilibrium_curve", model, free)
+    system = released(as_system(model), free)
     low, high = _span(system, parameter, span)
     begin = _begin(at, low, high)
     points = whole_number("points", points, 2)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbody.analysis.driven.time_grid import time_grid
-from mbody.analysis.position.assembly_analysis import as_system, closed
+from mbody.analysis.position.assembly_analysis import as_system, closed, each_design
 from mbody.analysis.position.closed_position import ClosedPosition, place
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
@@ -20,7 +20,7 @@ from mbody.errors import ModelError
 from mbody.kernels.layout import Work
 from mbody.model.body import Guesses
 from mbody.model.contact import Contact, Rope
-from mbody.model.element import listed, takes_one_design
+from mbody.model.element import listed
 from mbody.model.joint_limits import JointLimit, contacts_of
 from mbody.model.joints import Joint
 from mbody.model.mechanism import Mechanism
@@ -388,16 +388,7 @@ def _listed(names: list[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-# -- Preparation of analyses of free motions: one design, released drivers, one time -----------
-
-
-def single_design(
-    analysis: str, model: Mechanism | System, free: str | Sequence[str] = ()
-) -> System:
-    """The system of a model without some of its drivers, with the same numbers."""
-    system = released(as_system(model), free)
-    takes_one_design(analysis, system.batch)
-    return system
+# -- Preparation of analyses of free motions: released drivers, one time -----------
 
 
 def released(system: System, free: str | Sequence[str]) -> System:
@@ -569,6 +560,7 @@ class Mobility(Presented):
         return self.driven.freedom
 
 
+@each_design
 def mobility(
     model: Mechanism | System, t: float = 0.0, *, guess: Guesses | None = None
 ) -> Mobility:
@@ -613,7 +605,7 @@ def mobility(
     >>> report.motions[0].words.partition(" (")[0]
     'crank turns about O2, coupler and rocker follow'
     """
-    system = single_design("mobility", model)
+    system = as_system(model)
     time = single_time("mobility", system, t)
     return _Report(system, closed(system, time, {}, guess), time).mobility()
 

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbody.analysis.driven.time_grid import DriverValues, time_grid
-from mbody.analysis.position.assembly_analysis import as_system, closed, raise_user_error
+from mbody.analysis.position.assembly_analysis import (
+    as_system,
+    closed,
+    each_design,
+    raise_user_error,
+)
 from mbody.analysis.position.closed_position import ClosedPosition
 from mbody.analysis.singular.singular_positions import (
     Prescribed,
@@ -33,7 +38,7 @@ from mbody.errors import ModelError, SolveError
 from mbody.kernels.layout import Work
 from mbody.kernels.loop_closure import project
 from mbody.model.body import Guesses
-from mbody.model.element import listed, takes_one_design
+from mbody.model.element import listed
 from mbody.model.mechanism import Mechanism
 from mbody.model.numbers import number_in
 from mbody.quantities.formula import Number
@@ -615,6 +620,7 @@ def _none(system: System, here: Singular, t: float, given: Rates) -> SolveError:
 BODIES_NAMED = 3
 
 
+@each_design
 def close_loops(
     model: Mechanism | System,
     t: float = 0.0,
@@ -661,7 +667,6 @@ def close_loops(
     True
     """
     system = as_system(model)
-    takes_one_design("close_loops", system.batch)
     request = time_grid(system, t, drive, None, None)
     if len(request.s) != 1:
         raise ModelError("close_loops takes one instant: give one time and one value a driver")

@@ -25,9 +25,14 @@ from mbody.analysis.freedom.mobility import (
     free_motions,
     leading,
     rates_of,
-    single_design,
+    released,
 )
-from mbody.analysis.position.assembly_analysis import closed, raise_user_error
+from mbody.analysis.position.assembly_analysis import (
+    as_system,
+    closed,
+    each_design,
+    raise_user_error,
+)
 from mbody.analysis.position.tangent_space import Array, Manifold, Place, massive
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
@@ -500,6 +505,7 @@ class Linearization(Inherited, Presented):
         return state_matrices(self, measures)
 
 
+@each_design
 def linearize(
     model: Mechanism | System, *, at: Equilibrium | Solution, free: str | Sequence[str] = ()
 ) -> Linearization:
@@ -527,7 +533,7 @@ def linearize(
     Raises
     ------
     ModelError
-        For a place that is none, or does not fit the mechanism; for a batch of designs.
+        For a place that is none, or does not fit the mechanism.
     SolveError
         Where nothing is free, the position given as an equilibrium is none, or is singular in
         motion.
@@ -553,7 +559,7 @@ def linearize(
     >>> found.leaders, round(float(found.mass[0, 0]), 9), round(float(found.stiffness[0, 0]), 9)
     (('rod',), 0.5, 9.81)
     """
-    system = single_design("linearize", model, free)
+    system = released(as_system(model), free)
     name = system.mechanism.name
     given, given_equilibrium = _instant(at)
     if too_large(system):

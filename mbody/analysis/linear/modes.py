@@ -12,6 +12,7 @@ import numpy as np
 
 from mbody.analysis.equilibria.equilibrium import AtEquilibria, Equilibrium, equilibrium
 from mbody.analysis.linear.linearize import Linearization, linearize
+from mbody.analysis.position.assembly_analysis import each_design
 from mbody.analysis.position.tangent_space import Array
 from mbody.core import tolerances as tol
 from mbody.core.presentation import Presented
@@ -338,6 +339,7 @@ class Modes(AtEquilibria[ModesAt]):
     declared = ("t", "positions")
 
 
+@each_design
 def modes(
     model: Mechanism | System,
     *,

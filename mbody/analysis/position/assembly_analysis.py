@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 Hook = Callable[[Array, Array], None]
+P = ParamSpec("P")
+T = TypeVar("T")
 
 #: Steps of differences, in radians, model lengths and units of time: a right derivative agrees with
 #: one of them, whatever its scale.
@@ -468,6 +471,22 @@ def _check_directions(system: System, work: Work, owners: np.ndarray) -> None:
 ATTEMPTS = 60
 #: Points that a sentence names.
 LISTED = 3
+
+
+def each_design(analysis: Callable[P, T]) -> Callable[P, T]:
+    """An analysis of one design that takes batches too, each design by itself."""
+
+    @functools.wraps(analysis)
+    def of_all(*args: P.args, **options: P.kwargs) -> T:
+        model = args[0] if args else options.get("model")
+        if not isinstance(model, System) or model.batch is None:
+            return analysis(*args, **options)
+        from mbody.analysis.position.design_results import results_of_designs
+
+        found: Any = results_of_designs(analysis, model, args[1:], options)
+        return found
+
+    return of_all
 
 
 def as_system(model: Mechanism | System) -> System:
